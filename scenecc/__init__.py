@@ -1,0 +1,1 @@
+"""scenecc: a compiler for scenes in robot simulation."""

@@ -1,0 +1,22 @@
+"""What is told to a user: diagnostics, the table of their codes, the sink, and a renderer a format.
+
+Every stage reports here, and this package imports none of them.
+"""
+
+from scenecc.diagnostics.diagnostic import Diagnostic, Related, Severity, Sink
+from scenecc.diagnostics.origin import At, Location, Locator, Origin, Path, PathKey, dotted, nowhere
+
+__all__ = [
+    "At",
+    "Diagnostic",
+    "Location",
+    "Locator",
+    "Origin",
+    "Path",
+    "PathKey",
+    "Related",
+    "Severity",
+    "Sink",
+    "dotted",
+    "nowhere",
+]

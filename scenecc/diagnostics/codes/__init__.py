@@ -1,0 +1,27 @@
+"""The one table of codes: a file of rows a stage, joined here."""
+
+from scenecc.diagnostics.codes import assets, engine, language, limits, names, physics, plan, reading, usage
+from scenecc.diagnostics.codes.row import Code
+
+BANDS: dict[str, str] = {
+    "0": "reading YAML",
+    "1": "the language: the shape of the data",
+    "2": "parameters, expressions, prefabs and includes",
+    "3": "names and scene selections",
+    "4": "assets",
+    "5": "physics",
+    "6": "limits",
+    "7": "plans as JSON",
+    "8": "the engine and the machine",
+    "9": "use of the tool",
+}
+"""What the first digit of a code means."""
+
+CODES: dict[str, Code] = {
+    row.code: row
+    for module in (reading, language, names, assets, physics, limits, plan, engine, usage)
+    for row in module.ROWS
+}
+"""Every code, by code."""
+
+__all__ = ["BANDS", "CODES", "Code"]

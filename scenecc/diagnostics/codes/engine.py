@@ -1,0 +1,5 @@
+"""Rows of the table of codes: engine."""
+
+from scenecc.diagnostics.codes.row import Code
+
+ROWS: tuple[Code, ...] = ()

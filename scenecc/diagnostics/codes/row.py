@@ -1,0 +1,27 @@
+"""The shape of a row in the table of codes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True, slots=True)
+class Code:
+    """What one diagnostic code means, for `scenecc explain` and `docs/diagnostics.md`.
+
+    Attributes:
+        code: `SC` and three digits. The first digit is the stage.
+        severity: what a report of this code is.
+        title: the rule, in a few words.
+        cause: why it is refused: what SAPIEN would do, or what it could mean.
+        example: a scene file (or the command) that gives it.
+        cure: the same, mended, or what to do.
+    """
+
+    code: str
+    severity: Literal["error", "warning", "note"]
+    title: str
+    cause: str
+    example: str
+    cure: str

@@ -1,0 +1,145 @@
+"""What is told to a user, and the sink in which every stage puts it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from scenecc.diagnostics.codes import CODES
+from scenecc.diagnostics.origin import At, Location, Locator, Origin, dotted, nowhere
+
+Severity = Literal["error", "warning", "note"]
+
+
+@dataclass(frozen=True, slots=True)
+class Related:
+    """A second place that belongs to a diagnostic (the first of two equal keys, say)."""
+
+    message: str
+    location: Location
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """One finding.
+
+    Attributes:
+        code: `SC` and three digits, a row of `scenecc.diagnostics.codes.CODES`.
+        severity: errors stop the pipeline; warnings and notes do not.
+        message: one sentence about this file, without its place.
+        location: file, line and columns, as far as they are known.
+        path: the place in the document (`entities.cube.mass`); "" for the whole document.
+        hint: what to do, where there is more to say than the message does.
+        related: other places that belong to it, nearest first.
+    """
+
+    code: str
+    severity: Severity
+    message: str
+    location: Location
+    path: str = ""
+    hint: str | None = None
+    related: tuple[Related, ...] = ()
+
+    @property
+    def file(self) -> str | None:
+        """Name of the document; None for a dict."""
+        return self.location.file
+
+    @property
+    def line(self) -> int | None:
+        """1-based line; None where there is no text."""
+        return self.location.line
+
+    @property
+    def column(self) -> int | None:
+        """1-based column; None where there is no text."""
+        return self.location.column
+
+    def __str__(self) -> str:
+        where = ":".join(str(x) for x in (self.file or "<dict>", self.line, self.column) if x is not None)
+        path = f" ({self.path})" if self.path else ""
+        return f"{where}: {self.severity} {self.code}: {self.message}{path}"
+
+
+RelatedPlace = tuple[str, Origin | Location, At]
+"""A message, the place it is about, and which half of it."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Report:
+    code: str
+    message: str
+    place: Origin | Location
+    at: At
+    hint: str | None
+    related: tuple[RelatedPlace, ...]
+
+
+class Sink:
+    """Collects what the stages report; turns origins into lines only when read.
+
+    Attributes:
+        locate: finds an origin in its text. Set by the pipeline once there is a document.
+    """
+
+    def __init__(self, locate: Locator = nowhere) -> None:
+        self.locate = locate
+        self._reports: list[_Report] = []
+        self._seen: set[tuple[str, str, Origin | Location]] = set()
+        self._failed = False
+
+    @property
+    def failed(self) -> bool:
+        """Whether any error was reported."""
+        return self._failed
+
+    def report(
+        self,
+        code: str,
+        message: str,
+        place: Origin | Location,
+        *,
+        at: At = "value",
+        hint: str | None = None,
+        related: Iterable[RelatedPlace] = (),
+    ) -> None:
+        """Adds a finding. The same code, message and place twice is one finding."""
+        key = (code, message, place)
+        if key in self._seen:
+            return
+        self._seen.add(key)
+        self._reports.append(_Report(code, message, place, at, hint, tuple(related)))
+        self._failed = self._failed or CODES[code].severity == "error"
+
+    def diagnostics(self) -> list[Diagnostic]:
+        """All findings, in the order of their places in each file (errors of the engine last)."""
+        found = [self._resolve(report) for report in self._reports]
+        return sorted(found, key=lambda d: (d.file or "", d.line or 0, d.column or 0))
+
+    def _resolve(self, report: _Report) -> Diagnostic:
+        return Diagnostic(
+            code=report.code,
+            severity=CODES[report.code].severity,
+            message=report.message,
+            location=self._location(report.place, report.at),
+            path=dotted(report.place.path) if isinstance(report.place, Origin) else "",
+            hint=report.hint,
+            related=tuple(
+                Related(message, self._location(place, at)) for message, place, at in self._chain(report)
+            ),
+        )
+
+    def _location(self, place: Origin | Location, at: At) -> Location:
+        return self.locate(place, at) if isinstance(place, Origin) else place
+
+    @staticmethod
+    def _chain(report: _Report) -> Sequence[RelatedPlace]:
+        """The related places, and the chain of uses that brought the document in."""
+        places = list(report.related)
+        parent = report.place.parent if isinstance(report.place, Origin) else None
+        while parent is not None:
+            places.append(("used from here", parent, "value"))
+            parent = parent.parent
+        return places

@@ -1,0 +1,85 @@
+"""Where something in a scene came from, and where that is in a text."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+PathKey = str | int
+"""One step into a document: a mapping's key or a sequence's index."""
+
+Path = tuple[PathKey, ...]
+
+At = Literal["value", "key"]
+"""Which half of a mapping's entry is meant. A sequence's item has only a value."""
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """The node of a document that asked for something.
+
+    Cheap to make (a valid file makes thousands and prints none): a line is looked up only when a
+    diagnostic is printed.
+
+    Attributes:
+        file: name of the document as shown to people; None for a dict.
+        path: keys and indices from the document's root.
+        copy: which copy of a repeated node ("i=1, j=-1"); empty for a node written once.
+        parent: the node that brought this document in (a `use`); None for the top document.
+    """
+
+    file: str | None
+    path: Path = ()
+    copy: str = ""
+    parent: Origin | None = None
+
+    def child(self, *keys: PathKey) -> Origin:
+        """The origin of a node below this one."""
+        return Origin(self.file, self.path + keys, self.copy, self.parent)
+
+
+@dataclass(frozen=True, slots=True)
+class Location:
+    """A place in a text. Lines and columns count from 1; columns count characters.
+
+    Attributes:
+        file: name of the document as shown to people.
+        line: 1-based line; None where the document has no text (a dict).
+        column: 1-based column of the first character.
+        end_column: column after the last character to underline, on the same line.
+        text: the whole line, without its line break.
+    """
+
+    file: str | None
+    line: int | None = None
+    column: int | None = None
+    end_column: int | None = None
+    text: str | None = None
+
+
+Locator = Callable[[Origin, At], Location]
+"""Finds an origin in its text. Total: what cannot be found gives a location without a line."""
+
+
+def nowhere(origin: Origin, at: At) -> Location:
+    """The locator of documents that have no text."""
+    del at
+    return Location(origin.file)
+
+
+def dotted(path: Path) -> str:
+    """A path as people write it: `entities.cube.shapes[0].half_size[1]`.
+
+    Keys that would read as something else (dots, brackets, blanks) are quoted:
+    `entities["a.b"]`.
+    """
+    out: list[str] = []
+    for key in path:
+        if isinstance(key, int):
+            out.append(f"[{key}]")
+        elif key and not set(key) & set(". []\"'\n\t"):
+            out.append(f".{key}" if out else key)
+        else:
+            out.append('["' + key.replace("\\", "\\\\").replace('"', '\\"') + '"]')
+    return "".join(out)

@@ -1,0 +1,61 @@
+"""The plan: frozen, engine-free data between the compiler and everything that consumes a scene.
+
+SI units, names resolved, poses composed, one entry a logical object with values per scene as arrays.
+"""
+
+from scenecc.plan.body import BodyStructure, BodyType, CollisionShape, Inertial, VisualShape
+from scenecc.plan.geometry import (
+    Box,
+    Capsule,
+    CoacdParams,
+    CollisionGeometry,
+    ConvexMesh,
+    ConvexParts,
+    Cylinder,
+    Mesh,
+    Plane,
+    Sphere,
+    TiledPlane,
+    TriangleMesh,
+    VisualGeometry,
+    VisualPlane,
+)
+from scenecc.plan.material import AssetFile, PhysicalMaterial, Rgba, Texture, VisualMaterial
+from scenecc.plan.physics import GpuMemory, Physics, SdfConfig
+from scenecc.plan.scene import Entity, ScenePlan
+from scenecc.plan.value import Value, constant, per_scene
+
+__all__ = [
+    "AssetFile",
+    "BodyStructure",
+    "BodyType",
+    "Box",
+    "Capsule",
+    "CoacdParams",
+    "CollisionGeometry",
+    "CollisionShape",
+    "ConvexMesh",
+    "ConvexParts",
+    "Cylinder",
+    "Entity",
+    "GpuMemory",
+    "Inertial",
+    "Mesh",
+    "PhysicalMaterial",
+    "Physics",
+    "Plane",
+    "Rgba",
+    "ScenePlan",
+    "SdfConfig",
+    "Sphere",
+    "Texture",
+    "TiledPlane",
+    "TriangleMesh",
+    "Value",
+    "VisualGeometry",
+    "VisualMaterial",
+    "VisualPlane",
+    "VisualShape",
+    "constant",
+    "per_scene",
+]

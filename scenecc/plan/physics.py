@@ -1,0 +1,67 @@
+"""Settings of the simulation. None means that the file said nothing: SAPIEN's stays as it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Origin
+    from scenecc.plan.material import PhysicalMaterial
+
+Vec3 = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class SdfConfig:
+    """`sapien.physx.set_sdf_config`. `spacing` [m]."""
+
+    spacing: float | None = None
+    subgrid_size: int | None = None
+    num_threads_for_construction: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class GpuMemory:
+    """`sapien.physx.set_gpu_memory_config`: capacities in bytes or in counts, as there."""
+
+    temp_buffer_capacity: int | None = None
+    max_rigid_contact_count: int | None = None
+    max_rigid_patch_count: int | None = None
+    heap_capacity: int | None = None
+    found_lost_pairs_capacity: int | None = None
+    found_lost_aggregate_pairs_capacity: int | None = None
+    total_aggregate_pairs_capacity: int | None = None
+    collision_stack_size: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Physics:
+    """What SAPIEN keeps per scene (`timestep` [s]) and as process-wide defaults (all others).
+
+    Attributes:
+        gravity: [m/s²], world frame.
+        bounce_threshold: relative speed below which nothing bounces [m/s].
+        contact_offset, rest_offset: of shapes that name none [m].
+        scene_spacing: distance between scenes that share one GPU simulation [m].
+    """
+
+    timestep: float | None = None
+    gravity: Vec3 | None = None
+    bounce_threshold: float | None = None
+    enable_pcm: bool | None = None
+    enable_tgs: bool | None = None
+    enable_ccd: bool | None = None
+    enable_enhanced_determinism: bool | None = None
+    enable_friction_every_iteration: bool | None = None
+    cpu_workers: int | None = None
+    default_material: PhysicalMaterial | None = None
+    contact_offset: float | None = None
+    rest_offset: float | None = None
+    solver_position_iterations: int | None = None
+    solver_velocity_iterations: int | None = None
+    sleep_threshold: float | None = None
+    sdf: SdfConfig | None = None
+    scene_spacing: float | None = None
+    gpu_memory: GpuMemory | None = None
+    origin: Origin | None = field(default=None, compare=False)

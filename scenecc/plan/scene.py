@@ -1,0 +1,53 @@
+"""The plan of a batch of scenes: what is built, where, in which order. No engine, no language."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Origin
+    from scenecc.plan.body import BodyStructure
+    from scenecc.plan.material import AssetFile, PhysicalMaterial, VisualMaterial
+    from scenecc.plan.physics import Physics
+    from scenecc.plan.value import Value
+
+
+@dataclass(frozen=True, slots=True)
+class Entity:
+    """One logical object: a body in each of its scenes.
+
+    Attributes:
+        name: unique in the plan.
+        scene_idxs: the scenes it exists in, ascending, without repetition; not empty. Rows of every
+            `Value` below follow this order.
+        pose: (·, 7) in the world of its scene, p [m] then q (wxyz).
+        structures: one, or one a variant.
+        pick: which structure each of its scenes has; None: all have the first.
+    """
+
+    name: str
+    scene_idxs: tuple[int, ...]
+    pose: Value
+    structures: tuple[BodyStructure, ...]
+    pick: tuple[int, ...] | None = None
+    origin: Origin | None = field(default=None, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class ScenePlan:
+    """A whole batch, ready to be instantiated or emitted.
+
+    `entities` stand in the order in which they are built: PhysX gives other trajectories in another.
+    """
+
+    name: str
+    num_scenes: int
+    entities: tuple[Entity, ...]
+    physics: Physics
+    files: tuple[AssetFile, ...] = ()
+    physical_materials: tuple[PhysicalMaterial, ...] = ()
+    visual_materials: tuple[VisualMaterial, ...] = ()
+    description: str = ""
+    seed: int = 0
+    origin: Origin | None = field(default=None, compare=False)
