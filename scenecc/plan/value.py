@@ -47,23 +47,19 @@ class Value:
         return self.data[index if self.data.shape[0] != 1 else 0]
 
 
-_KINDS = {"f": np.float64, "i": np.int64, "u": np.int64, "b": np.bool_}
+def constant(item: float | Sequence[Any] | NDArray[Any], dtype: type[np.generic] = np.float64) -> Value:
+    """The same in every scene. `dtype`: float64, `numpy.int64` (table indices, counts) or `numpy.bool_`."""
+    return _value(np.array(item, dtype=dtype)[None])
 
 
-def constant(item: float | Sequence[Any] | NDArray[Any]) -> Value:
-    """The same in every scene. Numbers become float64, integers int64, flags bool."""
-    return _value(np.asarray(item)[None])
-
-
-def per_scene(rows: Sequence[Any] | NDArray[Any]) -> Value:
+def per_scene(rows: Sequence[Any] | NDArray[Any], dtype: type[np.generic] = np.float64) -> Value:
     """One row a scene of the entity; one row in all where they are equal to the bit."""
-    data = np.asarray(rows)
+    data = np.array(rows, dtype=dtype)
     if len(data) > 1 and all(row.tobytes() == data[0].tobytes() for row in data[1:]):
         data = data[:1]
     return _value(data)
 
 
 def _value(data: NDArray[Any]) -> Value:
-    out = np.array(data, dtype=_KINDS[data.dtype.kind])
-    out.flags.writeable = False
-    return Value(out)
+    data.flags.writeable = False
+    return Value(data)
