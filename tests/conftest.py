@@ -1,0 +1,30 @@
+"""What every test shares: Hypothesis's profiles and the answer to "can this machine render?"."""
+
+from __future__ import annotations
+
+import functools
+import os
+import subprocess
+import sys
+
+import hypothesis
+import pytest
+
+hypothesis.settings.register_profile("default", deadline=None)
+# A run of CI says the same of the same code: no example is drawn anew.
+hypothesis.settings.register_profile("ci", deadline=None, derandomize=True)
+hypothesis.settings.load_profile("ci" if os.environ.get("CI") else "default")
+
+
+@functools.cache
+def _can_render() -> bool:
+    """Asked in a process of its own: a driver that fails may take its process with it."""
+    script = "import sapien; sapien.Scene()"
+    return subprocess.run([sys.executable, "-c", script], capture_output=True, check=False, timeout=60).returncode == 0
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    if item.get_closest_marker("render") and not _can_render():
+        pytest.skip("SAPIEN finds no device to render with")
+    if item.get_closest_marker("gpu") and not os.environ.get("SCENECC_TEST_GPU"):
+        pytest.skip("tests on a GPU run where SCENECC_TEST_GPU is set")
