@@ -1,0 +1,67 @@
+"""Writes `docs/diagnostics.md` from the table: `python -m scenecc.diagnostics.docs docs/diagnostics.md`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from scenecc.diagnostics.codes import BANDS, CODES, Code
+from scenecc.diagnostics.explain import markdown
+
+_HEAD = """\
+# Diagnostics
+
+<!-- Generated from scenecc/diagnostics/codes/ by `python -m scenecc.diagnostics.docs docs/diagnostics.md`. -->
+
+Everything that scenecc has to say about a scene has a code, a severity, a place in the file and, where there
+is more to say, a hint. Errors stop the work after the stage that found them, so that all errors of a stage are
+seen at once; warnings and notes do not (`scenecc validate --strict` fails on warnings too). `scenecc explain
+SC101` prints the entry of one code. The first digit is the stage.
+"""
+
+
+def page(codes: Sequence[Code] = tuple(CODES.values())) -> str:
+    """The whole page: a table of codes a band, then every code with cause, example and cure."""
+    bands = {digit: sorted((row for row in codes if row.code[2] == digit), key=_by_code) for digit in BANDS}
+    filled = {digit: rows for digit, rows in bands.items() if rows}
+    parts = [_HEAD]
+    parts += [_index(digit, rows) for digit, rows in filled.items()]
+    parts += [entry for rows in filled.values() for entry in map(_entry, rows)]
+    return "\n".join(parts)
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Writes the page to the file that is named, or prints it."""
+    match arguments:
+        case []:
+            sys.stdout.write(page())
+        case [name]:
+            Path(name).write_text(page(), encoding="utf-8", newline="\n")
+        case _:
+            sys.stderr.write("usage: python -m scenecc.diagnostics.docs [FILE]\n")
+            return 2
+    return 0
+
+
+def _by_code(row: Code) -> str:
+    return row.code
+
+
+def _index(digit: str, rows: Sequence[Code]) -> str:
+    head = [f"## SC{digit}: {BANDS[digit]}", "", "| code | severity | rule |", "| --- | --- | --- |"]
+    return "\n".join([*head, *_cells(rows), ""])
+
+
+def _cells(rows: Sequence[Code]) -> Iterator[str]:
+    for row in rows:
+        title = row.title.replace("|", "\\|")
+        yield f"| [{row.code}](#{row.code.lower()}) | {row.severity} | {title} |"
+
+
+def _entry(row: Code) -> str:
+    return f"### {row.code}\n\n**{row.title}** ({row.severity})\n\n{markdown(row)}"
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

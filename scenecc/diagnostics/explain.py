@@ -1,0 +1,37 @@
+"""What a code means, for `scenecc explain` and the help texts of other formats."""
+
+from __future__ import annotations
+
+import difflib
+
+from scenecc.diagnostics.codes import BANDS, CODES, Code
+
+
+def explain(code: str) -> str | None:
+    """Cause, example and cure of a code, as text that is Markdown too; None for an unknown code.
+
+    `sc101` and `101` are taken for `SC101`.
+    """
+    row = CODES.get(normalized(code))
+    if row is None:
+        return None
+    band = BANDS[row.code[2]]
+    return f"{row.code}: {row.title}\n\nA {row.severity} of the stage: {band}.\n\n{markdown(row)}"
+
+
+def normalized(code: str) -> str:
+    """The code as the table writes it: `sc101` and `101` become `SC101`."""
+    name = code.strip().upper()
+    return f"SC{name}" if name.isdecimal() else name
+
+
+def nearest_codes(code: str, *, count: int = 3) -> list[str]:
+    """At most `count` known codes that look like `code`, nearest first."""
+    return difflib.get_close_matches(normalized(code), sorted(CODES), n=count, cutoff=0.5)
+
+
+def markdown(row: Code) -> str:
+    """Cause, example and cure of a row as Markdown, with a line break at the end."""
+    example = row.example.strip("\n")
+    language = "console" if example.startswith("$ ") else "yaml"
+    return f"{row.cause.strip()}\n\nExample:\n\n```{language}\n{example}\n```\n\nCure: {row.cure.strip()}\n"

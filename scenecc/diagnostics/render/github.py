@@ -1,0 +1,62 @@
+"""The `github` format: workflow commands, which annotate a pull request at the line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Final
+
+from scenecc.diagnostics.render.files import relative_file
+from scenecc.diagnostics.render.terminal import visible
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics.diagnostic import Diagnostic, Severity
+    from scenecc.diagnostics.origin import Location
+
+_COMMANDS: Final[dict[Severity, str]] = {"error": "error", "warning": "warning", "note": "notice"}
+
+
+def render_github(diagnostics: Iterable[Diagnostic], *, root: PurePath | None = None) -> str:
+    """One `::error file=…,line=…::message` line a diagnostic; file names relative to `root`."""
+    return "".join(_command(d, root) + "\n" for d in diagnostics)
+
+
+def _command(diagnostic: Diagnostic, root: PurePath | None) -> str:
+    properties = {**_place(diagnostic.location, root), "title": diagnostic.code}
+    written = ",".join(f"{key}={_property(value)}" for key, value in properties.items())
+    return f"::{_COMMANDS[diagnostic.severity]} {written}::{_data(_message(diagnostic))}"
+
+
+def _place(location: Location, root: PurePath | None) -> dict[str, str]:
+    if not location.file:
+        return {}
+    place = {"file": relative_file(location.file, root)[0]}
+    if location.line is not None:
+        place["line"] = str(location.line)
+        if location.column is not None:
+            place["col"] = str(location.column)
+            if location.end_column is not None and location.end_column > location.column:
+                place["endColumn"] = str(location.end_column)
+    return place
+
+
+def _message(diagnostic: Diagnostic) -> str:
+    lines = [diagnostic.message]
+    if diagnostic.path:
+        lines.append(f"at {diagnostic.path}")
+    if diagnostic.hint:
+        lines.append(f"hint: {diagnostic.hint}")
+    for related in diagnostic.related:
+        where = (related.location.file, related.location.line, related.location.column)
+        lines.append(":".join(str(part) for part in (*where, f" {related.message}") if part is not None).strip())
+    return "\n".join(lines)
+
+
+def _data(text: str) -> str:
+    """Escaped as GitHub's runner unescapes it; its only line breaks are CR and LF."""
+    lines = text.replace("%", "%25").replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    return "%0A".join(visible(line) for line in lines)
+
+
+def _property(text: str) -> str:
+    return _data(text).replace(":", "%3A").replace(",", "%2C")

@@ -1,0 +1,80 @@
+"""The `json` format, for programs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, TypedDict
+
+from scenecc.diagnostics.render.terminal import encodable
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics.diagnostic import Diagnostic, Related
+
+
+class RelatedRecord(TypedDict):
+    """A related place; None where it is not known."""
+
+    message: str
+    file: str | None
+    line: int | None
+    column: int | None
+    end_column: int | None
+
+
+class DiagnosticRecord(TypedDict):
+    """One diagnostic; None where something is not known."""
+
+    code: str
+    severity: str
+    message: str
+    file: str | None
+    line: int | None
+    column: int | None
+    end_column: int | None
+    path: str
+    hint: str | None
+    related: list[RelatedRecord]
+
+
+def records(diagnostics: Iterable[Diagnostic]) -> list[DiagnosticRecord]:
+    """Diagnostics as plain data: the value of `diagnostics` in every JSON report."""
+    return [_record(d) for d in diagnostics]
+
+
+def render_json(diagnostics: Iterable[Diagnostic]) -> str:
+    """`{"diagnostics": [...]}` with a line break at the end.
+
+    ASCII only: it passes through any pipe, and no escape sequence of a stranger's file survives.
+    """
+    return json.dumps({"diagnostics": records(diagnostics)}, indent=2) + "\n"
+
+
+def _record(diagnostic: Diagnostic) -> DiagnosticRecord:
+    location = diagnostic.location
+    return {
+        "code": encodable(diagnostic.code),
+        "severity": diagnostic.severity,
+        "message": encodable(diagnostic.message),
+        "file": _text(location.file),
+        "line": location.line,
+        "column": location.column,
+        "end_column": location.end_column,
+        "path": encodable(diagnostic.path),
+        "hint": _text(diagnostic.hint),
+        "related": [_related(r) for r in diagnostic.related],
+    }
+
+
+def _related(related: Related) -> RelatedRecord:
+    return {
+        "message": encodable(related.message),
+        "file": _text(related.location.file),
+        "line": related.location.line,
+        "column": related.location.column,
+        "end_column": related.location.end_column,
+    }
+
+
+def _text(text: str | None) -> str | None:
+    return None if text is None else encodable(text)

@@ -1,0 +1,107 @@
+"""The `sarif` format: SARIF 2.1.0, which code scanning services and editors read."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import PurePath
+from typing import TYPE_CHECKING
+
+from scenecc.diagnostics.codes import CODES
+from scenecc.diagnostics.explain import markdown
+from scenecc.diagnostics.render.files import uri
+from scenecc.diagnostics.render.terminal import encodable
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics.diagnostic import Diagnostic
+    from scenecc.diagnostics.origin import Location
+
+Json = dict[str, object]
+
+SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
+
+
+def render_sarif(diagnostics: Sequence[Diagnostic], *, root: PurePath | None = None) -> str:
+    """A SARIF 2.1.0 log of one run. File names are relative to `root`, the log's `%SRCROOT%`.
+
+    The rules are the codes that occur, in their own order. A file outside of the root is named by
+    an absolute URI.
+    """
+    rules = {code: i for i, code in enumerate(sorted({encodable(d.code) for d in diagnostics}))}
+    run: Json = {
+        "tool": {"driver": _driver(list(rules))},
+        "columnKind": "unicodeCodePoints",
+        "results": [_result(d, rules, root) for d in diagnostics],
+    }
+    return json.dumps({"$schema": SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2) + "\n"
+
+
+def _driver(codes: list[str]) -> Json:
+    driver: Json = {"name": "scenecc"}
+    try:
+        driver["version"] = version("scenecc")
+    except PackageNotFoundError:
+        # Run from a source tree that was never installed: there is no version to state.
+        pass
+    return {**driver, "rules": [_rule(code) for code in codes]}
+
+
+def _rule(code: str) -> Json:
+    row = CODES.get(code)
+    if row is None:
+        return {"id": code}
+    return {
+        "id": row.code,
+        "shortDescription": {"text": row.title},
+        "fullDescription": {"text": row.cause},
+        "help": {"text": row.cure, "markdown": markdown(row)},
+        "defaultConfiguration": {"level": row.severity},
+    }
+
+
+def _result(diagnostic: Diagnostic, rules: dict[str, int], root: PurePath | None) -> Json:
+    rule = encodable(diagnostic.code)
+    result: Json = {
+        "ruleId": rule,
+        "ruleIndex": rules[rule],
+        "level": diagnostic.severity,
+        "message": {"text": _message(diagnostic)},
+    }
+    location = _physical(diagnostic.location, root)
+    if diagnostic.path:
+        location["logicalLocations"] = [{"fullyQualifiedName": encodable(diagnostic.path)}]
+    if location:
+        result["locations"] = [location]
+    if diagnostic.related:
+        result["relatedLocations"] = [
+            {"id": i, **_physical(related.location, root), "message": {"text": encodable(related.message)}}
+            for i, related in enumerate(diagnostic.related)
+        ]
+    return result
+
+
+def _message(diagnostic: Diagnostic) -> str:
+    """Message and hint: SARIF has no place for advice that is about this result alone."""
+    hint = f"\nHint: {diagnostic.hint}" if diagnostic.hint else ""
+    return encodable(diagnostic.message + hint)
+
+
+def _physical(location: Location, root: PurePath | None) -> Json:
+    if not location.file:
+        return {}
+    name, relative = uri(location.file, root)
+    artifact: Json = {"uri": name, "uriBaseId": "%SRCROOT%"} if relative else {"uri": name}
+    physical: Json = {"artifactLocation": artifact}
+    if location.line is not None:
+        physical["region"] = _region(location.line, location.column, location.end_column)
+    return {"physicalLocation": physical}
+
+
+def _region(line: int, column: int | None, end_column: int | None) -> Json:
+    region: Json = {"startLine": line}
+    if column is not None:
+        region["startColumn"] = column
+        if end_column is not None and end_column > column:
+            region["endColumn"] = end_column
+    return region

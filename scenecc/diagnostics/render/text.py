@@ -1,0 +1,104 @@
+"""The `text` format, for people: where, what, the source line with the place underlined, what to do."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final, Literal
+
+from scenecc.diagnostics.render.excerpt import excerpt
+from scenecc.diagnostics.render.terminal import visible
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics.diagnostic import Diagnostic, Severity
+    from scenecc.diagnostics.origin import Location
+
+Tone = Literal["error", "warning", "note", "place", "gutter", "hint"]
+
+_SGR: Final[dict[Tone, str]] = {
+    "error": "1;31",
+    "warning": "1;33",
+    "note": "1;36",
+    "place": "1",
+    "gutter": "34",
+    "hint": "32",
+}
+
+_SEVERITIES: Final[tuple[Severity, ...]] = ("error", "warning", "note")
+
+
+def render_text(diagnostics: Sequence[Diagnostic], *, color: bool = False, width: int = 110) -> str:
+    """Diagnostics for people, a blank line between them and a count at the end; "" for none.
+
+    Args:
+        diagnostics: what to show, in this order.
+        color: whether to use ANSI colours.
+        width: terminal cells of a source line before it is cut around the caret.
+    """
+    if not diagnostics:
+        return ""
+    page = _Page(color, width)
+    blocks = ["".join(line + "\n" for line in page.block(d)) for d in diagnostics]
+    return "\n".join([*blocks, page.summary(diagnostics) + "\n"])
+
+
+class _Page:
+    """The choices that all lines of one report share."""
+
+    def __init__(self, color: bool, width: int) -> None:
+        self._color = color
+        self._width = width
+
+    def block(self, diagnostic: Diagnostic) -> list[str]:
+        """The lines of one diagnostic."""
+        severity = diagnostic.severity
+        head = self._paint(severity, f"{severity} {visible(diagnostic.code)}")
+        indent = " " * _gutter(diagnostic)
+        lines = [f"{self._place(diagnostic.location)} {head}: {visible(diagnostic.message)}"]
+        if diagnostic.path:
+            lines.append(f"{indent} {self._paint('gutter', '-->')} {visible(diagnostic.path)}")
+        lines += self._source(diagnostic.location, severity, len(indent))
+        if diagnostic.hint:
+            first, *more = diagnostic.hint.splitlines() or [""]
+            lines.append(f"{indent} {self._paint('gutter', '=')} {self._paint('hint', 'hint')}: {visible(first)}")
+            lines += [f"{indent}         {visible(line)}".rstrip() for line in more]
+        for related in diagnostic.related:
+            where = self._place(related.location)
+            note = self._paint("note", "note")
+            lines.append(f"{indent} {self._paint('gutter', '=')} {note}: {where} {visible(related.message)}")
+            lines += self._source(related.location, "note", len(indent))
+        return lines
+
+    def summary(self, diagnostics: Sequence[Diagnostic]) -> str:
+        """`2 errors, 1 warning`; errors are named even where there are none."""
+        counts = Counter(d.severity for d in diagnostics)
+        return ", ".join(
+            self._paint(s, f"{counts[s]} {s}" + ("" if counts[s] == 1 else "s"))
+            for s in _SEVERITIES
+            if counts[s] or s != "note"
+        )
+
+    def _place(self, location: Location) -> str:
+        parts = (location.file or "<dict>", location.line, location.column)
+        place = ":".join(visible(str(part)) for part in parts if part is not None)
+        return self._paint("place", place + ":")
+
+    def _source(self, location: Location, tone: Tone, gutter: int) -> list[str]:
+        if location.line is None or location.text is None:
+            return []
+        part = excerpt(location.text, location.column, location.end_column, width=self._width)
+        bar = self._paint("gutter", "|")
+        number = self._paint("gutter", f"{location.line:>{gutter}}")
+        lines = [f"{number} {bar} {part.shown}".rstrip()]
+        if location.column is not None:
+            lines.append(f"{' ' * gutter} {bar} {' ' * part.indent}{self._paint(tone, '^' * part.length)}")
+        return lines
+
+    def _paint(self, tone: Tone, text: str) -> str:
+        return f"\x1b[{_SGR[tone]}m{text}\x1b[0m" if self._color else text
+
+
+def _gutter(diagnostic: Diagnostic) -> int:
+    """Cells for the line numbers of this diagnostic and its related places."""
+    locations = (diagnostic.location, *(related.location for related in diagnostic.related))
+    return max((len(str(location.line)) for location in locations if location.line is not None), default=1)
