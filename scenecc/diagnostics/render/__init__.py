@@ -1,72 +1,42 @@
-"""Diagnostics as text: one small file a format, each loaded when it is first asked for.
+"""Diagnostics as text: one small file a format, loaded when the format is first asked for.
 
-All are total: they take any diagnostics, and what they return can be encoded as UTF-8.
+Every renderer is total: it takes any diagnostics, and what it returns can be encoded as UTF-8.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from importlib import import_module
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
+from scenecc.diagnostics.render.style import Style
 from scenecc.diagnostics.render.terminal import wants_color
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Diagnostic
 
-
-@dataclass(frozen=True, slots=True)
-class Style:
-    """How diagnostics are rendered.
-
-    Attributes:
-        color: whether the text format uses terminal colours; the others never do.
-        root: directory that the file names of `github` and `sarif` are relative to; None: the
-            working directory.
-        width: terminal cells of a source line before the text format cuts it around the caret.
-    """
-
-    color: bool = False
-    root: PurePath | None = None
-    width: int = 110
-
-
 Renderer = Callable[[Sequence["Diagnostic"], Style], str]
+"""Diagnostics as one text that ends with a line break, or "" where there is nothing to say."""
+
+FORMATS: dict[str, str] = {
+    "text": "scenecc.diagnostics.render.text",
+    "json": "scenecc.diagnostics.render.json_text",
+    "github": "scenecc.diagnostics.render.github",
+    "sarif": "scenecc.diagnostics.render.sarif",
+}
+"""Every format, by the name that `--format` takes: the module whose `render` is its `Renderer`."""
 
 
-def _text(diagnostics: Sequence[Diagnostic], style: Style) -> str:
-    from scenecc.diagnostics.render.text import render_text
-
-    return render_text(diagnostics, color=style.color, width=style.width)
-
-
-def _json(diagnostics: Sequence[Diagnostic], style: Style) -> str:
-    from scenecc.diagnostics.render.json_text import render_json
-
-    del style
-    return render_json(diagnostics)
-
-
-def _github(diagnostics: Sequence[Diagnostic], style: Style) -> str:
-    from scenecc.diagnostics.render.github import render_github
-
-    return render_github(diagnostics, root=style.root)
-
-
-def _sarif(diagnostics: Sequence[Diagnostic], style: Style) -> str:
-    from scenecc.diagnostics.render.sarif import render_sarif
-
-    return render_sarif(diagnostics, root=style.root)
-
-
-FORMATS: dict[str, Renderer] = {"text": _text, "json": _json, "github": _github, "sarif": _sarif}
-"""Every format, by the name that `--format` takes."""
+def renderer(format_name: str) -> Renderer:
+    """The renderer of a key of `FORMATS`; any other name raises `KeyError`."""
+    found: Renderer = import_module(FORMATS[format_name]).render
+    return found
 
 
 def render(
     diagnostics: Sequence[Diagnostic],
-    format: str = "text",  # noqa: A002 - the option's own name
+    format_name: str = "text",
     *,
     color: bool = False,
     root: PurePath | None = None,
@@ -75,11 +45,11 @@ def render(
 
     Args:
         diagnostics: what to show, in this order.
-        format: a key of `FORMATS`; another raises `KeyError`.
+        format_name: a key of `FORMATS`; another raises `KeyError`.
         color: whether `text` uses terminal colours (see `wants_color`).
         root: what file names in `github` and `sarif` are relative to; None: the working directory.
     """
-    return FORMATS[format](diagnostics, Style(color=color, root=root))
+    return renderer(format_name)(diagnostics, Style(color=color, root=root))
 
 
-__all__ = ["FORMATS", "Renderer", "Style", "render", "wants_color"]
+__all__ = ["FORMATS", "Renderer", "Style", "render", "renderer", "wants_color"]

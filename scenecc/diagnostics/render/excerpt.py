@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rich.cells import cell_len
+from rich.cells import cell_len  # noqa: TID253 - this file is loaded with the text format alone
 
 from scenecc.diagnostics.render.terminal import visible
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from pathlib import PurePath
+from pathlib import Path, PurePath
 from urllib.parse import quote
 
 
@@ -13,7 +13,7 @@ def relative_file(file: str, root: PurePath | None) -> tuple[str, bool]:
     Purely lexical, since the name may be of no file (`<stdin>`) or hold anything at all. A file
     outside of the root keeps its absolute name. `root`: None is the working directory.
     """
-    base = PurePath(os.getcwd()) if root is None else root
+    base = PurePath(Path.cwd()) if root is None else root
     path = PurePath(os.path.normpath(base / file))
     if path.is_relative_to(base):
         return path.relative_to(base).as_posix(), True

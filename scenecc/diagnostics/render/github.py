@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
@@ -12,13 +12,14 @@ from scenecc.diagnostics.render.terminal import visible
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Diagnostic, Severity
     from scenecc.diagnostics.origin import Location
+    from scenecc.diagnostics.render.style import Style
 
 _COMMANDS: Final[dict[Severity, str]] = {"error": "error", "warning": "warning", "note": "notice"}
 
 
-def render_github(diagnostics: Iterable[Diagnostic], *, root: PurePath | None = None) -> str:
-    """One `::error file=…,line=…::message` line a diagnostic; file names relative to `root`."""
-    return "".join(_command(d, root) + "\n" for d in diagnostics)
+def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
+    """One `::error file=…,line=…::message` line a diagnostic; file names relative to `style.root`."""
+    return "".join(_command(d, style.root) + "\n" for d in diagnostics)
 
 
 def _command(diagnostic: Diagnostic, root: PurePath | None) -> str:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, TypedDict
 
 from scenecc.diagnostics.render.terminal import encodable
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Diagnostic, Related
+    from scenecc.diagnostics.render.style import Style
 
 
 class RelatedRecord(TypedDict):
@@ -42,11 +43,12 @@ def records(diagnostics: Iterable[Diagnostic]) -> list[DiagnosticRecord]:
     return [_record(d) for d in diagnostics]
 
 
-def render_json(diagnostics: Iterable[Diagnostic]) -> str:
+def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
     """`{"diagnostics": [...]}` with a line break at the end.
 
     ASCII only: it passes through any pipe, and no escape sequence of a stranger's file survives.
     """
+    del style
     return json.dumps({"diagnostics": records(diagnostics)}, indent=2) + "\n"
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
@@ -12,18 +11,20 @@ from scenecc.diagnostics.codes import CODES
 from scenecc.diagnostics.explain import markdown
 from scenecc.diagnostics.render.files import uri
 from scenecc.diagnostics.render.terminal import encodable
+from scenecc.version import VERSION
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Diagnostic
     from scenecc.diagnostics.origin import Location
+    from scenecc.diagnostics.render.style import Style
 
 Json = dict[str, object]
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 
 
-def render_sarif(diagnostics: Sequence[Diagnostic], *, root: PurePath | None = None) -> str:
-    """A SARIF 2.1.0 log of one run. File names are relative to `root`, the log's `%SRCROOT%`.
+def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
+    """A SARIF 2.1.0 log of one run. File names are relative to `style.root`, the log's `%SRCROOT%`.
 
     The rules are the codes that occur, in their own order. A file outside of the root is named by
     an absolute URI.
@@ -32,19 +33,13 @@ def render_sarif(diagnostics: Sequence[Diagnostic], *, root: PurePath | None = N
     run: Json = {
         "tool": {"driver": _driver(list(rules))},
         "columnKind": "unicodeCodePoints",
-        "results": [_result(d, rules, root) for d in diagnostics],
+        "results": [_result(d, rules, style.root) for d in diagnostics],
     }
     return json.dumps({"$schema": SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2) + "\n"
 
 
 def _driver(codes: list[str]) -> Json:
-    driver: Json = {"name": "scenecc"}
-    try:
-        driver["version"] = version("scenecc")
-    except PackageNotFoundError:
-        # Run from a source tree that was never installed: there is no version to state.
-        pass
-    return {**driver, "rules": [_rule(code) for code in codes]}
+    return {"name": "scenecc", "version": VERSION, "rules": [_rule(code) for code in codes]}
 
 
 def _rule(code: str) -> Json:

@@ -17,7 +17,9 @@ _HIDDEN = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
 class HasIsatty(Protocol):
     """The part of a text stream that decides about colour."""
 
-    def isatty(self) -> bool: ...
+    def isatty(self) -> bool:
+        """Whether people read it."""
+        ...
 
 
 def wants_color(stream: HasIsatty, environ: Mapping[str, str] | None = None) -> bool:

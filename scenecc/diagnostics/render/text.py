@@ -12,6 +12,7 @@ from scenecc.diagnostics.render.terminal import visible
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Diagnostic, Severity
     from scenecc.diagnostics.origin import Location
+    from scenecc.diagnostics.render.style import Style
 
 Tone = Literal["error", "warning", "note", "place", "gutter", "hint"]
 
@@ -27,17 +28,11 @@ _SGR: Final[dict[Tone, str]] = {
 _SEVERITIES: Final[tuple[Severity, ...]] = ("error", "warning", "note")
 
 
-def render_text(diagnostics: Sequence[Diagnostic], *, color: bool = False, width: int = 110) -> str:
-    """Diagnostics for people, a blank line between them and a count at the end; "" for none.
-
-    Args:
-        diagnostics: what to show, in this order.
-        color: whether to use ANSI colours.
-        width: terminal cells of a source line before it is cut around the caret.
-    """
+def render(diagnostics: Sequence[Diagnostic], style: Style) -> str:
+    """Diagnostics for people, a blank line between them and a count at the end; "" for none."""
     if not diagnostics:
         return ""
-    page = _Page(color, width)
+    page = _Page(style)
     blocks = ["".join(line + "\n" for line in page.block(d)) for d in diagnostics]
     return "\n".join([*blocks, page.summary(diagnostics) + "\n"])
 
@@ -45,9 +40,8 @@ def render_text(diagnostics: Sequence[Diagnostic], *, color: bool = False, width
 class _Page:
     """The choices that all lines of one report share."""
 
-    def __init__(self, color: bool, width: int) -> None:
-        self._color = color
-        self._width = width
+    def __init__(self, style: Style) -> None:
+        self._style = style
 
     def block(self, diagnostic: Diagnostic) -> list[str]:
         """The lines of one diagnostic."""
@@ -86,7 +80,7 @@ class _Page:
     def _source(self, location: Location, tone: Tone, gutter: int) -> list[str]:
         if location.line is None or location.text is None:
             return []
-        part = excerpt(location.text, location.column, location.end_column, width=self._width)
+        part = excerpt(location.text, location.column, location.end_column, width=self._style.width)
         bar = self._paint("gutter", "|")
         number = self._paint("gutter", f"{location.line:>{gutter}}")
         lines = [f"{number} {bar} {part.shown}".rstrip()]
@@ -95,7 +89,7 @@ class _Page:
         return lines
 
     def _paint(self, tone: Tone, text: str) -> str:
-        return f"\x1b[{_SGR[tone]}m{text}\x1b[0m" if self._color else text
+        return f"\x1b[{_SGR[tone]}m{text}\x1b[0m" if self._style.color else text
 
 
 def _gutter(diagnostic: Diagnostic) -> int:
