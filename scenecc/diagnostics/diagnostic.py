@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from scenecc.diagnostics.codes import CODES
-from scenecc.diagnostics.origin import At, Location, Locator, Origin, dotted, nowhere
+from scenecc.diagnostics.origin import At, Location, Locator, Origin, Path, dotted, nowhere
 
 Severity = Literal["error", "warning", "note"]
 
@@ -75,6 +75,7 @@ class _Report:
     at: At
     hint: str | None
     related: tuple[RelatedPlace, ...]
+    path: Path
 
 
 class Sink:
@@ -104,13 +105,18 @@ class Sink:
         at: At = "value",
         hint: str | None = None,
         related: Iterable[RelatedPlace] = (),
+        path: Path = (),
     ) -> None:
-        """Adds a finding. The same code, message and place twice is one finding."""
+        """Adds a finding. The same code, message and place twice is one finding.
+
+        `path` is for a place that is a location; an origin brings its own.
+        """
         key = (code, message, place)
         if key in self._seen:
             return
         self._seen.add(key)
-        self._reports.append(_Report(code, message, place, at, hint, tuple(related)))
+        path = place.path if isinstance(place, Origin) else path
+        self._reports.append(_Report(code, message, place, at, hint, tuple(related), path))
         self._failed = self._failed or CODES[code].severity == "error"
 
     def diagnostics(self) -> list[Diagnostic]:
@@ -124,7 +130,7 @@ class Sink:
             severity=CODES[report.code].severity,
             message=report.message,
             location=self._location(report.place, report.at),
-            path=dotted(report.place.path) if isinstance(report.place, Origin) else "",
+            path=dotted(report.path),
             hint=report.hint,
             related=tuple(
                 Related(message, self._location(place, at)) for message, place, at in self._chain(report)
