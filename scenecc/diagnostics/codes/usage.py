@@ -1,5 +1,65 @@
-"""Rows of the table of codes: usage."""
+"""Rows of the table of codes: use of the tool."""
 
 from scenecc.diagnostics.codes.row import Code
 
-ROWS: tuple[Code, ...] = ()
+ROWS: tuple[Code, ...] = (
+    Code(
+        code="SC901",
+        severity="error",
+        title="a path given to the command does not exist",
+        cause="The command was told to read a file or folder that is not there. Nothing was read in its place.",
+        example="$ scenecc validate no_such_scene.yaml",
+        cure="Correct the path. It is relative to the folder in which the command runs.",
+    ),
+    Code(
+        code="SC902",
+        severity="error",
+        title="a folder holds no scene",
+        cause=(
+            "In a folder, the files that end in .yaml or .yml and have the key `scenecc` at the top are scenes. "
+            "This folder has none, so a check of it would pass whatever is in it."
+        ),
+        example="$ mkdir empty && scenecc validate empty",
+        cure=(
+            "Name the folder in which the scenes are, or the files themselves: a file that is named is always checked."
+        ),
+    ),
+    Code(
+        code="SC903",
+        severity="error",
+        title="a file or folder under a given folder cannot be read",
+        cause="A folder was given to be searched, and a part of it may not be read: scenes there would go unchecked.",
+        example="$ mkdir locked && chmod 000 locked && scenecc validate .",
+        cure="Change its permissions, or name the files that are meant.",
+    ),
+    Code(
+        code="SC904",
+        severity="error",
+        title="an output file cannot be written",
+        cause=(
+            "The file named by -o is a folder, lies in a folder that is not there, or may not be written. "
+            "A file that was there before is left as it was."
+        ),
+        example="$ scenecc build scene.yaml -o no_such_folder/plan.json",
+        cure="Name a file in a folder that exists and may be written, or `-` for standard output.",
+    ),
+    Code(
+        code="SC905",
+        severity="error",
+        title="no such diagnostic code",
+        cause="`scenecc explain` was given a code that is not in the table.",
+        example="$ scenecc explain SC999",
+        cure="Run `scenecc explain` without a code: it lists them all.",
+    ),
+    Code(
+        code="SC906",
+        severity="error",
+        title="standard output is asked to hold two things",
+        cause=(
+            "`-o -` writes the result to standard output, and --format json, github or sarif writes diagnostics "
+            "there: a program could read neither."
+        ),
+        example="$ scenecc build scene.yaml -o - --format json",
+        cure="Name a file after -o, or leave --format at text, which then goes to standard error.",
+    ),
+)

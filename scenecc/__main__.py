@@ -1,0 +1,6 @@
+"""`python -m scenecc` is `scenecc`."""
+
+from scenecc.cli import main
+
+if __name__ == "__main__":
+    main()

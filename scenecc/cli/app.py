@@ -1,0 +1,78 @@
+"""The command `scenecc`: the table of its commands, and how the process ends."""
+
+from __future__ import annotations
+
+import io
+import signal
+import sys
+from collections.abc import Callable
+from types import FrameType
+from typing import Annotated, Any, Final, NoReturn
+
+import typer
+
+from scenecc.cli.build import build
+from scenecc.cli.emit import emit
+from scenecc.cli.explain import explain
+from scenecc.cli.schema import schema
+from scenecc.cli.validate import validate
+
+COMMANDS: Final[tuple[Callable[..., Any], ...]] = (build, validate, emit, schema, explain)
+"""Every command, as `scenecc --help` lists them. A function's name is the command's."""
+
+_INTERRUPTED = 130
+
+_EPILOG = "Exit status: 0 fine, 1 the scene is at fault, 2 wrong usage, 3 the engine or the machine is at fault."
+
+
+def main() -> None:
+    """Runs the command line of this process. Ends it: 0, 1, 2, 3, or 130 when interrupted."""
+    # A closed pipe (`scenecc validate . | head`) ends this process as it ends any other.
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+    signal.signal(signal.SIGINT, _interrupt)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # A name that the terminal cannot show is shown escaped.
+            stream.reconfigure(errors="backslashreplace")
+    _application()(prog_name="scenecc")
+
+
+def _application() -> typer.Typer:
+    # Plain help: nothing to import, and the same wherever it is read.
+    app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False)
+    app.callback(epilog=_EPILOG)(_scenecc)
+    for function in COMMANDS:
+        app.command(function.__name__)(function)
+    return app
+
+
+def _scenecc(
+    *,
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=lambda on: _print_version(on=on), is_eager=True, help="Print the version."),
+    ] = False,
+) -> None:
+    """Check scene files for robot simulation and build them as parallel SAPIEN scenes.
+
+    \b
+    Examples:
+      scenecc validate scenes
+      scenecc build scenes/tabletop.yaml --num-scenes 4
+      scenecc explain SC101
+    """
+    del version
+
+
+def _print_version(on: bool) -> None:
+    if on:
+        from scenecc.version import VERSION
+
+        typer.echo(f"scenecc {VERSION}")
+        raise typer.Exit
+
+
+def _interrupt(signum: int, frame: FrameType | None) -> NoReturn:
+    """Leaves by SystemExit, so that half-written files are removed on the way and no traceback is printed."""
+    del signum, frame
+    sys.exit(_INTERRUPTED)

@@ -1,0 +1,29 @@
+"""What can be wrong with the paths of a command before any work is done."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+from scenecc.cli.find import STDIN
+from scenecc.cli.options import Format
+from scenecc.cli.output import STDOUT, refusal
+from scenecc.cli.report import usage_error
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Diagnostic
+
+
+def path_faults(scene: str, output: str | None, form: Format = Format.text) -> list[Diagnostic]:
+    """Faults of the scene's path and the output's. `output`: None writes nothing."""
+    faults: list[Diagnostic] = []
+    if scene != STDIN and not os.path.lexists(scene):
+        faults.append(usage_error("SC901", f"there is no file `{scene}`", file=scene))
+    if output is None:
+        return faults
+    if output == STDOUT and form is not Format.text:
+        message = f"standard output cannot hold both the result (`-o -`) and diagnostics as {form.value}"
+        faults.append(usage_error("SC906", message, file=output, hint="name a file after -o"))
+    elif (reason := refusal(output)) is not None:
+        faults.append(usage_error("SC904", reason, file=output))
+    return faults

@@ -1,0 +1,142 @@
+"""`scenecc build`."""
+
+from __future__ import annotations
+
+import sys
+import time
+from enum import Enum
+from typing import TYPE_CHECKING, Annotated, NoReturn
+
+import typer
+
+from scenecc.cli.arguments import path_faults
+from scenecc.cli.find import STDIN
+from scenecc.cli.options import (
+    AllowOutside,
+    AssetRoots,
+    Format,
+    FormatOption,
+    Limits,
+    NumScenes,
+    SceneArgument,
+    Seed,
+    parse_limits,
+)
+from scenecc.cli.output import STDOUT, print_err, print_out, write
+from scenecc.cli.report import print_asides, status, usage_error
+from scenecc.cli.table import stage_times, table
+
+if TYPE_CHECKING:
+    from scenecc.api import Build, SceneBatch
+    from scenecc.diagnostics import Diagnostic
+
+
+class Backend(str, Enum):
+    """Where PhysX runs."""
+
+    cpu = "cpu"
+    cuda = "cuda"
+
+
+class Audit(str, Enum):
+    """How much of what was built is read back and compared with the plan."""
+
+    full = "full"
+    fast = "fast"
+    off = "off"
+
+
+def build(
+    scene: SceneArgument,
+    *,
+    num_scenes: NumScenes = None,
+    seed: Seed = None,
+    backend: Annotated[Backend, typer.Option("--backend", help="Where PhysX runs.")] = Backend.cpu,
+    steps: Annotated[int, typer.Option("--steps", metavar="N", min=0, help="Simulate N steps once it is built.")] = 0,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Compile only: no engine is started.")] = False,
+    output: Annotated[
+        str | None, typer.Option("--output", "-o", metavar="PLAN.json", help="Write the plan; - is standard output.")
+    ] = None,
+    render: Annotated[
+        bool | None,
+        typer.Option("--render/--no-render", help="Build what is seen too.", show_default="where a device exists"),
+    ] = None,
+    audit: Annotated[Audit, typer.Option("--audit", help="How much is read back from the engine.")] = Audit.fast,
+    asset_roots: AssetRoots = None,
+    allow_outside_assets: AllowOutside = False,
+    limits: Limits = None,
+    form: FormatOption = Format.text,
+) -> None:
+    """Build a scene as parallel SAPIEN scenes.
+
+    Prints a table of what was built in which scenes, and the time of each stage.
+
+    \b
+    Examples:
+      scenecc build scenes/tabletop.yaml --num-scenes 4
+      scenecc build scenes/tabletop.yaml --steps 300 --no-render
+      scenecc build scenes/tabletop.yaml --dry-run -o plan.json
+    """
+    from scenecc import api
+
+    faults = path_faults(scene, output, form)
+    if faults:
+        _finish(faults, form)
+    try:
+        result = api.build_scene(
+            sys.stdin if scene == STDIN else scene,
+            num_scenes=num_scenes,
+            seed=seed,
+            backend=backend.value,
+            dry_run=dry_run,
+            render=render,
+            audit=audit.value,
+            asset_roots=asset_roots or (),
+            allow_outside_assets=allow_outside_assets,
+            limits=parse_limits(limits),
+        )
+    except api.SceneError as error:
+        _finish(error.diagnostics, form)
+    timings = dict(result.timings)
+    if result.batch is not None:
+        with result.batch:
+            timings |= _step(result.batch, steps)
+    diagnostics = list(result.diagnostics)
+    if output is not None:
+        reason = write(output, api.emit(result.plan, "json"))
+        if reason is not None:
+            diagnostics.append(usage_error("SC904", reason, file=output))
+    if form is Format.text:
+        (print_err if output == STDOUT else print_out)(_summary(result, timings))
+    _finish(diagnostics, form)
+
+
+def _step(batch: SceneBatch, steps: int) -> dict[str, float]:
+    """Simulates and says how long that took; a progress bar counts on a terminal."""
+    if steps == 0:
+        return {}
+    started = time.perf_counter()
+    if sys.stderr.isatty():
+        with typer.progressbar(range(steps), label="step", file=sys.stderr) as bar:
+            for _ in bar:
+                batch.step()
+    else:
+        batch.step(steps)
+    return {"step": time.perf_counter() - started}
+
+
+def _summary(result: Build, timings: dict[str, float]) -> str:
+    from scenecc.diagnostics.render import wants_color
+
+    plan = result.plan
+    done = "planned" if result.batch is None else "built"
+    scenes = f"{plan.num_scenes} scene{'' if plan.num_scenes == 1 else 's'}"
+    return (
+        table(result.summary, color=wants_color(sys.stdout))
+        + f"\n{plan.name}: {done} {scenes}\n{stage_times(timings)}\n"
+    )
+
+
+def _finish(diagnostics: list[Diagnostic], form: Format) -> NoReturn:
+    print_asides(diagnostics, form)
+    raise typer.Exit(status(diagnostics))

@@ -1,0 +1,50 @@
+"""`scenecc explain`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from scenecc.cli.options import Format
+from scenecc.cli.output import print_out
+from scenecc.cli.report import print_asides, status, usage_error
+
+
+def explain(
+    code: Annotated[str | None, typer.Argument(metavar="[CODE]", help="A code, as in SC101.", show_default=False)] = None,
+) -> None:
+    """Say what a diagnostic code means.
+
+    Prints its cause, an example and the cure. Without a code, all codes are listed.
+
+    \b
+    Examples:
+      scenecc explain SC101
+      scenecc explain
+    """
+    from scenecc.diagnostics.explain import explain as explanation
+    from scenecc.diagnostics.explain import nearest_codes
+
+    if code is None:
+        print_out(_list())
+        return
+    text = explanation(code)
+    if text is None:
+        near = nearest_codes(code)
+        hint = f"did you mean {' or '.join(near)}?" if near else "`scenecc explain` without a code lists them all"
+        unknown = usage_error("SC905", f"there is no code `{code}`", file="CODE", hint=hint)
+        print_asides([unknown], Format.text)
+        raise typer.Exit(status([unknown]))
+    print_out(text)
+
+
+def _list() -> str:
+    from scenecc.diagnostics.codes import BANDS, CODES
+
+    lines: list[str] = []
+    for digit, band in BANDS.items():
+        rows = sorted((row.code, row.severity, row.title) for row in CODES.values() if row.code[2] == digit)
+        if rows:
+            lines += [f"SC{digit}: {band}", *(f"  {code}  {severity:7}  {title}" for code, severity, title in rows), ""]
+    return "\n".join(lines)

@@ -1,0 +1,85 @@
+"""Which files `scenecc validate` checks."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+STDIN: Final = "-"
+
+_SUFFIXES: Final = (".yaml", ".yml")
+_LANGUAGE_KEY: Final = re.compile(r"""^(?:\{[ \t]*)?(?:scenecc|"scenecc"|'scenecc')[ \t]*:""", re.MULTILINE)
+_SEARCHED_BYTES: Final = 16 * 1024 * 1024
+
+
+@dataclass(slots=True)
+class Found:
+    """The files that were asked for.
+
+    Attributes:
+        files: files to check: those named, and the scenes in folders, each folder's sorted; none twice.
+        skipped: YAML files in folders that are not scenes.
+        missing: paths that do not exist.
+        empty: folders without a scene.
+        unreadable: folders that may not be listed, and files in folders that may not be read.
+    """
+
+    files: list[str] = field(default_factory=list[str])
+    skipped: list[str] = field(default_factory=list[str])
+    missing: list[str] = field(default_factory=list[str])
+    empty: list[str] = field(default_factory=list[str])
+    unreadable: list[tuple[str, OSError]] = field(default_factory=list[tuple[str, OSError]])
+
+
+def find(paths: list[str]) -> Found:
+    """A file is taken as it is; a folder is searched for scenes: YAML files with a key `scenecc` at the top.
+
+    Folders and files whose names start with a dot are passed over, and links to folders are not followed.
+    """
+    found = Found()
+    for path in paths:
+        if path != STDIN and Path(path).is_dir():
+            _search(path, found)
+        elif path == STDIN or os.path.lexists(path):
+            found.files.append(path)
+        else:
+            found.missing.append(path)
+    found.files = list(dict.fromkeys(found.files))
+    return found
+
+
+def _search(folder: str, found: Found) -> None:
+    before = len(found.files)
+    for file in sorted(_yaml_files(folder, found)):
+        try:
+            is_scene = _is_scene(file)
+        except OSError as error:
+            found.unreadable.append((file, error))
+            continue
+        (found.files if is_scene else found.skipped).append(file)
+    if len(found.files) == before:
+        found.empty.append(folder)
+
+
+def _yaml_files(folder: str, found: Found) -> Iterator[str]:
+    def refused(error: OSError) -> None:
+        found.unreadable.append((str(error.filename), error))
+
+    for parent, folders, files in os.walk(folder, onerror=refused):
+        folders[:] = [name for name in folders if not name.startswith(".")]
+        for name in files:
+            if name.lower().endswith(_SUFFIXES) and not name.startswith("."):
+                yield str(Path(parent, name))
+
+
+def _is_scene(file: str) -> bool:
+    if not Path(file).is_file():
+        return False
+    with Path(file).open("rb") as stream:
+        data = stream.read(_SEARCHED_BYTES)
+    encoding = "utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig"
+    return _LANGUAGE_KEY.search(data.decode(encoding, errors="replace")) is not None

@@ -1,0 +1,54 @@
+"""Options that several commands take. What they mean is the API's business."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+class Format(str, Enum):
+    """How diagnostics are printed."""
+
+    text = "text"
+    json = "json"
+    github = "github"
+    sarif = "sarif"
+
+
+def parse_limits(given: list[str] | None) -> dict[str, int] | None:
+    """`["depth=200"]` as a mapping; None where nothing was given.
+
+    Raises:
+        typer.BadParameter: for what is not `name=value`, or a value that is no whole number.
+    """
+    limits: dict[str, int] = {}
+    for item in given or ():
+        name, equals, value = item.partition("=")
+        if not equals or not name.strip() or not value.strip().replace("_", "").isdecimal():
+            message = f"'{item}' is not name=value with a whole number, as in depth=200"
+            raise typer.BadParameter(message, param_hint="'--limit'")
+        limits[name.strip()] = int(value)
+    return limits or None
+
+
+SceneArgument = Annotated[
+    str, typer.Argument(metavar="SCENE", help="A scene file, or - for standard input.", show_default=False)
+]
+NumScenes = Annotated[
+    int | None, typer.Option("--num-scenes", metavar="N", min=1, help="How many scenes, in place of the file's.")
+]
+Seed = Annotated[int | None, typer.Option("--seed", metavar="S", help="Seed of every draw, in place of the file's.")]
+AssetRoots = Annotated[
+    list[Path] | None,
+    typer.Option("--asset-root", metavar="DIR", help="Where asset:// looks; may be given several times."),
+]
+AllowOutside = Annotated[
+    bool, typer.Option("--allow-outside-assets", help="Let files lie outside the scene's folder and the asset roots.")
+]
+Limits = Annotated[
+    list[str] | None, typer.Option("--limit", metavar="NAME=VALUE", help="Raise a limit; may be given several times.")
+]
+FormatOption = Annotated[Format, typer.Option("--format", help="How diagnostics are printed.")]

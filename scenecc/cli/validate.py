@@ -1,0 +1,91 @@
+"""`scenecc validate`."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from scenecc.cli.find import STDIN, Found, find
+from scenecc.cli.options import AllowOutside, AssetRoots, Format, FormatOption, Limits, parse_limits
+from scenecc.cli.output import print_err
+from scenecc.cli.report import print_findings, status, usage_error
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from scenecc.diagnostics import Diagnostic
+
+_BAR_FROM = 20
+"""Files from which on a progress bar is worth its line."""
+
+
+def validate(
+    paths: Annotated[
+        list[str], typer.Argument(metavar="PATH...", help="Scene files, folders of them, or - for standard input.")
+    ],
+    *,
+    form: FormatOption = Format.text,
+    strict: Annotated[bool, typer.Option("--strict", help="Let warnings fail the check too.")] = False,
+    asset_roots: AssetRoots = None,
+    allow_outside_assets: AllowOutside = False,
+    limits: Limits = None,
+) -> None:
+    """Check scene files. Nothing is drawn, built or written.
+
+    Of a folder, the scenes in it are checked: files ending in .yaml or .yml that have the key
+    `scenecc` at the top. Its other YAML files are counted and passed over. A file named by itself
+    is always checked.
+
+    \b
+    Examples:
+      scenecc validate scenes/tabletop.yaml
+      scenecc validate --strict scenes
+      scenecc validate --format sarif scenes > scenes.sarif
+      cat scene.yaml | scenecc validate -
+    """
+    from scenecc import api
+
+    checked_limits = parse_limits(limits)
+    found = find(paths)
+    diagnostics = _faults(found)
+    for file in _with_progress(found.files):
+        diagnostics += api.validate(
+            sys.stdin if file == STDIN else file,
+            asset_roots=asset_roots or (),
+            allow_outside_assets=allow_outside_assets,
+            limits=checked_limits,
+        )
+    print_findings(diagnostics, form)
+    if form is Format.text:
+        print_err(_counts(found))
+    raise typer.Exit(status(diagnostics, strict=strict))
+
+
+def _faults(found: Found) -> list[Diagnostic]:
+    return [
+        *(usage_error("SC901", f"there is no file or folder `{path}`", file=path) for path in found.missing),
+        *(
+            usage_error("SC902", f"no scene in the folder `{path}`", file=path, hint="a scene has the key `scenecc`")
+            for path in found.empty
+        ),
+        *(
+            usage_error("SC903", f"`{path}` cannot be read: {error.strerror}", file=path)
+            for path, error in found.unreadable
+        ),
+    ]
+
+
+def _counts(found: Found) -> str:
+    files = f"{len(found.files)} file{'' if len(found.files) == 1 else 's'} checked"
+    skipped = f", {len(found.skipped)} other YAML passed over" if found.skipped else ""
+    return f"{files}{skipped}\n"
+
+
+def _with_progress(files: Sequence[str]) -> Iterator[str]:
+    if len(files) < _BAR_FROM or not sys.stderr.isatty():
+        yield from files
+        return
+    with typer.progressbar(files, label="validate", file=sys.stderr) as bar:
+        yield from bar
