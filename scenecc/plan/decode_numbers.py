@@ -1,0 +1,123 @@
+"""Numbers of a plan's JSON: their types, shapes and ranges."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import dataclass
+from itertools import chain
+from typing import Any
+
+import numpy as np
+
+from scenecc.plan.fields import Bounds, Plain, Quantity
+from scenecc.plan.value import Value
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """What is wrong with some numbers, and where below them."""
+
+    code: str
+    message: str
+    keys: tuple[int, ...] = ()
+
+
+_WANTED = {
+    np.float64: (frozenset({float, int}), "a number"),
+    np.int64: (frozenset({int}), "an integer"),
+    np.bool_: (frozenset({bool}), "true or false"),
+}
+
+
+def read_number(kind: Plain, item: Any, table_size: int | None) -> int | float | Fault:
+    """One number that is the same in every scene."""
+    wanted = "a number" if kind.type is float else "an integer"
+    if type(item) is not int and (kind.type is int or type(item) is not float):
+        return Fault("SC705", f"{wanted} is wanted here, not {_shown(item)}")
+    if table_size is not None and not 0 <= item < table_size:
+        return Fault("SC708", f"there is no entry {_shown(item)} in `{kind.table}`, which has {table_size}")
+    if kind.type is float and not abs(item) <= sys.float_info.max:
+        return Fault("SC707", f"{_shown(item)} is outside the range: it must be finite")
+    if not _inside(kind.bounds, item):
+        return Fault("SC707", f"{_shown(item)} is outside the range: it must be {kind.bounds}")
+    return kind.type(item)  # type: ignore[return-value]
+
+
+def read_rows(kind: Quantity, rows: list[Any], table_size: int | None) -> Value | Fault:
+    """Rows of a quantity. `table_size`: entries of the table that indices point into.
+
+    Hundreds of thousands of numbers are checked as arrays; only when those checks fail is the culprit looked for.
+    """
+    if kind.shape:
+        fault = _shape_fault(kind.shape[0], rows)
+        if fault is not None:
+            return fault
+    flat = list(chain.from_iterable(rows)) if kind.shape else rows
+    types, word = _WANTED[kind.dtype]
+    if not set(map(type, flat)) <= types:
+        index = next(i for i, item in enumerate(flat) if type(item) not in types)
+        return Fault("SC705", f"{word} is wanted here, not {_shown(flat[index])}", _keys(kind, index))
+    try:
+        data = np.array(rows, dtype=kind.dtype).reshape(len(rows), *kind.shape)
+    except OverflowError:
+        index = next(i for i, item in enumerate(flat) if abs(item) >= 2**63)
+        return Fault("SC707", f"{_shown(flat[index])} is too large", _keys(kind, index))
+    fault = _range_fault(kind, data, table_size) or (_rotation_fault(data) if kind.pose else None)
+    if fault is not None:
+        return fault
+    data.flags.writeable = False
+    return Value(data)
+
+
+def _shape_fault(count: int, rows: list[Any]) -> Fault | None:
+    for index, row in enumerate(rows):
+        if not isinstance(row, list):
+            return Fault("SC705", f"a list of {count} is wanted here, not {_shown(row)}", (index,))
+        if len(row) != count:
+            return Fault("SC706", f"a list of {count} is wanted here, not of {len(row)}", (index,))
+    return None
+
+
+def _range_fault(kind: Quantity, data: Any, table_size: int | None) -> Fault | None:
+    if kind.dtype is np.bool_:
+        return None
+    flat = data.reshape(-1)
+    if table_size is not None:
+        outside = np.flatnonzero((flat < 0) | (flat >= table_size))
+        if outside.size:
+            message = f"there is no entry {flat[outside[0]]} in `{kind.table}`, which has {table_size}"
+            return Fault("SC708", message, _keys(kind, int(outside[0])))
+        return None
+    outside = np.flatnonzero(~(np.isfinite(flat) & _inside(kind.bounds, flat)))
+    if not outside.size:
+        return None
+    item = flat[outside[0]]
+    wanted = str(kind.bounds) if np.isfinite(item) else "finite"
+    return Fault("SC707", f"{item.item()!r} is outside the range: it must be {wanted}", _keys(kind, int(outside[0])))
+
+
+def _inside(bounds: Bounds, flat: Any) -> Any:
+    above = (flat > bounds.low) if bounds.open else (flat >= bounds.low)
+    within = above & (flat <= bounds.high)
+    return within & (flat != 0) if bounds.nonzero else within
+
+
+def _rotation_fault(data: Any) -> Fault | None:
+    # Poses are composed by now, so that rounding of several rotations may have added up.
+    with np.errstate(over="ignore"):
+        wrong = np.flatnonzero(np.abs(np.linalg.norm(data[:, 3:], axis=1) - 1) > 1e-3)
+    if not wrong.size:
+        return None
+    return Fault("SC707", "the rotation [w, x, y, z] is not of length 1", (int(wrong[0]),))
+
+
+def _keys(kind: Quantity, index: int) -> tuple[int, ...]:
+    return divmod(index, kind.shape[0]) if kind.shape else (index,)
+
+
+def _shown(item: Any) -> str:
+    if isinstance(item, (dict, list)):
+        return "a list" if isinstance(item, list) else "an object"
+    text = json.dumps(item) if not isinstance(item, int) or abs(item) < 2**64 else "an integer beyond 64 bits"
+    return text if len(text) <= 60 else text[:60] + "…"

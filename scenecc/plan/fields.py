@@ -1,0 +1,260 @@
+"""What each field of the plan holds, read off its dataclasses: shared by the writer and the reader of its JSON.
+
+Only what a type hint cannot say stands in a table here: the dtype and item shape of each `Value`, the
+tables that indices point into, and the range of each number.
+"""
+
+from __future__ import annotations
+
+import re
+import types
+from dataclasses import MISSING, dataclass, fields
+from functools import cache
+from pathlib import Path
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from scenecc import plan as _plan
+from scenecc.diagnostics import Origin
+from scenecc.plan import physics as _physics
+
+Dtype = type[np.float64] | type[np.int64] | type[np.bool_]
+Table = Literal["files", "physical_materials", "visual_materials"]
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """The numbers that are allowed. `open`: `low` itself is not. `nonzero`: nor is 0."""
+
+    low: float = -np.inf
+    high: float = np.inf
+    open: bool = False
+    nonzero: bool = False
+
+    def __str__(self) -> str:
+        low = "" if self.low == -np.inf else f"{'above' if self.open else 'at least'} {self.low:g}"
+        high = "" if self.high == np.inf else f"at most {self.high:g}"
+        return " and ".join(filter(None, (low, high, "not 0" if self.nonzero else "")))
+
+
+ANY = Bounds()
+POSITIVE = Bounds(0, open=True)
+AT_LEAST_0 = Bounds(0)
+UNIT = Bounds(0, 1)
+COUNT = Bounds(0, 2**31 - 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A `Value`: dtype and shape of one row. `table`: its numbers are indices into that table of the plan."""
+
+    dtype: Dtype = np.float64
+    shape: tuple[int, ...] = ()
+    bounds: Bounds = ANY
+    table: Table | None = None
+    pose: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Plain:
+    """A flag, number or string that is the same in every scene."""
+
+    type: type[bool] | type[int] | type[float] | type[str]
+    bounds: Bounds = ANY
+    table: Table | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """One of some words."""
+
+    options: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Numbers:
+    """A fixed count of numbers."""
+
+    count: int
+    bounds: Bounds = ANY
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """Ascending scene indices."""
+
+
+@dataclass(frozen=True, slots=True)
+class Many:
+    """Any count of one kind."""
+
+    item: Kind
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """A dataclass of the plan."""
+
+    cls: type
+
+
+@dataclass(frozen=True, slots=True)
+class OneOf:
+    """One of several dataclasses, told apart by `type`."""
+
+    by_type: tuple[tuple[str, type], ...]
+
+
+Kind = Quantity | Plain | Choice | Numbers | Selection | Many | Node | OneOf
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """One field of a dataclass. `nullable`: it may be None, which the JSON leaves out."""
+
+    name: str
+    kind: Kind
+    required: bool
+    nullable: bool
+
+
+_POSE = Quantity(shape=(7,), pose=True)
+_FLAG = Quantity(np.bool_)
+_NUMBER = Quantity()
+_VEC3 = Quantity(shape=(3,))
+_POSITIVE = Quantity(bounds=POSITIVE)
+_AT_LEAST_0 = Quantity(bounds=AT_LEAST_0)
+_POSITIVE3 = Quantity(shape=(3,), bounds=POSITIVE)
+_POSITIVE2 = Quantity(shape=(2,), bounds=POSITIVE)
+_FILE = Quantity(np.int64, table="files")
+
+QUANTITIES: dict[str, Quantity] = {
+    "pose": _POSE,
+    "com": _POSE,
+    "half_size": _POSITIVE3,
+    "VisualPlane.half_size": _POSITIVE2,
+    "TiledPlane.half_size": _POSITIVE2,
+    "texture_repeat": _POSITIVE2,
+    "radius": _POSITIVE,
+    "half_length": _POSITIVE,
+    "file": _FILE,
+    "scale": _POSITIVE3,
+    "Mesh.scale": Quantity(shape=(3,), bounds=Bounds(nonzero=True)),
+    "CollisionShape.material": Quantity(np.int64, table="physical_materials"),
+    "VisualShape.material": Quantity(np.int64, table="visual_materials"),
+    "density": _AT_LEAST_0,
+    "contact_offset": _POSITIVE,
+    "rest_offset": _NUMBER,
+    "patch_radius": _AT_LEAST_0,
+    "min_patch_radius": _AT_LEAST_0,
+    "mass": _POSITIVE,
+    "inertia": _POSITIVE3,
+    "disable_gravity": _FLAG,
+    "locked_motion_axes": Quantity(np.bool_, (6,)),
+    "linear_velocity": _VEC3,
+    "angular_velocity": _VEC3,
+    "linear_damping": _AT_LEAST_0,
+    "angular_damping": _AT_LEAST_0,
+    "max_linear_velocity": _POSITIVE,
+    "max_angular_velocity": _POSITIVE,
+    "max_depenetration_velocity": _POSITIVE,
+    "max_contact_impulse": _POSITIVE,
+    "sleep_threshold": _AT_LEAST_0,
+    "solver_position_iterations": Quantity(np.int64, bounds=Bounds(1, 255)),
+    "solver_velocity_iterations": Quantity(np.int64, bounds=Bounds(0, 255)),
+    "collision_groups": Quantity(np.int64, (4,), Bounds(0, 2**32 - 1)),
+    "visibility": Quantity(bounds=UNIT),
+    "shading_mode": Quantity(np.int64, bounds=Bounds(0, 255)),
+}
+"""`Value` fields by name; `Class.field` goes before `field`."""
+
+BOUNDS: dict[str, Bounds] = {
+    "num_scenes": Bounds(1),
+    "seed": Bounds(0),
+    "CoacdParams.seed": COUNT,
+    "static_friction": AT_LEAST_0,
+    "dynamic_friction": AT_LEAST_0,
+    "restitution": UNIT,
+    "timestep": POSITIVE,
+    "bounce_threshold": AT_LEAST_0,
+    "contact_offset": POSITIVE,
+    "sleep_threshold": AT_LEAST_0,
+    "scene_spacing": AT_LEAST_0,
+    "spacing": POSITIVE,
+    "solver_position_iterations": Bounds(1, 255),
+    "solver_velocity_iterations": Bounds(0, 255),
+    "base_color": UNIT,
+    "emission": AT_LEAST_0,
+    "specular": UNIT,
+    "roughness": UNIT,
+    "metallic": UNIT,
+    "transmission": UNIT,
+    "transmission_roughness": UNIT,
+    "ior": POSITIVE,
+    "mipmap_levels": Bounds(1, 32),
+    "threshold": POSITIVE,
+    "max_convex_hull": Bounds(-1, 2**31 - 1),
+}
+"""Ranges of plain numbers by field; a plain integer that is not here is a count (0 to 2³¹ - 1)."""
+
+_TYPE_NAMES = {"VisualPlane": "plane"}
+_HINT_NAMES: dict[str, Any] = {**vars(_plan), **vars(_physics), "Origin": Origin, "Path": Path}
+
+
+@cache
+def slots(cls: type) -> tuple[Slot, ...]:
+    """The fields of a dataclass of the plan, without those outside its identity (origins, where a file was found)."""
+    hints = get_type_hints(cls, localns=_HINT_NAMES)
+    return tuple(
+        _slot(cls, item.name, hints[item.name], required=item.default is MISSING)
+        for item in fields(cls)
+        if item.compare
+    )
+
+
+@cache
+def type_name(cls: type) -> str:
+    """What a geometry is called: as in the language, `convex_mesh`."""
+    return _TYPE_NAMES.get(cls.__name__) or re.sub(r"(?<=[a-z])(?=[A-Z])", "_", cls.__name__).lower()
+
+
+def _slot(cls: type, name: str, hint: Any, *, required: bool) -> Slot:
+    members = get_args(hint) if get_origin(hint) in {Union, types.UnionType} else (hint,)
+    some = tuple(member for member in members if member is not type(None))
+    kind: Kind
+    if len(some) > 1:
+        kind = OneOf(tuple((type_name(member), member) for member in some))
+    elif name == "scene_idxs":
+        kind = Selection()
+    else:
+        kind = _kind(cls, name, some[0])
+    return Slot(name, kind, required, nullable=len(some) < len(members))
+
+
+def _kind(cls: type, name: str, hint: Any) -> Kind:
+    if hint is _plan.Value:
+        return _of(QUANTITIES, cls, name)
+    if hint in {bool, str}:
+        return Plain(hint)
+    if hint is int and name in {"file", "material"}:
+        return Plain(int, table="files")
+    if hint in {int, float}:
+        return Plain(hint, _of(BOUNDS, cls, name, COUNT if hint is int else ANY))
+    if get_origin(hint) is Literal:
+        return Choice(get_args(hint))
+    if get_origin(hint) is tuple:
+        items = get_args(hint)
+        if items[1] is ...:
+            return Many(_kind(cls, name, items[0]))
+        return Numbers(len(items), _of(BOUNDS, cls, name, ANY))
+    return Node(hint)
+
+
+def _of(table: dict[str, Any], cls: type, name: str, *default: Any) -> Any:
+    for key in (f"{cls.__name__}.{name}", name):
+        if key in table:
+            return table[key]
+    if default:
+        return default[0]
+    raise KeyError(f"{cls.__name__}.{name} is in no table of scenecc.plan.fields")
