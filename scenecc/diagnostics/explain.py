@@ -33,5 +33,5 @@ def nearest_codes(code: str, *, count: int = 3) -> list[str]:
 def markdown(row: Code) -> str:
     """Cause, example and cure of a row as Markdown, with a line break at the end."""
     example = row.example.strip("\n")
-    language = "console" if example.startswith("$ ") else "yaml"
+    language = {"$": "console", "{": "json"}.get(example[:1], "yaml")
     return f"{row.cause.strip()}\n\nExample:\n\n```{language}\n{example}\n```\n\nCure: {row.cure.strip()}\n"

@@ -52,16 +52,19 @@ class _Page:
         if diagnostic.path:
             lines.append(f"{indent} {self._paint('gutter', '-->')} {visible(diagnostic.path)}")
         lines += self._source(diagnostic.location, severity, len(indent))
-        if diagnostic.hint:
-            first, *more = diagnostic.hint.splitlines() or [""]
-            lines.append(f"{indent} {self._paint('gutter', '=')} {self._paint('hint', 'hint')}: {visible(first)}")
-            lines += [f"{indent}         {visible(line)}".rstrip() for line in more]
+        lines += self._hint(diagnostic.hint or "", indent)
         for related in diagnostic.related:
             where = self._place(related.location)
             note = self._paint("note", "note")
             lines.append(f"{indent} {self._paint('gutter', '=')} {note}: {where} {visible(related.message)}")
             lines += self._source(related.location, "note", len(indent))
         return lines
+
+    def _hint(self, hint: str, indent: str) -> list[str]:
+        """A hint may show some YAML: its lines stay below one another, blank ones left out."""
+        shown = [visible(line) for line in hint.splitlines() if line.strip()]
+        head = f"{indent} {self._paint('gutter', '=')} {self._paint('hint', 'hint')}: "
+        return [(head if i == 0 else f"{indent}         ") + line for i, line in enumerate(shown)]
 
     def summary(self, diagnostics: Sequence[Diagnostic]) -> str:
         """`2 errors, 1 warning`; errors are named even where there are none."""

@@ -1,0 +1,25 @@
+"""Every example of the table is true: the scene file gives the code that it stands for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from scenecc.diagnostics.codes import CODES, Code
+
+EXAMPLES = [row for row in CODES.values() if not row.example.startswith("$ ")]
+
+
+@pytest.mark.parametrize("row", EXAMPLES, ids=lambda row: row.code)
+def test_the_example_gives_its_code(row: Code, tmp_path: Path) -> None:
+    from scenecc import validate
+
+    # A folder below the temporary one: an example may name a file outside of its own folder.
+    folder = tmp_path / "outer" / "scene"
+    folder.mkdir(parents=True)
+    file = folder / "scene.yaml"
+    file.write_bytes(row.example.encode("utf-8"))
+    found = validate(file)
+    assert row.code in {diagnostic.code for diagnostic in found}, [str(diagnostic) for diagnostic in found]
+    assert all(diagnostic.code in CODES for diagnostic in found)

@@ -1,0 +1,70 @@
+"""`scenecc explain`, and the page that is generated from the same table."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from scenecc.diagnostics.codes import CODES
+from scenecc.diagnostics.docs import page
+from scenecc.diagnostics.explain import explain, nearest_codes
+
+ROOT = Path(__file__).parents[3]
+
+
+@pytest.mark.parametrize("code", CODES)
+def test_every_code_is_explained(code: str) -> None:
+    row = CODES[code]
+    text = explain(code)
+    assert text is not None
+    assert text.startswith(f"{code}: {row.title}\n")
+    assert row.severity in text
+    assert row.cause in text
+    assert row.example.strip("\n") in text
+    assert row.cure in text
+    assert text.endswith("\n")
+
+
+def test_a_code_is_found_however_it_is_written() -> None:
+    code = next(iter(CODES))
+    assert explain(code.lower()) == explain(code[2:]) == explain(f" {code} ") == explain(code)
+
+
+def test_an_unknown_code_has_no_explanation() -> None:
+    assert explain("SC000000") is None
+    assert explain("") is None
+
+
+def test_the_nearest_codes_come_first() -> None:
+    code = next(iter(CODES))
+    assert nearest_codes(code[:-1])
+    assert code in nearest_codes(code + "0")
+    assert nearest_codes(code.lower() + "x")[0] == code
+    assert set(nearest_codes("SC999", count=2)) <= set(CODES)
+    assert len(nearest_codes("SC999", count=2)) <= 2
+    assert nearest_codes("banana") == []
+
+
+def test_the_committed_page_is_what_the_table_gives() -> None:
+    committed = (ROOT / "docs" / "diagnostics.md").read_text(encoding="utf-8")
+    assert committed == page(), "run `python -m scenecc.diagnostics.docs docs/diagnostics.md`"
+
+
+def test_the_page_has_every_code_once_in_the_index_and_once_as_an_entry() -> None:
+    text = page()
+    for code in CODES:
+        assert text.count(f"\n### {code}\n") == 1
+        assert text.count(f"\n| [{code}](#{code.lower()}) |") == 1
+
+
+def test_the_generator_writes_the_page(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "scenecc.diagnostics.docs"]
+    printed = subprocess.run(command, capture_output=True, check=True).stdout.decode("utf-8")
+    subprocess.run([*command, str(tmp_path / "page.md")], check=True)
+    assert printed == (tmp_path / "page.md").read_text(encoding="utf-8") == page()
+    wrong = subprocess.run([*command, "a", "b"], capture_output=True, check=False)
+    assert wrong.returncode == 2
+    assert b"usage" in wrong.stderr

@@ -1,0 +1,110 @@
+"""The sink, and the fixture that fails a test which leaves a diagnostic in it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from scenecc.diagnostics import At, Location, Origin, Sink, dotted
+from scenecc.diagnostics.codes import CODES
+
+TESTS = Path(__file__).parents[2]
+ERROR = next(row.code for row in CODES.values() if row.severity == "error")
+
+
+def locate(origin: Origin, at: At) -> Location:
+    """Nodes on lines by their first key, keys left of values."""
+    line = {"b": 2, "a": 1}.get(str(origin.path[0]) if origin.path else "")
+    return Location(origin.file, line, {"key": 1, "value": 5}[at] if line else None)
+
+
+def test_findings_come_in_the_order_of_their_places() -> None:
+    sink = Sink(locate)
+    sink.report(ERROR, "last", Origin("z.yaml", ("a",)))
+    sink.report(ERROR, "third", Origin("s.yaml", ("b",)))
+    sink.report(ERROR, "second", Origin("s.yaml", ("a",)))
+    sink.report(ERROR, "first", Origin("s.yaml", ("a",)), at="key")
+    assert [d.message for d in sink.diagnostics()] == ["first", "second", "third", "last"]
+
+
+def test_the_same_finding_twice_is_one() -> None:
+    sink = Sink()
+    for _ in range(2):
+        sink.report(ERROR, "wrong", Origin("s.yaml", ("a",)))
+    sink.report(ERROR, "wrong", Origin("s.yaml", ("b",)))
+    assert len(sink.diagnostics()) == 2
+
+
+def test_only_errors_fail() -> None:
+    sink = Sink()
+    assert not sink.failed
+    for row in CODES.values():
+        if row.severity != "error":
+            sink.report(row.code, "well", Origin(None))
+    assert not sink.failed
+    sink.report(ERROR, "wrong", Origin(None))
+    assert sink.failed
+
+
+def test_a_document_that_was_used_names_its_users() -> None:
+    top = Origin("top.yaml", ("a",))
+    middle = Origin("middle.yaml", ("b",), parent=top)
+    sink = Sink(locate)
+    sink.report(ERROR, "wrong", Origin("leaf.yaml", ("a",), parent=middle), related=[("first here", top, "key")])
+    (found,) = sink.diagnostics()
+    places = [(r.message, r.location.file, r.location.line, r.location.column) for r in found.related]
+    assert places == [
+        ("first here", "top.yaml", 1, 1),
+        ("used from here", "middle.yaml", 2, 5),
+        ("used from here", "top.yaml", 1, 5),
+    ]
+
+
+def test_paths_as_people_write_them() -> None:
+    assert dotted(("entities", "cube", "shapes", 0, "half_size", 1)) == "entities.cube.shapes[0].half_size[1]"
+    assert dotted(("entities", "a.b", 'say "x"', "")) == 'entities["a.b"]["say \\"x\\""][""]'
+    assert dotted(()) == ""
+
+
+def run_tests(folder: Path, text: str) -> str:
+    """What pytest says of a file of tests that uses the fixture."""
+    (folder / "test_it.py").write_text(text, encoding="utf-8")
+    run = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "plugins.diagnostics", "-p", "no:cacheprovider", "test_it.py"],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(TESTS)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return run.stdout + run.stderr
+
+
+def test_the_fixture_fails_what_leaves_a_diagnostic(tmp_path: Path) -> None:
+    out = run_tests(
+        tmp_path,
+        f"""
+from scenecc.diagnostics import Origin
+
+def test_takes_all(sink):
+    sink.report({ERROR!r}, "wrong", Origin("s.yaml", ("a",)))
+    assert sink.take({ERROR!r}, path="a").message == "wrong"
+
+def test_leaves_one(sink):
+    sink.report({ERROR!r}, "unexpected thing", Origin("s.yaml", ("a",)))
+
+def test_takes_one_of_two(sink):
+    for copy in "12":
+        sink.report({ERROR!r}, "twice", Origin("s.yaml", ("a",), copy=copy))
+    sink.take({ERROR!r})
+
+def test_takes_what_is_not_there(sink):
+    sink.take({ERROR!r})
+""",
+    )
+    assert f"reported and never taken:\n  s.yaml: error {ERROR}: unexpected thing (a)\n" in out
+    assert f"reported and never taken:\n  s.yaml: error {ERROR}: twice (a)\n" in out
+    assert f"no {ERROR} among: nothing" in out
+    assert "1 failed, 3 passed, 2 errors" in out
