@@ -6,13 +6,14 @@ import difflib
 import json
 import re
 from collections.abc import Callable
-from dataclasses import fields
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
 from scenecc.diagnostics import Origin, Sink
 from scenecc.diagnostics import Path as Keys
-from scenecc.plan.decode_numbers import Fault, read_number, read_rows
+from scenecc.plan.body import BodyStructure, CollisionShape, VisualShape
+from scenecc.plan.decode_numbers import Fault, is_list, is_object, read_number, read_rows
 from scenecc.plan.fields import (
     Choice,
     Kind,
@@ -26,12 +27,15 @@ from scenecc.plan.fields import (
     slots,
 )
 from scenecc.plan.material import AssetFile
+from scenecc.plan.physics import Physics
 from scenecc.plan.scene import Entity, ScenePlan
+from scenecc.plan.value import Value
 
 BAD: Final = object()
 """What a reader returns for data that it has reported."""
 
 _SLICE = re.compile(r"(\d{1,9}):(\d{1,9})(?::(\d{1,9}))?")
+_WITH_ORIGIN = {ScenePlan, Physics, Entity, BodyStructure, CollisionShape, VisualShape}
 _LONGEST_STRING = 100_000
 
 
@@ -61,50 +65,62 @@ class Decoder:
         """The plan, or `BAD`."""
         for table in ("files", "physical_materials", "visual_materials"):
             items = data.get(table)
-            self._table_sizes[table] = len(items) if isinstance(items, list) else 0
+            self._table_sizes[table] = len(items) if is_list(items) else 0
         num_scenes = data.get("num_scenes")
         if type(num_scenes) is int and num_scenes > self._scene_limit:
             message = f"`num_scenes` is {num_scenes}, more than {self._scene_limit}"
             return self._fault("SC712", message, ("num_scenes",))
         self._num_scenes = num_scenes if type(num_scenes) is int and num_scenes > 0 else None
         plan = self._node(ScenePlan, data, ())
+        return plan if self._names_differ(data.get("entities")) else BAD
+
+    def _names_differ(self, entities: object) -> bool:
         names: dict[str, int] = {}
-        entities: Any = data.get("entities")
-        for index, entity in enumerate(entities if isinstance(entities, list) else ()):
-            name = entity.get("name") if isinstance(entity, dict) else None
+        differ = True
+        for index, entity in enumerate(entities if is_list(entities) else ()):
+            name: object = entity.get("name") if is_object(entity) else None
             if isinstance(name, str) and names.setdefault(name, index) != index:
                 message = f"the name {_shown(name)} stands twice: entities {names[name]} and {index}"
-                plan = self._fault("SC710", message, ("entities", index, "name"))
-        return plan
+                self._fault("SC710", message, ("entities", index, "name"))
+                differ = False
+        return differ
 
-    def _read(self, kind: Kind, data: Any, path: Keys) -> object:
+    def _read(self, kind: Kind, data: object, path: Keys) -> object:
+        read: object
         match kind:
             case Quantity():
-                return self._value(kind, data, path)
+                read = self._value(kind, data, path)
             case Plain():
-                return self._plain(kind, data, path)
+                read = self._plain(kind, data, path)
             case Choice():
-                if data in kind.options:
-                    return data
-                words = ", ".join(f'"{option}"' for option in kind.options)
-                return self._fault("SC705", f"{_shown(data)} is none of {words}", path)
+                read = self._choice(kind, data, path)
             case Numbers():
                 rows = self._rows(Quantity(shape=(kind.count,), bounds=kind.bounds), [data], path, in_list=False)
-                return BAD if rows is BAD else tuple(rows.data[0].tolist())
+                read = tuple(rows.data[0].tolist()) if isinstance(rows, Value) else rows
             case Selection():
-                return self._selection(data, path)
+                read = self._selection(data, path)
             case Many():
-                if not isinstance(data, list):
-                    return self._fault("SC705", f"a list is wanted here, not {_shown(data)}", path)
-                items = [self._read(kind.item, item, (*path, index)) for index, item in enumerate(data)]
-                return BAD if any(item is BAD for item in items) else tuple(items)
+                read = self._many(kind, data, path)
             case Node():
-                return self._node(kind.cls, data, path)
+                read = self._node(kind.cls, data, path)
             case OneOf():
-                return self._one_of(kind, data, path)
+                read = self._one_of(kind, data, path)
+        return read
 
-    def _node(self, cls: type, data: Any, path: Keys) -> object:
-        if not isinstance(data, dict):
+    def _choice(self, kind: Choice, data: object, path: Keys) -> object:
+        if data in kind.options:
+            return data
+        words = ", ".join(f'"{option}"' for option in kind.options)
+        return self._fault("SC705", f"{_shown(data)} is none of {words}", path)
+
+    def _many(self, kind: Many, data: object, path: Keys) -> object:
+        if not is_list(data):
+            return self._fault("SC705", f"a list is wanted here, not {_shown(data)}", path)
+        items = [self._read(kind.item, item, (*path, index)) for index, item in enumerate(data)]
+        return BAD if any(item is BAD for item in items) else tuple(items)
+
+    def _node(self, cls: type, data: object, path: Keys) -> object:
+        if not is_object(data):
             return self._fault("SC705", f"an object is wanted here, not {_shown(data)}", path)
         if cls is Entity:
             self._row_count = None
@@ -113,8 +129,8 @@ class Decoder:
         for key in sorted(unknown):
             self._unknown_key(key, [slot.name for slot in its_slots], path)
         read: dict[str, Any] = {}
-        # An entity's scenes come first: they say how many rows its values have.
-        for slot in sorted(its_slots, key=lambda slot: not isinstance(slot.kind, Selection)):
+        # In the order of the dataclass: an entity's scenes come before its values and say how many rows they have.
+        for slot in its_slots:
             if slot.name in data:
                 read[slot.name] = self._read(slot.kind, data[slot.name], (*path, slot.name))
             elif slot.required:
@@ -129,7 +145,7 @@ class Decoder:
             return BAD if found is None else AssetFile(read["uri"], found)
         if cls is Entity and not self._entity_holds(read, path):
             return BAD
-        if "origin" in {item.name for item in fields(cls)}:
+        if cls in _WITH_ORIGIN:
             read["origin"] = self._origin(path)
         return cls(**read)
 
@@ -148,8 +164,8 @@ class Decoder:
                 return self._fault("SC708", message, (*path, "pick", index)) is not BAD
         return True
 
-    def _one_of(self, kind: OneOf, data: Any, path: Keys) -> object:
-        if not isinstance(data, dict):
+    def _one_of(self, kind: OneOf, data: object, path: Keys) -> object:
+        if not is_object(data):
             return self._fault("SC705", f"an object is wanted here, not {_shown(data)}", path)
         by_type = dict(kind.by_type)
         if "type" not in data:
@@ -160,70 +176,76 @@ class Decoder:
             return self._fault("SC705", f"{_shown(name)} is none of {words}", (*path, "type"))
         return self._node(by_type[name], {key: item for key, item in data.items() if key != "type"}, path)
 
-    def _value(self, kind: Quantity, data: Any, path: Keys) -> object:
-        if not isinstance(data, dict):
+    def _value(self, kind: Quantity, data: object, path: Keys) -> object:
+        if not is_object(data):
             return self._rows(kind, [data], path, in_list=False)
-        if set(data) != {"per_scene"} or not isinstance(data["per_scene"], list):
+        rows: object = data.get("per_scene")
+        if len(data) != 1 or not is_list(rows):
             message = 'a quantity is written plainly or as {"per_scene": [...]}'
             return self._fault("SC705", message, path)
-        rows = data["per_scene"]
         if self._row_count is not None and len(rows) != self._row_count:
             message = f"`per_scene` has {len(rows)} rows, and the entity is in {self._row_count} scenes"
             return self._fault("SC706", message, (*path, "per_scene"))
         return self._rows(kind, rows, (*path, "per_scene"), in_list=True)
 
-    def _rows(self, kind: Quantity, rows: list[Any], path: Keys, *, in_list: bool) -> Any:
+    def _rows(self, kind: Quantity, rows: list[Any], path: Keys, *, in_list: bool) -> object:
         size = self._table_sizes[kind.table] if kind.table is not None else None
         read = read_rows(kind, rows, size)
         if not isinstance(read, Fault):
             return read
         return self._fault(read.code, read.message, (*path, *(read.keys if in_list else read.keys[1:])))
 
-    def _plain(self, kind: Plain, data: Any, path: Keys) -> object:
+    def _plain(self, kind: Plain, data: object, path: Keys) -> object:
         if kind.type is str or kind.type is bool:
             if type(data) is not kind.type:
                 word = "a string" if kind.type is str else "true or false"
                 return self._fault("SC705", f"{word} is wanted here, not {_shown(data)}", path)
-            if kind.type is str and len(data) > _LONGEST_STRING:
+            if isinstance(data, str) and len(data) > _LONGEST_STRING:
                 return self._fault("SC712", f"this string has {len(data)} characters", path)
             return data
         size = self._table_sizes[kind.table] if kind.table is not None else None
         read = read_number(kind, data, size)
         return self._fault(read.code, read.message, path) if isinstance(read, Fault) else read
 
-    def _selection(self, data: Any, path: Keys) -> object:
-        found = self._selected(data, path)
-        self._row_count = len(found) if isinstance(found, tuple) else None
-        if isinstance(found, tuple):
-            self._object_count += len(found)
-            if self._object_count > self._object_limit >= self._object_count - len(found):
-                message = f"entities times their scenes are more than {self._object_limit}"
-                return self._fault("SC712", message, path)
+    def _selection(self, data: object, path: Keys) -> object:
+        found = self._slice(data, path) if isinstance(data, str) else self._indices(data, path)
+        if found is None:
+            return BAD
+        self._row_count = len(found)
+        self._object_count += len(found)
+        if self._object_count > self._object_limit >= self._object_count - len(found):
+            return self._fault("SC712", f"entities times their scenes are more than {self._object_limit}", path)
         return found
 
-    def _selected(self, data: Any, path: Keys) -> object:
-        if isinstance(data, str):
-            return self._slice(data, path)
-        if not isinstance(data, list) or not all(type(item) is int for item in data):
-            return self._fault("SC705", 'a list of scene indices or a slice such as "0:8" is wanted here', path)
-        limit = self._num_scenes if self._num_scenes is not None else self._scene_limit
+    def _indices(self, data: object, path: Keys) -> tuple[int, ...] | None:
+        message = ""
+        if not is_list(data) or not set(map(type, data)) <= {int}:
+            self._fault("SC705", 'a list of scene indices or a slice such as "0:8" is wanted here', path)
+            return None
+        limit = self._scene_count()
         if not data:
-            return self._fault("SC709", "the entity is in no scene", path)
-        if any(a >= b for a, b in zip(data, data[1:], strict=False)):
-            return self._fault("SC709", "scene indices ascend, without repetition", path)
-        if data[0] < 0 or data[-1] >= limit:
-            outside = data[0] if data[0] < 0 else data[-1]
-            return self._fault("SC709", f"there is no scene {_shown(outside)}: there are {limit}", path)
+            message = "the entity is in no scene"
+        elif any(a >= b for a, b in pairwise(data)):
+            message = "scene indices ascend, without repetition"
+        elif data[0] < 0 or data[-1] >= limit:
+            message = f"there is no scene {_shown(data[0] if data[0] < 0 else data[-1])}: there are {limit}"
+        if message:
+            self._fault("SC709", message, path)
+            return None
         return tuple(data)
 
-    def _slice(self, text: str, path: Keys) -> object:
+    def _scene_count(self) -> int:
+        return self._num_scenes if self._num_scenes is not None else self._scene_limit
+
+    def _slice(self, text: str, path: Keys) -> tuple[int, ...] | None:
         match = _SLICE.fullmatch(text)
-        limit = self._num_scenes if self._num_scenes is not None else self._scene_limit
         if match is None:
-            return self._fault("SC705", f'{_shown(text)} is no slice such as "0:8" or "0:8:2"', path)
+            self._fault("SC705", f'{_shown(text)} is no slice such as "0:8" or "0:8:2"', path)
+            return None
         start, stop, step = int(match[1]), int(match[2]), int(match[3] or 1)
-        if not step or not start < stop <= limit:
-            return self._fault("SC709", f"{_shown(text)} selects no scenes out of {limit}", path)
+        if not step or not start < stop <= self._scene_count():
+            self._fault("SC709", f"{_shown(text)} selects no scenes out of {self._scene_count()}", path)
+            return None
         # Entities share the tuple: 10 000 of them in 4096 scenes are 40 million indices.
         return self._selections.setdefault(text, tuple(range(start, stop, step)))
 
@@ -240,10 +262,10 @@ class Decoder:
         return BAD
 
 
-def _shown(item: Any) -> str:
-    if isinstance(item, dict):
+def _shown(item: object) -> str:
+    if is_object(item):
         return "an object"
-    if isinstance(item, list):
+    if is_list(item):
         return "a list"
     text = json.dumps(item)
     return text if len(text) <= 60 else text[:60] + "…"

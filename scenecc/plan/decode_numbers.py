@@ -6,12 +6,16 @@ import json
 import sys
 from dataclasses import dataclass
 from itertools import chain
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
-from scenecc.plan.fields import Bounds, Plain, Quantity
 from scenecc.plan.value import Value
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from scenecc.plan.fields import Bounds, Plain, Quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +27,16 @@ class Fault:
     keys: tuple[int, ...] = ()
 
 
+def is_object(data: object) -> TypeGuard[dict[str, Any]]:
+    """Whether this is an object of JSON."""
+    return isinstance(data, dict)
+
+
+def is_list(data: object) -> TypeGuard[list[Any]]:
+    """Whether this is a list of JSON."""
+    return isinstance(data, list)
+
+
 _WANTED = {
     np.float64: (frozenset({float, int}), "a number"),
     np.int64: (frozenset({int}), "an integer"),
@@ -30,10 +44,10 @@ _WANTED = {
 }
 
 
-def read_number(kind: Plain, item: Any, table_size: int | None) -> int | float | Fault:
+def read_number(kind: Plain, item: object, table_size: int | None) -> int | float | Fault:
     """One number that is the same in every scene."""
     wanted = "a number" if kind.type is float else "an integer"
-    if type(item) is not int and (kind.type is int or type(item) is not float):
+    if isinstance(item, bool) or not isinstance(item, (int, float) if kind.type is float else int):
         return Fault("SC705", f"{wanted} is wanted here, not {_shown(item)}")
     if table_size is not None and not 0 <= item < table_size:
         return Fault("SC708", f"there is no entry {_shown(item)} in `{kind.table}`, which has {table_size}")
@@ -72,14 +86,14 @@ def read_rows(kind: Quantity, rows: list[Any], table_size: int | None) -> Value 
 
 def _shape_fault(count: int, rows: list[Any]) -> Fault | None:
     for index, row in enumerate(rows):
-        if not isinstance(row, list):
+        if not is_list(row):
             return Fault("SC705", f"a list of {count} is wanted here, not {_shown(row)}", (index,))
         if len(row) != count:
             return Fault("SC706", f"a list of {count} is wanted here, not of {len(row)}", (index,))
     return None
 
 
-def _range_fault(kind: Quantity, data: Any, table_size: int | None) -> Fault | None:
+def _range_fault(kind: Quantity, data: NDArray[Any], table_size: int | None) -> Fault | None:
     if kind.dtype is np.bool_:
         return None
     flat = data.reshape(-1)
@@ -89,7 +103,7 @@ def _range_fault(kind: Quantity, data: Any, table_size: int | None) -> Fault | N
             message = f"there is no entry {flat[outside[0]]} in `{kind.table}`, which has {table_size}"
             return Fault("SC708", message, _keys(kind, int(outside[0])))
         return None
-    outside = np.flatnonzero(~(np.isfinite(flat) & _inside(kind.bounds, flat)))
+    outside = np.flatnonzero(_outside(kind.bounds, flat))
     if not outside.size:
         return None
     item = flat[outside[0]]
@@ -97,13 +111,18 @@ def _range_fault(kind: Quantity, data: Any, table_size: int | None) -> Fault | N
     return Fault("SC707", f"{item.item()!r} is outside the range: it must be {wanted}", _keys(kind, int(outside[0])))
 
 
-def _inside(bounds: Bounds, flat: Any) -> Any:
-    above = (flat > bounds.low) if bounds.open else (flat >= bounds.low)
-    within = above & (flat <= bounds.high)
-    return within & (flat != 0) if bounds.nonzero else within
+def _inside(bounds: Bounds, item: float) -> bool:
+    above = item > bounds.low if bounds.open else item >= bounds.low
+    return above and item <= bounds.high and not (bounds.nonzero and item == 0)
 
 
-def _rotation_fault(data: Any) -> Fault | None:
+def _outside(bounds: Bounds, flat: NDArray[Any]) -> NDArray[np.bool_]:
+    above = flat > bounds.low if bounds.open else flat >= bounds.low
+    outside = ~(np.isfinite(flat) & above & (flat <= bounds.high))
+    return outside | (flat == 0) if bounds.nonzero else outside
+
+
+def _rotation_fault(data: NDArray[Any]) -> Fault | None:
     # Poses are composed by now, so that rounding of several rotations may have added up.
     with np.errstate(over="ignore"):
         wrong = np.flatnonzero(np.abs(np.linalg.norm(data[:, 3:], axis=1) - 1) > 1e-3)
@@ -116,8 +135,8 @@ def _keys(kind: Quantity, index: int) -> tuple[int, ...]:
     return divmod(index, kind.shape[0]) if kind.shape else (index,)
 
 
-def _shown(item: Any) -> str:
-    if isinstance(item, (dict, list)):
-        return "a list" if isinstance(item, list) else "an object"
+def _shown(item: object) -> str:
+    if is_object(item) or is_list(item):
+        return "a list" if is_list(item) else "an object"
     text = json.dumps(item) if not isinstance(item, int) or abs(item) < 2**64 else "an integer beyond 64 bits"
     return text if len(text) <= 60 else text[:60] + "…"

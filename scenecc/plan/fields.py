@@ -11,7 +11,7 @@ import types
 from dataclasses import MISSING, dataclass, fields
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -60,7 +60,7 @@ class Quantity:
 class Plain:
     """A flag, number or string that is the same in every scene."""
 
-    type: type[bool] | type[int] | type[float] | type[str]
+    type: type[bool | int | float | str]
     bounds: Bounds = ANY
     table: Table | None = None
 
@@ -198,6 +198,8 @@ BOUNDS: dict[str, Bounds] = {
 }
 """Ranges of plain numbers by field; a plain integer that is not here is a count (0 to 2³¹ - 1)."""
 
+_Row = TypeVar("_Row")
+
 _TYPE_NAMES = {"VisualPlane": "plane"}
 _HINT_NAMES: dict[str, Any] = {**vars(_plan), **vars(_physics), "Origin": Origin, "Path": Path}
 
@@ -219,42 +221,43 @@ def type_name(cls: type) -> str:
     return _TYPE_NAMES.get(cls.__name__) or re.sub(r"(?<=[a-z])(?=[A-Z])", "_", cls.__name__).lower()
 
 
-def _slot(cls: type, name: str, hint: Any, *, required: bool) -> Slot:
+def _slot(cls: type, name: str, hint: Any, *, required: bool) -> Slot:  # noqa: ANN401 - a type hint may be anything
     members = get_args(hint) if get_origin(hint) in {Union, types.UnionType} else (hint,)
     some = tuple(member for member in members if member is not type(None))
     kind: Kind
     if len(some) > 1:
-        kind = OneOf(tuple((type_name(member), member) for member in some))
-    elif name == "scene_idxs":
-        kind = Selection()
+        classes: tuple[type, ...] = some
+        kind = OneOf(tuple((type_name(member), member) for member in classes))
     else:
-        kind = _kind(cls, name, some[0])
+        kind = Selection() if name == "scene_idxs" else _kind(cls, name, next(iter(some)))
     return Slot(name, kind, required, nullable=len(some) < len(members))
 
 
-def _kind(cls: type, name: str, hint: Any) -> Kind:
+def _kind(cls: type, name: str, hint: Any) -> Kind:  # noqa: ANN401 - a type hint may be anything
+    kind: Kind
     if hint is _plan.Value:
-        return _of(QUANTITIES, cls, name)
-    if hint in {bool, str}:
-        return Plain(hint)
-    if hint is int and name in {"file", "material"}:
+        kind = _row(QUANTITIES, cls, name)
+    elif hint in {bool, str, int, float}:
+        kind = _plain(cls, name, hint)
+    elif get_origin(hint) is Literal:
+        kind = Choice(get_args(hint))
+    elif get_origin(hint) is tuple and get_args(hint)[1] is ...:
+        kind = Many(_kind(cls, name, get_args(hint)[0]))
+    elif get_origin(hint) is tuple:
+        kind = Numbers(len(get_args(hint)), _row(BOUNDS, cls, name, default=ANY))
+    else:
+        kind = Node(hint)
+    return kind
+
+
+def _plain(cls: type, name: str, hint: type[bool | int | float | str]) -> Plain:
+    if hint is int and name == "file":
         return Plain(int, table="files")
-    if hint in {int, float}:
-        return Plain(hint, _of(BOUNDS, cls, name, COUNT if hint is int else ANY))
-    if get_origin(hint) is Literal:
-        return Choice(get_args(hint))
-    if get_origin(hint) is tuple:
-        items = get_args(hint)
-        if items[1] is ...:
-            return Many(_kind(cls, name, items[0]))
-        return Numbers(len(items), _of(BOUNDS, cls, name, ANY))
-    return Node(hint)
+    return Plain(hint, _row(BOUNDS, cls, name, default=COUNT if hint is int else ANY))
 
 
-def _of(table: dict[str, Any], cls: type, name: str, *default: Any) -> Any:
-    for key in (f"{cls.__name__}.{name}", name):
-        if key in table:
-            return table[key]
-    if default:
-        return default[0]
-    raise KeyError(f"{cls.__name__}.{name} is in no table of scenecc.plan.fields")
+def _row(table: dict[str, _Row], cls: type, name: str, *, default: _Row | None = None) -> _Row:
+    row = table.get(f"{cls.__name__}.{name}", table.get(name, default))
+    if row is None:
+        raise KeyError(f"{cls.__name__}.{name} is in no table of scenecc.plan.fields")
+    return row

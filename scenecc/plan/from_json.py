@@ -6,10 +6,11 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final, TypeGuard
 
 from scenecc.diagnostics import Location, Origin, Sink
 from scenecc.plan.decode import Decoder
+from scenecc.plan.decode_numbers import is_object
 from scenecc.plan.scene import ScenePlan
 from scenecc.plan.to_json import PLAN_VERSION
 
@@ -61,7 +62,7 @@ def plan_from_json(
         sink.report("SC712", message, Location(file))
         return None
     data = _parse(text, sink, file)
-    if data is None or not _is_plan(data, sink, Origin(file)):
+    if data is _UNREAD or not _is_plan(data, sink, Origin(file)):
         return None
     del data["scenecc_plan"]
     decoder = Decoder(sink, file, bounds.scenes, bounds.objects, resolve or _Beside(base, sink).resolve)
@@ -69,11 +70,14 @@ def plan_from_json(
     return plan if isinstance(plan, ScenePlan) else None
 
 
-class _Repeated(ValueError):
+_UNREAD: Final = object()
+
+
+class _RepeatedKeyError(ValueError):
     """A key that stands twice in one object."""
 
 
-def _parse(text: str, sink: Sink, file: str | None) -> Any:
+def _parse(text: str, sink: Sink, file: str | None) -> object:
     try:
         return json.loads(text.removeprefix("\ufeff"), object_pairs_hook=_object)
     except json.JSONDecodeError as error:
@@ -81,28 +85,28 @@ def _parse(text: str, sink: Sink, file: str | None) -> Any:
         line = lines[error.lineno - 1] if error.lineno <= len(lines) else None
         place = Location(file, error.lineno, error.colno, error.colno + 1, line)
         sink.report("SC701", f"this is not JSON: {error.msg}", place)
-    except _Repeated as error:
+    except _RepeatedKeyError as error:
         sink.report("SC713", f"the key {error} stands twice in one object", Location(file))
     except RecursionError:
         sink.report("SC712", "the plan is nested too deeply", Location(file))
     except ValueError:  # an integer of more digits than Python reads
         sink.report("SC701", "the plan holds a number with thousands of digits", Location(file))
-    return None
+    return _UNREAD
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
         seen: set[str] = set()
-        raise _Repeated(next(repr(key[:80]) for key, _ in pairs if key in seen or seen.add(key)))
+        raise _RepeatedKeyError(next(repr(key[:80]) for key, _ in pairs if key in seen or seen.add(key)))
     return found
 
 
-def _is_plan(data: Any, sink: Sink, origin: Origin) -> bool:
-    if not isinstance(data, dict) or "scenecc_plan" not in data:
+def _is_plan(data: object, sink: Sink, origin: Origin) -> TypeGuard[dict[str, Any]]:
+    if not is_object(data) or "scenecc_plan" not in data:
         sink.report("SC702", "this is not a plan: it has no key `scenecc_plan`", origin)
         return False
-    version: Any = data["scenecc_plan"]
+    version: object = data["scenecc_plan"]
     if version is not True and version == PLAN_VERSION:
         return True
     message = f"this plan has version {_shown(version)}; version {PLAN_VERSION} is read here"
@@ -110,7 +114,7 @@ def _is_plan(data: Any, sink: Sink, origin: Origin) -> bool:
     return False
 
 
-def _shown(item: Any) -> str:
+def _shown(item: object) -> str:
     text = json.dumps(item)
     return text if len(text) <= 40 else text[:40] + "…"
 
@@ -125,5 +129,5 @@ class _Beside:
     def resolve(self, uri: str, origin: Origin) -> Path | None:
         if "://" not in uri and "\0" not in uri:
             return self.base.absolute() / uri
-        self.sink.report("SC711", f"nothing here can find `{uri[:200]!s}`", origin)
+        self.sink.report("SC711", f"nothing here can find `{uri[:200]}`", origin)
         return None

@@ -6,14 +6,15 @@ import json
 import os
 import re
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from scenecc.plan.fields import Kind, Many, Node, Numbers, OneOf, Plain, Quantity, Selection, Slot, slots, type_name
+from scenecc.plan.fields import Choice, Kind, Many, Node, Numbers, OneOf, Plain, Quantity, Selection, slots, type_name
 from scenecc.plan.material import AssetFile
-from scenecc.plan.scene import ScenePlan
-from scenecc.plan.value import Value
+
+if TYPE_CHECKING:
+    from scenecc.plan.scene import ScenePlan
+    from scenecc.plan.value import Value
 
 PLAN_VERSION = 1
 """The value of a plan's `scenecc_plan` key."""
@@ -40,9 +41,9 @@ def plan_to_json(plan: ScenePlan, *, base: Path | None = None) -> str:
     """
     if base is not None:
         plan = _rebased(plan, base.absolute())
-    head = f'{{\n{_STEP}"scenecc_plan": {PLAN_VERSION}'
-    body = "".join(f",\n{_STEP}{_key(name)}{text}" for name, text in _members(plan, slots(ScenePlan), _STEP))
-    return _escaped(f"{head}{body}\n}}\n")
+    members = [("scenecc_plan", str(PLAN_VERSION)), *_members(plan, _STEP)]
+    body = f",\n{_STEP}".join(_keyed(members))
+    return _escaped(f"{{\n{_STEP}{body}\n}}\n")
 
 
 def _escaped(text: str) -> str:
@@ -60,45 +61,48 @@ def _rebased_uri(file: AssetFile, base: Path) -> str:
     return Path(os.path.relpath(file.path, base)).as_posix()
 
 
-def _members(node: Any, its_slots: tuple[Slot, ...], indent: str) -> list[tuple[str, str]]:
+def _members(node: object, indent: str) -> list[tuple[str, str]]:
     inner = indent + _STEP
     return [
         (slot.name, _text(slot.kind, item, inner))
-        for slot in its_slots
+        for slot in slots(type(node))
         if (item := getattr(node, slot.name)) is not None
     ]
 
 
-def _text(kind: Kind, item: Any, indent: str) -> str:
+def _text(kind: Kind, item: Any, indent: str) -> str:  # noqa: ANN401 - what `kind` says
     """One item as JSON. `indent`: what its inner lines start with, one step included."""
     match kind:
         case Quantity():
-            return _value(item, indent)
+            text = _value(item, indent)
         case Plain():
             # By the field's type, not the item's: a plan with the integer 1 equals one with 1.0, and -0.0 equals 0.0.
-            return _dumps(item + 0.0 if kind.type is float else kind.type(item))
+            text = _dumps(item + 0.0 if kind.type is float else item)
+        case Choice():
+            text = _dumps(item)
         case Numbers():
-            return _array(_dumps([number + 0.0 for number in item]), indent)
+            text = _array(_dumps([number + 0.0 for number in item]), indent)
         case Selection():
-            return _selection(item, indent)
+            text = _selection(item, indent)
         case Node():
-            return _object(_members(item, slots(kind.cls), indent), indent)
+            text = _joined("{}", _keyed(_members(item, indent)), indent)
         case OneOf():
-            members = _members(item, slots(type(item)), indent)
-            return _object([("type", _dumps(type_name(type(item)))), *members], indent)
-        case Many(Plain(type=plain)) if plain is int:
-            return _array(_dumps(list(map(int, item))), indent)
+            cls: type = type(item)
+            members = [("type", _dumps(type_name(cls))), *_members(item, indent)]
+            text = _joined("{}", _keyed(members), indent)
+        case Many(Plain()):
+            numbers: tuple[int, ...] = item
+            text = _array(_dumps(numbers), indent)
         case Many():
-            return _list([_text(kind.item, one, indent + _STEP) for one in item], indent)
-        case _:
-            return _dumps(item)
+            text = _joined("[]", [_text(kind.item, one, indent + _STEP) for one in item], indent)
+    return text
 
 
 def _value(value: Value, indent: str) -> str:
     data = value.data.tolist()
     if not value.varies:
         return _array(_dumps(data[0]), indent)
-    return _object([("per_scene", _array(_dumps(data), indent + _STEP))], indent)
+    return _joined("{}", _keyed([("per_scene", _array(_dumps(data), indent + _STEP))]), indent)
 
 
 def _array(text: str, indent: str) -> str:
@@ -108,14 +112,6 @@ def _array(text: str, indent: str) -> str:
     outer = indent[: -len(_STEP)]
     items = text[1:-1].replace("], [", f"],\n{indent}[") if text[1] == "[" else text[1:-1].replace(", ", f",\n{indent}")
     return f"[\n{indent}{items}\n{outer}]"
-
-
-def _object(members: list[tuple[str, str]], indent: str) -> str:
-    return _joined("{}", [_key(name) + text for name, text in members], indent)
-
-
-def _list(items: list[str], indent: str) -> str:
-    return _joined("[]", items, indent)
 
 
 def _joined(brackets: str, parts: list[str], indent: str) -> str:
@@ -137,9 +133,8 @@ def _selection(scene_idxs: tuple[int, ...], indent: str) -> str:
     return _array(_dumps(list(map(int, scene_idxs))), indent)
 
 
-@cache
-def _key(name: str) -> str:
-    return f'"{name}": '
+def _keyed(members: list[tuple[str, str]]) -> list[str]:
+    return [f'"{name}": {text}' for name, text in members]
 
 
 def _dumps(item: object) -> str:
