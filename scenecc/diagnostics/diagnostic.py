@@ -132,9 +132,7 @@ class Sink:
             location=self._location(report.place, report.at),
             path=dotted(report.path),
             hint=report.hint,
-            related=tuple(
-                Related(message, self._location(place, at)) for message, place, at in self._chain(report)
-            ),
+            related=tuple(Related(message, self._location(place, at)) for message, place, at in self._chain(report)),
         )
 
     def _location(self, place: Origin | Location, at: At) -> Location:

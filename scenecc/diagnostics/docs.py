@@ -22,13 +22,9 @@ SC101` prints the entry of one code. The first digit is the stage.
 
 
 def page(codes: Sequence[Code] = tuple(CODES.values())) -> str:
-    """The whole page: a table of codes a band, then every code with cause, example and cure."""
+    """The whole page: for each band a table of its codes, then each of them with cause, example and cure."""
     bands = {digit: sorted((row for row in codes if row.code[2] == digit), key=_by_code) for digit in BANDS}
-    filled = {digit: rows for digit, rows in bands.items() if rows}
-    parts = [_HEAD]
-    parts += [_index(digit, rows) for digit, rows in filled.items()]
-    parts += [entry for rows in filled.values() for entry in map(_entry, rows)]
-    return "\n".join(parts)
+    return "\n".join([_HEAD, *(_band(digit, rows) for digit, rows in bands.items() if rows)])
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -48,9 +44,9 @@ def _by_code(row: Code) -> str:
     return row.code
 
 
-def _index(digit: str, rows: Sequence[Code]) -> str:
+def _band(digit: str, rows: Sequence[Code]) -> str:
     head = [f"## SC{digit}: {BANDS[digit]}", "", "| code | severity | rule |", "| --- | --- | --- |"]
-    return "\n".join([*head, *_cells(rows), ""])
+    return "\n".join([*head, *_cells(rows), "", *map(_entry, rows)])
 
 
 def _cells(rows: Sequence[Code]) -> Iterator[str]:

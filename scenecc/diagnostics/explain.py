@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import difflib
+import textwrap
 
 from scenecc.diagnostics.codes import BANDS, CODES, Code
+
+_WIDTH = 100
 
 
 def explain(code: str) -> str | None:
@@ -15,8 +18,7 @@ def explain(code: str) -> str | None:
     row = CODES.get(normalized(code))
     if row is None:
         return None
-    band = BANDS[row.code[2]]
-    return f"{row.code}: {row.title}\n\nA {row.severity} of the stage: {band}.\n\n{markdown(row)}"
+    return f"{row.code}: {row.title}\n\nSeverity: {row.severity}. Stage: {BANDS[row.code[2]]}.\n\n{markdown(row)}"
 
 
 def normalized(code: str) -> str:
@@ -34,4 +36,12 @@ def markdown(row: Code) -> str:
     """Cause, example and cure of a row as Markdown, with a line break at the end."""
     example = row.example.strip("\n")
     language = {"$": "console", "{": "json"}.get(example[:1], "yaml")
-    return f"{row.cause.strip()}\n\nExample:\n\n```{language}\n{example}\n```\n\nCure: {row.cure.strip()}\n"
+    return f"{_prose(row.cause)}\n\nExample:\n\n```{language}\n{example}\n```\n\n{_prose('Cure: ' + row.cure)}\n"
+
+
+def _prose(text: str) -> str:
+    """The text with its long lines broken, for a terminal and for the page's source alike."""
+    return "\n".join(
+        textwrap.fill(line, _WIDTH, break_long_words=False, break_on_hyphens=False) if len(line) > _WIDTH else line
+        for line in text.strip().splitlines()
+    )
