@@ -10,6 +10,8 @@ import sys
 import hypothesis
 import pytest
 
+pytest_plugins = ["plugins.diagnostics"]
+
 hypothesis.settings.register_profile("default", deadline=None)
 # A run of CI says the same of the same code: no example is drawn anew.
 hypothesis.settings.register_profile("ci", deadline=None, derandomize=True)
