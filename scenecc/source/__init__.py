@@ -1,0 +1,19 @@
+"""YAML text and Python dicts to plain data, with limits against hostile files.
+
+Where each node is written is found lazily, by its path.
+"""
+
+from scenecc.source.document import Document
+from scenecc.source.limits import Limits, make_limits, parse_limits
+from scenecc.source.read import read_dict, read_file, read_stream, read_text
+
+__all__ = [
+    "Document",
+    "Limits",
+    "make_limits",
+    "parse_limits",
+    "read_dict",
+    "read_file",
+    "read_stream",
+    "read_text",
+]

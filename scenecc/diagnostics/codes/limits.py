@@ -2,4 +2,82 @@
 
 from scenecc.diagnostics.codes.row import Code
 
-ROWS: tuple[Code, ...] = ()
+_RAISE = "`--limit {0}=N` on the command line or `limits={{'{0}': N}}` in Python raises the limit. "
+
+ROWS: tuple[Code, ...] = (
+    Code(
+        code="SC601",
+        severity="error",
+        title="the text is too long",
+        cause="A scene file is at most 16 MiB of text (limit text_bytes). A dict is held to as many values.",
+        example="$ head -c 17000000 /dev/zero | tr '\\0' '#' | scenecc validate -",
+        cure=_RAISE.format("text_bytes")
+        + "A file that is this long was written by a program: `repeat` and variation say the same in a few lines.",
+    ),
+    Code(
+        code="SC602",
+        severity="error",
+        title="the document is too deep",
+        cause=(
+            "At most 100 mappings and lists stand inside one another (limit depth), what aliases name counted where "
+            "they are used. Every stage of a compiler walks the document, and a deeper one could exhaust its stack."
+        ),
+        example="scenecc: 1\nx-deep: " + "[" * 101 + "]" * 101 + "\n",
+        cure=_RAISE.format("depth") + "No scene needs such depth.",
+    ),
+    Code(
+        code="SC603",
+        severity="error",
+        title="too much is reached through aliases",
+        cause=(
+            "At most 10 000 nodes are reached through aliases and merge keys (limit alias_nodes), each use of an alias "
+            "counted with all that is below its anchor: ten lines of aliases to lists of aliases would unfold to more "
+            "nodes than any memory holds."
+        ),
+        example=(
+            "scenecc: 1\n"
+            "x-a: &a [0, 0, 0, 0, 0, 0, 0, 0, 0, 0]\n"
+            "x-b: &b [*a, *a, *a, *a, *a, *a, *a, *a, *a, *a]\n"
+            "x-c: &c [*b, *b, *b, *b, *b, *b, *b, *b, *b, *b]\n"
+            "x-d: &d [*c, *c, *c, *c, *c, *c, *c, *c, *c, *c]\n"
+        ),
+        cure="Use `repeat` for many copies. " + _RAISE.format("alias_nodes"),
+    ),
+    Code(
+        code="SC604",
+        severity="error",
+        title="too many objects",
+        cause="A scene holds at most 1 000 000 entities, shapes and other objects (limit objects).",
+        example="$ scenecc validate tabletop.yaml --limit objects=2",
+        cure=_RAISE.format("objects"),
+    ),
+    Code(
+        code="SC605",
+        severity="error",
+        title="too many scenes",
+        cause="There are at most 65 536 parallel scenes (limit scenes).",
+        example=(
+            "scenecc: 1\nnum_scenes: 100000000000\nentities:\n  ball:\n    shapes: [{type: sphere, radius: 0.1}]\n"
+        ),
+        cure=_RAISE.format("scenes"),
+    ),
+    Code(
+        code="SC606",
+        severity="error",
+        title="too many objects times scenes",
+        cause=(
+            "The objects, each counted once for every scene that it is in, are at most 10 000 000 "
+            "(limit objects_times_scenes): this is what is built."
+        ),
+        example="$ scenecc validate tabletop.yaml --limit objects_times_scenes=4",
+        cure=_RAISE.format("objects_times_scenes"),
+    ),
+    Code(
+        code="SC607",
+        severity="error",
+        title="an asset is too large",
+        cause="A mesh, texture or robot description has at most 256 MiB (limit asset_bytes).",
+        example="$ scenecc validate mesh.yaml --limit asset_bytes=100",
+        cure=_RAISE.format("asset_bytes") + "A mesh of that size is too fine for collision: simplify it.",
+    ),
+)

@@ -1,0 +1,75 @@
+"""How much a scene file may ask of the machine that reads it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from difflib import get_close_matches
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """The limits against files that would hang or exhaust a machine. Each is a positive integer.
+
+    Attributes:
+        text_bytes: size of one scene file or stream [bytes of UTF-8].
+        depth: mappings and lists inside one another, the document itself counted, aliases followed.
+        alias_nodes: nodes reached through aliases and merge keys, each use of an alias counted anew.
+        includes: files that include or use one another in a chain.
+        objects: entities, shapes, constraints, lights and cameras after repetition.
+        scenes: parallel scenes.
+        objects_times_scenes: objects summed over the scenes that they are in.
+        asset_bytes: size of one mesh, texture or robot description [bytes].
+    """
+
+    text_bytes: int = 16 * 2**20
+    depth: int = 100
+    alias_nodes: int = 10_000
+    includes: int = 32
+    objects: int = 1_000_000
+    scenes: int = 65_536
+    objects_times_scenes: int = 10_000_000
+    asset_bytes: int = 256 * 2**20
+
+
+def make_limits(changes: Mapping[str, object] | None = None) -> Limits:
+    """The default limits with some of them changed.
+
+    Args:
+        changes: name of a limit → positive integer, as in `limits={"depth": 200}`.
+
+    Raises:
+        ValueError: a name is not that of a limit, or a value is not a positive integer.
+    """
+    changes = changes or {}
+    known = [field.name for field in fields(Limits)]
+    checked: dict[str, int] = {}
+    for name, value in changes.items():
+        if name not in known:
+            raise ValueError(_unknown(name, known))
+        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+            raise ValueError(f"the limit {name} must be a positive integer, not {value!r}")
+        checked[name] = int(value)
+    return replace(Limits(), **checked)
+
+
+def parse_limits(assignments: list[str]) -> Limits:
+    """The limits that a command line asks for, each as `name=value`; the last of a name wins.
+
+    Raises:
+        ValueError: as `make_limits`, or an assignment without `=`.
+    """
+    changes: dict[str, object] = {}
+    for assignment in assignments:
+        name, equals, value = (part.strip() for part in assignment.partition("="))
+        if not equals:
+            raise ValueError(f"a limit is written name=value (depth=200), not {assignment!r}")
+        digits = value.replace("_", "")
+        changes[name] = int(digits) if digits.isascii() and digits.isdigit() and len(digits) < 19 else value
+    return make_limits(changes)
+
+
+def _unknown(name: object, known: list[str]) -> str:
+    near = get_close_matches(str(name), known, n=1, cutoff=0.5)
+    advice = f"did you mean {near[0]!r}?" if near else "the limits are " + ", ".join(known)
+    return f"there is no limit named {name!r}; {advice}"

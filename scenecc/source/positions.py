@@ -1,0 +1,175 @@
+"""Where the nodes of a text are written, indexed at the first question about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import yaml
+
+from scenecc.diagnostics import At, Location, Path
+from scenecc.source.lines import Lines
+from scenecc.source.parsing import (
+    AliasEvent,
+    Event,
+    MappingEndEvent,
+    MappingStartEvent,
+    NodeEvent,
+    ScalarEvent,
+    SequenceEndEvent,
+    StreamEndEvent,
+    next_event,
+)
+
+Span = tuple[int, int, int | None]
+"""0-based line, first column, column after the last one (None: to the line's end)."""
+
+Place = tuple[int, int]
+"""0-based line and column."""
+
+
+@dataclass(slots=True)
+class _Node:
+    """A node, and the nodes below it by key or index; an alias is the node that it names."""
+
+    span: Span
+    entries: dict[str, _Entry] = field(default_factory=dict[str, "_Entry"])
+    items: list[_Node] = field(default_factory=list["_Node"])
+    is_block: bool = False
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Entry:
+    key: Span
+    node: _Node
+    merged: bool = False
+
+
+class Positions:
+    """The index of one valid text."""
+
+    def __init__(self, lines: Lines) -> None:
+        self._lines = lines
+        self._root = _Walk(lines.text).root()
+
+    def find(self, path: Path, at: At) -> Location:
+        """The place of the node at a path, through aliases and merges; of the deepest one that exists."""
+        node, key = self._root, None
+        for step in path:
+            entry = node.entries.get(step) if isinstance(step, str) else None
+            if entry is not None:
+                node, key = entry.node, entry.key
+            elif isinstance(step, int) and 0 <= step < len(node.items):
+                node, key = node.items[step], None
+            else:
+                break
+        return self._lines.location(*(key if at == "key" and key is not None else _first_line(node)))
+
+
+def first_keys(text: str, last: Place) -> dict[Place, Span]:
+    """For each duplicate key up to the place `last`: its place → the key of the same name before it."""
+    walk = _Walk(text, last)
+    walk.root()
+    return walk.firsts
+
+
+def _first_line(node: _Node) -> Span:
+    """What to underline of a node. A block's end mark runs past blank lines and comments, and is no use."""
+    line, start, end = node.span
+    while node.is_block and node.span[0] == line:
+        if node.items:
+            node = node.items[0]
+        elif node.entries:
+            entry = next(iter(node.entries.values()))
+            key, node = entry.key, entry.node
+            if key[0] != line:
+                break
+            end = key[2] if key[2] is None else key[2] + 1
+        else:
+            break
+        if node.span[0] == line:
+            end = node.span[2]
+    return line, start, end
+
+
+class _Enough(Exception):  # noqa: N818 - it ends a walk, and is always caught here
+    """What was asked for is found."""
+
+
+class _Walk:
+    """One pass over the events of a text, up to its end, to what is wrong with it, or to a place."""
+
+    def __init__(self, text: str, last: Place | None = None) -> None:
+        self._get = next_event(text)
+        self._last = last
+        self._anchors: dict[str, _Node] = {}
+        self.firsts: dict[Place, Span] = {}
+
+    def root(self) -> _Node:
+        """The document's node; what was read of it, where the walk ended early."""
+        root = _Node((0, 0, None))
+        get = self._get
+        try:
+            get()  # the start of the stream
+            if isinstance(get(), StreamEndEvent):
+                return root
+            event = get()
+            root = self._opened(event)
+            self._fill(event, root)
+        except (yaml.YAMLError, _Enough):
+            pass
+        return root
+
+    def _node(self, event: NodeEvent) -> _Node:
+        if isinstance(event, AliasEvent):
+            return self._anchors.get(event.anchor or "", _Node(_span(event, event)))
+        node = self._opened(event)
+        self._fill(event, node)
+        return node
+
+    def _opened(self, event: NodeEvent) -> _Node:
+        node = _Node(_span(event, event))
+        if event.anchor is not None:
+            self._anchors[event.anchor] = node
+        return node
+
+    def _fill(self, start: NodeEvent, node: _Node) -> None:
+        """Reads what is in a node, up to and with its end."""
+        if isinstance(start, ScalarEvent):
+            node.text = start.value
+            return
+        get = self._get
+        event = get()
+        if isinstance(start, MappingStartEvent):
+            while not isinstance(event, MappingEndEvent):
+                self._entry(event, node)
+                event = get()
+        else:
+            while not isinstance(event, SequenceEndEvent):
+                node.items.append(self._node(event))
+                event = get()
+        node.is_block = not start.flow_style
+        node.span = _span(start, event)
+
+    def _entry(self, event: NodeEvent, node: _Node) -> None:
+        """Reads a key and its value. On a duplicate the first entry stays."""
+        span = _span(event, event)
+        key_node = self._node(event)
+        value = self._node(self._get())
+        if isinstance(event, ScalarEvent) and event.value == "<<" and event.implicit[0]:
+            for source in value.items or [value]:
+                for key, entry in source.entries.items():
+                    node.entries.setdefault(key, _Entry(entry.key, entry.node, merged=True))
+            return
+        known = node.entries.get(key_node.text)
+        if known is None or known.merged:
+            node.entries[key_node.text] = _Entry(span, value)
+            return
+        self.firsts[span[:2]] = known.key
+        if self._last is not None and span[:2] >= self._last:
+            raise _Enough
+
+
+def _span(first: Event, last: Event) -> Span:
+    start, end = first.start_mark, last.end_mark
+    return start.line, start.column, end.column if end.line == start.line else None

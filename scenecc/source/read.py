@@ -1,0 +1,78 @@
+"""The ways into the compiler: files, text and dicts."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from os import PathLike, fspath
+from pathlib import Path
+from typing import IO, Any
+
+from scenecc.diagnostics import Sink
+from scenecc.source.document import Document
+from scenecc.source.faults import Faults
+from scenecc.source.limits import Limits
+from scenecc.source.lines import Lines
+from scenecc.source.reader import read_yaml
+from scenecc.source.text import decode, read_bytes, read_some
+from scenecc.source.values import plain_mapping
+
+_DEFAULT = Limits()
+
+
+def read_file(path: str | PathLike[str], sink: Sink, limits: Limits = _DEFAULT) -> Document | None:
+    """Reads a scene file. None, with errors in the sink, where it cannot be read or is no good."""
+    name = fspath(path)
+    content = read_bytes(name, sink, limits)
+    return None if content is None else read_text(content, name, sink, limits, path=Path(name).absolute())
+
+
+def read_stream(
+    stream: IO[str] | IO[bytes], name: str | None, sink: Sink, limits: Limits = _DEFAULT
+) -> Document | None:
+    """Reads an open text or binary stream to its end, or to the limit of a text's size."""
+    content = read_some(stream, name, sink, limits)
+    return None if content is None else read_text(content, name, sink, limits)
+
+
+def read_text(
+    text: str | bytes, name: str | None, sink: Sink, limits: Limits = _DEFAULT, path: Path | None = None
+) -> Document | None:
+    """Reads YAML text; bytes are UTF-8, or UTF-16 with a byte order mark.
+
+    Args:
+        text: the whole document.
+        name: as shown to people.
+        path: absolute path of the file that the text is from.
+    """
+    decoded = decode(text, name, sink, limits)
+    if decoded is None:
+        return None
+    lines = Lines(name, decoded)
+    faults = Faults(lines, sink)
+    with _collector_paused():
+        data = read_yaml(faults, limits)
+    return None if data is None or faults.any else Document(name, path, data, lines)
+
+
+def read_dict(data: Mapping[str, Any], sink: Sink, limits: Limits = _DEFAULT) -> Document | None:
+    """Takes a scene given as Python data, which is copied and never changed.
+
+    Tuples, numpy scalars and arrays, and paths become lists, numbers and strings. Whatever a text could not
+    hold (sets, bytes, None, keys that are not strings, other objects) is reported at its path.
+    """
+    plain = plain_mapping(data, sink, limits)
+    return None if plain is None else Document(None, None, plain, None)
+
+
+@contextmanager
+def _collector_paused() -> Iterator[None]:
+    """Without the garbage collector, which would look through all the new containers again and again."""
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()

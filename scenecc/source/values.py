@@ -1,0 +1,179 @@
+"""Python data to the plain data that a text would have given."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import PurePath
+from typing import Any, NoReturn
+
+from scenecc.diagnostics import Origin, Path, Sink
+from scenecc.source.limits import Limits
+from scenecc.source.scalars import MAX_INTEGER_CHARS
+
+_MAX_INTEGER = 10**MAX_INTEGER_CHARS
+
+
+@dataclass(frozen=True, slots=True)
+class _Copy:
+    """A container that was copied: the copy, and its nodes and height with shared parts unfolded."""
+
+    value: Any
+    nodes: int
+    height: int
+
+
+_NOTHING = _Copy(None, 1, 0)
+"""The copy of what was reported."""
+
+
+class _Stopped(Exception):
+    """A limit was reached."""
+
+
+def plain_mapping(data: Mapping[str, Any], sink: Sink, limits: Limits) -> dict[str, Any] | None:
+    """A copy of a mapping as plain dicts, lists and scalars; None, reported, if no scene can hold it.
+
+    A part that the input shares is one object in the copy too, copied once.
+    """
+    copier = _Copier(sink, limits)
+    try:
+        copy = copier.copy(data, ())
+    except _Stopped:
+        return None
+    return None if copier.failed else copy.value
+
+
+class _Copier:
+    def __init__(self, sink: Sink, limits: Limits) -> None:
+        self._sink = sink
+        self._limits = limits
+        self.failed = False
+        self._open: set[int] = set()
+        # id → copy, and the original, which must live as long as its id means it.
+        self._copies: dict[int, tuple[_Copy, object]] = {}
+
+    def copy(self, value: Any, path: Path) -> _Copy:
+        """The copy of any value; None, reported, of what no scene can hold."""
+        if isinstance(value, (Mapping, list, tuple)):
+            return self._shared(value, path)
+        numpy = sys.modules.get("numpy")
+        if numpy is not None and isinstance(value, (numpy.ndarray, numpy.generic)):
+            return self._array(value, path)
+        return _Copy(self._scalar(value, path), 1, 0)
+
+    def _array(self, array: Any, path: Path) -> _Copy:
+        if array.dtype.kind not in "biufU":
+            self._refuse(f"a numpy value of dtype {array.dtype}", path)
+            return _NOTHING
+        value = array.tolist()
+        if isinstance(value, list):
+            return self._container(value, path)
+        return _Copy(self._scalar(value, path), 1, 0)
+
+    def _shared(self, value: Any, path: Path) -> _Copy:
+        known = self._copies.get(id(value))
+        if known is not None:
+            copy = known[0]
+        elif id(value) in self._open:
+            self._report("SC010", "this dict or list holds itself", path)
+            return _NOTHING
+        else:
+            self._open.add(id(value))
+            copy = self._container(value, path)
+            self._open.discard(id(value))
+            self._copies[id(value)] = copy, value
+        if len(path) + copy.height > self._limits.depth:
+            self._too_deep(path)
+        return copy
+
+    def _container(self, value: Any, path: Path) -> _Copy:
+        if len(path) >= self._limits.depth:
+            self._too_deep(path)
+        if isinstance(value, Mapping):
+            copies = dict(self._entries(value, path))
+            result: Any = {key: copy.value for key, copy in copies.items()}
+            children = list(copies.values())
+        else:
+            children = [self.copy(item, (*path, index)) for index, item in enumerate(value)]
+            result = [child.value for child in children]
+        nodes = 1 + sum(child.nodes for child in children)
+        if nodes > self._limits.text_bytes:
+            self._too_long(path)
+        return _Copy(result, nodes, 1 + max((child.height for child in children), default=0))
+
+    def _entries(self, mapping: Mapping[Any, Any], path: Path) -> Iterable[tuple[str, _Copy]]:
+        for key, value in mapping.items():
+            if not isinstance(key, str):
+                self._report(
+                    "SC005", f"the key {_shown(key)} is not a string", path, hint="keys are strings"
+                )
+                continue
+            name = str.__str__(key)
+            below = (*path, name)
+            self._check_text(name, below)
+            yield name, self.copy(value, below)
+
+    def _scalar(self, value: Any, path: Path) -> Any:
+        match value:
+            case bool():
+                return value
+            # The base class's own conversion, so that enumerations and other subclasses leave no trace.
+            case int():
+                return self._in_range(int.__int__(value), path)
+            case float():
+                return float.__float__(value)
+            case str():
+                return self._check_text(str.__str__(value), path)
+            case PurePath():
+                return self._check_text(str(value), path)
+            case None:
+                hint = "give it a value or take it away: what is left out has its default"
+                self._report("SC006", "None is not a value of any key", path, hint=hint)
+            case _:
+                self._refuse(f"{_article(type(value).__qualname__)}", path)
+        return None
+
+    def _in_range(self, value: int, path: Path) -> int:
+        if abs(value) >= _MAX_INTEGER:
+            self._report("SC014", f"an integer of more than {MAX_INTEGER_CHARS} digits", path)
+        return value
+
+    def _check_text(self, text: str, path: Path) -> str:
+        if not text.isascii():
+            try:
+                text.encode()
+            except UnicodeEncodeError:
+                message = f"a string holds half of a character (a lone surrogate): {text!a:.60}"
+                self._report("SC002", message, path)
+        return text
+
+    def _report(self, code: str, message: str, path: Path, *, hint: str | None = None) -> None:
+        self.failed = True
+        self._sink.report(code, message, Origin(None, path), hint=hint)
+
+    def _refuse(self, what: str, path: Path) -> None:
+        hint = "a scene holds dicts with string keys, lists, strings, numbers, booleans, numpy arrays and paths"
+        self._report("SC015", f"{what} cannot stand in a scene", path, hint=hint)
+
+    def _too_deep(self, path: Path) -> NoReturn:
+        message = f"more than {self._limits.depth} dicts and lists inside one another (limit depth)"
+        hint = "`limits={'depth': N}` raises the limit"
+        self._report("SC602", message, path[:8], hint=hint)
+        raise _Stopped
+
+    def _too_long(self, path: Path) -> NoReturn:
+        message = f"more than {self._limits.text_bytes} values, shared ones counted each time (limit text_bytes)"
+        hint = "`limits={'text_bytes': N}` raises the limit"
+        self._report("SC601", message, path, hint=hint)
+        raise _Stopped
+
+
+def _article(name: str) -> str:
+    return f"{'an' if name[:1].lower() in tuple('aeiou') else 'a'} {name}"
+
+
+def _shown(key: object) -> str:
+    """A key as Python writes it, if that is short and harmless."""
+    return repr(key)[:40] if isinstance(key, (int, float, bytes, tuple, type(None))) else f"of type {type(key).__name__}"
