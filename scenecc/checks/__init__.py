@@ -1,0 +1,1 @@
+"""Rules over a plan and its assets: one rule a function, one file a family."""

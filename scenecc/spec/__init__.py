@@ -1,0 +1,1 @@
+"""The language as Pydantic models, and their validation errors as diagnostics."""

@@ -1,5 +1,117 @@
-"""Rows of the table of codes: names."""
+"""Rows of the table of codes: names and scene selections."""
 
 from scenecc.diagnostics.codes.row import Code
 
-ROWS: tuple[Code, ...] = ()
+_CUBE = "    shapes:\n      - {type: box, half_size: [0.1, 0.1, 0.1]}\n"
+
+ROWS: tuple[Code, ...] = (
+    Code(
+        "SC301",
+        "error",
+        "unknown material",
+        "A material is named under `materials` or written inline; this name is neither.",
+        "scenecc: 1\nmaterials:\n  rubber: {physical: {restitution: 0.9}}\nentities:\n  cube:\n    material: ruber\n"
+        + _CUBE,
+        "Write the name that the hint suggests, or add it under `materials`.",
+    ),
+    Code(
+        "SC302",
+        "error",
+        "unknown collision group",
+        "A group is named under `collision_groups`.",
+        "scenecc: 1\nentities:\n  cube:\n    collision_group: debris\n" + _CUBE,
+        "Add `collision_groups: {debris: {}}`, or write a group that is there.",
+    ),
+    Code(
+        "SC303",
+        "error",
+        "unknown entity or frame",
+        "`relative_to` names an entity, a frame or a camera of the file. (`world` is there too; it changes nothing.)",
+        "scenecc: 1\nentities:\n  cube:\n    pose: {p: [0, 0, 1], relative_to: tabel}\n" + _CUBE,
+        "Write the name that the hint suggests.",
+    ),
+    Code(
+        "SC304",
+        "error",
+        "poses in a circle",
+        "Each of them stands relative to the next, so none stands anywhere.",
+        "scenecc: 1\nframes:\n  a: {pose: {relative_to: b}}\n  b: {pose: {relative_to: a}}\n",
+        "Give one of them a pose in the world.",
+    ),
+    Code(
+        "SC305",
+        "error",
+        "name taken twice",
+        "Frames, entities and cameras share one namespace, so that `relative_to` is never in doubt. SAPIEN builds two "
+        "actors of one name, ManiSkill raises an AssertionError.",
+        "scenecc: 1\nframes:\n  cube: {pose: [0, 0, 1]}\nentities:\n  cube:\n" + _CUBE,
+        "Rename one of them.",
+    ),
+    Code(
+        "SC306",
+        "error",
+        "reserved name",
+        "`world` is what poses and constraints call the world.",
+        "scenecc: 1\nentities:\n  world:\n" + _CUBE,
+        "Choose another name.",
+    ),
+    Code(
+        "SC307",
+        "error",
+        "scene out of range",
+        "Scenes count from 0 to `num_scenes` - 1. Unlike Python's, a slice is not cut short: its bounds must exist.",
+        "scenecc: 1\nnum_scenes: 2\nentities:\n  cube:\n    scene_idxs: [0, 2]\n" + _CUBE,
+        "Raise `num_scenes`, or select scenes that exist; `\"::2\"` and `\"4:\"` adapt themselves to the number.",
+    ),
+    Code(
+        "SC308",
+        "error",
+        "scene selected twice",
+        "An entity exists once in a scene.",
+        'scenecc: 1\nnum_scenes: 4\nentities:\n  cube:\n    scene_idxs: ["0:2", 1]\n' + _CUBE,
+        "Select each scene once.",
+    ),
+    Code(
+        "SC309",
+        "error",
+        "no scene selected",
+        "An entity that exists nowhere would be dropped without a word.",
+        "scenecc: 1\nentities:\n  cube:\n    scene_idxs: []\n" + _CUBE,
+        "Select a scene, or leave `scene_idxs` out to select every scene.",
+    ),
+    Code(
+        "SC310",
+        "error",
+        "not a slice",
+        'A selection is a list of indices, or a slice as Python writes it: `"0:8"`, `"::2"`, `"4:"`.',
+        'scenecc: 1\nentities:\n  cube:\n    scene_idxs: "all"\n' + _CUBE,
+        "Write a slice, or leave `scene_idxs` out to select every scene.",
+    ),
+    Code(
+        "SC311",
+        "error",
+        "relative to what is not there",
+        "In some scene the entity would stand relative to one that does not exist in it.",
+        "scenecc: 1\nnum_scenes: 2\nentities:\n  table:\n    scene_idxs: [0]\n"
+        + _CUBE
+        + "  cube:\n    pose: {p: [0, 0, 1], relative_to: table}\n"
+        + _CUBE,
+        "Select for the outer one all scenes of the inner one, or stand relative to a frame: frames are in every scene.",
+    ),
+    Code(
+        "SC312",
+        "error",
+        "more collision groups than bits",
+        "SAPIEN has 32 bits for the kinds of bodies, and one is for those without a group.",
+        "scenecc: 1\ncollision_groups:\n" + "".join(f"  g{i}: {{}}\n" for i in range(32)),
+        "Merge groups that ignore the same ones.",
+    ),
+    Code(
+        "SC313",
+        "warning",
+        "material never used",
+        "A material that no shape names is often a misspelt or forgotten one.",
+        "scenecc: 1\nmaterials:\n  oak: {physical: {density: 700}}\nentities:\n  cube:\n" + _CUBE,
+        "Name it in a `material`, or remove it. A key that starts with `x-` holds notes.",
+    ),
+)

@@ -2,4 +2,91 @@
 
 from scenecc.diagnostics.codes.row import Code
 
-ROWS: tuple[Code, ...] = ()
+_BOX = "      - {type: box, half_size: [0.1, 0.1, 0.1]}\n"
+
+ROWS: tuple[Code, ...] = (
+    Code(
+        "SC501",
+        "error",
+        "body without a shape",
+        "SAPIEN builds an actor without shapes: a body of one milligram that nothing collides with.",
+        "scenecc: 1\nentities:\n  ghost:\n    pose: [0, 0, 1]\n",
+        "Give it `shapes`, `collisions` or `visuals`. A place with no body is a frame: "
+        "`frames: {ghost: {pose: [0, 0, 1]}}`.",
+    ),
+    Code(
+        "SC502",
+        "error",
+        "dynamic body that nothing collides with",
+        "Without a colliding shape and without `inertial` SAPIEN gives it a mass of one milligram, and it falls for "
+        "ever.",
+        "scenecc: 1\nentities:\n  marker:\n    visuals:\n" + _BOX,
+        "Write `body_type: kinematic` (or static, or none) for a marker, `shapes` for an object, or give `inertial`.",
+    ),
+    Code(
+        "SC503",
+        "error",
+        "plane on a dynamic body",
+        "A plane is endless and has no mass; SAPIEN builds a body of one milligram.",
+        "scenecc: 1\nentities:\n  floor:\n    shapes:\n      - {type: plane}\n",
+        "Write `body_type: static`, or use a box.",
+    ),
+    Code(
+        "SC504",
+        "error",
+        "dynamic friction above static friction",
+        "What slides would be held more strongly than what sticks. SAPIEN takes it.",
+        "scenecc: 1\nentities:\n  cube:\n    material: {physical: {static_friction: 0.2, dynamic_friction: 0.5}}\n"
+        "    shapes:\n" + _BOX,
+        "Lower `dynamic_friction`, or raise `static_friction`. What is left out is the default material's (0.3, 0.3).",
+    ),
+    Code(
+        "SC505",
+        "error",
+        "restitution outside 0..1",
+        "Above 1 every bounce adds energy, and the scene explodes. SAPIEN takes 5.",
+        "scenecc: 1\nentities:\n  ball:\n    material: {physical: {restitution: 5}}\n    shapes:\n" + _BOX,
+        "Give a restitution from 0 (no bounce) to 1 (no loss).",
+    ),
+    Code(
+        "SC506",
+        "error",
+        "inertia that no body has",
+        "Each principal moment of a real body is at most the sum of the other two. SAPIEN takes [1, 1, 5].",
+        "scenecc: 1\nentities:\n  cube:\n    inertial: {mass: 1, inertia: [1, 1, 5]}\n    shapes:\n" + _BOX,
+        "Mend the moments, or leave `inertial` out and give `mass`.",
+    ),
+    Code(
+        "SC507",
+        "error",
+        "contact offset not above rest offset",
+        "Contacts must begin to be made before shapes rest on each other. SAPIEN takes a negative or smaller one.",
+        "scenecc: 1\nentities:\n  cube:\n    shapes:\n"
+        "      - {type: box, half_size: [0.1, 0.1, 0.1], contact_offset: 0.001, rest_offset: 0.002}\n",
+        "Raise `contact_offset` or lower `rest_offset` (left out: 0.01 and 0, or those of `physics`).",
+    ),
+    Code(
+        "SC508",
+        "error",
+        "triangle mesh on a dynamic body",
+        "PhysX moves no plain triangle mesh; a dynamic body needs a convex shape or a signed distance field.",
+        "$ scenecc validate crate.yaml   # a dynamic body with {type: triangle_mesh, file: crate.obj}",
+        "Use `convex_mesh` or `convex_parts`, or set `sdf: true`.",
+    ),
+    Code(
+        "SC509",
+        "error",
+        "signed distance field over a plane",
+        "On the CPU, PhysX lets a signed distance field fall through a plane (it lies on boxes).",
+        "$ scenecc validate crate.yaml   # {type: triangle_mesh, file: crate.obj, sdf: true} over a {type: plane}",
+        "Make the ground a box, or keep the two apart by scenes or collision groups.",
+    ),
+    Code(
+        "SC510",
+        "error",
+        "mass with nothing to scale",
+        "`mass` scales the mass and inertia that follow from the densities, and these are all 0.",
+        "scenecc: 1\nentities:\n  cube:\n    mass: 1\n    density: 0\n    shapes:\n" + _BOX,
+        "Give a density, or `inertial` in place of `mass`.",
+    ),
+)

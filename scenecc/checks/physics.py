@@ -1,0 +1,282 @@
+"""Rules of physics over a plan: what SAPIEN would take without a word. One rule a function."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scenecc.checks.collide import meet
+from scenecc.diagnostics import Origin
+from scenecc.plan import Mesh, Plane, TriangleMesh
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from scenecc.diagnostics import Sink
+    from scenecc.plan import BodyStructure, Entity, PhysicalMaterial, ScenePlan
+
+CONTACT_OFFSET, REST_OFFSET = 0.01, 0.0
+"""SAPIEN's own (`sapien.physx.get_shape_config()`)."""
+
+LANGUAGE_KEYS = {
+    "disable_gravity": "gravity",
+    "locked_motion_axes": "locked_axes",
+    "collision_groups": "collision_bits",
+}
+"""Fields of the plan whose key in a scene file has another name."""
+
+MOVING = (
+    "mass",
+    "inertial",
+    "disable_gravity",
+    "linear_damping",
+    "angular_damping",
+    "linear_velocity",
+    "angular_velocity",
+    "locked_motion_axes",
+    "max_linear_velocity",
+    "max_angular_velocity",
+    "max_depenetration_velocity",
+    "max_contact_impulse",
+    "sleep_threshold",
+    "solver_position_iterations",
+    "solver_velocity_iterations",
+)
+"""What only a dynamic body has: PhysX moves no other by forces."""
+
+SEEN = ("visibility", "shading_mode")
+
+WHY_NOTHING = {
+    "kinematic": "PhysX does not move it by forces",
+    "static": "it never moves",
+    "none": "it is only seen",
+}
+
+
+def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink: Sink) -> None:
+    """Applies every rule to every body and material.
+
+    Args:
+        plan: with or without lines behind its origins.
+        material_origins: for each physical material, where it is written.
+        sink: takes the diagnostics.
+    """
+    for entity in plan.entities:
+        for structure in entity.structures:
+            for rule in BODY_RULES:
+                rule(structure, entity.name, _origin(structure, entity, plan), sink)
+    for index, material in enumerate(plan.physical_materials):
+        origin = material_origins.get(index) or _plan_origin(plan).child("physical_materials", index)
+        _surface(material, origin, sink)
+    if plan.physics.default_material is not None:
+        _surface(plan.physics.default_material, _physics_origin(plan).child("default_material"), sink)
+    _offsets(plan, sink)
+    _sdf_on_planes(plan, sink)
+
+
+def _origin(structure: BodyStructure, entity: Entity, plan: ScenePlan) -> Origin:
+    origin = structure.origin or entity.origin
+    return origin if origin is not None else _plan_origin(plan).child("entities", entity.name)
+
+
+def _plan_origin(plan: ScenePlan) -> Origin:
+    return plan.origin or Origin(None)
+
+
+def _physics_origin(plan: ScenePlan) -> Origin:
+    return plan.physics.origin or _plan_origin(plan).child("physics")
+
+
+def _has_shapes(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
+    if not body.collisions and not body.visuals:
+        sink.report(
+            "SC501",
+            f"`{name}` has no shape: nothing to collide with and nothing to see",
+            origin,
+            at="key",
+            hint="add `shapes`, `collisions` or `visuals`; a place with no body is a frame",
+        )
+    elif body.body_type == "dynamic" and not body.collisions and body.inertial is None:
+        sink.report(
+            "SC502",
+            f"`{name}` is dynamic but nothing of it collides: it would weigh a milligram and fall for ever",
+            origin,
+            at="key",
+            hint="use `shapes` instead of `visuals`, give `inertial`, or set body_type: kinematic",
+        )
+
+
+def _planes_stand_still(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
+    if body.body_type != "dynamic":
+        return
+    for shape in body.collisions:
+        if isinstance(shape.geometry, Plane):
+            sink.report(
+                "SC503",
+                f"`{name}` is dynamic, and a plane is endless: it cannot move",
+                shape.origin or origin,
+                hint="set body_type: static, or use a box",
+            )
+
+
+def _effective(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
+    """Nothing is given that would do nothing."""
+    kind = body.body_type
+    if kind != "dynamic":
+        for field in MOVING:
+            if getattr(body, field) is not None:
+                _nothing(field, f"{kind} body: {WHY_NOTHING[kind]}", origin, sink)
+    if not body.visuals:
+        for field in SEEN:
+            if getattr(body, field) is not None:
+                _nothing(field, "body without a visible shape", origin, sink)
+    if not body.collisions and body.collision_groups is not None:
+        _nothing("collision_groups", "body without a colliding shape", origin, sink)
+    if kind == "none" and body.collisions:
+        sink.report(
+            "SC115",
+            f"`{name}` is only seen, so its colliding shapes do nothing",
+            body.collisions[0].origin or origin,
+            hint="write them under `visuals`, or set another body_type",
+        )
+
+
+def _nothing(field: str, what: str, origin: Origin, sink: Sink) -> None:
+    key = LANGUAGE_KEYS.get(field, field)
+    sink.report("SC115", f"`{key}` does nothing on a {what}", origin.child(key), at="key", hint=f"leave `{key}` out")
+
+
+def _mass(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
+    if body.mass is None or body.body_type != "dynamic":
+        return
+    if body.inertial is not None:
+        sink.report(
+            "SC111",
+            "`mass` and `inertial` exclude each other",
+            origin.child("inertial"),
+            at="key",
+            related=[("the mass", origin.child("mass"), "key")],
+        )
+    elif body.collisions and all(s.density is not None and not s.density.data.any() for s in body.collisions):
+        sink.report(
+            "SC510",
+            f"`{name}` has densities of 0 only, so there is nothing that `mass` could scale",
+            origin.child("mass"),
+            hint="give a density, or `inertial` in place of `mass`",
+        )
+
+
+def _inertia(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
+    """No principal moment of a real body is above the sum of the other two."""
+    if body.inertial is None:
+        return
+    moments = body.inertial.inertia.data
+    if (2 * moments.max(axis=1) > moments.sum(axis=1) * (1 + 1e-9)).any():
+        sink.report(
+            "SC506",
+            f"no body has the inertia of `{name}`: one moment is above the sum of the others",
+            origin.child("inertial", "inertia"),
+            hint="each of ixx, iyy, izz is at most the sum of the other two",
+        )
+
+
+def _meshes_that_move(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
+    if body.body_type != "dynamic":
+        return
+    for shape in body.collisions:
+        if isinstance(shape.geometry, TriangleMesh) and not shape.geometry.sdf:
+            sink.report(
+                "SC508",
+                f"`{name}` is dynamic, and PhysX moves no plain triangle mesh",
+                shape.origin or origin,
+                hint="use convex_mesh or convex_parts, or set sdf: true",
+            )
+
+
+def _mirrored(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
+    for shape in body.visuals:
+        if isinstance(shape.geometry, Mesh) and not shape.geometry.scale.data.all():
+            place = (shape.origin or origin).child("scale")
+            sink.report("SC104", f"a scale of 0 leaves nothing of a mesh of `{name}`", place)
+
+
+BODY_RULES: tuple[Callable[[BodyStructure, str, Origin, Sink], None], ...] = (
+    _has_shapes,
+    _planes_stand_still,
+    _effective,
+    _mass,
+    _inertia,
+    _meshes_that_move,
+    _mirrored,
+)
+
+
+def _surface(material: PhysicalMaterial, origin: Origin, sink: Sink) -> None:
+    if material.dynamic_friction > material.static_friction:
+        sink.report(
+            "SC504",
+            f"dynamic friction {material.dynamic_friction:g} is above static friction {material.static_friction:g}",
+            origin,
+            hint="what is left out is the default material's; sliding never rubs more than sticking",
+        )
+    if not 0 <= material.restitution <= 1:
+        sink.report("SC505", f"restitution {material.restitution:g} is not in 0..1", origin)
+
+
+def _offsets(plan: ScenePlan, sink: Sink) -> None:
+    """Contacts are made before shapes rest on each other."""
+    physics = plan.physics
+    contact = CONTACT_OFFSET if physics.contact_offset is None else physics.contact_offset
+    rest = REST_OFFSET if physics.rest_offset is None else physics.rest_offset
+    if contact <= rest:
+        key = "rest_offset" if physics.rest_offset is not None else "contact_offset"
+        _offset(contact, rest, _physics_origin(plan).child(key), sink)
+    for entity in plan.entities:
+        for structure in entity.structures:
+            for shape in structure.collisions:
+                if shape.contact_offset is None and shape.rest_offset is None:
+                    continue
+                contacts = contact if shape.contact_offset is None else shape.contact_offset.data
+                rests = rest if shape.rest_offset is None else shape.rest_offset.data
+                bad = contacts <= rests
+                if bad if isinstance(bad, bool) else bad.any():
+                    key = "rest_offset" if shape.rest_offset is not None else "contact_offset"
+                    origin = shape.origin or _origin(structure, entity, plan)
+                    _offset(_first(contacts), _first(rests), origin.child(key), sink)
+
+
+def _first(number: object) -> float:
+    return float(number if isinstance(number, float | int) else number.flat[0])  # type: ignore[attr-defined]
+
+
+def _offset(contact: float, rest: float, origin: Origin, sink: Sink) -> None:
+    sink.report(
+        "SC507",
+        f"contact_offset {contact:g} is not above rest_offset {rest:g}",
+        origin,
+        hint="contacts must begin before shapes rest: raise contact_offset or lower rest_offset",
+    )
+
+
+def _sdf_on_planes(plan: ScenePlan, sink: Sink) -> None:
+    """On the CPU PhysX lets a signed distance field fall through a plane."""
+    moving, planes = [], []
+    for entity in plan.entities:
+        for structure in entity.structures:
+            for shape in structure.collisions:
+                match shape.geometry:
+                    case TriangleMesh(sdf=True) if structure.body_type == "dynamic":
+                        moving.append((entity, structure, shape))
+                    case Plane():
+                        planes.append((entity, structure, shape))
+                    case _:
+                        pass
+    for entity, structure, shape in moving:
+        for other, plane_structure, plane in planes:
+            if meet(entity, structure, other, plane_structure):
+                sink.report(
+                    "SC509",
+                    f"`{entity.name}` would fall through the plane of `{other.name}`",
+                    shape.origin or _origin(structure, entity, plan),
+                    hint="on the CPU a signed distance field meets boxes, not planes: make the ground a box",
+                    related=[("the plane", plane.origin or _origin(plane_structure, other, plan), "value")],
+                )

@@ -1,0 +1,55 @@
+"""Collision groups to SAPIEN's four integers.
+
+A and B collide if `(A.g0 & B.g1) or (A.g1 & B.g0)` and nothing in g2 and g3 says otherwise. Each
+group gets a bit of its own in g0, and in g1 the bits of all groups that it does collide with; bit 0
+is everything without a group, whose default [1, 1, 0, 0] is left as it is. Since ignoring goes both
+ways, both halves of the `or` agree.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scenecc.spec.errors import suggest
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.spec.body import CollisionGroup
+
+GROUPS = 31
+"""32 bits of an integer, less the one for what has no group."""
+
+Bits = tuple[int, int, int, int]
+
+
+def allot(groups: dict[str, CollisionGroup], origin: Origin, sink: Sink) -> dict[str, Bits]:
+    """The four integers of each group.
+
+    Args:
+        groups: as written, in order; the order decides the bits.
+        origin: of `collision_groups`.
+        sink: takes the diagnostics.
+    """
+    if len(groups) > GROUPS:
+        extra = list(groups)[GROUPS]
+        sink.report(
+            "SC312", f"{len(groups)} collision groups are more than the {GROUPS} bits", origin.child(extra), at="key"
+        )
+        return dict.fromkeys(groups, (1, 1, 0, 0))
+    ignored = _ignored(groups, origin, sink)
+    bit = {name: 1 << (i + 1) for i, name in enumerate(groups)}
+    everything = 1 | sum(bit.values())
+    return {name: (bit[name], everything & ~sum(bit[other] for other in ignored[name]), 0, 0) for name in groups}
+
+
+def _ignored(groups: dict[str, CollisionGroup], origin: Origin, sink: Sink) -> dict[str, set[str]]:
+    ignored: dict[str, set[str]] = {name: set() for name in groups}
+    for name, group in groups.items():
+        for i, other in enumerate(group.ignore):
+            if other not in groups:
+                place = origin.child(name, "ignore", i)
+                sink.report("SC302", f"there is no collision group `{other}`", place, hint=suggest(other, groups))
+                continue
+            ignored[name].add(other)
+            ignored[other].add(name)
+    return ignored

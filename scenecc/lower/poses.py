@@ -1,0 +1,182 @@
+"""Poses as written to seven numbers: p [m], then q (wxyz)."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from scenecc.lower import rotations
+from scenecc.lower.rotations import IDENTITY, Quat, Vec3
+from scenecc.spec.pose import AxisAngle, PoseMapping
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Origin, Sink
+
+Pose7 = tuple[float, float, float, float, float, float, float]
+
+IDENTITY_POSE: Pose7 = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+
+UNTOUCHED, NORMALISED = 1e-5, 1e-3
+"""How far from 1 a quaternion's length may be: to be passed on as it is, and to be used at all (LANGUAGE, Poses)."""
+
+RIGID = 1e-3
+"""How far a matrix may be from a rigid motion (LANGUAGE, Poses)."""
+
+ROTATIONS = ("q", "rpy", "rpy_deg", "axis_angle", "look_at")
+AXES: dict[str, Vec3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+def lower_pose(pose: Vec3 | PoseMapping | None, origin: Origin, sink: Sink) -> Pose7:
+    """Seven numbers; the identity where nothing is written or what is written was reported.
+
+    `relative_to` is not looked at: that is a matter of the document.
+    """
+    if pose is None:
+        return IDENTITY_POSE
+    if isinstance(pose, tuple):
+        return (*pose, 1.0, 0.0, 0.0, 0.0)
+    forms = [name for name in ROTATIONS if getattr(pose, name) is not None]
+    if pose.matrix is not None:
+        return _from_matrix(pose, forms, origin, sink)
+    if len(forms) > 1:
+        _too_many(forms, origin, sink)
+        return IDENTITY_POSE
+    p = pose.p or (0.0, 0.0, 0.0)
+    q = _rotation(pose, forms[0], p, origin.child(forms[0]), sink) if forms else IDENTITY
+    return (*p, *(q or IDENTITY))
+
+
+def lower_local_pose(pose: Vec3 | PoseMapping | None, origin: Origin, what: str, sink: Sink) -> Pose7:
+    """As `lower_pose`, of something that stands in the frame of its body and of nothing else."""
+    if isinstance(pose, PoseMapping) and pose.relative_to is not None:
+        sink.report(
+            "SC115",
+            f"`relative_to` does nothing here: {what} stands in the frame of its body",
+            origin.child("relative_to"),
+            at="key",
+            hint="leave `relative_to` out",
+        )
+    return lower_pose(pose, origin, sink)
+
+
+def compose(outer: Pose7, inner: Pose7) -> Pose7:
+    """`inner`, given in the frame of `outer`, in the frame that `outer` is given in."""
+    if outer == IDENTITY_POSE:
+        return inner
+    p, q = outer[:3], rotations.normalized(outer[3:])
+    moved = rotations.rotate(q, inner[:3])
+    turned = rotations.normalized(rotations.multiply(q, inner[3:]))
+    return (p[0] + moved[0], p[1] + moved[1], p[2] + moved[2], *turned)
+
+
+def turned(pose: Pose7, rotation: Quat, along: float = 0.0) -> Pose7:
+    """A pose with a rotation, and a step along the turned x axis, put before it.
+
+    A pose that does not turn passes the rotation on untouched, and the other way round.
+    """
+    step = rotations.rotate(rotation, (along, 0.0, 0.0)) if along else (0.0, 0.0, 0.0)
+    if rotation == IDENTITY and not along:
+        return pose
+    if pose[3:] == IDENTITY:
+        return (pose[0] + step[0], pose[1] + step[1], pose[2] + step[2], *rotation)
+    return compose(pose, (*step, *rotation))
+
+
+def direction(axis: str | Vec3) -> Vec3:
+    """The axis of a name, or the vector itself."""
+    return AXES[axis] if isinstance(axis, str) else axis
+
+
+def _rotation(pose: PoseMapping, form: str, p: Vec3, origin: Origin, sink: Sink) -> Quat | None:
+    match form:
+        case "q":
+            assert pose.q is not None
+            return _quaternion(pose.q, origin, sink)
+        case "rpy":
+            assert pose.rpy is not None
+            return rotations.from_rpy(*pose.rpy)
+        case "rpy_deg":
+            assert pose.rpy_deg is not None
+            roll, pitch, yaw = pose.rpy_deg
+            return rotations.from_rpy(math.radians(roll), math.radians(pitch), math.radians(yaw))
+        case "axis_angle":
+            assert pose.axis_angle is not None
+            return _axis_angle(pose.axis_angle, origin, sink)
+        case _:
+            assert pose.look_at is not None
+            return _looking(pose.look_at, p, origin, sink)
+
+
+def _quaternion(q: Quat, origin: Origin, sink: Sink) -> Quat | None:
+    off = abs(math.hypot(*q) - 1)
+    if off <= UNTOUCHED:
+        return q
+    if off <= NORMALISED:
+        return rotations.normalized(q)
+    sink.report(
+        "SC112",
+        f"the quaternion's length is {math.hypot(*q):.6g}, not 1",
+        origin,
+        hint="write [w, x, y, z] of length 1 (within 0.001), or use rpy, rpy_deg or axis_angle",
+    )
+    return None
+
+
+def _axis_angle(given: AxisAngle, origin: Origin, sink: Sink) -> Quat | None:
+    if given.angle is not None and given.angle_deg is not None:
+        sink.report("SC111", "`angle` and `angle_deg` exclude each other", origin.child("angle_deg"), at="key")
+        return None
+    if given.angle is None and given.angle_deg is None:
+        sink.report("SC102", "`axis_angle` lacks the key `angle` or `angle_deg`", origin, at="key")
+        return None
+    axis = direction(given.axis)
+    if not any(axis):
+        sink.report("SC114", "an axis of length 0 has no direction", origin.child("axis"))
+        return None
+    angle = given.angle if given.angle is not None else math.radians(given.angle_deg or 0.0)
+    return rotations.from_axis_angle(axis, angle)
+
+
+def _looking(target: Vec3, p: Vec3, origin: Origin, sink: Sink) -> Quat | None:
+    q = rotations.looking((target[0] - p[0], target[1] - p[1], target[2] - p[2]))
+    if q is None:
+        sink.report(
+            "SC114",
+            "`look_at` is where the pose itself is, or straight above or below it",
+            origin,
+            hint="a view straight up or down needs another form: rpy_deg: [0, 90, 0] looks down",
+        )
+    return q
+
+
+def _from_matrix(pose: PoseMapping, forms: list[str], origin: Origin, sink: Sink) -> Pose7:
+    matrix = pose.matrix
+    assert matrix is not None
+    others = [*(["p"] if pose.p is not None else []), *forms]
+    if others:
+        sink.report("SC111", f"`matrix` stands alone, not beside {_listed(others)}", origin.child(others[0]), at="key")
+        return IDENTITY_POSE
+    if (off := rotations.rigidity(matrix)) > RIGID:
+        sink.report(
+            "SC113",
+            f"the matrix is no rigid motion: it is off by {off:.3g}",
+            origin.child("matrix"),
+            hint="its upper left 3×3 must be a rotation (orthonormal, determinant +1), its last row [0, 0, 0, 1]",
+        )
+        return IDENTITY_POSE
+    (a, b, c, x), (d, e, f, y), (g, h, i, z), _ = matrix
+    return (x, y, z, *rotations.from_matrix(((a, b, c), (d, e, f), (g, h, i))))
+
+
+def _too_many(forms: list[str], origin: Origin, sink: Sink) -> None:
+    sink.report(
+        "SC111",
+        f"{_listed(forms)} exclude each other: a pose has one rotation",
+        origin.child(forms[1]),
+        at="key",
+        related=[("the other rotation", origin.child(forms[0]), "key")],
+    )
+
+
+def _listed(names: list[str]) -> str:
+    return " and ".join(f"`{name}`" for name in names)

@@ -1,0 +1,131 @@
+"""Rotations as unit quaternions [w, x, y, z], in float64.
+
+Formulas after J. Diebel, "Representing Attitude: Euler Angles, Unit Quaternions, and Rotation
+Vectors" (2006); the matrix to quaternion step after S. W. Shepperd, "Quaternion from rotation
+matrix" (1978), which picks the largest component and so never divides by a small number.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+Vec3 = tuple[float, float, float]
+Quat = tuple[float, float, float, float]
+Matrix3 = tuple[Vec3, Vec3, Vec3]
+
+IDENTITY: Quat = (1.0, 0.0, 0.0, 0.0)
+
+
+def multiply(a: Quat, b: Quat) -> Quat:
+    """The Hamilton product: first b, then a."""
+    aw, ax, ay, az = a
+    bw, bx, by, bz = b
+    return (
+        aw * bw - ax * bx - ay * by - az * bz,
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+    )
+
+
+def normalized(q: Sequence[float]) -> Quat:
+    """The quaternion of length 1 in the same direction."""
+    w, x, y, z = q
+    length = math.sqrt(w * w + x * x + y * y + z * z)
+    return (w / length, x / length, y / length, z / length)
+
+
+def rotate(q: Quat, v: Vec3) -> Vec3:
+    """A vector turned by a unit quaternion."""
+    w, *u = q
+    t = cross((u[0], u[1], u[2]), v)
+    t = (2 * t[0], 2 * t[1], 2 * t[2])
+    c = cross((u[0], u[1], u[2]), t)
+    return (v[0] + w * t[0] + c[0], v[1] + w * t[1] + c[1], v[2] + w * t[2] + c[2])
+
+
+def from_rpy(roll: float, pitch: float, yaw: float) -> Quat:
+    """Turns about the fixed axes x, then y, then z [rad]: qz(yaw) · qy(pitch) · qx(roll)."""
+    cr, sr = math.cos(roll / 2), math.sin(roll / 2)
+    cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
+    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
+    return (
+        cy * cp * cr + sy * sp * sr,
+        cy * cp * sr - sy * sp * cr,
+        cy * sp * cr + sy * cp * sr,
+        sy * cp * cr - cy * sp * sr,
+    )
+
+
+def from_axis_angle(axis: Vec3, angle: float) -> Quat:
+    """A turn about an axis of any length but 0 by an angle [rad]."""
+    length = math.hypot(*axis)
+    s = math.sin(angle / 2) / length
+    return (math.cos(angle / 2), axis[0] * s, axis[1] * s, axis[2] * s)
+
+
+def shortest_from_x(target: Vec3) -> Quat:
+    """The shortest rotation that turns +x to `target` (any length but 0); about z where they are opposite."""
+    length = math.hypot(*target)
+    x, y, z = target[0] / length, target[1] / length, target[2] / length
+    if y == 0 and z == 0:
+        return IDENTITY if x > 0 else (0.0, 0.0, 0.0, 1.0)
+    # Half way between +x and the target: q = (1 + cos, x × target), normalised.
+    return normalized((1 + x, 0.0, -z, y))
+
+
+def from_matrix(m: Matrix3) -> Quat:
+    """The rotation of an orthonormal matrix, with w ≥ 0 where w is the largest component."""
+    (a, b, c), (d, e, f), (g, h, i) = m
+    candidates = (a + e + i, a - e - i, e - a - i, i - a - e)
+    largest = max(range(4), key=candidates.__getitem__)
+    s = 2 * math.sqrt(max(0.0, 1 + candidates[largest]))
+    match largest:
+        case 0:
+            q = (s / 4, (h - f) / s, (c - g) / s, (d - b) / s)
+        case 1:
+            q = ((h - f) / s, s / 4, (b + d) / s, (c + g) / s)
+        case 2:
+            q = ((c - g) / s, (b + d) / s, s / 4, (f + h) / s)
+        case _:
+            q = ((d - b) / s, (c + g) / s, (f + h) / s, s / 4)
+    return normalized(q)
+
+
+def looking(forward: Vec3) -> Quat | None:
+    """+x along `forward`, +z as far up as it goes; None where `forward` is 0 or points straight up or down."""
+    length = math.hypot(*forward)
+    if length == 0:
+        return None
+    x = (forward[0] / length, forward[1] / length, forward[2] / length)
+    y = cross((0.0, 0.0, 1.0), x)
+    across = math.hypot(*y)
+    # Below this the direction of y is rounding noise.
+    if across < 1e-6:
+        return None
+    y = (y[0] / across, y[1] / across, y[2] / across)
+    z = cross(x, y)
+    return from_matrix(((x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2])))
+
+
+def cross(a: Vec3, b: Vec3) -> Vec3:
+    """The cross product."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def rigidity(m: Sequence[Sequence[float]]) -> float:
+    """How far a 4×4 matrix is from a rigid motion: the largest entry of |RᵀR - I|, |det R - 1| and the last row."""
+    r = [row[:3] for row in m[:3]]
+    columns = list(zip(*r, strict=True))
+    gram = max(
+        abs(sum(p * q for p, q in zip(columns[i], columns[j], strict=True)) - (i == j))
+        for i in range(3)
+        for j in range(3)
+    )
+    det = sum(p * q for p, q in zip(columns[0], cross(tuple(columns[1]), tuple(columns[2])), strict=True))
+    last = max(abs(p - q) for p, q in zip(m[3], (0, 0, 0, 1), strict=True))
+    return max(gram, abs(det - 1), last)

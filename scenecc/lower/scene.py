@@ -1,0 +1,170 @@
+"""A document's models to the plan of its scenes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from scenecc.lower.bodies import Bodies
+from scenecc.lower.groups import allot
+from scenecc.lower.materials import SAPIEN_DEFAULT, Materials
+from scenecc.lower.places import WORLD, Places
+from scenecc.lower.selection import select
+from scenecc.lower.shapes import Shapes
+from scenecc.lower.tables import FileResolver, Tables
+from scenecc.plan import Entity, GpuMemory, PhysicalMaterial, Physics, ScenePlan, SdfConfig, constant
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.spec.document import SceneFile
+    from scenecc.spec.physics import Physics as PhysicsKeys
+
+
+@dataclass(frozen=True, slots=True)
+class Lowered:
+    """A plan, and where its files and physical materials were asked for first."""
+
+    plan: ScenePlan
+    file_origins: Mapping[int, Origin]
+    material_origins: Mapping[int, Origin]
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """Limits on what a document may ask for (LANGUAGE, Limits)."""
+
+    scenes: int
+    objects: int
+    objects_times_scenes: int
+
+
+def lower(
+    scene: SceneFile,
+    *,
+    name: str,
+    num_scenes: int,
+    seed: int,
+    origin: Origin,
+    resolve: FileResolver,
+    bounds: Bounds,
+    sink: Sink,
+) -> Lowered | None:
+    """The plan of a batch; None where anything was reported as an error.
+
+    Args:
+        scene: the document.
+        name: of the plan, where the document gives none.
+        num_scenes: how many scenes; the document's unless overridden.
+        seed: of every draw; likewise.
+        origin: of the document's root.
+        resolve: finds the files that it names.
+        bounds: limits.
+        sink: takes the diagnostics.
+    """
+    if not _within(scene, num_scenes, bounds, origin, sink):
+        return None
+    _names(scene, origin, sink)
+    physics = _physics(scene.physics, origin.child("physics"))
+    tables = Tables(resolve)
+    materials = Materials(
+        scene.materials, tables, physics.default_material or SAPIEN_DEFAULT, origin.child("materials"), sink
+    )
+    groups = allot(scene.collision_groups, origin.child("collision_groups"), sink)
+    entities = _entities(
+        scene, num_scenes, origin, Bodies(Shapes(tables, materials, sink), materials, groups, sink), sink
+    )
+    materials.report_unused()
+    if sink.failed:
+        return None
+    plan = ScenePlan(
+        name=scene.name or name,
+        description=scene.description,
+        num_scenes=num_scenes,
+        seed=seed,
+        entities=entities,
+        physics=physics,
+        files=tables.files.rows,
+        physical_materials=tables.physical_materials.rows,
+        visual_materials=tables.visual_materials.rows,
+        origin=origin,
+    )
+    return Lowered(plan, tables.file_origins, tables.material_origins)
+
+
+def _entities(scene: SceneFile, num_scenes: int, origin: Origin, bodies: Bodies, sink: Sink) -> tuple[Entity, ...]:
+    everywhere = tuple(range(num_scenes))
+    selections: dict[str, tuple[int, ...]] = {}
+    for name, body in scene.entities.items():
+        if body.scene_idxs is None:
+            selections[name] = everywhere
+            continue
+        selected = select(body.scene_idxs, num_scenes, origin.child("entities", name, "scene_idxs"), sink)
+        if selected is not None:
+            selections[name] = selected
+    places = Places(scene.frames, scene.entities, selections, origin, sink)
+    for name in scene.frames:
+        places.world(name)
+    return tuple(
+        Entity(
+            name,
+            selections.get(name, everywhere),
+            constant(places.world(name)),
+            (bodies.lower(body, place := origin.child("entities", name)),),
+            None,
+            place,
+        )
+        for name, body in scene.entities.items()
+    )
+
+
+def _within(scene: SceneFile, num_scenes: int, bounds: Bounds, origin: Origin, sink: Sink) -> bool:
+    objects = sum(
+        max(1, len(body.shapes) + len(body.collisions) + len(body.visuals)) for body in scene.entities.values()
+    )
+    asked = (
+        ("SC605", "scenes", num_scenes, bounds.scenes, origin.child("num_scenes"), "scenes"),
+        ("SC604", "objects", objects, bounds.objects, origin.child("entities"), "objects"),
+        (
+            "SC606",
+            "objects times scenes",
+            objects * num_scenes,
+            bounds.objects_times_scenes,
+            origin.child("num_scenes"),
+            "objects_times_scenes",
+        ),
+    )
+    for code, what, count, limit, place, name in asked:
+        if count > limit:
+            hint = f"raise it with --limit {name}={count} or limits={{'{name}': {count}}}"
+            sink.report(code, f"{count} {what} are more than the limit of {limit}", place, hint=hint)
+            return False
+    return True
+
+
+def _names(scene: SceneFile, origin: Origin, sink: Sink) -> None:
+    """Frames and entities share one namespace, and neither is the world."""
+    for section, names in (("frames", scene.frames), ("entities", scene.entities)):
+        if WORLD in names:
+            sink.report("SC306", "`world` is the world's own name", origin.child(section, WORLD), at="key")
+    for name in scene.frames.keys() & scene.entities.keys():
+        sink.report(
+            "SC305",
+            f"`{name}` names a frame and an entity",
+            origin.child("entities", name),
+            at="key",
+            related=[("the frame", origin.child("frames", name), "key")],
+        )
+
+
+def _physics(given: PhysicsKeys, origin: Origin) -> Physics:
+    """The same keys; those left out stay None."""
+    values = {name: getattr(given, name) for name in type(given).model_fields}
+    if given.default_material is not None:
+        values["default_material"] = PhysicalMaterial(**given.default_material.model_dump())
+    if given.sdf is not None:
+        values["sdf"] = SdfConfig(**given.sdf.model_dump())
+    if given.gpu_memory is not None:
+        values["gpu_memory"] = GpuMemory(**given.gpu_memory.model_dump())
+    return Physics(**values, origin=origin)

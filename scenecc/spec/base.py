@@ -1,0 +1,69 @@
+"""What all models of the language share: strictness, keys that may be left out, and scalars."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, Strict, StringConstraints
+
+if TYPE_CHECKING:
+    from pydantic import GetCoreSchemaHandler
+    from pydantic_core import CoreSchema
+
+NOTE_PREFIX = "x-"
+"""Keys that start so are carried and ignored."""
+
+NAME_PATTERN = r"^[A-Za-z_][A-Za-z0-9_.-]*$"
+
+
+def _allow_notes(schema: dict[str, Any]) -> None:
+    schema["patternProperties"] = {"^x-": {"description": "A note or an anchor; ignored."}}
+
+
+class Model(BaseModel):
+    """A mapping of the language: unknown keys refused, nothing coerced, nothing changed later."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, json_schema_extra=_allow_notes)
+
+
+class _LeftOut:
+    """Makes `T | None` mean that the key may be left out, not that it may be null."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        schema = handler(source)
+        return schema["schema"] if schema["type"] == "nullable" else schema
+
+
+T = TypeVar("T")
+Maybe = Annotated[T | None, _LeftOut()]
+"""A key that may be left out: then None, and the engine's own default stands."""
+
+
+def key(description: str, *, default: Any = None, examples: list[Any] | None = None) -> Any:
+    """A key that may be left out, with what is built without it, for the schema's readers.
+
+    Args:
+        description: what it means, with its unit.
+        default: what is built without the key; shown in the schema, never filled in.
+        examples: values that an editor may offer.
+    """
+    extra = {"default": default} if default is not None else None
+    return Field(default=None, description=description, examples=examples, json_schema_extra=extra)
+
+
+Name = Annotated[str, StringConstraints(pattern=NAME_PATTERN)]
+Text = Annotated[str, StringConstraints(min_length=1)]
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Unit = Annotated[float, Field(ge=0, le=1)]
+PositiveInt = Annotated[int, Field(ge=1)]
+NonNegativeInt = Annotated[int, Field(ge=0)]
+
+# YAML gives lists; strict tuples would refuse them.
+Vec2 = Annotated[tuple[Finite, Finite], Strict(strict=False)]
+Vec3 = Annotated[tuple[Finite, Finite, Finite], Strict(strict=False)]
+Vec4 = Annotated[tuple[Finite, Finite, Finite, Finite], Strict(strict=False)]
+Positive2 = Annotated[tuple[Positive, Positive], Strict(strict=False)]
+Positive3 = Annotated[tuple[Positive, Positive, Positive], Strict(strict=False)]

@@ -1,0 +1,34 @@
+"""A scene file as a whole."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from scenecc.spec.base import Maybe, Model, Name, PositiveInt, Text, key
+from scenecc.spec.body import Body, CollisionGroup, Frame
+from scenecc.spec.material import Material
+from scenecc.spec.physics import Physics
+
+
+class SceneFile(Model):
+    """A batch of parallel SAPIEN scenes.
+
+    Units are SI, angles radians unless a key ends in `_deg`, quaternions [w, x, y, z], the world z-up.
+    """
+
+    scenecc: Literal[1] = Field(description="Version of the language.")
+    name: Maybe[Text] = key("For people; left out: the file's stem.")
+    description: str = Field(default="", description="For people.")
+    num_scenes: PositiveInt = Field(default=1, description="How many parallel scenes.")
+    seed: int = Field(default=0, description="Seed of every draw.")
+    physics: Physics = Field(default_factory=Physics, description="Settings of the simulation.")
+    materials: dict[Name, Material] = Field(default_factory=dict, description="Named materials.")
+    collision_groups: dict[Name, CollisionGroup] = Field(
+        default_factory=dict, description="Groups of bodies that may ignore one another."
+    )
+    frames: dict[Name, Frame] = Field(default_factory=dict, description="Places with no body.")
+    entities: dict[Name, Body] = Field(
+        default_factory=dict, description="What is in the scenes, in the order in which it is built."
+    )

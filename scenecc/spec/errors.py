@@ -1,0 +1,226 @@
+"""Pydantic's validation errors as diagnostics."""
+
+from __future__ import annotations
+
+import difflib
+from typing import TYPE_CHECKING, Any
+
+from scenecc.spec.document import SceneFile
+from scenecc.spec.features import LEFT_OUT, NOT_YET, OTHER_KIND, VARIATION_FORMS
+from scenecc.spec.unions import WRONG_KIND
+from scenecc.spec.walk import KEY_MARK, document_path, model_at, step
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from pydantic_core import ErrorDetails
+
+    from scenecc.diagnostics import At, Origin, Path, Sink
+
+EXPRESSION = "${"
+
+_KINDS: dict[str, str] = {
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "bool_type": "true or false",
+    "string_type": "a text",
+    "list_type": "a list",
+    "tuple_type": "a list",
+    "dict_type": "a mapping",
+    "model_type": "a mapping",
+    "model_attributes_type": "a mapping",
+}
+"""Pydantic's type errors and what was expected."""
+
+_BOUNDS: dict[str, tuple[str, str]] = {
+    "greater_than": ("greater than", "gt"),
+    "greater_than_equal": ("at least", "ge"),
+    "less_than": ("less than", "lt"),
+    "less_than_equal": ("at most", "le"),
+}
+
+
+def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: Origin, sink: Sink) -> None:
+    """Reports each error at its place in the document."""
+    judged_otherwise: set[Path] = set()
+    for error in errors:
+        path = document_path(error["loc"], data)
+        entity = path[:2]
+        if len(path) > 1 and path[0] == "entities" and (key := _other_kind(step(data["entities"], path[1]))):
+            if entity not in judged_otherwise:
+                judged_otherwise.add(entity)
+                _not_yet(NOT_YET[key], origin.child(*entity, key), "key", sink)
+            continue
+        _report(error, path, data, origin.child(*path), sink)
+
+
+def _other_kind(entity: Any) -> str | None:
+    return next((key for key in OTHER_KIND if key in entity), None) if isinstance(entity, dict) else None
+
+
+def _report(error: ErrorDetails, path: Path, data: dict[str, Any], place: Origin, sink: Sink) -> None:
+    kind, found = error["type"], error["input"]
+    if kind == "extra_forbidden":
+        _unknown_key(error, str(path[-1]), place, sink)
+    elif form := _form_of_later(found):
+        _not_yet(form, place, "value", sink)
+    elif kind == "missing":
+        _missing(path, found, place, sink)
+    elif kind in _BOUNDS:
+        words, bound = _BOUNDS[kind]
+        limit = error["ctx"][bound]  # pyright: ignore[reportTypedDictNotRequiredAccess]
+        sink.report("SC104", f"{_named(path)} must be {words} {limit:g}, not {show(found)}", place)
+    elif kind == "finite_number":
+        sink.report("SC104", f"{_named(path)} must be finite, not {show(found)}", place)
+    elif kind == "string_too_short":
+        sink.report("SC104", f"{_named(path)} must not be empty", place)
+    elif kind in {"too_long", "too_short"}:
+        _length(error, path, place, sink)
+    elif kind in {"literal_error", "union_tag_invalid", "union_tag_not_found"}:
+        _choice(error, path, place, sink)
+    elif kind == "string_pattern_mismatch":
+        _pattern(error, path, place, sink)
+    else:
+        expected = error["msg"] if kind == WRONG_KIND else _KINDS.get(kind, error["msg"])
+        _wrong_kind(expected, path, found, place, sink)
+
+
+def _form_of_later(found: Any) -> str | None:
+    """What a value is that a later version will read, if it is one."""
+    if isinstance(found, str) and EXPRESSION in found:
+        return "expressions"
+    if isinstance(found, dict) and not VARIATION_FORMS.isdisjoint(found):
+        return "values that differ from scene to scene"
+    return "drawn rotations" if found == "uniform" else None
+
+
+def _not_yet(feature: str, place: Origin, at: At, sink: Sink) -> None:
+    sink.report("SC109", f"{feature} are not supported yet", place, at=at)
+
+
+def _unknown_key(error: ErrorDetails, key: str, place: Origin, sink: Sink) -> None:
+    if key in LEFT_OUT:
+        sink.report("SC110", f"version 1 of the language leaves out {LEFT_OUT[key]}", place, at="key")
+        return
+    if key in NOT_YET:
+        _not_yet(NOT_YET[key], place, "key", sink)
+        return
+    model = model_at(SceneFile, error["loc"])
+    known = tuple(model.model_fields) if model else ()
+    sink.report("SC101", f"unknown key `{key}`", place, at="key", hint=suggest(key, known))
+
+
+def suggest(word: str, known: Iterable[str]) -> str:
+    """A hint with the nearest known word, or all of them."""
+    known = tuple(known)
+    near = difflib.get_close_matches(word, known, n=1, cutoff=0.6)
+    return f"did you mean `{near[0]}`?" if near else "known here: " + ", ".join(known)
+
+
+def _missing(path: Path, found: Any, place: Origin, sink: Sink) -> None:
+    parent = type(place)(place.file, place.path[:-1], place.copy, place.parent)
+    if isinstance(path[-1], int):
+        sink.report("SC106", f"{_named(path[:-1])} has {len(found)} values, which are too few", parent)
+        return
+    sink.report("SC102", f"{_named(path[:-1])} lacks the key `{path[-1]}`", parent, at="key")
+
+
+def _length(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
+    context = error.get("ctx", {})
+    bound = context.get("max_length", context.get("min_length"))
+    words = "at most" if "max_length" in context else "at least"
+    count = context.get("actual_length")
+    sink.report("SC106", f"{_named(path)} must have {words} {bound} values, not {count}", place)
+
+
+def _choice(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
+    found, context = error["input"], error.get("ctx", {})
+    if error["type"] == "literal_error":
+        if path == ("scenecc",):
+            sink.report("SC100", f"this is scenecc 1; it does not read version {show(found)}", place)
+            return
+        choices = [word.strip("'") for word in context["expected"].replace(" or ", ", ").split(", ")]
+        if not isinstance(found, str):
+            _wrong_kind("one of " + ", ".join(choices), path, found, place, sink)
+            return
+        sink.report("SC105", f"{_named(path)} cannot be {show(found)}", place, hint=suggest(found, choices))
+        return
+    tag = found.get("type") if isinstance(found, dict) else None
+    if not isinstance(found, dict):
+        _wrong_kind("a mapping", path, found, place, sink)
+    elif "type" not in found:
+        sink.report("SC102", f"{_named(path)} lacks the key `type`", place)
+    elif not isinstance(tag, str):
+        _wrong_kind("a text", (*path, "type"), tag, place.child("type"), sink)
+    else:
+        choices = [word.strip("'") for word in context["expected_tags"].split(", ")]
+        sink.report(
+            "SC105", f"there is no shape type {show(tag)} here", place.child("type"), hint=suggest(tag, choices)
+        )
+
+
+def _pattern(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
+    found = error["input"]
+    if error["ctx"]["pattern"].startswith("^#"):  # pyright: ignore[reportTypedDictNotRequiredAccess]
+        sink.report(
+            "SC108", f"{show(found)} is not a colour", place, hint='three or four numbers in 0..1, or "#rrggbb[aa]"'
+        )
+        return
+    at: At = "key" if error["loc"][-1] == KEY_MARK else "value"
+    sink.report(
+        "SC107",
+        f"{show(found)} is not a name",
+        place,
+        at=at,
+        hint="a name starts with a letter or `_` and goes on with letters, digits, `_`, `.` and `-`",
+    )
+
+
+def _wrong_kind(expected: str, path: Path, found: Any, place: Origin, sink: Sink) -> None:
+    hint = None
+    if expected in {"a number", "a whole number"} and isinstance(found, str) and _reads_as_number(found):
+        hint = "take the quotes off"
+    sink.report("SC103", f"{_named(path)} must be {expected}, not {describe(found)}", place, hint=hint)
+
+
+def _reads_as_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def describe(found: Any) -> str:
+    """A value with its kind, as a message names it."""
+    match found:
+        case bool():
+            return str(found).lower()
+        case str():
+            return f"the text {show(found)}"
+        case int() | float():
+            return f"the number {show(found)}"
+        case list() | tuple():
+            return f"a list of {len(found)}"
+        case dict():
+            return "a mapping"
+        case _:
+            return show(found)
+
+
+def show(found: Any, width: int = 60) -> str:
+    """A value as a message shows it, cut where it is long."""
+    text = str(found).lower() if isinstance(found, bool) else repr(found)
+    return text if len(text) <= width else text[: width - 1] + "…"
+
+
+def _named(path: Path) -> str:
+    """What a message calls the value at a path: its key, or the item of a list."""
+    if not path:
+        return "the document"
+    last = path[-1]
+    if isinstance(last, str):
+        return f"`{last}`"
+    owner = next((key for key in reversed(path) if isinstance(key, str)), "")
+    return f"item {last} of `{owner}`"

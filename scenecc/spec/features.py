@@ -1,0 +1,48 @@
+"""Keys and forms of the language that this version refuses by name rather than as unknown."""
+
+from __future__ import annotations
+
+VARIATION_FORMS = frozenset(
+    {"per_scene", "cycle", "choice", "weights", "uniform", "integers", "log_uniform", "normal", "clip"}
+)
+"""Keys of the mappings that give another value in each scene."""
+
+NOT_YET: dict[str, str] = {
+    "params": "parameters",
+    "draws": "shared draws",
+    "include": "includes",
+    "repeat": "repetition",
+    "if": "conditions",
+    "hidden": "hidden objects",
+    "use": "prefabs",
+    "with": "prefabs",
+    "prefix": "prefabs",
+    "variants": "variants",
+    "pick": "variants",
+    "urdf": "articulations",
+    "mjcf": "articulations",
+    "root": "articulations",
+    "constraints": "constraints",
+    "lights": "lights",
+    "cameras": "cameras",
+    "environment": "the environment",
+    **dict.fromkeys(VARIATION_FORMS, "values that differ from scene to scene"),
+}
+"""Keys of the language that come later, and what they belong to."""
+
+LEFT_OUT: dict[str, str] = {
+    "tendons": "tendons",
+    "stereo": "stereo depth sensors",
+    "point_clouds": "point clouds",
+    "point_cloud": "point clouds",
+    "vertices": "vertices in the file",
+    "triangles": "vertices in the file",
+    "faces": "vertices in the file",
+    "properties": "render properties by name",
+    "is_trigger": "triggers (SAPIEN records `is_trigger` and never applies it)",
+    "trigger": "triggers (SAPIEN records `is_trigger` and never applies it)",
+}
+"""Keys that version 1 of the language leaves out, and what they would be."""
+
+OTHER_KIND = ("use", "variants", "urdf", "mjcf", "root")
+"""Keys that make an entity something else than a body: the rest of it is then not judged as one."""

@@ -1,0 +1,75 @@
+"""Plain data to the models of the language."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pydantic import ValidationError
+
+from scenecc.spec.base import NOTE_PREFIX
+from scenecc.spec.document import SceneFile
+from scenecc.spec.errors import EXPRESSION, report_errors
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Origin, Path, Sink
+
+_NAMED = ("entities", "materials", "frames", "collision_groups")
+"""Mappings whose keys are names, so that a note among them would read as an entry."""
+
+
+def parse(data: dict[str, Any], origin: Origin, sink: Sink) -> SceneFile | None:
+    """The document as models; every mistake in its shape is reported.
+
+    Args:
+        data: plain data as the reader gives it; not changed.
+        origin: of the document's root.
+        sink: takes the diagnostics.
+    """
+    if any(key.startswith(NOTE_PREFIX) for name in _NAMED for key in _keys(data.get(name))):
+        data = without_notes(data)
+    try:
+        return SceneFile.model_validate(data)
+    except ValidationError as problem:
+        errors = problem.errors(include_url=False)
+    if any(_is_note(error["loc"][-1]) for error in errors if error["type"] == "extra_forbidden"):
+        # Only a file that holds notes pays for their removal.
+        return parse(without_notes(data), origin, sink)
+    report_errors(errors, data, origin, sink)
+    return None
+
+
+def _keys(node: Any) -> list[str]:
+    return list(node) if isinstance(node, dict) else []
+
+
+def _is_note(segment: object) -> bool:
+    return isinstance(segment, str) and segment.startswith(NOTE_PREFIX)
+
+
+def without_notes(node: Any) -> Any:
+    """A copy without the keys that start with `x-`, at any depth."""
+    match node:
+        case dict():
+            return {key: without_notes(item) for key, item in node.items() if not key.startswith(NOTE_PREFIX)}
+        case list():
+            return [without_notes(item) for item in node]
+        case _:
+            return node
+
+
+def report_expressions(data: dict[str, Any], origin: Origin, sink: Sink) -> None:
+    """Reports every text that holds `${`: where any text is right, the models would take it as it is."""
+    for path in _expressions(without_notes(data), ()):
+        sink.report("SC109", "expressions are not supported yet", origin.child(*path))
+
+
+def _expressions(node: Any, path: Path) -> list[Path]:
+    match node:
+        case str() if EXPRESSION in node:
+            return [path]
+        case dict():
+            return [found for key, item in node.items() for found in _expressions(item, (*path, key))]
+        case list():
+            return [found for i, item in enumerate(node) for found in _expressions(item, (*path, i))]
+        case _:
+            return []

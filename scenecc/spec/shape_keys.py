@@ -1,0 +1,170 @@
+"""The keys of shapes: those of every shape in a list, and those of each type."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, Strict, Tag
+
+from scenecc.spec.base import (
+    Finite,
+    Maybe,
+    Model,
+    NonNegative,
+    NonNegativeInt,
+    Positive,
+    Positive2,
+    Positive3,
+    PositiveInt,
+    Text,
+    Vec3,
+    key,
+)
+from scenecc.spec.material import Color, MaterialRef
+from scenecc.spec.pose import AxisName, Pose
+from scenecc.spec.unions import by_kind
+
+Scale = Annotated[
+    Annotated[Positive, Tag("#number")] | Annotated[Positive3, Tag("#list")], by_kind("a number or [x, y, z]")
+]
+"""One number or [x, y, z], positive."""
+
+MirrorScale = Annotated[
+    Annotated[Finite, Tag("#number")] | Annotated[tuple[Finite, Finite, Finite], Strict(strict=False), Tag("#list")],
+    by_kind("a number or [x, y, z]"),
+]
+"""One number or [x, y, z]; negative mirrors, zero is refused by a check."""
+
+
+class ShapeKeys(Model):
+    """Keys of every shape."""
+
+    pose: Maybe[Pose] = key("In the body's frame: [x, y, z] or a mapping.")
+    material: Maybe[MaterialRef] = key("A name from `materials`, or {physical, visual}.")
+
+
+class CollisionKeys(ShapeKeys):
+    """Keys of shapes that collide."""
+
+    density: Maybe[NonNegative] = key("Density [kg/m³].", default=1000)
+    contact_offset: Maybe[Positive] = key("Distance at which contacts begin to be made [m].", default=0.01)
+    rest_offset: Maybe[Finite] = key("Distance at which shapes rest, below `contact_offset` [m].", default=0)
+    patch_radius: Maybe[NonNegative] = key("Radius of the torsional friction patch [m].", default=0)
+    min_patch_radius: Maybe[NonNegative] = key("Smallest radius of the torsional friction patch [m].", default=0)
+
+
+class VisualKeys(ShapeKeys):
+    """Keys of shapes that are seen."""
+
+    name: Maybe[Text] = key("Name of the render shape.")
+    front_face: Maybe[Literal["counterclockwise", "clockwise"]] = key(
+        "Which side of a triangle is its front.", default="counterclockwise"
+    )
+    color: Maybe[Color] = key("Base colour; leaves the rest of the material.")
+
+
+class BothKeys(CollisionKeys, VisualKeys):
+    """Keys of shapes that collide and are seen."""
+
+
+class BoxKeys(Model):
+    """A box."""
+
+    type: Literal["box"]
+    half_size: Positive3 = Field(description="Half of the edges along x, y, z [m].")
+
+
+class SphereKeys(Model):
+    """A sphere."""
+
+    type: Literal["sphere"]
+    radius: Positive = Field(description="Radius [m].")
+
+
+class CapsuleKeys(Model):
+    """A cylinder with a half sphere at both ends."""
+
+    type: Literal["capsule"]
+    radius: Positive = Field(description="Radius [m].")
+    half_length: Positive = Field(description="Half of the length between the centres of the caps [m].")
+    axis: AxisName = Field(default="x", description="The axis it lies along.")
+
+
+class CylinderKeys(Model):
+    """A cylinder. What collides is a convex mesh."""
+
+    type: Literal["cylinder"]
+    radius: Positive = Field(description="Radius [m].")
+    half_length: Positive = Field(description="Half of the length [m].")
+    axis: AxisName = Field(default="x", description="The axis it lies along.")
+
+
+class PlaneKeys(Model):
+    """An endless plane; everything on the side of its normal is free. Never on a dynamic body."""
+
+    type: Literal["plane"]
+    normal: Vec3 = Field(default=(0.0, 0.0, 1.0), description="Direction of the free side, of any length.")
+    offset: Finite = Field(default=0.0, description="Distance along the normal [m].")
+
+
+class PlaneSeen(Model):
+    """What is seen of a plane."""
+
+    half_size: Positive2 = Field(
+        default=(10.0, 10.0), description="What is seen, along the plane's own y and z as SAPIEN has them [m]."
+    )
+
+
+class PlaneColliding(Model):
+    """How often a plane is built."""
+
+    every_scene: bool = Field(
+        default=False, description="Where scenes share one GPU simulation: build it in each, not once."
+    )
+
+
+class FileKeys(Model):
+    """A mesh file."""
+
+    file: Text = Field(description="The mesh: a path from this file's folder, pkg://PACKAGE/PATH or asset://PATH.")
+
+
+class ConvexMeshKeys(FileKeys):
+    """The convex hull of a file collides; the mesh itself is seen."""
+
+    type: Literal["convex_mesh"]
+
+
+class CoacdKeys(Model):
+    """CoACD's arguments, as `sapien.wrapper.coacd.do_coacd` names them."""
+
+    threshold: Maybe[Annotated[float, Field(ge=0.01, le=1)]] = key("Concavity at which to stop.", default=0.05)
+    max_convex_hull: Maybe[int] = key("At most so many parts; -1: as many as it takes.", default=-1)
+    preprocess_mode: Maybe[Literal["auto", "on", "off"]] = key("Make the mesh manifold first.", default="auto")
+    preprocess_resolution: Maybe[PositiveInt] = key("Resolution of that.", default=30)
+    resolution: Maybe[PositiveInt] = key("Samples for the concavity.", default=2000)
+    mcts_nodes: Maybe[PositiveInt] = key("Child nodes of the search.", default=20)
+    mcts_iterations: Maybe[PositiveInt] = key("Iterations of the search.", default=150)
+    mcts_max_depth: Maybe[PositiveInt] = key("Depth of the search.", default=3)
+    pca: Maybe[bool] = key("Align to principal axes first.", default=False)
+    merge: Maybe[bool] = key("Merge parts afterwards.", default=True)
+    seed: Maybe[NonNegativeInt] = key("Seed of the search.", default=0)
+
+
+class ConvexPartsKeys(FileKeys):
+    """Several convex meshes of one file: SAPIEN's "multiple convex meshes"."""
+
+    type: Literal["convex_parts"]
+    scale: Scale = Field(default=1.0, description="One factor or [x, y, z].")
+    decomposition: Literal["none", "coacd"] = Field(
+        default="none", description="none: the file's own parts; coacd: cut by CoACD (extra `convex`)."
+    )
+    decomposition_params: Maybe[CoacdKeys] = key("CoACD's arguments.")
+
+
+class TriangleMeshKeys(FileKeys):
+    """A non-convex mesh; on a dynamic body it needs `sdf: true`."""
+
+    type: Literal["triangle_mesh"]
+    scale: Scale = Field(default=1.0, description="One factor or [x, y, z].")
+    sdf: bool = Field(default=False, description="Cook a signed distance field, which a dynamic body needs.")

@@ -1,0 +1,104 @@
+"""From pydantic's `loc` to a path in the document, and to the keys that are known there.
+
+Pydantic says where an error is and what it found, not which keys would have been right.
+"""
+
+from __future__ import annotations
+
+import types
+import typing
+from typing import Annotated, Any
+
+from pydantic import BaseModel, Tag
+
+from scenecc.diagnostics import Path, PathKey
+
+KEY_MARK = "[key]"
+"""What pydantic appends to the place of a mapping's key."""
+
+
+def document_path(loc: tuple[PathKey, ...], data: Any) -> Path:
+    """Pydantic's `loc` as a path into the document: without the tags of unions.
+
+    Tags of ours start with `#`; the tag of a shape is its `type` and follows a list's index.
+    """
+    path: list[PathKey] = []
+    node = data
+    after_index = False
+    for segment in loc:
+        if segment == KEY_MARK or (isinstance(segment, str) and segment.startswith("#")):
+            continue
+        if after_index and isinstance(node, dict) and node.get("type") == segment:
+            after_index = False
+            continue
+        path.append(segment)
+        after_index = isinstance(segment, int)
+        node = step(node, segment)
+    return tuple(path)
+
+
+def step(node: Any, segment: PathKey) -> Any:
+    """One step down plain data; None where there is nothing."""
+    match node, segment:
+        case dict(), str():
+            return node.get(segment)
+        case ((list() | tuple()), int()) if 0 <= segment < len(node):
+            return node[segment]
+        case _:
+            return None
+
+
+def model_at(root: type[BaseModel], loc: tuple[PathKey, ...]) -> type[BaseModel] | None:
+    """The model whose mapping holds the last segment of `loc`; None where any key may stand."""
+    annotation: Any = root
+    for segment in loc[:-1]:
+        annotation = _below(_bare(annotation), segment)
+    bare = _bare(annotation)
+    return bare if isinstance(bare, type) and issubclass(bare, BaseModel) else None
+
+
+def _bare(annotation: Any) -> Any:
+    """Without `Annotated` and without the None of a key that may be left out."""
+    while True:
+        if typing.get_origin(annotation) is Annotated:
+            annotation = typing.get_args(annotation)[0]
+        elif _is_union(annotation) and len(_branches(annotation)) == 1:
+            annotation = _branches(annotation)[0]
+        else:
+            return annotation
+
+
+def _is_union(annotation: Any) -> bool:
+    return typing.get_origin(annotation) in (typing.Union, types.UnionType)
+
+
+def _branches(union: Any) -> list[Any]:
+    return [arg for arg in typing.get_args(union) if arg is not type(None)]
+
+
+def _below(annotation: Any, segment: PathKey) -> Any:
+    """One segment of `loc` down: a field, an item, a mapping's value or a branch of a union."""
+    if _is_union(annotation):
+        return next((branch for branch in _branches(annotation) if _tag(branch) == segment), Any)
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        field = annotation.model_fields.get(str(segment))
+        return field.annotation if field else Any
+    args = typing.get_args(annotation)
+    match typing.get_origin(annotation):
+        case origin if origin is dict:
+            return args[1]
+        case origin if origin in (list, tuple):
+            return args[0]
+        case _:
+            return Any
+
+
+def _tag(branch: Any) -> str | None:
+    if typing.get_origin(branch) is Annotated:
+        for item in typing.get_args(branch)[1:]:
+            if isinstance(item, Tag):
+                return item.tag
+    bare = _bare(branch)
+    if isinstance(bare, type) and issubclass(bare, BaseModel) and "type" in bare.model_fields:
+        return str(typing.get_args(bare.model_fields["type"].annotation)[0])
+    return None
