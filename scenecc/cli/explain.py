@@ -12,7 +12,7 @@ from scenecc.cli.report import print_asides, status, usage_error
 
 
 def explain(
-    code: Annotated[str | None, typer.Argument(metavar="[CODE]", help="A code, as in SC101.", show_default=False)] = None,
+    code: Annotated[str | None, typer.Argument(metavar="[CODE]", help="A code, as in SC101.")] = None,
 ) -> None:
     """Say what a diagnostic code means.
 

@@ -22,7 +22,7 @@ class Found:
 
     Attributes:
         files: files to check: those named, and the scenes in folders, each folder's sorted; none twice.
-        skipped: YAML files in folders that are not scenes.
+        skipped: files that are no scenes.
         missing: paths that do not exist.
         empty: folders without a scene.
         unreadable: folders that may not be listed, and files in folders that may not be read.
@@ -35,19 +35,22 @@ class Found:
     unreadable: list[tuple[str, OSError]] = field(default_factory=list[tuple[str, OSError]])
 
 
-def find(paths: list[str]) -> Found:
+def find(paths: list[str], *, scenes_only: bool = False) -> Found:
     """A file is taken as it is; a folder is searched for scenes: YAML files with a key `scenecc` at the top.
 
     Folders and files whose names start with a dot are passed over, and links to folders are not followed.
+    `scenes_only`: pass over files that are no scenes even where they are named.
     """
     found = Found()
     for path in paths:
         if path != STDIN and Path(path).is_dir():
             _search(path, found)
-        elif path == STDIN or os.path.lexists(path):
-            found.files.append(path)
-        else:
+        elif path != STDIN and not os.path.lexists(path):
             found.missing.append(path)
+        elif path != STDIN and scenes_only:
+            _sort_out(path, found)
+        else:
+            found.files.append(path)
     found.files = list(dict.fromkeys(found.files))
     return found
 
@@ -55,14 +58,18 @@ def find(paths: list[str]) -> Found:
 def _search(folder: str, found: Found) -> None:
     before = len(found.files)
     for file in sorted(_yaml_files(folder, found)):
-        try:
-            is_scene = _is_scene(file)
-        except OSError as error:
-            found.unreadable.append((file, error))
-            continue
-        (found.files if is_scene else found.skipped).append(file)
+        _sort_out(file, found)
     if len(found.files) == before:
         found.empty.append(folder)
+
+
+def _sort_out(file: str, found: Found) -> None:
+    try:
+        is_scene = _is_scene(file)
+    except OSError as error:
+        found.unreadable.append((file, error))
+    else:
+        (found.files if is_scene else found.skipped).append(file)
 
 
 def _yaml_files(folder: str, found: Found) -> Iterator[str]:

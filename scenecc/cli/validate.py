@@ -28,6 +28,9 @@ def validate(
     *,
     form: FormatOption = Format.text,
     strict: Annotated[bool, typer.Option("--strict", help="Let warnings fail the check too.")] = False,
+    scenes_only: Annotated[
+        bool, typer.Option("--scenes-only", help="Pass over named files that are no scenes, too (for commit hooks).")
+    ] = False,
     asset_roots: AssetRoots = None,
     allow_outside_assets: AllowOutside = False,
     limits: Limits = None,
@@ -36,7 +39,7 @@ def validate(
 
     Of a folder, the scenes in it are checked: files ending in .yaml or .yml that have the key
     `scenecc` at the top. Its other YAML files are counted and passed over. A file named by itself
-    is always checked.
+    is always checked (with --scenes-only, if it is a scene).
 
     \b
     Examples:
@@ -48,7 +51,7 @@ def validate(
     from scenecc import api
 
     checked_limits = parse_limits(limits)
-    found = find(paths)
+    found = find(paths, scenes_only=scenes_only)
     diagnostics = _faults(found)
     for file in _with_progress(found.files):
         diagnostics += api.validate(
@@ -79,7 +82,7 @@ def _faults(found: Found) -> list[Diagnostic]:
 
 def _counts(found: Found) -> str:
     files = f"{len(found.files)} file{'' if len(found.files) == 1 else 's'} checked"
-    skipped = f", {len(found.skipped)} other YAML passed over" if found.skipped else ""
+    skipped = f", {len(found.skipped)} other YAML files passed over" if found.skipped else ""
     return f"{files}{skipped}\n"
 
 
