@@ -1,0 +1,90 @@
+"""The plan on SAPIEN: live scenes on PhysX's CPU engine. Importing this loads no engine; `instantiate` does."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from scenecc.diagnostics import Location
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from scenecc.backends.sapien.batch import EntityBatch, SceneBatch
+    from scenecc.diagnostics import Sink
+    from scenecc.plan import ScenePlan
+
+__all__ = ["EntityBatch", "SceneBatch", "instantiate"]
+
+INSTALL = "pip install 'sapien>=3.0.3,<3.1'"
+
+
+def instantiate(
+    plan: ScenePlan,
+    sink: Sink,
+    *,
+    device: Literal["cpu", "cuda"] = "cpu",
+    scene_idxs: Sequence[int] | None = None,
+    render: bool | None = None,
+    audit: Literal["full", "fast", "off"] = "fast",
+    progress: Callable[[int, int], None] | None = None,
+) -> SceneBatch | None:
+    """Builds the plan's scenes, each with a PhysX system of its own.
+
+    Args:
+        plan: what to build.
+        sink: told everything that the engine or the machine cannot do, at the shape that asked.
+        device: only "cpu" builds in this version; "cuda" is refused with the reason.
+        scene_idxs: which of the plan's scenes to build, all by default; each is as it is among all.
+        render: True builds visuals, False leaves them out, None builds them where a render device exists.
+        audit: how much of what the engine then holds is compared with the plan: "fast" is shape count,
+            mass and pose of every body and everything in the first scene of each structure, "full"
+            everything everywhere.
+        progress: called with (scenes done, scenes in all).
+
+    Returns:
+        The live scenes, or None after a failure; then nothing is left of them.
+
+    Raises:
+        ValueError: `scene_idxs` is empty, repeats an index or names one that the plan does not have.
+    """
+    chosen = _chosen(plan, scene_idxs)
+    problem = _engine_problem()
+    if problem is not None:
+        message, hint = problem
+        sink.report("SC805", message, plan.origin or Location(None), hint=hint)
+        return None
+    from scenecc.backends.sapien.run import run
+
+    return run(plan, sink, chosen, device=device, render=render, audit=audit, progress=progress)
+
+
+def __getattr__(name: str) -> object:
+    """The classes of a batch, loaded with the engine when somebody asks for them."""
+    if name in ("EntityBatch", "SceneBatch"):
+        from scenecc.backends.sapien import batch
+
+        return getattr(batch, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def _chosen(plan: ScenePlan, scene_idxs: Sequence[int] | None) -> tuple[int, ...]:
+    if scene_idxs is None:
+        return tuple(range(plan.num_scenes))
+    chosen = tuple(sorted(scene_idxs))
+    if not chosen or len(set(chosen)) != len(chosen):
+        raise ValueError(f"scene_idxs must name at least one scene, each once, not {list(scene_idxs)}")
+    if chosen[0] < 0 or chosen[-1] >= plan.num_scenes:
+        raise ValueError(f"scene_idxs must be in 0 to {plan.num_scenes - 1}, not {list(scene_idxs)}")
+    return chosen
+
+
+def _engine_problem() -> tuple[str, str] | None:
+    """Why SAPIEN cannot be used here: a message and a hint; None where it can."""
+    try:
+        from scenecc.backends.sapien.engine import sapien
+    except ImportError as error:
+        return f"SAPIEN cannot be imported: {error}", INSTALL
+    found = str(sapien.__version__)
+    if found.split(".")[:2] != ["3", "0"] or int(found.split(".")[2]) < 3:
+        return f"this is SAPIEN {found}; scenecc builds with 3.0, from 3.0.3 on", INSTALL
+    return None

@@ -1,5 +1,68 @@
-"""Rows of the table of codes: engine."""
+"""Rows of the table of codes: the engine and the machine."""
 
 from scenecc.diagnostics.codes.row import Code
 
-ROWS: tuple[Code, ...] = ()
+ROWS: tuple[Code, ...] = (
+    Code(
+        "SC801",
+        "error",
+        "the engine cannot make a collision shape",
+        "PhysX could not read or cook the mesh. SAPIEN's own builder leaves such a shape out without a word, and "
+        "the body then weighs a milligram and falls through everything.",
+        "$ scenecc build scene.yaml    # where a mesh is replaced by something unreadable after the check",
+        "Look at the file that the shape names: it must be a mesh with at least one face and with a volume.",
+    ),
+    Code(
+        "SC802",
+        "error",
+        "the engine holds something else than the plan",
+        "After building, scenecc reads back what the engine holds and compares it with what the scene asked for. "
+        "Something differs: another part of the process changed the scene or the engine, or this is a fault of scenecc.",
+        "$ scenecc build scene.yaml    # in a process that patches the engine",
+        "Build in a process in which nothing else touches SAPIEN. If it stays, report it with the scene file.",
+    ),
+    Code(
+        "SC803",
+        "error",
+        "no render device",
+        "Visuals were asked for, and SAPIEN finds no device that renders: it needs a Vulkan driver. Physics needs none.",
+        "$ python -c 'import scenecc; scenecc.load_scene(\"scene.yaml\", render=True)'    # without a Vulkan driver",
+        "Install a Vulkan driver (Mesa's lavapipe, from 24.3 on, renders on the CPU), or build with `render=False`, "
+        "or leave `render` out: visuals are then built where a device exists.",
+    ),
+    Code(
+        "SC804",
+        "error",
+        "no GPU simulation",
+        "Scenes on the GPU need PhysX's GPU library and a CUDA driver. SAPIEN would download the library on first use; "
+        "scenecc downloads nothing, and this version builds on the CPU only.",
+        "$ scenecc build scene.yaml --backend cuda",
+        "Use the cpu backend.",
+    ),
+    Code(
+        "SC805",
+        "error",
+        "SAPIEN cannot be used",
+        "Building needs the package `sapien`, 3.0 from 3.0.3 on: other versions build other things from the same calls.",
+        "$ scenecc build scene.yaml    # in an environment without SAPIEN",
+        "`pip install 'sapien>=3.0.3,<3.1'`. Validation, plans and emitted scripts need no SAPIEN.",
+    ),
+    Code(
+        "SC806",
+        "error",
+        "convex decomposition failed",
+        "`decomposition: coacd` runs CoACD on the mesh. It is not installed, it could not cut this mesh, or the cache "
+        "folder for its results cannot be written.",
+        "$ scenecc build scene.yaml    # with `decomposition: coacd`, without the package coacd",
+        "`pip install 'scenecc[convex]'`; for a mesh that CoACD refuses, close its holes or cut it by hand and use "
+        "`decomposition: none`.",
+    ),
+    Code(
+        "SC807",
+        "error",
+        "the renderer cannot make a visual",
+        "The renderer could not read the mesh or the image that a visual names.",
+        "$ scenecc build scene.yaml    # where an image is replaced by something unreadable after the check",
+        "Look at the file that the message names.",
+    ),
+)

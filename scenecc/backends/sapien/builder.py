@@ -1,0 +1,129 @@
+"""A strict, table-driven `ActorBuilder` for batches: parse and cook once, instantiate in every scene."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.backends.sapien.columns import poses, taken
+from scenecc.backends.sapien.engine import physx, render, sapien
+from scenecc.backends.sapien.knobs import BODY_KNOBS, RENDER_KNOBS, steps
+from scenecc.backends.sapien.mass import mass_step
+from scenecc.backends.sapien.shapes import attach, collision_steps, cook, split, visual_steps
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from scenecc.backends.sapien.failure import EngineFailure
+    from scenecc.backends.sapien.resources import Resources
+    from scenecc.plan import BodyStructure, Entity
+
+_COMPONENTS: dict[str, Any] = {
+    "dynamic": physx.PhysxRigidDynamicComponent,
+    "kinematic": physx.PhysxRigidDynamicComponent,
+    "static": physx.PhysxRigidStaticComponent,
+    "none": None,
+}
+
+
+class BatchActorBuilder(sapien.ActorBuilder):
+    """Builds one structure of an entity, once for each of its rows.
+
+    What SAPIEN's builder leaves out without a word (a shape that cannot be cooked) ends the build
+    with an `EngineFailure` here, and the body type none is an entity with a render component only.
+
+    Attributes:
+        row: which row the methods of SAPIEN's builder (`build`, `build_entity`, …) make.
+    """
+
+    def __init__(
+        self,
+        entity: Entity,
+        structure: BodyStructure,
+        rows: NDArray[np.intp],
+        resources: Resources,
+        *,
+        rendered: bool,
+    ) -> None:
+        super().__init__()
+        # Shapes come from the plan alone: SAPIEN's add_* methods append to these, and must not do so unheard.
+        self.collision_records = self.visual_records = ()  # pyright: ignore[reportAttributeAccessIssue]
+        self.name = entity.name
+        self.physx_body_type = structure.body_type
+        self.row = 0
+        self._component = _COMPONENTS[structure.body_type]
+        self._collisions = collision_steps(structure, rows, resources)
+        self._visuals = visual_steps(structure, rows, resources) if rendered else ()
+        self._mass_step = mass_step(structure, rows)
+        self._fixed, self._varying = split(steps(BODY_KNOBS, structure, rows))
+        self._look = split(steps(RENDER_KNOBS, structure, rows))
+        self._pose_rows = taken(entity.pose, rows).astype(np.float32)
+        self._only_pose = poses(self._pose_rows)[0] if len(self._pose_rows) == 1 else None
+
+    def cook(self) -> list[EngineFailure]:
+        """Cooks every mesh once; what the engine refuses."""
+        return cook((*self._collisions, *self._visuals))
+
+    def make(self, row: int) -> tuple[Any, Any]:
+        """A new entity, not yet in a scene, and its physical component (None where it has none).
+
+        Raises:
+            EngineFailure: the engine cannot make one of its shapes.
+        """
+        entity = sapien.Entity()
+        component = None
+        if self._visuals:
+            entity.add_component(self._make_render_component(row))
+        if self._component is not None:
+            component = self._make_physx_component(row)
+            entity.add_component(component)
+        entity.set_name(self.name)
+        pose = self._only_pose
+        if pose is None:
+            values = self._pose_rows[row]
+            pose = sapien.Pose(values[:3], values[3:])
+        entity.set_pose(pose)
+        return entity, component
+
+    def build_entity(self) -> Any:  # noqa: ANN401 - a sapien.Entity
+        """The entity of `row`, at its pose."""
+        entity, _ = self.make(self.row)
+        self.initial_pose = entity.pose
+        return entity
+
+    def build_physx_component(self, link_parent: None = None) -> Any:  # noqa: ANN401 - a PhysxRigidBaseComponent
+        """The physical component of `row`; None for the body type none."""
+        del link_parent
+        return None if self._component is None else self._make_physx_component(self.row)
+
+    def build_render_component(self) -> Any:  # noqa: ANN401 - a RenderBodyComponent
+        """The render component of `row`."""
+        return self._make_render_component(self.row)
+
+    def _make_physx_component(self, row: int) -> Any:  # noqa: ANN401
+        component = self._component()
+        if self.physx_body_type == "kinematic":
+            component.set_kinematic(True)
+        for shape in self._collisions:
+            attach(component, shape, row)
+        if self._mass_step is not None:
+            self._mass_step(component, row)
+        for setter, value in self._fixed:
+            setter(component, value)
+        for setter, values in self._varying:
+            setter(component, values[row])
+        component.set_name(self.name)
+        return component
+
+    def _make_render_component(self, row: int) -> Any:  # noqa: ANN401
+        component = render.RenderBodyComponent()
+        for shape in self._visuals:
+            attach(component, shape, row)
+        fixed, varying = self._look
+        for setter, value in fixed:
+            setter(component, value)
+        for setter, values in varying:
+            setter(component, values[row])
+        component.set_name(self.name)
+        return component

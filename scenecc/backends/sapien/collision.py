@@ -1,0 +1,89 @@
+"""Collision geometry to SAPIEN's shapes: one row a type."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from scenecc.backends.sapien.columns import Column, caller, scalars, taken, vectors
+from scenecc.backends.sapien.engine import physx
+from scenecc.plan import Box, Capsule, ConvexMesh, ConvexParts, Cylinder, Plane, Sphere, TriangleMesh
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from scenecc.backends.sapien.resources import Resources
+    from scenecc.plan import CollisionGeometry
+
+Make = "Callable[[int], Any]"
+
+
+@dataclass(frozen=True, slots=True)
+class Build:
+    """What a row of the table is given.
+
+    Attributes:
+        rows: the entity's rows that are built.
+        material: a column of `PhysxMaterial`.
+        resources: files and materials of the plan.
+    """
+
+    rows: NDArray[np.intp]
+    material: Column
+    resources: Resources
+
+
+def _box(geometry: Box, build: Build) -> Callable[[int], Any]:
+    return caller(physx.PhysxCollisionShapeBox, [vectors(taken(geometry.half_size, build.rows)), build.material])
+
+
+def _sphere(geometry: Sphere, build: Build) -> Callable[[int], Any]:
+    return caller(physx.PhysxCollisionShapeSphere, [scalars(taken(geometry.radius, build.rows)), build.material])
+
+
+def _capsule(geometry: Capsule, build: Build) -> Callable[[int], Any]:
+    radius, half_length = taken(geometry.radius, build.rows), taken(geometry.half_length, build.rows)
+    return caller(physx.PhysxCollisionShapeCapsule, [scalars(radius), scalars(half_length), build.material])
+
+
+def _cylinder(geometry: Cylinder, build: Build) -> Callable[[int], Any]:
+    radius, half_length = taken(geometry.radius, build.rows), taken(geometry.half_length, build.rows)
+    return caller(physx.PhysxCollisionShapeCylinder, [scalars(radius), scalars(half_length), build.material])
+
+
+def _plane(geometry: Plane, build: Build) -> Callable[[int], Any]:
+    del geometry
+    return caller(physx.PhysxCollisionShapePlane, [build.material])
+
+
+def _convex_mesh(geometry: ConvexMesh, build: Build) -> Callable[[int], Any]:
+    file = build.resources.meshes(taken(geometry.file, build.rows))
+    return caller(physx.PhysxCollisionShapeConvexMesh, [file, vectors(taken(geometry.scale, build.rows)), build.material])
+
+
+def _convex_parts(geometry: ConvexParts, build: Build) -> Callable[[int], Any]:
+    file = build.resources.parts(taken(geometry.file, build.rows), geometry.coacd)
+    load = physx.PhysxCollisionShapeConvexMesh.load_multiple
+    return caller(load, [file, vectors(taken(geometry.scale, build.rows)), build.material])
+
+
+def _triangle_mesh(geometry: TriangleMesh, build: Build) -> Callable[[int], Any]:
+    file = build.resources.meshes(taken(geometry.file, build.rows))
+    scale = vectors(taken(geometry.scale, build.rows))
+    return caller(physx.PhysxCollisionShapeTriangleMesh, [file, scale, build.material, [geometry.sdf]])
+
+
+COLLISION: dict[type[CollisionGeometry], Callable[[Any, Build], Callable[[int], Any]]] = {
+    Box: _box,
+    Sphere: _sphere,
+    Capsule: _capsule,
+    Cylinder: _cylinder,
+    Plane: _plane,
+    ConvexMesh: _convex_mesh,
+    ConvexParts: _convex_parts,
+    TriangleMesh: _triangle_mesh,
+}
+"""Geometry to a function from a row to a new shape (`ConvexParts`: to a list of shapes)."""

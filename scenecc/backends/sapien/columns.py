@@ -1,0 +1,60 @@
+"""Values of a plan as what the engine's calls take: converted once, never inside the loop over bodies.
+
+A column is a list with one item (the same in every scene) or one item for each row that is built.
+Vectors become float32 arrays: SAPIEN reads those faster than lists, and the rounding from float64 is
+the one that it would do itself.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.backends.sapien.engine import sapien
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.plan import Value
+
+Column = list[Any]
+
+
+def taken(value: Value, rows: NDArray[np.intp]) -> NDArray[Any]:
+    """The rows of a value that are built; one row where it is the same in every scene."""
+    return value.data if value.data.shape[0] == 1 else value.data[rows]
+
+
+def scalars(data: NDArray[Any]) -> Column:
+    """Python floats, integers or booleans, or lists of them."""
+    return data.tolist()
+
+
+def vectors(data: NDArray[Any]) -> Column:
+    """float32 arrays."""
+    return list(np.ascontiguousarray(data, dtype=np.float32))
+
+
+def poses(data: NDArray[Any]) -> Column:
+    """`sapien.Pose` objects. The quaternion is passed on as it is: normalising it again would change bits."""
+    rounded = np.ascontiguousarray(data, dtype=np.float32)
+    return [sapien.Pose(row[:3], row[3:]) for row in rounded]
+
+
+def side_by_side(columns: Sequence[Column]) -> list[tuple[Any, ...]]:
+    """The arguments of a call: one tuple in all, or one a row where any column has one item a row."""
+    length = max((len(column) for column in columns), default=1)
+    full = [column if len(column) == length else column * length for column in columns]
+    return list(zip(*full, strict=True)) if full else [()]
+
+
+def caller(function: Callable[..., Any], columns: Sequence[Column]) -> Callable[[int], Any]:
+    """`function` with its arguments bound, to be called with a row."""
+    arguments = side_by_side(columns)
+    if len(arguments) == 1:
+        only = arguments[0]
+        return lambda _: function(*only)
+    return lambda row: function(*arguments[row])

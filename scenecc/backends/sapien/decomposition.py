@@ -1,0 +1,108 @@
+"""CoACD in a process of its own, its results in the user's cache folder and never beside the asset."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import inspect
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from scenecc.backends.sapien.failure import EngineFailure
+
+if TYPE_CHECKING:
+    from scenecc.plan import CoacdParams
+
+CODE = "SC806"
+
+
+def decompose(mesh: Path, params: CoacdParams) -> Path:
+    """A PLY file whose connected parts are the convex parts that CoACD finds in `mesh`.
+
+    The result is what `sapien.wrapper.coacd.do_coacd` gives for the same parameters. It is kept under
+    `$XDG_CACHE_HOME/scenecc/coacd` (`~/.cache` without that variable) by the mesh's content, the
+    parameters and CoACD's version.
+
+    Raises:
+        EngineFailure: CoACD is not installed or fails, or the cache folder cannot be written.
+    """
+    for module in ("coacd", "trimesh"):
+        if importlib.util.find_spec(module) is None:
+            raise EngineFailure(
+                CODE,
+                f"convex decomposition needs the package '{module}', which is not installed",
+                hint="pip install 'scenecc[convex]'",
+            )
+    arguments = coacd_arguments(params)
+    folder = cache_folder()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        result = folder / f"{_key(mesh, arguments)}.ply"
+        if not result.exists():
+            _run(mesh, arguments, result)
+    except OSError as error:
+        raise EngineFailure(
+            CODE,
+            f"convex decomposition of '{mesh}': {error}",
+            hint=f"results are kept in '{folder}'; XDG_CACHE_HOME names another place",
+        ) from error
+    return result
+
+
+def cache_folder() -> Path:
+    """Where results are kept."""
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "scenecc" / "coacd"
+
+
+def coacd_arguments(params: CoacdParams) -> dict[str, Any]:
+    """Arguments of `coacd.run_coacd`: the plan's, and SAPIEN's own defaults for those left out."""
+    from sapien.wrapper.coacd import do_coacd
+
+    parameters = inspect.signature(do_coacd).parameters
+    given = asdict(params)
+    return {name: parameters[name].default if value is None else value for name, value in given.items()}
+
+
+def _key(mesh: Path, arguments: dict[str, Any]) -> str:
+    digest = hashlib.sha256(mesh.read_bytes())
+    digest.update(json.dumps([mesh.suffix.lower(), version("coacd"), arguments], sort_keys=True).encode())
+    return digest.hexdigest()
+
+
+def _run(mesh: Path, arguments: dict[str, Any], result: Path) -> None:
+    """Writes `result` whole or not at all. CoACD's automatic preprocessing may fail where a forced one does not."""
+    modes = [arguments["preprocess_mode"]]
+    if modes[0] != "on":
+        modes.append("on")
+    complaint = ""
+    for mode in modes:
+        handle, name = tempfile.mkstemp(suffix=".ply", dir=result.parent)
+        os.close(handle)
+        try:
+            complaint = _attempt(mesh, arguments | {"preprocess_mode": mode}, name)
+            if not complaint:
+                os.replace(name, result)
+                return
+        finally:
+            Path(name).unlink(missing_ok=True)
+    raise EngineFailure(CODE, f"CoACD failed on '{mesh}': {complaint}")
+
+
+def _attempt(mesh: Path, arguments: dict[str, Any], output: str) -> str:
+    """Runs CoACD beside this process, so that a crash of it ends only itself; returns its last words, "" if well."""
+    request = json.dumps({"mesh": str(mesh.absolute()), "arguments": arguments, "output": output})
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    command = [sys.executable, "-m", "scenecc.backends.sapien.coacd_worker"]
+    done = subprocess.run(command, input=request, env=environment, capture_output=True, text=True, check=False)
+    if done.returncode == 0 and os.path.getsize(output):
+        return ""
+    words = done.stderr.strip().splitlines()
+    return words[-1] if words else f"it ended with status {done.returncode}"

@@ -1,0 +1,109 @@
+"""What a plan says about bodies and shapes beyond their geometry: one row a field, setter beside getter.
+
+The builder writes by these tables and the audit reads by them, so that no field can be set and not be checked.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.backends.sapien.columns import Column, poses, scalars, taken, vectors
+from scenecc.backends.sapien.engine import physx, render
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from numpy.typing import NDArray
+
+Step = tuple["Callable[[Any, Any], Any]", Column]
+"""A setter of the engine, unbound, and its column of values."""
+
+
+@dataclass(frozen=True, slots=True)
+class Knob:
+    """One field of the plan in the engine.
+
+    Attributes:
+        set: the engine's setter, unbound.
+        get: name of the engine's property.
+        convert: rows of the plan's data to a column.
+        default: what a fresh object of the engine holds whatever its configuration; None: it depends.
+    """
+
+    set: Callable[[Any, Any], Any]
+    get: str
+    convert: Callable[[NDArray[Any]], Column]
+    default: Any = None
+
+
+IDENTITY = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+
+_Shape = physx.PhysxCollisionShape
+_Body = physx.PhysxRigidDynamicComponent
+_Look = render.RenderBodyComponent
+_Seen = render.RenderShape
+
+SHAPE_KNOBS: Mapping[str, Knob] = {
+    "pose": Knob(_Shape.set_local_pose, "local_pose", poses, IDENTITY),
+    "density": Knob(_Shape.set_density, "density", scalars, 1000.0),
+    "patch_radius": Knob(_Shape.set_patch_radius, "patch_radius", scalars, 0.0),
+    "min_patch_radius": Knob(_Shape.set_min_patch_radius, "min_patch_radius", scalars, 0.0),
+    "contact_offset": Knob(_Shape.set_contact_offset, "contact_offset", scalars),
+    "rest_offset": Knob(_Shape.set_rest_offset, "rest_offset", scalars),
+}
+"""Fields of `CollisionShape`, set before the shape is attached (its density cannot be set later)."""
+
+GROUPS = Knob(_Shape.set_collision_groups, "collision_groups", scalars, (1, 1, 0, 0))
+"""`BodyStructure.collision_groups`, set on every shape of the body."""
+
+BODY_KNOBS: Mapping[str, Knob] = {
+    "disable_gravity": Knob(_Body.set_disable_gravity, "disable_gravity", scalars, False),
+    "locked_motion_axes": Knob(_Body.set_locked_motion_axes, "locked_motion_axes", scalars, (False,) * 6),
+    "linear_damping": Knob(_Body.set_linear_damping, "linear_damping", scalars),
+    "angular_damping": Knob(_Body.set_angular_damping, "angular_damping", scalars),
+    "max_linear_velocity": Knob(_Body.set_max_linear_velocity, "max_linear_velocity", scalars),
+    "max_angular_velocity": Knob(_Body.set_max_angular_velocity, "max_angular_velocity", scalars),
+    "max_depenetration_velocity": Knob(_Body.set_max_depenetration_velocity, "max_depenetration_velocity", scalars),
+    "max_contact_impulse": Knob(_Body.set_max_contact_impulse, "max_contact_impulse", scalars),
+    "sleep_threshold": Knob(_Body.set_sleep_threshold, "sleep_threshold", scalars),
+    "solver_position_iterations": Knob(_Body.set_solver_position_iterations, "solver_position_iterations", scalars),
+    "solver_velocity_iterations": Knob(_Body.set_solver_velocity_iterations, "solver_velocity_iterations", scalars),
+    "linear_velocity": Knob(_Body.set_linear_velocity, "linear_velocity", vectors, (0.0, 0.0, 0.0)),
+    "angular_velocity": Knob(_Body.set_angular_velocity, "angular_velocity", vectors, (0.0, 0.0, 0.0)),
+}
+"""Fields of `BodyStructure` that a dynamic or kinematic body has, set once its shapes and mass are there."""
+
+RENDER_KNOBS: Mapping[str, Knob] = {
+    "visibility": Knob(lambda body, value: setattr(body, "visibility", value), "visibility", scalars),
+    "shading_mode": Knob(lambda body, value: setattr(body, "shading_mode", value), "shading_mode", scalars),
+}
+"""Fields of `BodyStructure` that the render body has."""
+
+VISUAL_KNOBS: Mapping[str, Knob] = {
+    "pose": Knob(_Seen.set_local_pose, "local_pose", poses, IDENTITY),
+}
+"""Fields of `VisualShape` that are values."""
+
+
+def steps(knobs: Mapping[str, Knob], holder: object, rows: NDArray[np.intp]) -> list[Step]:
+    """Setters for what the plan gives, without those that would set what is there already."""
+    found: list[Step] = []
+    for name, knob in knobs.items():
+        value = getattr(holder, name)
+        if value is None:
+            continue
+        data = taken(value, rows)
+        if not is_default(data, knob.default):
+            found.append((knob.set, knob.convert(data)))
+    return found
+
+
+def is_default(data: NDArray[Any], default: object) -> bool:
+    """Whether one row is all there is and the engine would hold it anyway, to the bit."""
+    if default is None or len(data) != 1:
+        return False
+    given = data[0].astype(np.float32) if data.dtype == np.float64 else data[0]
+    return given.tobytes() == np.asarray(default, dtype=given.dtype).tobytes()

@@ -1,0 +1,54 @@
+"""Mass properties that the plan gives in place of those that follow from the densities."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.backends.sapien.columns import poses, scalars, taken, vectors
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from scenecc.plan import BodyStructure, Inertial, Value
+
+
+def mass_step(structure: BodyStructure, rows: NDArray[np.intp]) -> Callable[[Any, int], None] | None:
+    """What to do to a component once its shapes are attached; None: the densities decide."""
+    if structure.inertial is not None:
+        return _given(structure.inertial, rows)
+    if structure.mass is not None:
+        return _scaled(structure.mass, rows)
+    return None
+
+
+def _given(inertial: Inertial, rows: NDArray[np.intp]) -> Callable[[Any, int], None]:
+    mass = _full(scalars(taken(inertial.mass, rows)), len(rows))
+    com = _full(poses(taken(inertial.com, rows)), len(rows))
+    inertia = _full(vectors(taken(inertial.inertia, rows)), len(rows))
+
+    def step(component: Any, row: int) -> None:  # noqa: ANN401 - a PhysxRigidBodyComponent
+        component.set_mass(mass[row])
+        component.set_cmass_local_pose(com[row])
+        component.set_inertia(inertia[row])
+
+    return step
+
+
+def _scaled(value: Value, rows: NDArray[np.intp]) -> Callable[[Any, int], None]:
+    mass = _full(scalars(taken(value, rows)), len(rows))
+
+    def step(component: Any, row: int) -> None:  # noqa: ANN401 - a PhysxRigidBodyComponent
+        # In float64, and rounded once by the engine: "Numbers" in the language's description.
+        inertia = component.get_inertia().astype(np.float64) * (mass[row] / component.get_mass())
+        component.set_mass(mass[row])
+        component.set_inertia(inertia)
+
+    return step
+
+
+def _full(column: list[Any], length: int) -> list[Any]:
+    return column if len(column) == length else column * length

@@ -1,0 +1,44 @@
+"""What users hand to a batch, checked and spread over rows."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.backends.sapien.engine import sapien
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+UNIT_TOLERANCE = 1e-3
+"""How far a quaternion's length may be from 1: as in the scene language."""
+
+
+def pose_rows(pose: Any, count: int) -> list[sapien.Pose]:  # noqa: ANN401 - many forms, told apart here
+    """`count` poses from (7,), (count, 7), a `sapien.Pose` or a sequence of them. Raises ValueError."""
+    if isinstance(pose, sapien.Pose):
+        return [pose] * count
+    if isinstance(pose, (list, tuple)) and pose and all(isinstance(one, sapien.Pose) for one in pose):
+        if len(pose) not in (1, count):
+            raise ValueError(f"{len(pose)} poses for {count} scenes")
+        return list(pose) * (count if len(pose) == 1 else 1)
+    rows = _rows(pose, 7, count, "a pose")
+    lengths = np.linalg.norm(rows[:, 3:].astype(np.float64), axis=1)
+    if (np.abs(lengths - 1) > UNIT_TOLERANCE).any():
+        raise ValueError("a pose's quaternion (its last four numbers, wxyz) must be of unit length")
+    return [sapien.Pose(row[:3], row[3:]) for row in rows]
+
+
+def vector_rows(vector: Any, count: int) -> NDArray[np.float32]:  # noqa: ANN401 - anything like an array
+    """(count, 3) float32 from (3,) or (count, 3). Raises ValueError."""
+    return _rows(vector, 3, count, "a velocity")
+
+
+def _rows(given: Any, width: int, count: int, what: str) -> NDArray[np.float32]:  # noqa: ANN401
+    rows = np.asarray(given, dtype=np.float32)
+    if rows.shape not in ((width,), (1, width), (count, width)):
+        raise ValueError(f"{what} is ({width},) or ({count}, {width}) here, not {rows.shape}")
+    if not np.isfinite(rows).all():
+        raise ValueError(f"{what} must be finite")
+    return np.broadcast_to(rows, (count, width)).copy()

@@ -1,0 +1,57 @@
+"""From a plan to live scenes, readable top to bottom: the machine, the settings, the build, the audit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from scenecc.backends.sapien.build import build_scenes, report
+from scenecc.backends.sapien.cuda import refusal
+from scenecc.backends.sapien.failure import EngineFailure
+from scenecc.backends.sapien.machine import render_problem
+from scenecc.backends.sapien.settings import engine_settings
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from scenecc.backends.sapien.batch import SceneBatch
+    from scenecc.diagnostics import Sink
+    from scenecc.plan import ScenePlan
+
+
+def run(
+    plan: ScenePlan,
+    sink: Sink,
+    scene_idxs: tuple[int, ...],
+    *,
+    device: Literal["cpu", "cuda"],
+    render: bool | None,
+    audit: Literal["full", "fast", "off"],
+    progress: Callable[[int, int], None] | None,
+) -> SceneBatch | None:
+    """`scenecc.backends.sapien.instantiate` once the engine is known to be there."""
+    try:
+        if device == "cuda":
+            raise refusal()
+        rendered = _rendered(render)
+    except EngineFailure as failure:
+        report(failure, sink, plan)
+        return None
+    with engine_settings(plan.physics):
+        built = build_scenes(plan, scene_idxs, sink, rendered=rendered, progress=progress)
+        if built is None:
+            return None
+        batch, _ = built
+        return batch
+
+
+def _rendered(render: bool | None) -> bool:
+    if render is False:
+        return False
+    problem = render_problem()
+    if render is None or problem is None:
+        return problem is None
+    raise EngineFailure(
+        "SC803",
+        f"visuals were asked for, and there is no render device: {problem}",
+        hint="install a Vulkan driver (Mesa's lavapipe, from 24.3 on, renders on the CPU), or build without rendering",
+    )

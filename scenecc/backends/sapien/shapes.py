@@ -1,0 +1,170 @@
+"""Shapes of a body as prepared calls: arguments are found once, and the loop over bodies only calls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.backends.sapien.collision import COLLISION, Build
+from scenecc.backends.sapien.columns import taken
+from scenecc.backends.sapien.failure import EngineFailure
+from scenecc.backends.sapien.knobs import GROUPS, SHAPE_KNOBS, VISUAL_KNOBS, Step, is_default, steps
+from scenecc.backends.sapien.visual import VISUAL, Look, front_face
+from scenecc.plan import ConvexMesh, ConvexParts, Mesh, Plane, TriangleMesh
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.backends.sapien.resources import Resources
+    from scenecc.diagnostics import Origin
+    from scenecc.plan import (
+        BodyStructure,
+        CollisionGeometry,
+        CollisionShape,
+        Value,
+        VisualGeometry,
+        VisualShape,
+    )
+
+Fixed = tuple[tuple["Callable[[Any, Any], Any]", Any], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ShapeSteps:
+    """How one shape of the plan is made, row by row.
+
+    Attributes:
+        make: a row to a new shape (`many`: to a list of shapes).
+        fixed: setters whose value is the same in every row.
+        varying: setters with a value a row.
+        samples: rows that between them name every file of the shape; none where there is no file.
+        code: of the diagnostic if the engine refuses.
+        origin: the shape in the document.
+    """
+
+    make: Callable[[int], Any]
+    fixed: Fixed
+    varying: tuple[Step, ...]
+    many: bool
+    samples: tuple[int, ...]
+    code: str
+    origin: Origin | None
+
+
+def attach(component: Any, shape: ShapeSteps, row: int) -> None:  # noqa: ANN401 - a body of either kind
+    """Makes the shape of a row and gives it to the component; every failure is one.
+
+    Raises:
+        EngineFailure: the engine cannot make the shape.
+    """
+    try:
+        made = shape.make(row)
+        for part in made if shape.many else (made,):
+            for setter, value in shape.fixed:
+                setter(part, value)
+            for setter, values in shape.varying:
+                setter(part, values[row])
+            component.attach(part)
+    except (RuntimeError, TypeError, ValueError) as error:
+        raise refused(shape, error) from error
+
+
+def refused(shape: ShapeSteps, error: Exception) -> EngineFailure:
+    """The engine's complaint about a shape, in its own words."""
+    return EngineFailure(shape.code, f"the engine cannot make this shape: {error}", origin=shape.origin)
+
+
+def cook(shapes: Sequence[ShapeSteps]) -> list[EngineFailure]:
+    """Has the engine read and cook every file once, so that all that fail are known before any scene is built."""
+    failures: list[EngineFailure] = []
+    for shape in shapes:
+        for row in shape.samples:
+            try:
+                made = shape.make(row)
+            except (RuntimeError, TypeError, ValueError) as error:
+                failures.append(refused(shape, error))
+                continue
+            if shape.many and not made:
+                words = "the engine finds no convex part in this mesh"
+                failures.append(EngineFailure(shape.code, words, origin=shape.origin))
+    return failures
+
+
+def collision_steps(
+    structure: BodyStructure, rows: NDArray[np.intp], resources: Resources
+) -> tuple[ShapeSteps, ...]:
+    """The colliding shapes of a body, in the order of the plan."""
+    groups = _groups(structure.collision_groups, rows)
+    return tuple(_collision(shape, groups, rows, resources) for shape in structure.collisions)
+
+
+def visual_steps(structure: BodyStructure, rows: NDArray[np.intp], resources: Resources) -> tuple[ShapeSteps, ...]:
+    """The visible shapes of a body, in the order of the plan."""
+    return tuple(_visual(shape, rows, resources) for shape in structure.visuals)
+
+
+def split(found: Sequence[Step]) -> tuple[Fixed, tuple[Step, ...]]:
+    """Setters with one value for all rows, and setters with a value a row."""
+    fixed = tuple((setter, column[0]) for setter, column in found if len(column) == 1)
+    return fixed, tuple((setter, column) for setter, column in found if len(column) != 1)
+
+
+def _collision(
+    shape: CollisionShape, groups: list[Step], rows: NDArray[np.intp], resources: Resources
+) -> ShapeSteps:
+    material = resources.physical(None if shape.material is None else taken(shape.material, rows))
+    try:
+        make = COLLISION[type(shape.geometry)](shape.geometry, Build(rows, material, resources))
+    except EngineFailure as failure:
+        failure.origin = failure.origin or shape.origin
+        raise
+    found = steps(SHAPE_KNOBS, shape, rows) + groups
+    if shape.density is None and isinstance(shape.geometry, Plane):
+        # A fresh plane has the density of every fresh shape; SAPIEN's builder gives it none.
+        found.append((SHAPE_KNOBS["density"].set, [0.0]))
+    fixed, varying = split(found)
+    many = isinstance(shape.geometry, ConvexParts)
+    return ShapeSteps(make, fixed, varying, many, _samples(shape.geometry, rows), "SC801", shape.origin)
+
+
+def _groups(value: Value | None, rows: NDArray[np.intp]) -> list[Step]:
+    if value is None:
+        return []
+    data = taken(value, rows)
+    return [] if is_default(data, GROUPS.default) else [(GROUPS.set, GROUPS.convert(data))]
+
+
+def _visual(shape: VisualShape, rows: NDArray[np.intp], resources: Resources) -> ShapeSteps:
+    try:
+        material = None if shape.material is None else resources.visual(taken(shape.material, rows))
+        make = VISUAL[type(shape.geometry)](shape.geometry, Look(rows, material, resources))
+    except EngineFailure as failure:
+        failure.origin = failure.origin or shape.origin
+        raise
+    found = steps(VISUAL_KNOBS, shape, rows)
+    faces = front_face(shape.geometry, shape.front_face, rows)
+    if faces is not None:
+        found.append((_set_front_face, faces))
+    if shape.name:
+        found.append((_set_name, [shape.name]))
+    fixed, varying = split(found)
+    return ShapeSteps(make, fixed, varying, False, _samples(shape.geometry, rows), "SC807", shape.origin)
+
+
+def _samples(geometry: CollisionGeometry | VisualGeometry, rows: NDArray[np.intp]) -> tuple[int, ...]:
+    if not isinstance(geometry, (ConvexMesh, ConvexParts, TriangleMesh, Mesh)):
+        return ()
+    _, first = np.unique(taken(geometry.file, rows), return_index=True)
+    return tuple(first.tolist())
+
+
+def _set_front_face(shape: Any, face: str) -> None:  # noqa: ANN401 - a RenderShape
+    shape.set_front_face(face)
+
+
+def _set_name(shape: Any, name: str) -> None:  # noqa: ANN401 - a RenderShape
+    shape.set_name(name)

@@ -1,0 +1,180 @@
+"""Two scenes, every property of every body and shape, to the last bit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+STEPS = 300
+
+_RIGID = (
+    "mass",
+    "inertia",
+    "cmass_local_pose",
+    "linear_damping",
+    "angular_damping",
+    "linear_velocity",
+    "angular_velocity",
+    "max_linear_velocity",
+    "max_angular_velocity",
+    "max_depenetration_velocity",
+    "max_contact_impulse",
+    "sleep_threshold",
+    "solver_position_iterations",
+    "solver_velocity_iterations",
+    "disable_gravity",
+    "locked_motion_axes",
+    "kinematic",
+    "auto_compute_mass",
+    "is_sleeping",
+    "name",
+)
+_BODY = {
+    "PhysxRigidDynamicComponent": _RIGID,
+    "PhysxRigidStaticComponent": ("name",),
+    "RenderBodyComponent": ("visibility", "shading_mode", "is_render_id_disabled", "name"),
+}
+_COLLISION = (
+    "half_size",
+    "radius",
+    "half_length",
+    "scale",
+    "vertices",
+    "triangles",
+    "local_pose",
+    "density",
+    "collision_groups",
+    "contact_offset",
+    "rest_offset",
+    "patch_radius",
+    "min_patch_radius",
+)
+_PHYSICAL = ("static_friction", "dynamic_friction", "restitution")
+_VISUAL = ("half_size", "radius", "half_length", "scale", "local_pose", "front_face", "name", "filename")
+_MATERIAL = (
+    "base_color",
+    "emission",
+    "specular",
+    "roughness",
+    "metallic",
+    "transmission",
+    "ior",
+    "transmission_roughness",
+)
+_TEXTURES = ("base_color", "normal", "roughness", "metallic", "emission", "transmission")
+_TEXTURE = ("filename", "mipmap_levels", "filter_mode", "address_mode", "is_srgb", "width", "height", "format")
+_SCENE = (
+    "gravity",
+    "bounce_threshold",
+    "enable_pcm",
+    "enable_tgs",
+    "enable_ccd",
+    "enable_enhanced_determinism",
+    "enable_friction_every_iteration",
+)
+
+
+def assert_same_scene(a: Any, b: Any) -> None:
+    """The same entities in the same order with the same components, shapes and properties, to the bit."""
+    left, right = scene_facts(a), scene_facts(b)
+    assert [name for name, _ in left["entities"]] == [name for name, _ in right["entities"]]
+    different = _differences("scene", left, right)
+    assert not different, "\n".join(different)
+
+
+def assert_same_trajectory(scenes_a: Sequence[Any], scenes_b: Sequence[Any], steps: int = STEPS) -> None:
+    """Steps both lists and compares every pose and velocity after every step, to the bit."""
+    assert len(scenes_a) == len(scenes_b)
+    for number, (a, b) in enumerate(zip(scenes_a, scenes_b, strict=True)):
+        for step in range(steps):
+            a.step()
+            b.step()
+            assert a.pack_poses() == b.pack_poses(), f"poses differ in scene {number} after step {step + 1}"
+        assert a.physx_system.pack() == b.physx_system.pack(), f"velocities differ in scene {number}"
+
+
+def scene_facts(scene: Any) -> dict[str, Any]:
+    """All that can be read of a scene, as plain data; floats as their bytes."""
+    config = scene.physx_system.config
+    return {
+        "timestep": _plain(scene.timestep),
+        "config": {name: _plain(getattr(config, name)) for name in _SCENE},
+        "entities": [(entity.name, entity_facts(entity)) for entity in scene.entities],
+    }
+
+
+def entity_facts(entity: Any) -> dict[str, Any]:
+    """All that can be read of an entity."""
+    return {"pose": _plain(entity.pose), "components": [_component(component) for component in entity.components]}
+
+
+def _component(component: Any) -> dict[str, Any]:
+    kind = type(component).__name__
+    facts: dict[str, Any] = {"type": kind}
+    facts |= {name: _plain(getattr(component, name)) for name in _BODY[kind]}
+    if kind == "RenderBodyComponent":
+        facts["shapes"] = [_visual(shape) for shape in component.render_shapes]
+    else:
+        facts["shapes"] = [_collision(shape) for shape in component.collision_shapes]
+    return facts
+
+
+def _collision(shape: Any) -> dict[str, Any]:
+    facts: dict[str, Any] = {"type": type(shape).__name__}
+    facts |= {name: _plain(getattr(shape, name)) for name in _COLLISION if hasattr(shape, name)}
+    facts["material"] = {name: _plain(getattr(shape.physical_material, name)) for name in _PHYSICAL}
+    return facts
+
+
+def _visual(shape: Any) -> dict[str, Any]:
+    facts: dict[str, Any] = {"type": type(shape).__name__}
+    facts |= {name: _plain(getattr(shape, name)) for name in _VISUAL if hasattr(shape, name)}
+    facts["parts"] = [
+        {
+            "vertices": _plain(part.vertices),
+            "triangles": _plain(part.triangles),
+            "normals": _plain(part.get_vertex_normal()),
+            "uvs": _plain(part.get_vertex_uv()),
+            "material": _material(part.material),
+        }
+        for part in shape.parts
+    ]
+    return facts
+
+
+def _material(material: Any) -> dict[str, Any]:
+    facts: dict[str, Any] = {name: _plain(getattr(material, name)) for name in _MATERIAL}
+    for name in _TEXTURES:
+        texture = getattr(material, f"{name}_texture")
+        facts[name] = None if texture is None else {key: _plain(getattr(texture, key)) for key in _TEXTURE}
+    return facts
+
+
+def _plain(value: Any) -> Any:
+    if hasattr(value, "__getstate__") and type(value).__name__ == "Pose":
+        value = np.array(value.__getstate__(), dtype=np.float32)
+    if isinstance(value, np.ndarray):
+        return (value.shape, value.dtype.str, value.tobytes(), value.tolist() if value.size < 8 else "…")
+    if isinstance(value, float):
+        return (np.float64(value).tobytes(), value)
+    return value
+
+
+def _differences(where: str, a: Any, b: Any) -> list[str]:
+    if type(a) is not type(b):
+        return [f"{where}: {a!r} against {b!r}"]
+    if isinstance(a, dict):
+        if a.keys() != b.keys():
+            return [f"{where}: {sorted(a)} against {sorted(b)}"]
+        return [line for key in a for line in _differences(f"{where}.{key}", a[key], b[key])]
+    if isinstance(a, list):
+        if len(a) != len(b):
+            return [f"{where}: {len(a)} against {len(b)}"]
+        return [line for i, (x, y) in enumerate(zip(a, b, strict=True)) for line in _differences(f"{where}[{i}]", x, y)]
+    if isinstance(a, tuple) and len(a) == 2 and isinstance(a[1], dict):
+        return _differences(f"{where}({a[0]})", a[1], b[1])
+    return [] if a == b else [f"{where}: {a!r} against {b!r}"]
