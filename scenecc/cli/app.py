@@ -27,9 +27,9 @@ _EPILOG = "Exit status: 0 fine, 1 the scene is at fault, 2 wrong usage, 3 the en
 
 def main() -> None:
     """Runs the command line of this process. Ends it: 0, 1, 2, 3, or 130 when interrupted."""
+    signal.signal(signal.SIGINT, _interrupt)
     # A closed pipe (`scenecc validate . | head`) ends this process as it ends any other.
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
-    signal.signal(signal.SIGINT, _interrupt)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             # A name that the terminal cannot show is shown escaped.

@@ -1,0 +1,55 @@
+"""The command line run as a process, as people run it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+Result = subprocess.CompletedProcess[str]
+Run = Callable[..., Result]
+
+CUBE = """\
+scenecc: 1
+entities:
+  cube: {shapes: [{type: box, half_size: [0.1, 0.2, 0.3]}]}
+"""
+
+
+def plain_environment(**changes: str) -> dict[str, str]:
+    """This process's environment without what asks for or forbids colour."""
+    kept = {k: v for k, v in os.environ.items() if k not in {"NO_COLOR", "FORCE_COLOR", "COLUMNS"}}
+    return {**kept, "TERM": "xterm-256color", **changes}
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Run:
+    """Runs `scenecc` in an empty folder."""
+
+    def run(*arguments: str | Path, stdin: str | bytes = "", **changes: str) -> Result:
+        done = subprocess.run(
+            [sys.executable, "-m", "scenecc", *map(str, arguments)],
+            cwd=tmp_path,
+            input=stdin.encode() if isinstance(stdin, str) else stdin,
+            capture_output=True,
+            check=False,
+            timeout=60,
+            env=plain_environment(**changes),
+        )
+        out, err = (text.decode("utf-8", "surrogateescape") for text in (done.stdout, done.stderr))
+        assert "Traceback" not in err
+        return subprocess.CompletedProcess(done.args, done.returncode, out, err)
+
+    return run
+
+
+@pytest.fixture
+def cube(tmp_path: Path) -> Path:
+    """The smallest scene."""
+    path = tmp_path / "cube.yaml"
+    path.write_text(CUBE)
+    return path

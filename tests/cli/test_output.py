@@ -1,0 +1,86 @@
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+import pytest
+
+from scenecc.cli import output
+from scenecc.cli.output import refusal, write
+
+
+def test_a_file_is_written_whole_with_ordinary_permissions(tmp_path: Path) -> None:
+    target = tmp_path / "plan.json"
+    assert write(str(target), "{}\n") is None
+    other = tmp_path / "other"
+    other.touch()
+    assert target.read_text() == "{}\n"
+    assert target.stat().st_mode == other.stat().st_mode
+
+
+def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    target = tmp_path / "plan.json"
+    target.write_text("old")
+
+    def full(descriptor: int) -> None:
+        raise OSError(28, os.strerror(28))
+
+    monkeypatch.setattr(output.os, "fsync", full)
+    reason = write(str(target), "new")
+    assert reason is not None
+    assert "No space left" in reason
+    assert [path.name for path in tmp_path.iterdir()] == ["plan.json"]
+    assert target.read_text() == "old"
+
+
+def test_an_interruption_leaves_the_old_file_and_nothing_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    target = tmp_path / "plan.json"
+    target.write_text("old")
+
+    def interrupted(descriptor: int) -> None:
+        raise SystemExit(130)
+
+    monkeypatch.setattr(output.os, "fsync", interrupted)
+    with pytest.raises(SystemExit):
+        write(str(target), "new")
+    assert [path.name for path in tmp_path.iterdir()] == ["plan.json"]
+    assert target.read_text() == "old"
+
+
+def test_permissions_of_the_old_file_stay(tmp_path: Path) -> None:
+    target = tmp_path / "plan.json"
+    target.write_text("old")
+    target.chmod(0o640)
+    write(str(target), "new")
+    assert stat.S_IMODE(target.stat().st_mode) == 0o640
+
+
+def test_a_link_is_written_through(tmp_path: Path) -> None:
+    target, link = tmp_path / "plan.json", tmp_path / "link"
+    target.write_text("old")
+    link.symlink_to(target)
+    assert write(str(link), "new") is None
+    assert link.is_symlink()
+    assert target.read_text() == "new"
+
+
+def test_a_device_is_written_to(tmp_path: Path) -> None:
+    assert write("/dev/null", "text") is None
+    reason = write("/dev/full", "text")
+    assert reason is not None
+    assert "No space left" in reason
+    assert stat.S_ISCHR(os.stat("/dev/null").st_mode)
+
+
+def test_a_folder_and_a_folder_that_is_not_there_are_refused(tmp_path: Path) -> None:
+    assert refusal(str(tmp_path)) == f"`{tmp_path}` is a folder"
+    assert refusal(str(tmp_path / "no" / "plan.json")) == f"there is no folder `{tmp_path / 'no'}`"
+    assert refusal(str(tmp_path / "plan.json")) is None
+    assert refusal("-") is None
+
+
+def test_refused_targets_are_not_written_either(tmp_path: Path) -> None:
+    assert write(str(tmp_path), "text") is not None
+    assert write(str(tmp_path / "no" / "plan.json"), "text") is not None
+    assert list(tmp_path.iterdir()) == []

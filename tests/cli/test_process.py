@@ -1,0 +1,128 @@
+"""How the process behaves whatever the command: help, wrong usage, pipes, interruption."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from scenecc.cli.app import COMMANDS
+from scenecc.version import VERSION
+
+COMMAND_NAMES = [function.__name__ for function in COMMANDS]
+
+
+def test_version(run) -> None:
+    done = run("--version")
+    assert (done.returncode, done.stdout) == (0, f"scenecc {VERSION}\n")
+
+
+def test_help_lists_every_command(run) -> None:
+    done = run("--help")
+    assert done.returncode == 0
+    for name in COMMAND_NAMES:
+        assert f"\n  {name} " in done.stdout
+    assert "..." not in done.stdout.partition("Commands:")[2], "a command's first line is too long for the list"
+
+
+@pytest.mark.parametrize("name", COMMAND_NAMES)
+def test_every_command_has_help_with_examples(run, name: str) -> None:
+    done = run(name, "--help")
+    assert done.returncode == 0
+    assert f"Examples:\n    scenecc {name}" in done.stdout.replace("cat scene.yaml | ", "")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        (),
+        ("frobnicate",),
+        ("build",),
+        ("build", "x.yaml", "--backend", "tpu"),
+        ("build", "x.yaml", "--num-scenes", "0"),
+        ("build", "x.yaml", "--num-scenes", "many"),
+        ("build", "x.yaml", "--steps", "-1"),
+        ("build", "x.yaml", "--audit", "some"),
+        ("build", "x.yaml", "y.yaml"),
+        ("validate",),
+        ("validate", "x.yaml", "--format", "xml"),
+        ("emit", "x.yaml"),
+        ("emit", "x.yaml", "--to", "fortran"),
+        ("explain", "SC999"),
+        ("explain", "SC101", "SC102"),
+        ("schema", "x"),
+    ],
+)
+def test_wrong_usage_is_2_and_says_something(run, arguments: tuple[str, ...]) -> None:
+    done = run(*arguments)
+    assert done.returncode == 2
+    assert done.stderr.strip()
+
+
+def test_an_unknown_code_suggests_one(run) -> None:
+    done = run("explain", "SC90l")
+    assert done.returncode == 2
+    assert "did you mean SC90" in done.stderr
+    assert done.stdout == ""
+
+
+def test_explain_prints_one_code_or_lists_all(run) -> None:
+    one = run("explain", "sc901")
+    assert one.returncode == 0
+    assert one.stdout.startswith("SC901")
+    everything = run("explain")
+    assert everything.returncode == 0
+    assert "SC901" in everything.stdout
+    assert "SC9: use of the tool" in everything.stdout
+
+
+def test_a_closed_pipe_ends_the_process_quietly() -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "scenecc", "explain"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    assert process.stdout is not None
+    process.stdout.close()
+    _, errors = process.communicate(timeout=60)
+    assert errors == b""
+    assert process.returncode == -signal.SIGPIPE
+
+
+def test_a_full_disk_is_told() -> None:
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "scenecc", "explain"], stdout=full, stderr=subprocess.PIPE, check=False, timeout=60
+        )
+    assert done.returncode == 3
+    assert b"standard output cannot be written" in done.stderr
+    assert b"Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("delay", [0, 0.1, 1])
+def test_ctrl_c_ends_with_130_and_no_traceback(delay: float) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "scenecc", "validate", "-"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    _wait_until_signals_are_set_up(process.pid)
+    time.sleep(delay)
+    process.send_signal(signal.SIGINT)
+    out, errors = process.communicate(timeout=60)
+    assert (process.returncode, out, errors) == (130, b"", b"")
+
+
+def _wait_until_signals_are_set_up(pid: int) -> None:
+    """Until SIGINT is caught, as Python does at its start, and SIGPIPE no longer ignored, as `main` sees to last."""
+    deadline = time.monotonic() + 30
+    while time.monotonic() < deadline:
+        status = dict(line.split(":\t") for line in Path(f"/proc/{pid}/status").read_text().splitlines())
+        caught, ignored = int(status["SigCgt"], 16), int(status["SigIgn"], 16)
+        if caught & 1 << signal.SIGINT - 1 and not ignored & 1 << signal.SIGPIPE - 1:
+            return
+        time.sleep(0.01)
+    pytest.fail("the process never set its signals up")
