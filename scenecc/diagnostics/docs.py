@@ -16,8 +16,24 @@ _HEAD = """\
 
 Everything that scenecc has to say about a scene has a code, a severity, a place in the file and, where there
 is more to say, a hint. Errors stop the work after the stage that found them, so that all errors of a stage are
-seen at once; warnings and notes do not (`scenecc validate --strict` fails on warnings too). `scenecc explain
-SC101` prints the entry of one code. The first digit is the stage.
+seen at once; warnings and notes do not (`scenecc validate --strict` fails on warnings too). `scenecc explain CODE`
+prints the entry of one code. The first digit is the stage.
+
+## Formats
+
+Lines and columns count from 1, and columns count characters (Unicode code points). A scene given as a dict has no
+lines: its places are the paths alone.
+
+`--format` is one of:
+
+- `text`, for people: the place, the message, the source line underlined, the hint. Coloured on a terminal
+  (`NO_COLOR` and `FORCE_COLOR` are heeded). Characters that would steer the terminal are spelled out.
+- `json`, for programs: an object whose `diagnostics` is a list of `code`, `severity` (`error`, `warning` or `note`),
+  `message`, `file`, `line`, `column`, `end_column` (the one after the last), `path`, `hint` and `related` (a list of
+  `message`, `file`, `line`, `column` and `end_column`). What is not known is `null`. ASCII only.
+- `github`, for GitHub Actions: one workflow command a line (`::error file=…,line=…::…`), which annotates a pull
+  request.
+- `sarif`, for code scanning and editors: SARIF 2.1.0. Files are relative to `%SRCROOT%`, the working directory.
 """
 
 

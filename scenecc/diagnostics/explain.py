@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import difflib
+import re
 import textwrap
 
 from scenecc.diagnostics.codes import BANDS, CODES, Code
+from scenecc.diagnostics.render.terminal import visible
 
 _WIDTH = 100
 
@@ -34,9 +36,14 @@ def nearest_codes(code: str, *, count: int = 3) -> list[str]:
 
 def markdown(row: Code) -> str:
     """Cause, example and cure of a row as Markdown, with a line break at the end."""
-    example = row.example.strip("\n")
+    example = _example(row.example)
     language = {"$": "console", "{": "json"}.get(example[:1], "yaml")
     return f"{_prose(row.cause)}\n\nExample:\n\n```{language}\n{example}\n```\n\n{_prose('Cure: ' + row.cure)}\n"
+
+
+def _example(example: str) -> str:
+    """The example as it can be shown: control characters, which some are about, spelled out."""
+    return re.sub(r"[^\n\t]+", lambda run: visible(run[0]), example.strip("\n"))
 
 
 def _prose(text: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import unicodedata
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from scenecc.diagnostics.codes import CODES
 from scenecc.diagnostics.docs import page
 from scenecc.diagnostics.explain import explain, nearest_codes
+from scenecc.diagnostics.render.terminal import visible
 
 ROOT = Path(__file__).parents[3]
 
@@ -23,7 +25,8 @@ def test_every_code_is_explained(code: str) -> None:
     assert text.startswith(f"{code}: {row.title}\n")
     assert row.severity in text
     assert " ".join(row.cause.split()) in " ".join(text.split())
-    assert row.example.strip("\n") in text
+    assert all(visible(line.replace("\t", "")) in text.replace("\t", "") for line in row.example.split("\n"))
+    assert not [c for c in text if c not in "\n\t" and unicodedata.category(c) in {"Cc", "Cf", "Cs"}]
     assert " ".join(row.cure.split()) in " ".join(text.split())
     assert text.endswith("\n")
 

@@ -13,6 +13,7 @@ import pytest
 
 from scenecc.diagnostics import Diagnostic, Location, Related
 from scenecc.diagnostics.codes import CODES
+from scenecc.diagnostics.explain import markdown
 from scenecc.diagnostics.render import FORMATS, render
 from scenecc.diagnostics.render.files import relative_file, uri
 
@@ -168,7 +169,7 @@ def test_sarif_holds_each_rule_that_occurs_once() -> None:
         row = CODES[rule["id"]]
         assert rule["shortDescription"]["text"] == row.title
         assert rule["defaultConfiguration"]["level"] == row.severity
-        assert row.example.strip("\n") in rule["help"]["markdown"]
+        assert rule["help"]["markdown"] == markdown(row)
     assert all(rules[result["ruleIndex"]]["id"] == result["ruleId"] for result in run["results"])
 
 
