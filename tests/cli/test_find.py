@@ -74,8 +74,8 @@ def test_nothing_is_checked_twice_and_nothing_lost() -> None:
 
 def test_links_that_lead_nowhere_or_in_circles_end() -> None:
     put("s/a.yaml")
-    os.symlink("nowhere.yaml", "s/dangling.yaml")
-    os.symlink("..", "s/loop")
+    Path("s/dangling.yaml").symlink_to("nowhere.yaml")
+    Path("s/loop").symlink_to("..")
     os.mkfifo("s/pipe.yaml")
     assert find(["s"]).files == ["s/a.yaml"]
 

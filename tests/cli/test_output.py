@@ -70,7 +70,7 @@ def test_a_device_is_written_to(tmp_path: Path) -> None:
     reason = write("/dev/full", "text")
     assert reason is not None
     assert "No space left" in reason
-    assert stat.S_ISCHR(os.stat("/dev/null").st_mode)
+    assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
 
 
 def test_a_folder_and_a_folder_that_is_not_there_are_refused(tmp_path: Path) -> None:

@@ -92,7 +92,7 @@ def test_a_closed_pipe_ends_the_process_quietly() -> None:
 
 
 def test_a_full_disk_is_told() -> None:
-    with open("/dev/full", "w") as full:
+    with Path("/dev/full").open("w") as full:
         done = subprocess.run(
             [sys.executable, "-m", "scenecc", "explain"], stdout=full, stderr=subprocess.PIPE, check=False, timeout=60
         )
