@@ -17,7 +17,7 @@ ROWS: tuple[Code, ...] = (
         "error",
         "the engine holds something else than the plan",
         "After building, scenecc reads back what the engine holds and compares it with what the scene asked for. "
-        "Something differs: another part of the process changed the scene or the engine, or this is a fault of scenecc.",
+        "Something differs: another part of the process changed the scene or the engine, or scenecc has a fault.",
         "$ scenecc build scene.yaml    # in a process that patches the engine",
         "Build in a process in which nothing else touches SAPIEN. If it stays, report it with the scene file.",
     ),
@@ -25,7 +25,7 @@ ROWS: tuple[Code, ...] = (
         "SC803",
         "error",
         "no render device",
-        "Visuals were asked for, and SAPIEN finds no device that renders: it needs a Vulkan driver. Physics needs none.",
+        "Visuals were asked for, and SAPIEN finds no device that renders: it needs a Vulkan driver, physics does not.",
         "$ python -c 'import scenecc; scenecc.load_scene(\"scene.yaml\", render=True)'    # without a Vulkan driver",
         "Install a Vulkan driver (Mesa's lavapipe, from 24.3 on, renders on the CPU), or build with `render=False`, "
         "or leave `render` out: visuals are then built where a device exists.",
@@ -43,7 +43,7 @@ ROWS: tuple[Code, ...] = (
         "SC805",
         "error",
         "SAPIEN cannot be used",
-        "Building needs the package `sapien`, 3.0 from 3.0.3 on: other versions build other things from the same calls.",
+        "Building needs the package `sapien`, 3.0 from 3.0.3 on: others build other things from the same calls.",
         "$ scenecc build scene.yaml    # in an environment without SAPIEN",
         "`pip install 'sapien>=3.0.3,<3.1'`. Validation, plans and emitted scripts need no SAPIEN.",
     ),

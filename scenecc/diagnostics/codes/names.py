@@ -61,7 +61,7 @@ ROWS: tuple[Code, ...] = (
         "scene out of range",
         "Scenes count from 0 to `num_scenes` - 1. Unlike Python's, a slice is not cut short: its bounds must exist.",
         "scenecc: 1\nnum_scenes: 2\nentities:\n  cube:\n    scene_idxs: [0, 2]\n" + _CUBE,
-        "Raise `num_scenes`, or select scenes that exist; `\"::2\"` and `\"4:\"` adapt themselves to the number.",
+        'Raise `num_scenes`, or select scenes that exist; `"::2"` and `"4:"` adapt themselves to the number.',
     ),
     Code(
         "SC308",
@@ -96,7 +96,7 @@ ROWS: tuple[Code, ...] = (
         + _CUBE
         + "  cube:\n    pose: {p: [0, 0, 1], relative_to: table}\n"
         + _CUBE,
-        "Select for the outer one all scenes of the inner one, or stand relative to a frame: frames are in every scene.",
+        "Select for the outer one all scenes of the inner one, or stand relative to a frame: those are in every scene.",
     ),
     Code(
         "SC312",

@@ -23,14 +23,14 @@ ROWS: tuple[Code, ...] = (
             "line breaks to some programs and not to others, so that line numbers would differ."
         ),
         example='scenecc: 1\nname: "a\x7fb"\n' + _BALL,
-        cure="Save the file as UTF-8. In double quotes such characters can be written with an escape: `\"\\x7f\"`.",
+        cure='Save the file as UTF-8. In double quotes such characters can be written with an escape: `"\\x7f"`.',
     ),
     Code(
         code="SC003",
         severity="error",
         title="bad YAML",
         cause="The text does not follow the syntax of YAML; what comes after this place could not be read.",
-        example='scenecc: 1\nparams: {r: 0.1}\nentities:\n  ball:\n    pose: [${r}, 0, 0]\n    shapes: [{type: sphere, radius: 0.1}]\n',
+        example="scenecc: 1\nparams: {r: 0.1}\n" + _BALL.replace("ball:", "ball:\n    pose: [${r}, 0, 0]"),
         cure=(
             "Mend the place that is shown, or the line before it. An expression inside brackets is quoted: "
             '`["${r}", 0, 0]`. Indentation is of blanks, never tabs, and a colon is followed by a blank.'
@@ -100,7 +100,7 @@ ROWS: tuple[Code, ...] = (
         severity="error",
         title="a merge of something that is no mapping",
         cause="`<<` merges the entries of a mapping, or of a list of mappings, into the one where it stands.",
-        example="scenecc: 1\nx-list: &list [1, 2]\nentities:\n  ball:\n    <<: *list\n    shapes: [{type: sphere, radius: 0.1}]\n",
+        example="scenecc: 1\nx-list: &list [1, 2]\n" + _BALL.replace("ball:", "ball:\n    <<: *list"),
         cure="Write `<<: *anchor` or `<<: [*one, *other]`, where the anchors mark mappings.",
     ),
     Code(

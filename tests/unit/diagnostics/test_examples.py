@@ -31,5 +31,6 @@ def test_the_scene_gives_its_code(row: Code, tmp_path: Path) -> None:
     file = folder / "scene.yaml"
     file.write_bytes(row.example.encode("utf-8"))
     found = validate(file)
-    assert row.code in {diagnostic.code for diagnostic in found}, [str(diagnostic) for diagnostic in found]
-    assert all(diagnostic.code in CODES for diagnostic in found)
+    shown = [str(diagnostic) for diagnostic in found]
+    assert row.code in {diagnostic.code for diagnostic in found}, shown
+    assert {diagnostic.code for diagnostic in found if diagnostic.severity == "error"} <= {row.code}, shown
