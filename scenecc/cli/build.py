@@ -23,6 +23,7 @@ from scenecc.cli.options import (
     parse_limits,
 )
 from scenecc.cli.output import STDOUT, print_err, print_out, write
+from scenecc.cli.progress import counted, progress
 from scenecc.cli.report import print_asides, status, usage_error
 from scenecc.cli.table import stage_times, table
 
@@ -79,22 +80,25 @@ def build(
     """
     from scenecc import api
 
+    checked_limits = parse_limits(limits)
     faults = path_faults(scene, output, form)
     if faults:
         _finish(faults, form)
     try:
-        result = api.build_scene(
-            sys.stdin if scene == STDIN else scene,
-            num_scenes=num_scenes,
-            seed=seed,
-            backend=backend.value,
-            dry_run=dry_run,
-            render=render,
-            audit=audit.value,
-            asset_roots=asset_roots or (),
-            allow_outside_assets=allow_outside_assets,
-            limits=parse_limits(limits),
-        )
+        with progress("build") as show:
+            result = api.build_scene(
+                sys.stdin.buffer if scene == STDIN else scene,
+                num_scenes=num_scenes,
+                seed=seed,
+                backend=backend.value,
+                dry_run=dry_run,
+                render=render,
+                audit=audit.value,
+                asset_roots=asset_roots or (),
+                allow_outside_assets=allow_outside_assets,
+                limits=checked_limits,
+                progress=show,
+            )
     except api.SceneError as error:
         _finish(error.diagnostics, form)
     timings = dict(result.timings)
@@ -112,16 +116,12 @@ def build(
 
 
 def _step(batch: SceneBatch, steps: int) -> dict[str, float]:
-    """Simulates and says how long that took; a progress bar counts on a terminal."""
+    """Simulates, and says how long that took."""
     if steps == 0:
         return {}
     started = time.perf_counter()
-    if sys.stderr.isatty():
-        with typer.progressbar(range(steps), label="step", file=sys.stderr) as bar:
-            for _ in bar:
-                batch.step()
-    else:
-        batch.step(steps)
+    for _ in counted("step", range(steps)):
+        batch.step()
     return {"step": time.perf_counter() - started}
 
 

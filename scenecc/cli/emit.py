@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from enum import Enum
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
@@ -60,18 +61,20 @@ def emit(
     """
     from scenecc import api
 
+    checked_limits = parse_limits(limits)
     faults = path_faults(scene, output)
     if faults:
         _refuse(faults)
     try:
         text = api.emit(
-            sys.stdin if scene == STDIN else scene,
+            sys.stdin.buffer if scene == STDIN else scene,
             target.value,
+            base=None if output == STDOUT else Path(output).parent,
             num_scenes=num_scenes,
             seed=seed,
             asset_roots=asset_roots or (),
             allow_outside_assets=allow_outside_assets,
-            limits=parse_limits(limits),
+            limits=checked_limits,
         )
     except api.SceneError as error:
         _refuse(error.diagnostics)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 import typer
+
+_INTEGER: Final = re.compile(r"[0-9][0-9_]{0,18}")
 
 
 class Format(str, Enum):
@@ -18,20 +21,26 @@ class Format(str, Enum):
     sarif = "sarif"
 
 
-def parse_limits(given: list[str] | None) -> dict[str, int] | None:
-    """`["depth=200"]` as a mapping; None where nothing was given.
+def parse_limits(given: list[str] | None) -> dict[str, int]:
+    """`["depth=200"]` as a mapping.
 
     Raises:
-        typer.BadParameter: for what is not `name=value`, or a value that is no whole number.
+        typer.BadParameter: for what is not `name=value`, an unknown name, or a value that is no positive integer.
     """
+    from scenecc import api
+
     limits: dict[str, int] = {}
     for item in given or ():
-        name, equals, value = item.partition("=")
-        if not equals or not name.strip() or not value.strip().replace("_", "").isdecimal():
-            message = f"'{item}' is not name=value with a whole number, as in depth=200"
+        name, _, value = (part.strip() for part in item.partition("="))
+        if not _INTEGER.fullmatch(value):
+            message = f"'{item}' is not name=integer, as in depth=200"
             raise typer.BadParameter(message, param_hint="'--limit'")
-        limits[name.strip()] = int(value)
-    return limits or None
+        limits[name] = int(value)
+    try:
+        api.check_limits(limits)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="'--limit'") from None
+    return limits
 
 
 SceneArgument = Annotated[

@@ -10,15 +10,11 @@ import typer
 from scenecc.cli.find import STDIN, Found, find
 from scenecc.cli.options import AllowOutside, AssetRoots, Format, FormatOption, Limits, parse_limits
 from scenecc.cli.output import print_err
+from scenecc.cli.progress import counted
 from scenecc.cli.report import print_findings, status, usage_error
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from scenecc.diagnostics import Diagnostic
-
-_BAR_FROM = 20
-"""Files from which on a progress bar is worth its line."""
 
 
 def validate(
@@ -53,9 +49,9 @@ def validate(
     checked_limits = parse_limits(limits)
     found = find(paths, scenes_only=scenes_only)
     diagnostics = _faults(found)
-    for file in _with_progress(found.files):
+    for file in counted("validate", found.files):
         diagnostics += api.validate(
-            sys.stdin if file == STDIN else file,
+            sys.stdin.buffer if file == STDIN else file,
             asset_roots=asset_roots or (),
             allow_outside_assets=allow_outside_assets,
             limits=checked_limits,
@@ -84,11 +80,3 @@ def _counts(found: Found) -> str:
     files = f"{len(found.files)} file{'' if len(found.files) == 1 else 's'} checked"
     skipped = f", {len(found.skipped)} other YAML files passed over" if found.skipped else ""
     return f"{files}{skipped}\n"
-
-
-def _with_progress(files: Sequence[str]) -> Iterator[str]:
-    if len(files) < _BAR_FROM or not sys.stderr.isatty():
-        yield from files
-        return
-    with typer.progressbar(files, label="validate", file=sys.stderr) as bar:
-        yield from bar

@@ -62,4 +62,15 @@ ROWS: tuple[Code, ...] = (
         example="$ scenecc build scene.yaml -o - --format json",
         cure="Name a file after -o, or leave --format at text, which then goes to standard error.",
     ),
+    Code(
+        code="SC907",
+        severity="error",
+        title="a plan is asked to be another",
+        cause=(
+            "The source is a plan in JSON, in which the number of scenes and every draw are settled: it cannot be "
+            "given another number of scenes or another seed."
+        ),
+        example="$ scenecc build scene.yaml -o plan.json && scenecc build plan.json --num-scenes 9",
+        cure="Compile the scene file again with the number of scenes and the seed that are meant.",
+    ),
 )
