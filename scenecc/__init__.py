@@ -1,1 +1,51 @@
-"""scenecc: a compiler for scenes in robot simulation."""
+"""scenecc: a compiler for scenes in robot simulation.
+
+A scene is a YAML file (or the same as a dict); it is checked, lowered to a plan and instantiated as a
+batch of parallel SAPIEN scenes. Importing this loads neither an engine nor a mesh library.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scenecc.version import VERSION as __version__
+
+if TYPE_CHECKING:
+    from scenecc.api import (
+        Diagnostic,
+        EntityBatch,
+        SceneBatch,
+        SceneError,
+        ScenePlan,
+        compile_scene,
+        emit,
+        json_schema,
+        load_scene,
+        validate,
+    )
+
+__all__ = [
+    "Diagnostic",
+    "EntityBatch",
+    "SceneBatch",
+    "SceneError",
+    "ScenePlan",
+    "__version__",
+    "compile_scene",
+    "emit",
+    "json_schema",
+    "load_scene",
+    "validate",
+]
+
+
+def __getattr__(name: str) -> object:
+    if name in __all__:
+        from scenecc import api
+
+        return getattr(api, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return __all__

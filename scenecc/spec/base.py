@@ -16,8 +16,12 @@ NOTE_PREFIX = "x-"
 NAME_PATTERN = r"^[A-Za-z_][A-Za-z0-9_.-]*$"
 
 
+NOTES = {"^x-": {"description": "A note or an anchor; ignored."}}
+"""Keys that may stand in any mapping, for the JSON Schema."""
+
+
 def _allow_notes(schema: dict[str, Any]) -> None:
-    schema["patternProperties"] = {"^x-": {"description": "A note or an anchor; ignored."}}
+    schema["patternProperties"] = NOTES
 
 
 class Model(BaseModel):

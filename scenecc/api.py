@@ -1,0 +1,335 @@
+"""The public API: the pipeline from a source to diagnostics, a plan or live scenes, top to bottom.
+
+This is the one place that raises `SceneError`; every stage below reports into a sink and stops.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+from scenecc.diagnostics import Diagnostic, Sink
+from scenecc.front import Compiled, Options, Source, compile_source
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from os import PathLike
+    from pathlib import Path
+
+    from scenecc.backends.sapien import EntityBatch, SceneBatch
+    from scenecc.plan import ScenePlan
+    from scenecc.summary import SummaryRow
+
+__all__ = [
+    "Build",
+    "Diagnostic",
+    "EntityBatch",
+    "SceneBatch",
+    "SceneError",
+    "ScenePlan",
+    "SummaryRow",
+    "build_scene",
+    "check_limits",
+    "compile_scene",
+    "emit",
+    "json_schema",
+    "load_scene",
+    "validate",
+]
+
+Backend = Literal["cpu", "cuda"]
+Audit = Literal["full", "fast", "off"]
+
+
+class SceneError(Exception):
+    """A scene could not be compiled or built.
+
+    Attributes:
+        diagnostics: everything that was found, warnings included, in the order of the file.
+    """
+
+    def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
+        self.diagnostics = list(diagnostics)
+        super().__init__(self.diagnostics)
+
+    def __str__(self) -> str:
+        from scenecc.diagnostics.render import render
+
+        return "\n" + render(self.diagnostics)
+
+    @property
+    def at_fault(self) -> Literal["scene", "machine"]:
+        """The scene, or the engine and the machine (codes SC8xx)."""
+        errors = [d for d in self.diagnostics if d.severity == "error"]
+        return "machine" if errors and all(d.code.startswith("SC8") for d in errors) else "scene"
+
+
+def validate(
+    source: Source,
+    *,
+    num_scenes: int | None = None,
+    seed: int | None = None,
+    params: Mapping[str, Any] | None = None,
+    draws: Mapping[str, Any] | None = None,
+    asset_roots: Iterable[str | PathLike[str]] = (),
+    allow_outside_assets: bool = False,
+    limits: Mapping[str, int] | None = None,
+) -> list[Diagnostic]:
+    """Everything that can be found without an engine; empty for a scene without fault.
+
+    Nothing is drawn, built or written, and a source's mistakes never raise.
+
+    Args:
+        source: a path, an open text or binary stream, a mapping (tuples, numpy values and paths accepted), a
+            `ScenePlan`, or a plan's JSON (a path, a stream, or the text).
+        num_scenes: in place of the file's.
+        seed: in place of the file's.
+        params: values of the file's parameters.
+        draws: values of the file's shared draws, one row a scene.
+        asset_roots: folders in which `asset://` is looked up, before those of `SCENECC_ASSET_PATH`.
+        allow_outside_assets: let paths leave the scene's folder and the asset roots.
+        limits: limits to raise or lower, by name; see `docs/language.md`.
+
+    Raises:
+        ValueError: an argument is out of its range.
+        TypeError: the source is none of the above.
+    """
+    sink = Sink()
+    compile_source(source, Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits), sink)
+    return sink.diagnostics()
+
+
+def compile_scene(
+    source: Source,
+    *,
+    num_scenes: int | None = None,
+    seed: int | None = None,
+    params: Mapping[str, Any] | None = None,
+    draws: Mapping[str, Any] | None = None,
+    asset_roots: Iterable[str | PathLike[str]] = (),
+    allow_outside_assets: bool = False,
+    limits: Mapping[str, int] | None = None,
+) -> ScenePlan:
+    """The plan of a scene; no engine is started. Arguments are those of `validate`.
+
+    Raises:
+        SceneError: the scene is at fault.
+    """
+    sink = Sink()
+    options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
+    return _compiled(source, options, sink).plan
+
+
+def load_scene(
+    source: Source,
+    *,
+    num_scenes: int | None = None,
+    scene_idxs: Sequence[int] | None = None,
+    seed: int | None = None,
+    params: Mapping[str, Any] | None = None,
+    draws: Mapping[str, Any] | None = None,
+    backend: Backend = "cpu",
+    render: bool | None = None,
+    audit: Audit = "fast",
+    asset_roots: Iterable[str | PathLike[str]] = (),
+    allow_outside_assets: bool = False,
+    limits: Mapping[str, int] | None = None,
+) -> SceneBatch:
+    """Builds a scene as parallel, live SAPIEN scenes. Other arguments are those of `validate`.
+
+    Args:
+        source: as for `validate`.
+        num_scenes: in place of the file's.
+        scene_idxs: which of the scenes to build, each as it is among all; every one by default.
+        seed: in place of the file's.
+        params: values of the file's parameters.
+        draws: values of the file's shared draws.
+        backend: where PhysX runs.
+        render: build what is seen too; None: where a render device exists.
+        audit: how much is read back from the engine and compared with the plan. "fast": shape count, mass and
+            pose of every body, and everything in the first scene of each structure; "full": everything; "off".
+        asset_roots: folders in which `asset://` is looked up.
+        allow_outside_assets: let paths leave the scene's folder and the asset roots.
+        limits: limits to raise or lower, by name.
+
+    Raises:
+        SceneError: the scene, the engine or the machine is at fault (`SceneError.at_fault`).
+        ValueError: an argument is out of its range.
+    """
+    sink = Sink()
+    options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
+    plan = _compiled(source, options, sink).plan
+    return _instantiated(plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit)
+
+
+@dataclass(frozen=True, slots=True)
+class Build:
+    """A scene that was built, and how.
+
+    Attributes:
+        plan: what was asked of the engine.
+        batch: the live scenes; None after a dry run.
+        diagnostics: warnings and notes.
+        timings: stage → seconds, in order.
+        summary: a row an entity, in build order.
+    """
+
+    plan: ScenePlan
+    batch: SceneBatch | None
+    diagnostics: list[Diagnostic] = field(default_factory=list)
+    timings: dict[str, float] = field(default_factory=dict)
+    summary: list[SummaryRow] = field(default_factory=list)
+
+
+def build_scene(
+    source: Source,
+    *,
+    num_scenes: int | None = None,
+    seed: int | None = None,
+    backend: Backend = "cpu",
+    dry_run: bool = False,
+    render: bool | None = None,
+    audit: Audit = "fast",
+    asset_roots: Iterable[str | PathLike[str]] = (),
+    allow_outside_assets: bool = False,
+    limits: Mapping[str, int] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Build:
+    """As `load_scene`, with what a person wants to read about it; `scenecc build` prints this.
+
+    Args:
+        source: as for `validate`.
+        num_scenes: in place of the file's.
+        seed: in place of the file's.
+        backend: where PhysX runs.
+        dry_run: compile only; no engine is started.
+        render: as for `load_scene`.
+        audit: as for `load_scene`.
+        asset_roots: as for `validate`.
+        allow_outside_assets: as for `validate`.
+        limits: as for `validate`.
+        progress: called with (scenes done, scenes in all) while the engine builds.
+
+    Raises:
+        SceneError: the scene, the engine or the machine is at fault.
+    """
+    from scenecc.summary import summarize
+
+    sink = Sink()
+    options = Options.of(num_scenes, seed, None, None, asset_roots, allow_outside_assets, limits)
+    compiled = _compiled(source, options, sink)
+    timings = dict(compiled.timings)
+    batch = None
+    if not dry_run:
+        started = time.perf_counter()
+        batch = _instantiated(
+            compiled.plan, sink, backend=backend, scene_idxs=None, render=render, audit=audit, progress=progress
+        )
+        timings["build"] = time.perf_counter() - started
+    return Build(compiled.plan, batch, sink.diagnostics(), timings, summarize(compiled.plan, batch))
+
+
+def emit(
+    source: Source,
+    target: str,
+    *,
+    base: Path | None = None,
+    num_scenes: int | None = None,
+    seed: int | None = None,
+    asset_roots: Iterable[str | PathLike[str]] = (),
+    allow_outside_assets: bool = False,
+    limits: Mapping[str, int] | None = None,
+) -> str:
+    """A scene as the text of another program's input: "python" or "json". Other arguments are those of `validate`.
+
+    Args:
+        source: as for `validate`.
+        target: a key of `scenecc.emit.EMITTERS`.
+        base: folder that the text will lie in, from which its relative paths then start; None: the scene's own.
+        num_scenes: in place of the file's.
+        seed: in place of the file's.
+        asset_roots: as for `validate`.
+        allow_outside_assets: as for `validate`.
+        limits: as for `validate`.
+
+    Raises:
+        SceneError: the scene is at fault, or cannot be written so.
+        ValueError: there is no such target.
+    """
+    from scenecc.emit import EMITTERS
+    from scenecc.emit import emit as write
+
+    if target not in EMITTERS:
+        raise ValueError(f"there is no target {target!r}; there are {', '.join(EMITTERS)}")
+    sink = Sink()
+    options = Options.of(num_scenes, seed, None, None, asset_roots, allow_outside_assets, limits)
+    text = write(_compiled(source, options, sink).plan, target, sink, base=base)
+    if text is None:
+        raise SceneError(sink.diagnostics())
+    return text
+
+
+def check_limits(limits: Mapping[str, int] | None) -> None:
+    """Whether `limits` can be given to the functions above.
+
+    Raises:
+        ValueError: a name is not that of a limit, or a value is not a positive integer.
+    """
+    from scenecc.source import make_limits
+
+    make_limits(limits)
+
+
+def json_schema() -> dict[str, Any]:
+    """The JSON Schema of scene files, for editors."""
+    from scenecc.spec.schema import json_schema as schema
+
+    return schema()
+
+
+def _compiled(source: Source, options: Options, sink: Sink) -> Compiled:
+    compiled = compile_source(source, options, sink)
+    if compiled is None:
+        raise SceneError(sink.diagnostics())
+    return compiled
+
+
+def _instantiated(
+    plan: ScenePlan,
+    sink: Sink,
+    *,
+    backend: Backend,
+    scene_idxs: Sequence[int] | None,
+    render: bool | None,
+    audit: Audit,
+    progress: Callable[[int, int], None] | None = None,
+) -> SceneBatch:
+    from scenecc.backends.sapien import instantiate
+
+    for name, value, known in (("backend", backend, ("cpu", "cuda")), ("audit", audit, ("full", "fast", "off"))):
+        if value not in known:
+            raise ValueError(f"{name} is one of {', '.join(known)}, not {value!r}")
+    batch = instantiate(
+        plan, sink, device=backend, scene_idxs=scene_idxs, render=render, audit=audit, progress=progress
+    )
+    if batch is None:
+        raise SceneError(sink.diagnostics())
+    return batch
+
+
+def __getattr__(name: str) -> object:
+    """Classes that load an engine or numpy, when somebody asks for them."""
+    if name in ("EntityBatch", "SceneBatch"):
+        from scenecc.backends import sapien
+
+        return getattr(sapien, name)
+    if name == "SummaryRow":
+        from scenecc.summary import SummaryRow
+
+        return SummaryRow
+    if name == "ScenePlan":
+        from scenecc.plan import ScenePlan
+
+        return ScenePlan
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,0 +1,52 @@
+"""The JSON Schema of the language, for editors."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+from pydantic_core import core_schema
+
+from scenecc.spec.base import NAME_PATTERN, NOTES
+from scenecc.spec.document import SceneFile
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+class _Generator(GenerateJsonSchema):
+    """Pydantic's generator, for people who write YAML."""
+
+    def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
+        """A key that may be left out has no default `null`: null is refused."""
+        if schema.get("default", ...) is None:
+            return self.generate_inner(schema["schema"])
+        return super().default_schema(schema)
+
+    def get_title_from_name(self, name: str) -> str:
+        """Keys are their own titles."""
+        return name
+
+
+def json_schema() -> dict[str, Any]:
+    """The JSON Schema of a scene file."""
+    schema = SceneFile.model_json_schema(schema_generator=_Generator)
+    return {"$schema": DIALECT, "title": "scenecc scene", **_tidied(schema)}
+
+
+def _tidied(node: Any) -> Any:
+    """Without titles that repeat a key, and with names that are checked as names."""
+    match node:
+        case dict():
+            out = {key: _tidied(item) for key, item in node.items() if not (key == "title" and isinstance(item, str))}
+            return _named(out) if "patternProperties" in out and "properties" not in out else out
+        case list():
+            return [_tidied(item) for item in node]
+        case _:
+            return node
+
+
+def _named(mapping: dict[str, Any]) -> dict[str, Any]:
+    """A mapping whose keys are names: others are refused, and notes are no names."""
+    (entry,) = mapping["patternProperties"].values()
+    patterns = {NAME_PATTERN.replace("^", "^(?!x-)"): entry, **NOTES}
+    return {**mapping, "patternProperties": patterns, "additionalProperties": False}
