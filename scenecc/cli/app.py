@@ -49,8 +49,7 @@ def _application() -> typer.Typer:
 def _scenecc(
     *,
     version: Annotated[
-        bool,
-        typer.Option("--version", callback=lambda on: _print_version(on=on), is_eager=True, help="Print the version."),
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
     """Check scene files for robot simulation and build them as parallel SAPIEN scenes.
