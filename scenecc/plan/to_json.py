@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenecc.plan.fields import Choice, Kind, Many, Node, Numbers, OneOf, Plain, Quantity, Selection, slots, type_name
-from scenecc.plan.material import AssetFile
+from scenecc.plan.uris import rebased
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from scenecc.plan.scene import ScenePlan
     from scenecc.plan.value import Value
 
@@ -40,7 +40,7 @@ def plan_to_json(plan: ScenePlan, *, base: Path | None = None) -> str:
         ValueError: if a number of the plan is not finite.
     """
     if base is not None:
-        plan = _rebased(plan, base.absolute())
+        plan = replace(plan, files=tuple(rebased(file, base) for file in plan.files))
     members = [("scenecc_plan", str(PLAN_VERSION)), *_members(plan, _STEP)]
     body = f",\n{_STEP}".join(_keyed(members))
     return _escaped(f"{{\n{_STEP}{body}\n}}\n")
@@ -49,16 +49,6 @@ def plan_to_json(plan: ScenePlan, *, base: Path | None = None) -> str:
 def _escaped(text: str) -> str:
     """Half a surrogate pair cannot be written as UTF-8."""
     return text if text.isascii() else _SURROGATE.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
-
-
-def _rebased(plan: ScenePlan, base: Path) -> ScenePlan:
-    return replace(plan, files=tuple(AssetFile(_rebased_uri(file, base), file.path) for file in plan.files))
-
-
-def _rebased_uri(file: AssetFile, base: Path) -> str:
-    if "://" in file.uri or Path(file.uri).is_absolute():
-        return file.uri
-    return Path(os.path.relpath(file.path, base)).as_posix()
 
 
 def _members(node: object, indent: str) -> list[tuple[str, str]]:
@@ -87,8 +77,7 @@ def _text(kind: Kind, item: Any, indent: str) -> str:  # noqa: ANN401 - what `ki
         case Node():
             text = _joined("{}", _keyed(_members(item, indent)), indent)
         case OneOf():
-            cls: type = type(item)
-            members = [("type", _dumps(type_name(cls))), *_members(item, indent)]
+            members = [("type", _dumps(type_name(item.__class__))), *_members(item, indent)]
             text = _joined("{}", _keyed(members), indent)
         case Many(Plain()):
             numbers: tuple[int, ...] = item

@@ -1,0 +1,1 @@
+"""A plan as a readable script of plain SAPIEN calls."""

@@ -1,0 +1,263 @@
+"""One body of a plan as statements: `ActorBuilder` where it can, the components themselves where it cannot."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scenecc.emit.python.columns import IDENTITY, Columns, pose
+from scenecc.emit.python.geometry import COLLISIONS, VISUALS, Arguments
+from scenecc.emit.python.knobs import (
+    BODY_KNOBS,
+    LOOK_KNOBS,
+    OFFSETS,
+    given,
+    inertial_nodes,
+    write_body_knobs,
+    write_inertial,
+    write_mass,
+    write_offsets,
+)
+from scenecc.emit.python.layout import Node, Source, call, string
+from scenecc.plan import BodyStructure, CollisionShape, ConvexParts, Mesh, Plane, TiledPlane, TriangleMesh, VisualShape
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from scenecc.emit.python.files import Files
+    from scenecc.emit.python.materials import Materials
+    from scenecc.plan import Entity, Value
+
+_DYNAMIC = "physx.PhysxRigidDynamicComponent"
+_STATIC = "physx.PhysxRigidStaticComponent"
+_LOOK = "sapien.render.RenderBodyComponent"
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """One structure of an entity in some of its scenes.
+
+    Attributes:
+        source: where statements go; the loop over scenes, if any, is open.
+        columns: the entity's quantities in these scenes.
+    """
+
+    entity: Entity
+    structure: BodyStructure
+    source: Source
+    columns: Columns
+    files: Files
+    materials: Materials
+
+
+def write_body(body: Body) -> None:
+    """Builds the body in `scene`, row `i` of the block."""
+    if _needs_components(body.structure):
+        _write_components(body)
+    else:
+        _write_builder(body)
+
+
+def _needs_components(structure: BodyStructure) -> bool:
+    """Whether `ActorBuilder` would build something else."""
+    shapes, dynamic = structure.collisions, structure.body_type == "dynamic"
+    parts = any(isinstance(shape.geometry, ConvexParts) for shape in shapes)
+    return (
+        structure.body_type == "none"
+        # Shapes are then found by their place, and nobody knows how many parts there are before they are loaded.
+        or (parts and any(given(shape, OFFSETS) for shape in shapes))
+        # The builder decides by the body's type whether to cook a signed distance field, and a plane's density is 0.
+        or any(isinstance(shape.geometry, TriangleMesh) and shape.geometry.sdf != dynamic for shape in shapes)
+        or any(isinstance(shape.geometry, Plane) and shape.density is not None for shape in shapes)
+        or any(shape.front_face is not None or isinstance(shape.geometry, TiledPlane) for shape in structure.visuals)
+    )
+
+
+def _write_builder(body: Body) -> None:
+    source, structure, columns = body.source, body.structure, body.columns
+    source.line("builder = scene.create_actor_builder()")
+    if structure.body_type != "dynamic":
+        source.line(f'builder.set_physx_body_type("{structure.body_type}")')
+    if structure.collision_groups is not None:
+        source.statement(columns.value(structure.collision_groups, "groups"), assign="builder.collision_groups")
+    for shape in structure.collisions:
+        row = COLLISIONS[type(shape.geometry)]
+        source.statement(call(f"builder.{row.add}", **_collision_arguments(shape, body)))
+    if structure.visuals:
+        with _rendered(source, columns):
+            for shape in structure.visuals:
+                row = VISUALS[type(shape.geometry)]
+                source.statement(call(f"builder.{row.add}", **_visual_arguments(shape, body)))
+    if structure.inertial is not None and structure.body_type == "dynamic":
+        source.statement(call("builder.set_mass_and_inertia", *inertial_nodes(structure.inertial, columns)))
+    source.statement(columns.value(body.entity.pose, "pose", pose), assign="builder.initial_pose")
+    component = _STATIC if structure.body_type == "static" else _DYNAMIC
+    touched = _touches_body(structure)
+    build = call("builder.build", name=string(body.entity.name))
+    source.statement(build, assign="entity" if touched or given(structure, LOOK_KNOBS) else "")
+    if touched:
+        source.line(f"body = entity.find_component_by_type({component})")
+        _write_kinematic_inertial(body)
+        write_mass(source, structure, columns)
+        write_offsets(source, structure.collisions, columns)
+        write_body_knobs(source, structure, columns)
+    if given(structure, LOOK_KNOBS):
+        with _rendered(source, columns):
+            source.line(f"look = entity.find_component_by_type({_LOOK})")
+            _write_look_knobs(body)
+
+
+def _touches_body(structure: BodyStructure) -> bool:
+    return (
+        structure.mass is not None
+        or (structure.inertial is not None and structure.body_type == "kinematic")
+        or bool(given(structure, BODY_KNOBS))
+        or any(given(shape, OFFSETS) for shape in structure.collisions)
+    )
+
+
+def _write_kinematic_inertial(body: Body) -> None:
+    """The builder leaves out what a kinematic body weighs."""
+    if body.structure.inertial is not None and body.structure.body_type == "kinematic":
+        write_inertial(body.source, body.structure.inertial, body.columns)
+
+
+def _collision_arguments(shape: CollisionShape, body: Body) -> Arguments:
+    columns = body.columns
+    return {
+        **_pose_argument(shape.pose, columns),
+        **COLLISIONS[type(shape.geometry)].arguments(shape.geometry, columns, body.files),
+        **_material_argument(shape, body),
+        **{
+            name: columns.value(getattr(shape, name), name)
+            for name in given(shape, ("density", "patch_radius", "min_patch_radius"))
+        },
+    }
+
+
+def _material_argument(shape: CollisionShape, body: Body) -> Arguments:
+    if shape.material is not None:
+        return {"material": body.columns.value(shape.material, "material", body.materials.physical)}
+    return {} if body.materials.default is None else {"material": body.materials.default}
+
+
+def _visual_arguments(shape: VisualShape, body: Body) -> Arguments:
+    name: Arguments = {"name": string(shape.name)} if shape.name else {}
+    return {
+        **_pose_argument(shape.pose, body.columns),
+        **VISUALS[type(shape.geometry)].arguments(shape.geometry, body.columns, body.files),
+        **_look_argument(shape, body),
+        **name,
+    }
+
+
+def _look_argument(shape: VisualShape, body: Body) -> Arguments:
+    if shape.material is None:
+        return {}
+    return {"material": body.columns.value(shape.material, "look", body.materials.look)}
+
+
+def _pose_argument(value: Value | None, columns: Columns) -> Arguments:
+    if value is None or value.data.tobytes() == IDENTITY.tobytes():
+        return {}
+    return {"pose": columns.value(value, "shape_pose", pose)}
+
+
+def _write_components(body: Body) -> None:
+    source, structure, columns = body.source, body.structure, body.columns
+    source.line("entity = sapien.Entity()")
+    if structure.visuals:
+        with _rendered(source, columns):
+            source.line(f"look = {_LOOK}()")
+            for shape in structure.visuals:
+                _write_visual(shape, body)
+            _write_look_knobs(body)
+            source.line("entity.add_component(look)")
+    if structure.body_type != "none":
+        source.line(f"body = {_STATIC if structure.body_type == 'static' else _DYNAMIC}()")
+        if structure.body_type == "kinematic":
+            source.line("body.kinematic = True")
+        for shape in structure.collisions:
+            _write_collision(shape, body)
+        if structure.inertial is not None:
+            write_inertial(source, structure.inertial, columns)
+        write_mass(source, structure, columns)
+        write_body_knobs(source, structure, columns)
+        source.line("entity.add_component(body)")
+    source.statement(string(body.entity.name), assign="entity.name")
+    source.statement(columns.value(body.entity.pose, "pose", pose), assign="entity.pose")
+    source.line("scene.add_entity(entity)")
+
+
+def _write_collision(shape: CollisionShape, body: Body) -> None:
+    source, geometry = body.source, shape.geometry
+    row = COLLISIONS[type(geometry)]
+    arguments = row.arguments(geometry, body.columns, body.files)
+    arguments |= _material_argument(shape, body) or {"material": call("physx.get_default_material")}
+    if isinstance(geometry, TriangleMesh):
+        arguments["sdf"] = str(geometry.sdf)
+    if isinstance(geometry, ConvexParts):
+        source.statement(call(row.make, **arguments), assign="parts")
+        with source.block("for shape in parts:"):
+            _write_shape(shape, body)
+    else:
+        source.statement(call(row.make, **arguments), assign="shape")
+        _write_shape(shape, body)
+
+
+def _write_shape(shape: CollisionShape, body: Body) -> None:
+    source, columns = body.source, body.columns
+    for node in _pose_argument(shape.pose, columns).values():
+        source.statement(node, assign="shape.local_pose")
+    if body.structure.collision_groups is not None:
+        groups = columns.value(body.structure.collision_groups, "groups")
+        source.statement(call("shape.set_collision_groups", groups))
+    if shape.density is None and isinstance(shape.geometry, Plane):
+        source.line("shape.density = 0")
+    for name in given(shape, ("density", "patch_radius", "min_patch_radius", *OFFSETS)):
+        source.statement(columns.value(getattr(shape, name), name), assign=f"shape.{name}")
+    source.line("body.attach(shape)")
+
+
+def _write_visual(shape: VisualShape, body: Body) -> None:
+    source, columns = body.source, body.columns
+    row = VISUALS[type(shape.geometry)]
+    arguments = row.arguments(shape.geometry, columns, body.files)
+    fresh: Arguments = {} if isinstance(shape.geometry, Mesh) else {"material": call("sapien.render.RenderMaterial")}
+    arguments |= _look_argument(shape, body) or fresh
+    source.statement(call(row.make, **arguments), assign="shape")
+    for node in _pose_argument(shape.pose, columns).values():
+        source.statement(node, assign="shape.local_pose")
+    if shape.name:
+        source.statement(string(shape.name), assign="shape.name")
+    face = _front_face(shape, columns)
+    if face is not None:
+        source.statement(call("shape.set_front_face", face))
+    source.line("look.attach(shape)")
+
+
+def _front_face(shape: VisualShape, columns: Columns) -> Node | None:
+    """The builder turns a mirrored mesh, and so must a script that does without it."""
+    if shape.front_face is not None:
+        return string(shape.front_face)
+    if not isinstance(shape.geometry, Mesh):
+        return None
+    mirrored = np.prod(columns.of_rows(shape.geometry.scale), axis=1) < 0
+    if not mirrored.any():
+        return None
+    return columns.words(["clockwise" if m else "counterclockwise" for m in mirrored.tolist()], "front_face")
+
+
+def _write_look_knobs(body: Body) -> None:
+    for name in given(body.structure, LOOK_KNOBS):
+        body.source.statement(body.columns.value(getattr(body.structure, name), name), assign=f"look.{name}")
+
+
+@contextmanager
+def _rendered(source: Source, columns: Columns) -> Generator[None]:
+    """A block that runs where there is a renderer; so do the lists that it needs."""
+    with source.block("if render:"), columns.rendered():
+        yield

@@ -1,0 +1,105 @@
+"""Quantities of a plan as expressions: written in place where scenes agree, as a list by scene where they differ."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.emit.python.layout import Group, Node, Source, call, list_of, string
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.emit.python.names import Names
+    from scenecc.plan import Value
+
+IDENTITY = np.array([0, 0, 0, 1, 0, 0, 0], dtype=np.float64)
+
+
+def number(item: float) -> str:
+    """The shortest literal of the same float64 (a whole number of a few digits without its point), integer or flag."""
+    if isinstance(item, float) and item.is_integer() and abs(item) < 1e6 and str(item) != "-0.0":
+        return str(int(item))
+    return repr(item).replace("e+", "e")
+
+
+def numbers(row: NDArray[Any]) -> Node:
+    """A number, or a list of them to any depth."""
+    return _numbers(row.tolist())
+
+
+def pose(row: NDArray[np.float64]) -> Node:
+    """A `sapien.Pose`; SAPIEN's own rotation is left out."""
+    rotation = () if row[3:].tobytes() == IDENTITY[3:].tobytes() else (numbers(row[3:]),)
+    return call("sapien.Pose", numbers(row[:3]), *rotation)
+
+
+def _numbers(item: float | list[Any]) -> Node:
+    if not isinstance(item, list):
+        return number(item)
+    return list_of([_numbers(one) for one in item])
+
+
+@dataclass(slots=True)
+class Columns:
+    """Expressions for one entity in the scenes of one block.
+
+    Attributes:
+        ident: what names of lists start with.
+        rows: the entity's rows (not scene indices) that the block builds.
+        names: where names of lists come from.
+    """
+
+    ident: str
+    rows: NDArray[np.intp]
+    names: Names
+    _lists: dict[bool, list[tuple[str, Group]]] = field(default_factory=lambda: {False: [], True: []})
+    _rendered: bool = False
+
+    def value(self, value: Value, name: str, write: Callable[[Any], Node] = numbers) -> Node:
+        """A quantity of the plan; `write` makes an expression of one row."""
+        data = value.data[self.rows] if value.varies else value.data
+        if all(row.tobytes() == data[0].tobytes() for row in data[1:]):
+            return write(data[0])
+        return self._list(name, [write(row) for row in data])
+
+    def words(self, items: Sequence[str], name: str) -> Node:
+        """Strings, one a row of the block."""
+        if len(set(items)) == 1:
+            return string(items[0])
+        return self._list(name, [string(item) for item in items])
+
+    def of_rows(self, value: Value) -> NDArray[Any]:
+        """The plan's data, one row for each of the block."""
+        return value.data[self.rows] if value.varies else np.repeat(value.data, len(self.rows), axis=0)
+
+    @contextmanager
+    def rendered(self) -> Generator[None]:
+        """Lists that are made inside are needed only where there is a renderer."""
+        self._rendered = True
+        yield
+        self._rendered = False
+
+    @property
+    def vary(self) -> bool:
+        """Whether any quantity differs."""
+        return any(self._lists.values())
+
+    def write(self, source: Source) -> None:
+        """Assigns the lists, ahead of the loop over scenes."""
+        for name, items in self._lists[False]:
+            source.statement(items, assign=name)
+        if self._lists[True]:
+            with source.block("if render:"):
+                for name, items in self._lists[True]:
+                    source.statement(items, assign=name)
+
+    def _list(self, name: str, items: list[Node]) -> str:
+        variable = self.names.take(f"{self.ident}_{name}")
+        self._lists[self._rendered].append((variable, list_of(items)))
+        return f"{variable}[i]"

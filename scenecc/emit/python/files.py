@@ -1,0 +1,130 @@
+"""Files of a plan in a script: constants at its top, and the few functions that find them."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING
+
+from scenecc.emit.python.columns import number
+from scenecc.emit.python.layout import Node, Source, call, list_of, string
+
+if TYPE_CHECKING:
+    from scenecc.emit.python.names import Names
+    from scenecc.plan import AssetFile, CoacdParams
+
+_PACKAGE_FILE = '''\
+def package_file(package: str, path: str) -> Path:
+    """A file of an installed package, found without importing it."""
+    spec = importlib.util.find_spec(package)
+    if spec is None or spec.origin is None:
+        raise FileNotFoundError(f"the package {package} is not installed")
+    return Path(spec.origin).parent / path
+'''
+
+_ASSET_FILE = '''\
+def asset_file(path: str) -> Path:
+    """A file in one of the folders that the environment variable SCENECC_ASSET_PATH lists."""
+    folders = [folder for folder in os.environ.get("SCENECC_ASSET_PATH", "").split(os.pathsep) if folder]
+    for folder in folders:
+        if (Path(folder) / path).is_file():
+            return Path(folder) / path
+    raise FileNotFoundError(f"{path} is in no folder of SCENECC_ASSET_PATH: {folders}")
+'''
+
+_CONVEX_PARTS = '''\
+@functools.cache
+def convex_parts(mesh: Path, **parameters: object) -> str:
+    """A file with the convex parts that CoACD cuts a mesh into.
+
+    SAPIEN writes it beside the mesh that it is given: here, a link in a temporary folder. The mesh's
+    neighbours are linked too, since a glTF or an OBJ may name some of them.
+    """
+    folder = Path(tempfile.mkdtemp())
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    for file in mesh.resolve().parent.iterdir():
+        if not file.name.endswith(".coacd.ply"):
+            (folder / file.name).symlink_to(file)
+    return do_coacd(str(folder / mesh.name), **parameters)
+'''
+
+
+class Files:
+    """What a script says about files."""
+
+    def __init__(self, files: tuple[AssetFile, ...], names: Names) -> None:
+        self._files = files
+        self._names = [names.take(PurePosixPath(file.uri).stem.upper()) for file in files]
+        self._schemes = {file.uri.partition("://")[0] for file in files if "://" in file.uri}
+        self._beside = any("://" not in file.uri and not Path(file.uri).is_absolute() for file in files)
+        self._cut = False
+
+    def name(self, index: int) -> str:
+        """The constant of a file of the plan."""
+        return self._names[index]
+
+    def parts(self, file: Node, params: CoacdParams) -> Node:
+        """An expression for the path of CoACD's parts of a file."""
+        self._cut = True
+        given = {item.name: getattr(params, item.name) for item in fields(params)}
+        return call(
+            "convex_parts",
+            file,
+            **{
+                name: string(item) if isinstance(item, str) else number(item)
+                for name, item in given.items()
+                if item is not None
+            },
+        )
+
+    def imports(self) -> list[str]:
+        """Import statements of the standard library, sorted; known once all bodies are written."""
+        wanted = {
+            "import atexit": self._cut,
+            "import functools": self._cut,
+            "import importlib.util": "pkg" in self._schemes,
+            "import os": "asset" in self._schemes,
+            "import shutil": self._cut,
+            "import tempfile": self._cut,
+            "from pathlib import Path": bool(self._files),
+        }
+        return [text for text, needed in wanted.items() if needed]
+
+    @property
+    def cut(self) -> bool:
+        """Whether CoACD is run."""
+        return self._cut
+
+    def write_head(self, source: Source) -> None:
+        """The functions that find files, and the constants."""
+        helpers = ((_PACKAGE_FILE, "pkg" in self._schemes), (_ASSET_FILE, "asset" in self._schemes))
+        for text in (text for text, needed in (*helpers, (_CONVEX_PARTS, self._cut)) if needed):
+            source.line()
+            source.line()
+            source.lines(text)
+        if not self._files:
+            return
+        if any(needed for _, needed in (*helpers, ("", self._cut))):
+            source.line()
+        source.line()
+        if self._beside:
+            source.line("HERE = Path(__file__).resolve().parent")
+        for file, name in zip(self._files, self._names, strict=True):
+            source.statement(_expression(file.uri), assign=name)
+        source.statement(list_of(self._names), assign="FILES")
+
+    def write_check(self, source: Source) -> None:
+        """SAPIEN goes on without a mesh that is missing, and the script must not."""
+        if self._files:
+            with source.block("for file in FILES:"), source.block("if not file.is_file():"):
+                source.line("raise FileNotFoundError(file)")
+
+
+def _expression(uri: str) -> Node:
+    scheme, separator, path = uri.partition("://")
+    if not separator:
+        return call("Path" if Path(uri).is_absolute() else "HERE.joinpath", string(uri))
+    if scheme == "pkg":
+        package, _, inner = path.partition("/")
+        return call("package_file", string(package), string(inner))
+    return call("asset_file", string(path))

@@ -1,0 +1,34 @@
+"""Names of things as Python identifiers, each used once."""
+
+from __future__ import annotations
+
+import builtins
+import keyword
+import re
+
+_SCRIPT = {
+    "FILES", "HERE", "Iterator", "Path", "asset_file", "atexit", "body", "build_scenes", "builder", "config",
+    "contextmanager", "convex_parts", "default_material", "do_coacd", "entity", "file", "functools", "i", "importlib",
+    "k", "look", "main", "os", "package_file", "parts", "physics_settings", "physx", "render", "sapien", "scene",
+    "scenes", "shape", "shutil", "systems", "tempfile",
+}  # fmt: skip
+"""What a script itself may use."""
+
+
+class Names:
+    """Hands out identifiers that clash neither with one another nor with what a script uses."""
+
+    def __init__(self) -> None:
+        self._taken = {*_SCRIPT, *keyword.kwlist, *keyword.softkwlist, *dir(builtins)}
+
+    def take(self, wanted: str) -> str:
+        """An identifier like `wanted`: what no identifier may hold becomes `_`, and `_2` tells namesakes apart."""
+        stem = re.sub(r"[^A-Za-z0-9_]+", "_", wanted[:60]).strip("_") or "unnamed"
+        if stem[0].isdigit() or len(stem) == 1:  # a lone l, O or I is taken for a digit
+            stem = f"the_{stem}"
+        name, count = stem, 1
+        while name in self._taken:
+            count += 1
+            name = f"{stem}_{count}"
+        self._taken.add(name)
+        return name

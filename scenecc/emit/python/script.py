@@ -1,0 +1,192 @@
+"""A whole plan as a script that needs SAPIEN and nothing else."""
+
+from __future__ import annotations
+
+import textwrap
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scenecc.diagnostics import Location
+from scenecc.emit.python.bodies import Body, write_body
+from scenecc.emit.python.columns import Columns, number
+from scenecc.emit.python.files import Files
+from scenecc.emit.python.knobs import BODY_KNOBS, LOOK_KNOBS, given
+from scenecc.emit.python.layout import Source, list_of
+from scenecc.emit.python.materials import Materials
+from scenecc.emit.python.names import Names
+from scenecc.emit.python.settings import Settings
+from scenecc.plan.uris import rebased
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from scenecc.diagnostics import Sink
+    from scenecc.plan import BodyStructure, Entity, ScenePlan
+
+
+@dataclass(frozen=True, slots=True)
+class _Tables:
+    """What all bodies of a script share."""
+
+    names: Names
+    files: Files
+    materials: Materials
+
+
+def write(plan: ScenePlan, sink: Sink, base: Path | None) -> str | None:
+    """The script; None if the plan holds what no SAPIEN call takes, which `sink` then tells.
+
+    The script finds files relative to its own place: `base` is the folder that it will lie in, None the plan's own.
+    """
+    if not _expressible(plan, sink):
+        return None
+    names = Names()
+    files = plan.files if base is None else tuple(rebased(file, base) for file in plan.files)
+    tables = _Tables(names, Files(files, names), Materials(plan, names))
+    blocks = Source(depth=1)
+    for entity in plan.entities:
+        _write_entity(blocks, entity, plan.num_scenes, tables)
+    settings = Settings(plan.physics)
+    source = Source()
+    _write_head(source, plan)
+    _write_imports(source, tables.files, settings)
+    tables.files.write_head(source)
+    settings.write(source)
+    source.line()
+    source.line()
+    if settings.needed:
+        source.line("@physics_settings()")
+    with source.block("def build_scenes(render: bool = False) -> list[sapien.Scene]:"):
+        source.line(f'"""Builds {_scenes_word(plan.num_scenes)}. `render`: build what is seen, too."""')
+        tables.files.write_check(source)
+        _write_scenes(source, plan)
+        tables.materials.write(source, tables.files)
+        source.append(blocks)
+        source.line()
+        source.line("return scenes")
+    source.lines(_MAIN)
+    return source.text
+
+
+_MAIN = '''
+
+def main() -> None:
+    """Simulates 100 steps and prints where everything in the first scene is."""
+    scenes = build_scenes()
+    for _ in range(100):
+        for scene in scenes:
+            scene.step()
+    for entity in scenes[0].entities:
+        print(entity.name, entity.pose.p, entity.pose.q)
+
+
+if __name__ == "__main__":
+    main()
+'''
+
+
+def _write_head(source: Source, plan: ScenePlan) -> None:
+    source.comment(f"{plan.name}: {_scenes_word(plan.num_scenes)} of SAPIEN, written by scenecc.")
+    for paragraph in plan.description.splitlines():
+        for line in textwrap.wrap(paragraph, 96):
+            source.comment(line)
+    source.comment("")
+    source.comment(
+        "Run this file to simulate them, or import it and call build_scenes(). It needs sapien, not scenecc."
+    )
+    if plan.physics.scene_spacing is not None or plan.physics.gpu_memory is not None:
+        source.comment("Scene spacing and GPU memory are left out: they concern scenes that share a GPU simulation.")
+    source.line()
+
+
+def _scenes_word(count: int) -> str:
+    return "one scene" if count == 1 else f"{count} parallel scenes"
+
+
+def _write_imports(source: Source, files: Files, settings: Settings) -> None:
+    standard = [*files.imports(), *settings.imports()]
+    for line in sorted(standard, key=lambda line: (line.startswith("from"), line)):
+        source.line(line)
+    if standard:
+        source.line()
+    source.line("import sapien")
+    source.line("from sapien import physx")
+    if files.cut:
+        source.line("from sapien.wrapper.coacd import do_coacd")
+
+
+def _write_scenes(source: Source, plan: ScenePlan) -> None:
+    source.line("scenes: list[sapien.Scene] = []")
+    with source.block(f"for _ in range({plan.num_scenes}):"):
+        source.line("systems = [physx.PhysxCpuSystem()]")
+        with source.block("if render:"):
+            source.line("systems.append(sapien.render.RenderSystem())")
+        source.line("scene = sapien.Scene(systems)")
+        if plan.physics.timestep is not None:
+            source.line(f"scene.timestep = {number(float(plan.physics.timestep))}")
+        source.line("scenes.append(scene)")
+
+
+def _write_entity(source: Source, entity: Entity, num_scenes: int, tables: _Tables) -> None:
+    pick = np.array(entity.pick if entity.pick is not None else (0,) * len(entity.scene_idxs))
+    for index, structure in enumerate(entity.structures):
+        rows = np.flatnonzero(pick == index)
+        if not len(rows):
+            continue
+        columns = Columns(entity.name, rows, tables.names)
+        looped = len(rows) > 1
+        inner = Source(depth=source.depth + looped)
+        write_body(Body(entity, structure, inner, columns, tables.files, tables.materials))
+        source.line()
+        source.comment(entity.name if entity.pick is None else f"{entity.name}, variant {index}")
+        scenes = _selected(source, columns, entity, rows, num_scenes)
+        columns.write(source)
+        if not looped:
+            source.line(f"scene = {scenes}")
+            source.append(inner)
+            continue
+        with source.block(f"for i, scene in enumerate({scenes}):" if columns.vary else f"for scene in {scenes}:"):
+            source.append(inner)
+
+
+def _selected(source: Source, columns: Columns, entity: Entity, rows: NDArray[np.intp], num_scenes: int) -> str:
+    """An expression for the scenes of a block, or for its one scene."""
+    idxs: list[int] = [entity.scene_idxs[row] for row in rows]
+    if len(idxs) == 1:
+        return f"scenes[{idxs[0]}]"
+    if len(idxs) == num_scenes:
+        return "scenes"
+    steps = {b - a for a, b in pairwise(idxs)}
+    if len(steps) == 1:
+        step = steps.pop()
+        return f"scenes[{idxs[0]}:{idxs[-1] + 1}]" if step == 1 else f"scenes[{idxs[0]}:{idxs[-1] + 1}:{step}]"
+    variable = columns.names.take(f"{columns.ident}_scenes")
+    source.statement(list_of([str(index) for index in idxs]), assign=variable)
+    return f"[scenes[k] for k in {variable}]"
+
+
+def _expressible(plan: ScenePlan, sink: Sink) -> bool:
+    found = True
+    for entity in plan.entities:
+        for structure in entity.structures:
+            for name in _lost(structure):
+                place = structure.origin or entity.origin or Location(None)
+                kind = f"a body of type {structure.body_type}"
+                sink.report("SC720", f"`{entity.name}`: {kind} without visible shapes has no `{name}`", place)
+                found = False
+    return found
+
+
+def _lost(structure: BodyStructure) -> list[str]:
+    """Fields that nothing in SAPIEN would hold."""
+    lost: list[str] = []
+    if structure.body_type in {"static", "none"}:
+        lost += given(structure, (*BODY_KNOBS, "mass", "inertial"))
+    if structure.body_type == "none":
+        lost += given(structure, ("collision_groups",)) + (["collisions"] if structure.collisions else [])
+    return lost if structure.visuals else lost + given(structure, LOOK_KNOBS)
