@@ -46,6 +46,14 @@ def _application() -> typer.Typer:
     return app
 
 
+def _print_version(on: bool) -> None:
+    if on:
+        from scenecc.version import VERSION
+
+        typer.echo(f"scenecc {VERSION}")
+        raise typer.Exit
+
+
 def _scenecc(
     *,
     version: Annotated[
@@ -61,14 +69,6 @@ def _scenecc(
       scenecc explain SC101
     """
     del version
-
-
-def _print_version(on: bool) -> None:
-    if on:
-        from scenecc.version import VERSION
-
-        typer.echo(f"scenecc {VERSION}")
-        raise typer.Exit
 
 
 def _interrupt(signum: int, frame: FrameType | None) -> NoReturn:
