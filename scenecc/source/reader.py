@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 
-from scenecc.diagnostics import Path
+from scenecc.diagnostics import Location, Path
 from scenecc.source.aliases import Aliases, Container, stop_at_depth
 from scenecc.source.faults import Faults, Stopped
 from scenecc.source.limits import Limits
@@ -45,6 +45,9 @@ def read_yaml(faults: Faults, limits: Limits) -> dict[str, Any] | None:
         return reader.document()
     except Stopped:
         return None
+    except RecursionError:
+        faults.report("SC602", "the document is deeper than Python's stack allows", Location(faults.lines.file))
+        return None
     except yaml.YAMLError as error:
         report_syntax(error, faults)
         return None
@@ -68,10 +71,9 @@ class _Reader:
         self._plain = PlainValues()
         self._keys = PlainKeys()
         self._aliases = Aliases(faults, limits)
-        self._open: list[Container] = []
-        """The open containers, outermost first."""
-        self._under: dict[int, tuple[str, Container]] = {}
-        """id of a container → its key, where that is not the last one of its parent (which need not hold it at all)."""
+        self._depth = limits.depth
+        self._open: list[tuple[str | int, Container]] = []
+        """The open containers, outermost first, each with its key or index in the one before."""
         self._merges: dict[int, _Merge] = {}
         """id of a mapping → its merge key."""
         self._duplicates: list[tuple[NodeEvent, str, Path]] = []
@@ -88,9 +90,7 @@ class _Reader:
         if not isinstance(root, MappingStartEvent):
             self._refuse_root(root)
             return None
-        data: dict[str, Any] = {}
-        self._opened(root, data, ())
-        self._fill(data)
+        data = self._mapping(root, "")
         get()  # the end of the document
         after = get()
         if isinstance(after, DocumentStartEvent):
@@ -119,73 +119,86 @@ class _Reader:
         hint = "a scene file is made of `key: value` lines; a missing space after `:` makes them one string"
         self._faults.at("SC013", f"the document is {kind}, not a mapping", event, hint=hint)
 
-    def _fill(self, node: Container) -> None:
-        """Reads what is in a container, up to and with its end.
+    def _mapping(self, start: NodeEvent, under: str | int) -> dict[str, Any]:
+        """Reads a mapping from its start, `under` a key or index of its parent, to its end.
 
-        The one hot loop: every node of a valid file passes here, and anything out of the common
-        (tags, anchors, aliases, merges, nulls, what is wrong) leaves it for another function.
+        This and `_list` are the hot loops: every node of a valid file passes here, and what is out of the
+        common (tags, anchors, aliases, merges, nulls, whatever is wrong) leaves them for other functions.
         """
-        get, plain, keys, stack = self._get, self._plain, self._keys, self._open
-        floor, depth = len(stack), self._limits.depth
-        stack.append(node)
-        while len(stack) > floor:
-            node = stack[-1]
-            as_list = node if type(node) is list else None
-            key: Any = None
-            while True:
-                event = key_event = get()
-                kind = type(event)
-                if as_list is None:
-                    if kind is MappingEndEvent:
-                        stack.pop()
-                        break
-                    key = None
-                    if kind is ScalarEvent and event.anchor is None:
-                        key = keys[event.value] if event.implicit[0] else event.value if event.tag is None else None
-                    if key is None or key in node:
-                        self._odd_entry(event, node)  # pyright: ignore[reportArgumentType]
-                        continue
-                    event = get()
-                    kind = type(event)
-                if kind is ScalarEvent:
-                    value = plain[event.value] if event.implicit[0] else event.value if event.tag is None else None
-                    if value is None or event.anchor is not None:
-                        value = self._scalar(event, key, key_event)
-                elif kind is MappingStartEvent or kind is SequenceStartEvent:
-                    value = {} if kind is MappingStartEvent else []
-                    if event.anchor is not None or event.tag is not None or len(stack) >= depth:
-                        self._opened(event, value, self._path(key))
-                    stack.append(value)
-                elif kind is SequenceEndEvent:
-                    stack.pop()
-                    break
-                else:
-                    value = self._aliases.follow(event, stack, self._path(key))
-                if as_list is None:
-                    node[key] = value
-                else:
-                    as_list.append(value)
-                if stack[-1] is not node:
-                    break
+        get, plain, keys = self._get, self._plain, self._keys
+        node: dict[str, Any] = {}
+        if start.anchor is not None or start.tag is not None or len(self._open) >= self._depth:
+            self._odd_start(start, node, under)
+        self._open.append((under, node))
+        while True:
+            key_event = get()
+            kind = type(key_event)
+            key = None
+            if kind is ScalarEvent:
+                if key_event.anchor is None:
+                    if key_event.implicit[0]:
+                        key = keys[key_event.value]
+                    elif key_event.tag is None:
+                        key = key_event.value
+            elif kind is MappingEndEvent:
+                self._open.pop()
+                return node
+            if key is None or key in node:
+                self._odd_entry(key_event, node)
+                continue
+            event = get()
+            kind = type(event)
+            if kind is ScalarEvent:
+                value = plain[event.value] if event.implicit[0] else event.value if event.tag is None else None
+                node[key] = value if value is not None and event.anchor is None else self._scalar(event, key, key_event)
+            elif kind is MappingStartEvent:
+                node[key] = self._mapping(event, key)
+            elif kind is SequenceStartEvent:
+                node[key] = self._list(event, key)
+            else:
+                node[key] = self._follow(event, key)
+
+    def _list(self, start: NodeEvent, under: str | int) -> list[Any]:
+        """Reads a list from its start, `under` a key or index of its parent, to its end."""
+        get, plain = self._get, self._plain
+        node: list[Any] = []
+        if start.anchor is not None or start.tag is not None or len(self._open) >= self._depth:
+            self._odd_start(start, node, under)
+        self._open.append((under, node))
+        while True:
+            event = get()
+            kind = type(event)
+            if kind is ScalarEvent:
+                value = plain[event.value] if event.implicit[0] else event.value if event.tag is None else None
+                node.append(
+                    value if value is not None and event.anchor is None else self._scalar(event, len(node), event)
+                )
+            elif kind is SequenceEndEvent:
+                self._open.pop()
+                return node
+            elif kind is MappingStartEvent:
+                node.append(self._mapping(event, len(node)))
+            elif kind is SequenceStartEvent:
+                node.append(self._list(event, len(node)))
+            else:
+                node.append(self._follow(event, len(node)))
 
     def _value(self, key: str, key_event: NodeEvent) -> Any:
-        """Reads the value of an entry, which the mapping need not come to hold under its key."""
+        """Reads the value of an entry."""
         event = self._get()
         if isinstance(event, ScalarEvent):
             return self._scalar(event, key, key_event)
         if isinstance(event, AliasEvent):
-            return self._aliases.follow(event, self._open, self._path(key))
-        return self._collection(event, key)
+            return self._follow(event, key)
+        return self._mapping(event, key) if isinstance(event, MappingStartEvent) else self._list(event, key)
 
-    def _collection(self, event: NodeEvent, key: str) -> Container:
-        value: Container = {} if isinstance(event, MappingStartEvent) else []
-        self._under[id(value)] = key, value
-        self._opened(event, value, self._path(key))
-        self._fill(value)
-        return value
+    def _follow(self, event: NodeEvent, under: str | int) -> Any:
+        return self._aliases.follow(event, [node for _, node in self._open], self._path(under))
 
-    def _opened(self, event: NodeEvent, node: Container, path: Path) -> None:
-        if len(self._open) >= self._limits.depth:
+    def _odd_start(self, event: NodeEvent, node: Container, under: str | int) -> None:
+        """Sees to a collection's anchor and tag, and to the depth."""
+        path = self._path(under)
+        if len(self._open) >= self._depth:
             stop_at_depth(self._faults, self._limits, event, path)
         if event.anchor is not None:
             self._aliases.define(event.anchor, node)
@@ -195,18 +208,18 @@ class _Reader:
             except Refused as refused:
                 self._faults.at(refused.code, refused.message, event, path=path, hint=refused.hint)
 
-    def _scalar(self, event: NodeEvent, key: str | None, key_event: NodeEvent) -> Any:
+    def _scalar(self, event: NodeEvent, under: str | int, key_event: NodeEvent) -> Any:
         """The value of a scalar that is tagged, anchored, null or no number that can be held."""
         value: Any = None
         try:
             value = scalar_value(event)
         except Refused as refused:
-            self._faults.at(refused.code, refused.message, event, path=self._path(key), hint=refused.hint)
+            self._faults.at(refused.code, refused.message, event, path=self._path(under), hint=refused.hint)
         else:
             if value is None:
-                subject = "the list item" if key is None else f"the key `{key}`"
+                subject = f"the key `{under}`" if isinstance(under, str) else "the list item"
                 hint = "give it a value or take it away: what is left out has its default"
-                self._faults.at("SC006", f"{subject} has no value", key_event, path=self._path(key), hint=hint)
+                self._faults.at("SC006", f"{subject} has no value", key_event, path=self._path(under), hint=hint)
         if event.anchor is not None:
             self._aliases.define(event.anchor, value)
         return value
@@ -236,7 +249,7 @@ class _Reader:
         """The key that an event gives; None, reported, if it is no string."""
         hint = f'quote it: "{shown_scalar(event)}"'
         if isinstance(event, AliasEvent):
-            key: Any = self._aliases.follow(event, self._open, self._path(None))
+            key: Any = self._aliases.follow(event, [node for _, node in self._open], self._path())
             if key is None:
                 return None
             hint = "write the key out"
@@ -244,16 +257,16 @@ class _Reader:
             try:
                 key = scalar_value(event)
             except Refused as refused:
-                self._faults.at(refused.code, refused.message, event, path=self._path(None), hint=refused.hint)
+                self._faults.at(refused.code, refused.message, event, path=self._path(), hint=refused.hint)
                 return None
             if event.anchor is not None:
                 self._aliases.define(event.anchor, key)
         else:
-            key = self._collection(event, "?")
+            key = self._mapping(event, "?") if isinstance(event, MappingStartEvent) else self._list(event, "?")
             hint = "keys are strings; an expression `${…}` must be quoted"
         if isinstance(key, str):
             return key
-        self._faults.at("SC005", f"a key is {_kind(key)}, not a string", event, path=self._path(None), hint=hint)
+        self._faults.at("SC005", f"a key is {_kind(key)}, not a string", event, path=self._path(), hint=hint)
         return None
 
     def _merge(self, event: NodeEvent, node: dict[str, Any]) -> None:
@@ -282,19 +295,10 @@ class _Reader:
             hint = "write `<<: *anchor` or `<<: [*one, *other]`, anchors of mappings; to use `<<` as a key quote it"
             self._faults.at("SC011", f"`<<` merges mappings, not {_kind(source)}", event, path=path, hint=hint)
 
-    def _path(self, key: str | None) -> Path:
-        """The path of what is being read: below the innermost open container, under a key or next in the list."""
-        path: list[str | int] = []
-        for parent, node in zip(self._open, self._open[1:], strict=False):
-            if id(node) in self._under:
-                path.append(self._under[id(node)][0])
-            else:
-                path.append(len(parent) - 1 if isinstance(parent, list) else next(reversed(parent)))
-        if key is not None:
-            path.append(key)
-        elif self._open and isinstance(self._open[-1], list):
-            path.append(len(self._open[-1]))
-        return tuple(path)
+    def _path(self, under: str | int | None = None) -> Path:
+        """The path of what stands under a key or index of the innermost open container; its own for None."""
+        path = tuple(key for key, _ in self._open[1:])
+        return path if under is None or not self._open else (*path, under)
 
 
 def _kind(value: object) -> str:
