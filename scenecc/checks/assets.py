@@ -1,0 +1,223 @@
+"""Checks of the files that a plan uses: what SAPIEN would drop, build wrongly or fail on.
+
+Each file is read once, however many shapes use it, and reported at the first shape that its fault concerns.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Generator, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from scenecc.checks.asset_image import IMAGE_SUFFIXES, check_image
+from scenecc.checks.mesh_data import AssetError, MeshData, Reading, Reference
+from scenecc.checks.mesh_read import MESH_SUFFIXES, read_mesh
+from scenecc.checks.mesh_rules import check_use
+from scenecc.diagnostics import Origin
+from scenecc.plan import ConvexMesh, ConvexParts, Mesh, Texture, TriangleMesh
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Sink
+    from scenecc.plan import AssetFile, ScenePlan, Value, VisualMaterial
+
+Use = Literal["hull", "parts", "triangles", "seen", "decomposed", "texture"]
+"""What a file is for: a hull, the hulls of its parts, its triangles, a picture, a decomposition, a texture."""
+
+ResolveNamed = Callable[[str, "AssetFile"], "Path | tuple[str, str, str | None]"]
+"""Finds a file that an asset names: its path, or why it may not be read (code, message, hint)."""
+
+_USD = (".usd", ".usda", ".usdc", ".usdz")
+
+
+@dataclass(frozen=True, slots=True)
+class _Checker:
+    sink: Sink
+    resolve_named: ResolveNamed
+    max_bytes: int
+
+
+def check_assets(
+    plan: ScenePlan,
+    sink: Sink,
+    *,
+    resolve_named: ResolveNamed,
+    max_asset_bytes: int = 256 * 2**20,
+    file_origins: Mapping[int, Origin] | None = None,
+) -> None:
+    """Reports every file of a plan that SAPIEN could not use as the plan says.
+
+    Args:
+        plan: its `files` are read from their `path`.
+        sink: where faults go.
+        resolve_named: finds the files that an asset names (MTL, textures, buffers), inside what the scene may read.
+        max_asset_bytes: the limit `asset_bytes`, of a file and of what it unpacks to [bytes].
+        file_origins: the node that names a file, by its index in `plan.files`. Textures are reported there; without
+            it, at the first shape that uses the material.
+    """
+    checker = _Checker(sink, resolve_named, max_asset_bytes)
+    uses: dict[int, dict[Use, Origin]] = {}
+    for index, use, origin in _uses(plan, file_origins or {}):
+        uses.setdefault(index, {}).setdefault(use, origin)
+    for index, by_use in uses.items():
+        asset = plan.files[index]
+        if "texture" in by_use:
+            with _reporting(checker, asset, by_use["texture"]):
+                _check_texture(checker, Path(asset.path))
+        by_use.pop("texture", None)
+        if by_use:
+            _check_mesh(checker, asset, by_use)
+
+
+def _uses(plan: ScenePlan, origins: Mapping[int, Origin]) -> Iterator[tuple[int, Use, Origin]]:
+    """What every file is for, and where it is named."""
+    top = plan.origin or Origin(None)
+    for structure in (structure for entity in plan.entities for structure in entity.structures):
+        for shape in (*structure.collisions, *structure.visuals):
+            geometry = shape.geometry
+            if isinstance(geometry, ConvexMesh | ConvexParts | TriangleMesh | Mesh):
+                for index in _indices(geometry.file):
+                    yield index, _use(geometry), (shape.origin or structure.origin or top).child("file")
+        for shape in structure.visuals:
+            for index in _indices(shape.material) if shape.material is not None else ():
+                place = (shape.origin or structure.origin or top).child("material")
+                for file in _textures(plan.visual_materials[index]):
+                    yield file, "texture", origins.get(file, place)
+
+
+def _indices(value: Value) -> list[int]:
+    """Every alternative of a table index, by first use."""
+    return list(dict.fromkeys(int(row) for row in np.ravel(value.data)))
+
+
+def _use(geometry: ConvexMesh | ConvexParts | TriangleMesh | Mesh) -> Use:
+    match geometry:
+        case ConvexMesh():
+            return "hull"
+        case ConvexParts():
+            return "parts" if geometry.coacd is None else "decomposed"
+        case TriangleMesh():
+            return "triangles"
+        case Mesh():
+            return "seen"
+
+
+def _textures(material: VisualMaterial) -> Iterator[int]:
+    for field in fields(material):
+        value = getattr(material, field.name)
+        if isinstance(value, Texture):
+            yield value.file
+
+
+def _check_mesh(checker: _Checker, asset: AssetFile, by_use: dict[Use, Origin]) -> None:
+    first = next(iter(by_use.values()))
+    seen = by_use.get("seen")
+    try:
+        mesh = _read(checker, asset, seen=seen is not None)
+    except AssetError as fault:
+        _report(checker, asset, first, fault)
+        return
+    _check_named(checker, asset, mesh, seen, first)
+    told: set[str] = set()
+    for use, origin in by_use.items():
+        for fault in check_use(mesh, use, Path(asset.path).suffix.lower()):
+            if fault.code not in told:
+                told.add(fault.code)
+                _report(checker, asset, origin, fault)
+
+
+def _read(checker: _Checker, asset: AssetFile, *, seen: bool) -> MeshData:
+    suffix = Path(asset.path).suffix.lower()
+    if suffix in _USD:
+        raise AssetError(
+            "SC411",
+            "SAPIEN converts USD and writes the result beside the file",
+            "convert it to GLB once, and name that",
+        )
+    if suffix not in MESH_SUFFIXES:
+        kind = f"`{suffix}` is no mesh format" if suffix else "a file without a suffix is no mesh"
+        raise AssetError("SC410", f"{kind} that is read", f"convert it to one of {', '.join(MESH_SUFFIXES)}")
+    reading = Reading(
+        open_named=lambda reference: _bytes(checker, _named(checker, asset, reference)),
+        max_bytes=checker.max_bytes,
+        seen=seen,
+    )
+    return read_mesh(_bytes(checker, Path(asset.path)), suffix, reading)
+
+
+def _check_named(checker: _Checker, asset: AssetFile, mesh: MeshData, seen: Origin | None, first: Origin) -> None:
+    """The files that an asset names. The engine opens them whether it is seen or not, so none may be outside."""
+    origin = seen or first
+    for reference in mesh.references:
+        with _reporting(checker, asset, origin, skip="SC418" if seen is None and reference.kind != "buffer" else None):
+            path = _named(checker, asset, reference)
+            if seen is not None and reference.kind == "image":
+                _check_texture(checker, path)
+    for image in mesh.images if seen is not None else ():
+        with _reporting(checker, asset, origin):
+            check_image(io.BytesIO(image), checker.max_bytes)
+
+
+@contextmanager
+def _reporting(
+    checker: _Checker, asset: AssetFile, origin: Origin, *, skip: str | None = None
+) -> Generator[None, None, None]:
+    """Reports the fault that is raised inside, but for one code (what is not there is not missed by a collision)."""
+    try:
+        yield
+    except AssetError as fault:
+        if fault.code != skip:
+            _report(checker, asset, origin, fault)
+
+
+def _named(checker: _Checker, asset: AssetFile, reference: Reference) -> Path:
+    """The path of a file that an asset names."""
+    found = checker.resolve_named(reference.uri, asset)
+    if isinstance(found, Path):
+        return found
+    code, message, hint = found
+    outside = code in {"SC402", "SC403"}
+    raise AssetError("SC419" if outside else "SC418", f"it names a file that cannot be used: {message}", hint)
+
+
+def _check_texture(checker: _Checker, path: Path) -> None:
+    suffix = path.suffix.lower()
+    if suffix not in IMAGE_SUFFIXES:
+        kind = f"`{suffix}` is no image format" if suffix else "a file without a suffix is no image"
+        raise AssetError("SC410", f"{kind} that is read, in {path.name}", "save it as PNG or JPEG")
+    _check_size(checker, path)
+    try:
+        with path.open("rb") as file:
+            check_image(file, checker.max_bytes)
+    except OSError as error:
+        raise AssetError("SC407", f"{path.name} may not be read: {error.strerror}") from error
+
+
+def _bytes(checker: _Checker, path: Path) -> bytes:
+    _check_size(checker, path)
+    try:
+        with path.open("rb") as file:
+            return file.read(checker.max_bytes + 1)
+    except OSError as error:
+        raise AssetError("SC407", f"{path.name} may not be read: {error.strerror}") from error
+
+
+def _check_size(checker: _Checker, path: Path) -> None:
+    try:
+        size = path.stat().st_size
+    except OSError as error:
+        raise AssetError("SC407", f"{path.name} may not be read: {error.strerror}") from error
+    if size > checker.max_bytes:
+        raise AssetError(
+            "SC607",
+            f"{path.name} has {size} bytes, and the limit asset_bytes is {checker.max_bytes}",
+            "make it smaller, or raise the limit with --limit asset_bytes=N",
+        )
+
+
+def _report(checker: _Checker, asset: AssetFile, origin: Origin, fault: AssetError) -> None:
+    checker.sink.report(fault.code, f"{asset.uri}: {fault.message}", origin, hint=fault.hint)

@@ -1,0 +1,117 @@
+"""What a mesh file holds, as far as the checks look at it, and the measures they take."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+class AssetError(Exception):
+    """Why an asset cannot be used: a code of band 4 or 6, a message and what to do."""
+
+    def __init__(self, code: str, message: str, hint: str | None = None) -> None:
+        super().__init__(message)
+        self.code, self.message, self.hint = code, message, hint
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """A file that an asset names.
+
+    `kind`: a texture and an OBJ's material file matter to what is seen, a buffer to everything.
+    """
+
+    uri: str
+    kind: Literal["material", "image", "buffer"]
+
+
+OpenNamed = Callable[[Reference], bytes]
+"""Reads a file that the asset names. Raises `AssetError`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """How a mesh is read.
+
+    Attributes:
+        open_named: reads a file that it names.
+        max_bytes: how much its triangles may take in memory [bytes].
+        seen: whether its materials matter.
+    """
+
+    open_named: OpenNamed
+    max_bytes: int
+    seen: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """What SAPIEN cooks to one convex shape when it loads several of a file.
+
+    Attributes:
+        vertices: (n, 3) float32, as the engine has them [m].
+        faces: (m, 3) indices into `vertices`.
+    """
+
+    vertices: NDArray[np.float32]
+    faces: NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class MeshData:
+    """A mesh file: its parts, the files it names and the images it holds itself."""
+
+    parts: tuple[Part, ...]
+    references: tuple[Reference, ...] = ()
+    images: tuple[bytes, ...] = ()
+
+
+def part(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> Part:
+    """A part with the vertices that its faces use.
+
+    Raises:
+        AssetError: a face names a vertex that is not there.
+    """
+    if len(faces) and (int(faces.min()) < 0 or int(faces.max()) >= len(vertices)):
+        raise AssetError("SC412", "a face names a vertex that is not there", "export the mesh again")
+    used, flat = np.unique(faces, return_inverse=True)
+    with np.errstate(over="ignore"):
+        return Part(vertices[used].astype(np.float32), flat.reshape(-1, 3).astype(np.int64))
+
+
+def extents(vertices: NDArray[np.float32]) -> tuple[float, float]:
+    """Thickness and length of a cloud of finite points, along its principal axes [m]."""
+    centred = vertices.astype(np.float64) - vertices.mean(axis=0, dtype=np.float64)
+    axes = np.linalg.eigh(centred.T @ centred)[1]
+    along = centred @ axes
+    size = along.max(axis=0) - along.min(axis=0)
+    return float(size.min()), float(size.max())
+
+
+def area(mesh: Part) -> float:
+    """Area of the triangles [m²]."""
+    corners = mesh.vertices.astype(np.float64)[mesh.faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return float(np.linalg.norm(normals, axis=1).sum() / 2)
+
+
+def connected(mesh: Part) -> tuple[Part, ...]:
+    """The parts of a mesh that share no vertex. Vertices in the same place are still two."""
+    label = np.arange(len(mesh.vertices))
+    while True:
+        lowest = label[mesh.faces].min(axis=1)
+        after = label.copy()
+        np.minimum.at(after, mesh.faces.ravel(), np.repeat(lowest, 3))
+        after = after[after]
+        if np.array_equal(after, label):
+            break
+        label = after
+    order = np.argsort(label[mesh.faces[:, 0]], kind="stable")
+    starts = np.flatnonzero(np.diff(label[mesh.faces[order, 0]])) + 1
+    return tuple(part(mesh.vertices, mesh.faces[rows]) for rows in np.split(order, starts))

@@ -1,0 +1,87 @@
+"""What a mesh must be for each of its uses, so that PhysX cooks what the file shows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scenecc.checks.mesh_data import AssetError, MeshData, area, connected, extents
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+FARTHEST = 1e6
+"""Largest coordinate [m]. At 1e9 m PhysX can no longer compute the mass of a hull."""
+
+FLAT = 1e-5
+"""Thickness below which a hull is refused [m]. PhysX cooks a thinner one to something else, or not at all."""
+
+HULL_TOLERANCE = 0.0007
+"""PhysX's hull leaves out corners that are this close to it [m] (`PxCookingParams::planeTolerance`)."""
+
+_SMALL = 0.01
+"""Length of a mesh at which that tolerance takes a tenth of its volume and more [m]."""
+
+
+def check_use(mesh: MeshData, use: str, suffix: str) -> Iterator[AssetError]:
+    """Faults of a mesh in one use, the first of a part alone.
+
+    Args:
+        mesh: what was read.
+        use: "hull", "parts", "triangles", "decomposed" or "seen".
+        suffix: of the file, in lower case.
+    """
+    if not mesh.parts:
+        yield AssetError("SC413", "the mesh has no triangles", "export it with its faces")
+        return
+    vertices = np.concatenate([one.vertices for one in mesh.parts])
+    fault = _coordinates(vertices)
+    if fault is not None:
+        yield fault
+        return
+    if use == "parts" and suffix == ".stl":
+        yield AssetError(
+            "SC421",
+            "an STL has no parts: SAPIEN guesses them from its triangles",
+            "export the parts as objects of an OBJ",
+        )
+    if use in {"triangles", "decomposed"} and all(area(one) == 0 for one in mesh.parts):
+        yield AssetError("SC415", "all triangles of the mesh are points or lines", "export the mesh again")
+    if use == "hull":
+        yield from _hull([vertices], "")
+    if use == "parts":
+        parts = [loose for one in mesh.parts for loose in connected(one)] if suffix in {".ply", ".stl"} else mesh.parts
+        yield from _hull([one.vertices for one in parts], " of one of its parts")
+
+
+def _coordinates(vertices: NDArray[np.float32]) -> AssetError | None:
+    largest = float(np.abs(vertices).max())
+    if not np.isfinite(largest):
+        return AssetError("SC414", "the mesh has coordinates that are not finite", "export it again")
+    if largest > FARTHEST:
+        return AssetError(
+            "SC417",
+            f"the mesh reaches {largest:.3g} m from its origin, and {FARTHEST:.0e} m is the most",
+            "export it in metres, about its own centre",
+        )
+    return None
+
+
+def _hull(clouds: list[NDArray[np.float32]], whose: str) -> Iterator[AssetError]:
+    sizes = [extents(cloud) for cloud in clouds]
+    thin = min(thickness for thickness, _ in sizes)
+    if thin < FLAT:
+        yield AssetError(
+            "SC415", f"the hull{whose} has no volume: it is {thin:.3g} m thick", "give it a thickness, or use a box"
+        )
+        return
+    small = min(length for _, length in sizes)
+    if thin < 2 * HULL_TOLERANCE or small < _SMALL:
+        yield AssetError(
+            "SC416",
+            f"the hull{whose} is {thin:.3g} m thick and {small:.3g} m long, and PhysX leaves out corners within "
+            f"{HULL_TOLERANCE} m",
+            "store the mesh larger and give the shape a `scale`: corners are left out before it is scaled",
+        )
