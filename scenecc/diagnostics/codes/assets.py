@@ -22,19 +22,19 @@ ROWS: tuple[Code, ...] = (
         "SC402",
         "error",
         "the path leaves the folders that the scene may read",
-        "A scene reads the folder tree of the top scene file, the asset roots and the packages that `pkg://` names, "
-        "links followed. This holds for the files that an asset names too. A scene from a stranger then learns nothing "
-        "about the rest of the machine.",
+        "A scene reads the folder tree of the top scene file, the asset roots and the packages that `pkg://` "
+        "names, links followed. This holds for the files that an asset names too. A scene from a stranger then "
+        "learns nothing about the rest of the machine.",
         _scene("{type: triangle_mesh, file: ../../elsewhere/bowl.obj}"),
-        "Move the file into the scene's folder, give its folder with `--asset-root` and write `asset://…`, or allow it "
-        "with `--allow-outside-assets`.",
+        "Move the file into the scene's folder, give its folder with `--asset-root` and write `asset://…`, or "
+        "allow it with `--allow-outside-assets`.",
     ),
     Code(
         "SC403",
         "error",
         "not a path that a scene may name",
-        "A path is relative or absolute, with `/` between folders, or starts with `pkg://` or `asset://`. Nothing is "
-        "fetched from a network, and `~` and backslashes are not expanded.",
+        "A path is relative or absolute, with `/` between folders, or starts with `pkg://` or `asset://`. Nothing "
+        "is fetched from a network, and `~` and backslashes are not expanded.",
         _scene("{type: triangle_mesh, file: 'https://example.org/bowl.obj'}"),
         "Download the file, put it beside the scene and write its relative path.",
     ),
@@ -50,8 +50,9 @@ ROWS: tuple[Code, ...] = (
         "SC405",
         "error",
         "no such Python package",
-        "`pkg://PACKAGE/PATH` is a file inside an installed Python package with an `__init__.py`. The package is found "
-        "without importing it, so PACKAGE is a top-level name: a dotted one would run the code of its parents.",
+        "`pkg://PACKAGE/PATH` is a file inside an installed Python package with an `__init__.py`. The package is "
+        "found without importing it, so PACKAGE is a top-level name: a dotted one would run the code of its "
+        "parents.",
         _scene("{type: triangle_mesh, file: pkg://no_such_package/bowl.obj}"),
         "Install the package into the Python that runs scenecc, or use `asset://` with `--asset-root`.",
     ),
@@ -75,9 +76,9 @@ ROWS: tuple[Code, ...] = (
         "SC410",
         "error",
         "not a format that is read",
-        "Meshes are OBJ, glTF (`.gltf`, `.glb`), STL, PLY or OFF, textures PNG, JPEG, BMP, TGA, HDR, EXR or KTX, by the "
-        "suffix of the file. Other formats, and glTF with compressed meshes, could not be checked before the engine gets "
-        "them, and SAPIEN drops in silence what it cannot load.",
+        "Meshes are OBJ, glTF (`.gltf`, `.glb`), STL, PLY or OFF, textures PNG, JPEG, BMP, TGA, HDR, EXR or KTX, "
+        "by the suffix of the file. Other formats, and glTF with compressed meshes, could not be checked before "
+        "the engine gets them, and SAPIEN drops in silence what it cannot load.",
         "$ scenecc validate scene.yaml  # with `file: bowl.fbx`",
         "Convert the mesh to GLB or OBJ, the image to PNG.",
     ),
@@ -93,8 +94,8 @@ ROWS: tuple[Code, ...] = (
         "SC412",
         "error",
         "the mesh file is broken",
-        "The file is not what its suffix says, or it is cut short. SAPIEN builds a body without a shape from it; a PLY "
-        "that is cut short ends the whole process.",
+        "The file is not what its suffix says, or it is cut short. SAPIEN builds a body without a shape from it; a "
+        "PLY that is cut short ends the whole process.",
         "$ head -c 300 whole.stl > bowl.stl && scenecc validate scene.yaml",
         "Export or download the file again, and give it the suffix of its format.",
     ),
@@ -110,8 +111,8 @@ ROWS: tuple[Code, ...] = (
         "SC414",
         "error",
         "coordinates that are not finite",
-        "A NaN or an infinity among the vertices (also numbers above 3e38, which single precision cannot hold) makes the "
-        "whole hull wrong, or kills it.",
+        "A NaN or an infinity among the vertices (also numbers above 3e38, which single precision cannot hold) "
+        "makes the whole hull wrong, or kills it.",
         "$ sed 's/^v 0 /v nan /' whole.obj > bowl.obj && scenecc validate scene.yaml",
         "Export the mesh again.",
     ),
@@ -119,8 +120,8 @@ ROWS: tuple[Code, ...] = (
         "SC415",
         "error",
         "a mesh without volume or area",
-        "A hull needs four points that do not lie in one plane: PhysX turns a flat one into a shape that the file does not "
-        "show. A triangle mesh needs a triangle with an area.",
+        "A hull needs four points that do not lie in one plane: PhysX turns a flat one into a shape that the file "
+        "does not show. A triangle mesh needs a triangle with an area.",
         "$ scenecc validate scene.yaml  # with `type: convex_mesh` of a flat square",
         "Give the mesh a thickness, use a `box`, or let it only be seen (`visuals`, `type: mesh`).",
     ),
@@ -128,17 +129,18 @@ ROWS: tuple[Code, ...] = (
         "SC416",
         "warning",
         "a hull so small that its corners are lost",
-        "When PhysX cooks a hull it leaves out the corners that are within 0.7 mm of it, before the shape is scaled: a cube "
-        "of 1 mm becomes a tetrahedron, a ball of 1 cm loses 15 % of its volume.",
+        "When PhysX cooks a hull it leaves out the corners that are within 0.7 mm of it, before the shape is "
+        "scaled: a cube of 1 mm becomes a tetrahedron, a ball of 1 cm loses 15 % of its volume.",
         "$ scenecc validate scene.yaml  # with `type: convex_mesh` of a screw of 4 mm",
-        "Store the mesh ten or a hundred times larger and write `scale: 0.1` or `scale: 0.01`, or collide with a primitive.",
+        "Store the mesh ten or a hundred times larger and write `scale: 0.1` or `scale: 0.01`, or collide with a "
+        "primitive.",
     ),
     Code(
         "SC417",
         "error",
         "a mesh with coordinates beyond reason",
-        "A vertex lies more than a thousand kilometres from the origin of the mesh. PhysX loses precision there, and at a "
-        "thousand times that it no longer computes a mass.",
+        "A vertex lies more than a thousand kilometres from the origin of the mesh. PhysX loses precision there, "
+        "and at a thousand times that it no longer computes a mass.",
         "$ sed 's/^v 0 /v 1e9 /' whole.obj > bowl.obj && scenecc validate scene.yaml",
         "Export the mesh in metres, about its own centre.",
     ),
@@ -146,8 +148,8 @@ ROWS: tuple[Code, ...] = (
         "SC418",
         "error",
         "a file that an asset names is missing",
-        "An OBJ names its materials, these and a glTF their images, a `.gltf` its buffers. SAPIEN shows a mesh in white "
-        "where they are missing. For shapes that only collide, materials and images are not asked for.",
+        "An OBJ names its materials, these and a glTF their images, a `.gltf` its buffers. SAPIEN shows a mesh in "
+        "white where they are missing. For shapes that only collide, materials and images are not asked for.",
         "$ rm bowl.mtl && scenecc validate scene.yaml",
         "Put the file where the asset says, relative to the asset, or take the line that names it out of the asset.",
     ),
@@ -155,8 +157,8 @@ ROWS: tuple[Code, ...] = (
         "SC419",
         "error",
         "an asset names a file outside",
-        "What holds for the paths of a scene holds for those in its assets: relative, and inside the folders that the scene "
-        "may read.",
+        "What holds for the paths of a scene holds for those in its assets: relative, and inside the folders that "
+        "the scene may read.",
         "$ echo 'mtllib ../../secret.mtl' >> bowl.obj && scenecc validate scene.yaml",
         "Export the asset with relative paths, or give the folder with `--asset-root`.",
     ),
