@@ -14,7 +14,7 @@ from typing import IO, TYPE_CHECKING, Any, Union
 from scenecc.diagnostics import Location, Origin, Sink
 from scenecc.source import Document, Limits, make_limits, read_dict, read_text
 from scenecc.source.lines import Lines
-from scenecc.source.paths import AssetScope, Refusal, asset_roots, resolve
+from scenecc.source.paths import AssetScope, Refusal, asset_roots, resolve, resolve_named
 from scenecc.source.text import decode, read_bytes, read_some
 
 if TYPE_CHECKING:
@@ -208,6 +208,14 @@ def _resolver(scope: AssetScope, sink: Sink):  # noqa: ANN202 - a `lower.tables.
     return find
 
 
+def _named_resolver(scope: AssetScope):  # noqa: ANN202 - a `checks.assets.ResolveNamed`
+    def find(reference: str, asset: AssetFile) -> Path | Refusal:
+        found = resolve_named(reference, owner=asset.path, owner_uri=asset.uri, scope=scope)
+        return found if isinstance(found, Refusal) else found.path
+
+    return find
+
+
 def _decoded(found: _Input, scope: AssetScope, limits: Limits, sink: Sink) -> ScenePlan | None:
     """A plan from its JSON. Its relative paths start at the JSON's own folder."""
     from scenecc.plan.from_json import PlanLimits, plan_from_json
@@ -252,5 +260,11 @@ def _checked(plan: ScenePlan, origins: Origins, scope: AssetScope, limits: Limit
     if plan.files and not sink.failed:
         from scenecc.checks.assets import check_assets
 
-        check_assets(plan, sink)
+        check_assets(
+            plan,
+            sink,
+            resolve_named=_named_resolver(scope),
+            max_asset_bytes=limits.asset_bytes,
+            file_origins=file_origins,
+        )
     return not sink.failed
