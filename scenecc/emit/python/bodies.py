@@ -172,12 +172,14 @@ def _write_components(body: Body) -> None:
     if structure.visuals:
         with _rendered(source, columns):
             source.line(f"look = {_LOOK}()")
+            source.statement(string(body.entity.name), assign="look.name")
             for shape in structure.visuals:
                 _write_visual(shape, body)
             _write_look_knobs(body)
             source.line("entity.add_component(look)")
     if structure.body_type != "none":
         source.line(f"body = {_STATIC if structure.body_type == 'static' else _DYNAMIC}()")
+        source.statement(string(body.entity.name), assign="body.name")
         if structure.body_type == "kinematic":
             source.line("body.kinematic = True")
         for shape in structure.collisions:
@@ -196,6 +198,8 @@ def _write_collision(shape: CollisionShape, body: Body) -> None:
     source, geometry = body.source, shape.geometry
     row = COLLISIONS[type(geometry)]
     arguments = row.arguments(geometry, body.columns, body.files)
+    if isinstance(geometry, ConvexParts):
+        arguments.setdefault("scale", "[1, 1, 1]")  # what has no default here
     arguments |= _material_argument(shape, body) or {"material": call("physx.get_default_material")}
     if isinstance(geometry, TriangleMesh):
         arguments["sdf"] = str(geometry.sdf)

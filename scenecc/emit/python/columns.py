@@ -59,6 +59,7 @@ class Columns:
     rows: NDArray[np.intp]
     names: Names
     _lists: dict[bool, list[tuple[str, Group]]] = field(default_factory=lambda: {False: [], True: []})
+    _known: dict[Group, str] = field(default_factory=dict[Group, str])
     _rendered: bool = False
 
     def value(self, value: Value, name: str, write: Callable[[Any], Node] = numbers) -> Node:
@@ -100,6 +101,11 @@ class Columns:
                     source.statement(items, assign=name)
 
     def _list(self, name: str, items: list[Node]) -> str:
-        variable = self.names.take(f"{self.ident}_{name}")
-        self._lists[self._rendered].append((variable, list_of(items)))
+        items_node = list_of(items)
+        # What collides and what is seen mostly have the same sizes: one list serves both.
+        variable = self._known.get(items_node)
+        if variable is None:
+            variable = self.names.take(f"{self.ident}_{name}")
+            self._lists[self._rendered].append((variable, items_node))
+            self._known[items_node] = variable
         return f"{variable}[i]"

@@ -7,11 +7,12 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
 from scenecc.emit.python.columns import number
-from scenecc.emit.python.layout import Node, Source, call, list_of, string
+from scenecc.emit.python.layout import WIDTH, Node, Source, call, list_of, string
+from scenecc.plan import CoacdParams
 
 if TYPE_CHECKING:
     from scenecc.emit.python.names import Names
-    from scenecc.plan import AssetFile, CoacdParams
+    from scenecc.plan import AssetFile
 
 _PACKAGE_FILE = '''\
 def package_file(package: str, path: str) -> Path:
@@ -35,18 +36,32 @@ def asset_file(path: str) -> Path:
 _CONVEX_PARTS = '''\
 @functools.cache
 def convex_parts(mesh: Path, **parameters: object) -> str:
-    """A file with the convex parts that CoACD cuts a mesh into.
-
-    SAPIEN writes it beside the mesh that it is given: here, a link in a temporary folder. The mesh's
-    neighbours are linked too, since a glTF or an OBJ may name some of them.
-    """
-    folder = Path(tempfile.mkdtemp())
+    """A file with the convex parts that CoACD cuts a mesh into; gone when the script ends."""
+    coacd.set_log_level("error")
+    whole = trimesh.load(mesh, force="mesh")
+    parts = coacd.run_coacd(coacd.Mesh(whole.vertices, whole.faces), **parameters)
+    joined = trimesh.util.concatenate([trimesh.Trimesh(*part) for part in parts])
+    folder = tempfile.mkdtemp()
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    for file in mesh.resolve().parent.iterdir():
-        if not file.name.endswith(".coacd.ply"):
-            (folder / file.name).symlink_to(file)
-    return do_coacd(str(folder / mesh.name), **parameters)
+    file = Path(folder) / "parts.ply"
+    joined.export(file)
+    return str(file)
 '''
+
+COACD_DEFAULTS = CoacdParams(
+    threshold=0.05,
+    max_convex_hull=-1,
+    preprocess_mode="auto",
+    preprocess_resolution=30,
+    resolution=2000,
+    mcts_nodes=20,
+    mcts_iterations=150,
+    mcts_max_depth=3,
+    pca=False,
+    merge=True,
+    seed=0,
+)
+"""Those of `sapien.wrapper.coacd.do_coacd`, which the script does not call: it writes beside the mesh."""
 
 
 class Files:
@@ -66,16 +81,12 @@ class Files:
     def parts(self, file: Node, params: CoacdParams) -> Node:
         """An expression for the path of CoACD's parts of a file."""
         self._cut = True
-        given = {item.name: getattr(params, item.name) for item in fields(params)}
-        return call(
-            "convex_parts",
-            file,
-            **{
-                name: string(item) if isinstance(item, str) else number(item)
-                for name, item in given.items()
-                if item is not None
-            },
-        )
+        parameters: dict[str, Node] = {}
+        for item in fields(params):
+            given = getattr(params, item.name)
+            value = given if given is not None else getattr(COACD_DEFAULTS, item.name)
+            parameters[item.name] = string(value) if isinstance(value, str) else number(value)
+        return call("convex_parts", file, **parameters)
 
     def imports(self) -> list[str]:
         """Import statements of the standard library, sorted; known once all bodies are written."""
@@ -110,7 +121,7 @@ class Files:
         if self._beside:
             source.line("HERE = Path(__file__).resolve().parent")
         for file, name in zip(self._files, self._names, strict=True):
-            source.statement(_expression(file.uri), assign=name)
+            source.statement(_expression(file.uri, WIDTH - len(name)), assign=name)
         source.statement(list_of(self._names), assign="FILES")
 
     def write_check(self, source: Source) -> None:
@@ -120,10 +131,13 @@ class Files:
                 source.line("raise FileNotFoundError(file)")
 
 
-def _expression(uri: str) -> Node:
+def _expression(uri: str, width: int) -> Node:
     scheme, separator, path = uri.partition("://")
+    if not separator and Path(uri).is_absolute():
+        return call("Path", string(uri))
     if not separator:
-        return call("Path" if Path(uri).is_absolute() else "HERE.joinpath", string(uri))
+        beside = f"HERE / {string(uri)}"
+        return beside if len(beside) + len(" = ") <= width else call("HERE.joinpath", string(uri))
     if scheme == "pkg":
         package, _, inner = path.partition("/")
         return call("package_file", string(package), string(inner))

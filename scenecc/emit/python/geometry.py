@@ -50,7 +50,7 @@ class Shape:
 
 
 def _sizes(*fields: str) -> Callable[[Any, Columns, Files], Arguments]:
-    def arguments(geometry: Any, columns: Columns, files: Files) -> Arguments:  # noqa: ANN401 - of any of these types
+    def arguments(geometry: Any, columns: Columns, files: Files) -> Arguments:
         del files
         return {name: columns.value(getattr(geometry, name), name) for name in fields}
 

@@ -8,9 +8,9 @@ import re
 
 _SCRIPT = {
     "FILES", "HERE", "Iterator", "Path", "asset_file", "atexit", "body", "build_scenes", "builder", "config",
-    "contextmanager", "convex_parts", "default_material", "do_coacd", "entity", "file", "functools", "i", "importlib",
+    "contextmanager", "convex_parts", "default_material", "coacd", "entity", "file", "functools", "i", "importlib",
     "k", "look", "main", "os", "package_file", "parts", "physics_settings", "physx", "render", "sapien", "scene",
-    "scenes", "shape", "shutil", "systems", "tempfile",
+    "scenes", "shape", "shutil", "systems", "tempfile", "trimesh",
 }  # fmt: skip
 """What a script itself may use."""
 

@@ -96,9 +96,7 @@ def _write_head(source: Source, plan: ScenePlan) -> None:
         for line in textwrap.wrap(paragraph, 96):
             source.comment(line)
     source.comment("")
-    source.comment(
-        "Run this file to simulate them, or import it and call build_scenes(). It needs sapien, not scenecc."
-    )
+    source.comment("Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.")
     if plan.physics.scene_spacing is not None or plan.physics.gpu_memory is not None:
         source.comment("Scene spacing and GPU memory are left out: they concern scenes that share a GPU simulation.")
     source.line()
@@ -114,10 +112,12 @@ def _write_imports(source: Source, files: Files, settings: Settings) -> None:
         source.line(line)
     if standard:
         source.line()
-    source.line("import sapien")
-    source.line("from sapien import physx")
     if files.cut:
-        source.line("from sapien.wrapper.coacd import do_coacd")
+        source.line("import coacd")
+    source.line("import sapien")
+    if files.cut:
+        source.line("import trimesh")
+    source.line("from sapien import physx")
 
 
 def _write_scenes(source: Source, plan: ScenePlan) -> None:

@@ -1,0 +1,145 @@
+"""An emitted script builds what the SAPIEN backend builds, to the last bit, where scenecc cannot be imported."""
+
+from __future__ import annotations
+
+import pickle
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from plugins.sample_plans import SAMPLES
+
+from scenecc.backends.sapien import instantiate
+from scenecc.diagnostics import Sink
+from scenecc.emit import emit
+from scenecc.plan import ScenePlan
+
+STEPS = 300
+
+# Runs a script as a stranger would, and pickles all that can be read of its scenes before and while they move.
+RUN = """
+import importlib.util, pickle, sys, warnings
+warnings.simplefilter("ignore")
+sys.modules["scenecc"] = None
+
+def load(name, path):
+    spec = importlib.util.spec_from_file_location(name, path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+if __name__ == "__main__":
+    compare, script = load("compare", sys.argv[1]), load("script", sys.argv[2])
+    scenes = script.build_scenes(render=sys.argv[4] == "render")
+    facts = [compare.scene_facts(scene) for scene in scenes]
+    moves = []
+    for scene in scenes:
+        for _ in range(int(sys.argv[5])):
+            scene.step()
+            moves.append(scene.pack_poses())
+        moves.append(scene.physx_system.pack())
+    from sapien import physx
+    configs = [x.__getstate__() for x in (physx.get_shape_config(), physx.get_body_config(), physx.get_sdf_config())]
+    pickle.dump((facts, moves, configs), open(sys.argv[3], "wb"))
+    assert not [name for name in sys.modules if name.startswith("scenecc.")]
+"""
+
+
+def run_script(plan: ScenePlan, folder: Path, *, render: bool = False) -> tuple[Any, Any, Any]:
+    sink = Sink()
+    text = emit(plan, "python", sink, base=folder)
+    assert text is not None and not sink.diagnostics()
+    script, runner, out = folder / "scenes.py", folder / "run.py", folder / "out.pickle"
+    script.write_text(text, encoding="utf-8")
+    runner.write_text(RUN, encoding="utf-8")
+    compare = Path(__file__).with_name("compare.py")
+    mode = "render" if render else "physics"
+    command = [sys.executable, str(runner), str(compare), str(script), str(out), mode, str(STEPS)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=100, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    return pickle.loads(out.read_bytes())
+
+
+def run_backend(plan: ScenePlan, *, render: bool = False) -> tuple[Any, Any]:
+    from fidelity import compare
+
+    sink = Sink()
+    batch = instantiate(plan, sink, render=render)
+    assert batch is not None, sink.diagnostics()
+    facts, moves = [compare.scene_facts(scene) for scene in batch.scenes], []
+    for scene in batch.scenes:
+        for _ in range(STEPS):
+            scene.step()
+            moves.append(scene.pack_poses())
+        moves.append(scene.physx_system.pack())
+    batch.close()
+    return facts, moves
+
+
+def assert_same(plan: ScenePlan, folder: Path, *, render: bool = False) -> None:
+    from fidelity import compare
+
+    facts, moves, _ = run_script(plan, folder, render=render)
+    expected, expected_moves = run_backend(plan, render=render)
+    assert len(facts) == len(expected) == plan.num_scenes
+    for left, right in zip(expected, facts, strict=True):
+        assert [name for name, _ in left["entities"]] == [name for name, _ in right["entities"]]
+        assert not compare._differences("scene", left, right)
+    assert moves == expected_moves
+
+
+@pytest.mark.parametrize("name", [name for name in SAMPLES if name != "decomposed"])
+def test_the_script_builds_what_the_backend_builds(name: str, tmp_path: Path) -> None:
+    assert_same(SAMPLES[name](), tmp_path)
+
+
+@pytest.mark.render
+@pytest.mark.parametrize("name", [name for name in SAMPLES if name != "decomposed"])
+def test_and_what_is_seen_with_a_renderer(name: str, tmp_path: Path) -> None:
+    assert_same(SAMPLES[name](), tmp_path, render=True)
+
+
+def test_coacd_writes_nothing_beside_the_mesh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("coacd")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    plan = SAMPLES["decomposed"]()
+    folder = tmp_path / "script"
+    folder.mkdir()
+    before = set(plan.files[0].path.parent.iterdir())
+    assert_same(plan, folder)
+    assert set(plan.files[0].path.parent.iterdir()) == before
+    assert {path.name for path in folder.iterdir()} <= {"scenes.py", "run.py", "out.pickle", "__pycache__"}
+
+
+def test_the_settings_of_the_process_are_put_back(tmp_path: Path) -> None:
+    from sapien import physx
+
+    defaults = [x.__getstate__() for x in (physx.get_shape_config(), physx.get_body_config(), physx.get_sdf_config())]
+    _, _, after = run_script(SAMPLES["knobs"](), tmp_path)
+    assert after == defaults
+
+
+def test_a_missing_mesh_is_an_error_and_not_an_empty_body(tmp_path: Path) -> None:
+    plan = SAMPLES["varied"]()
+    plan = replace(
+        plan,
+        files=tuple(replace(file, uri=f"gone/{i}.obj", path=tmp_path / "gone") for i, file in enumerate(plan.files)),
+    )
+    text = emit(plan, "python", Sink())
+    script = tmp_path / "scenes.py"
+    script.write_text(text or "", encoding="utf-8")
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False, timeout=100)
+    assert done.returncode == 1
+    assert "FileNotFoundError" in done.stderr and "gone" in done.stderr
+
+
+def test_the_script_runs_by_itself(tmp_path: Path) -> None:
+    script = tmp_path / "scenes.py"
+    script.write_text(emit(SAMPLES["varied"](), "python", Sink(), base=tmp_path) or "", encoding="utf-8")
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False, timeout=100)
+    assert done.returncode == 0, done.stderr
+    assert "obstacle" in done.stdout
