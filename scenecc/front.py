@@ -20,6 +20,7 @@ from scenecc.source.text import decode, read_bytes, read_some
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from scenecc.lower.tables import FileResolver
     from scenecc.plan import AssetFile, ScenePlan
 
 Source = Union[str, "PathLike[str]", IO[str], IO[bytes], Mapping[str, Any], "ScenePlan"]
@@ -105,7 +106,8 @@ def compile_source(source: Source, options: Options, sink: Sink) -> Compiled | N
     for what in options.given:
         sink.report("SC109", f"{what} are not supported yet", Location(None))
     plan = _as_plan(source)
-    scope = AssetScope(None, options.asset_roots, options.allow_outside_assets)
+    # A plan that comes as an object has found its files already.
+    scope = AssetScope(None, options.asset_roots, allow_outside=True)
     origins: Origins = ({}, {})
     if plan is None:
         found = _read(source, options.limits, sink)
@@ -195,7 +197,7 @@ def _lowered(
     return lowered and (lowered.plan, (lowered.file_origins, lowered.material_origins))
 
 
-def _resolver(scope: AssetScope, sink: Sink):  # noqa: ANN202 - a `lower.tables.FileResolver`
+def _resolver(scope: AssetScope, sink: Sink) -> FileResolver:
     from scenecc.plan import AssetFile
 
     def find(uri: str, origin: Origin) -> AssetFile | None:

@@ -10,7 +10,7 @@ from scenecc.lower.poses import lower_local_pose
 from scenecc.lower.shapes import BodyDefaults
 from scenecc.plan import BodyStructure, Inertial, constant
 from scenecc.spec.body import MOTION_AXES, Body
-from scenecc.spec.errors import suggest
+from scenecc.spec.errors import cut, suggest
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -102,7 +102,7 @@ class Bodies:
 
     def _unknown_group(self, name: str, origin: Origin) -> None:
         hint = suggest(name, self._groups) if self._groups else "name it under `collision_groups`"
-        self._sink.report("SC302", f"there is no collision group `{name}`", origin.child("collision_group"), hint=hint)
+        self._sink.report("SC302", f"there is no collision group `{cut(name)}`", origin.child("collision_group"), hint=hint)
 
     def _inertial(self, body: Body, origin: Origin) -> Inertial | None:
         given = body.inertial

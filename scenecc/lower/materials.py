@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from scenecc.plan import PhysicalMaterial, Rgba, Texture, Value, VisualMaterial
-from scenecc.spec.errors import suggest
+from scenecc.spec.errors import cut, suggest
 from scenecc.spec.material import Material, Physical, TextureMapping, Visual
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ class Materials:
 
     def _unknown(self, name: str, origin: Origin) -> None:
         hint = suggest(name, self._named) if self._named else "name it under `materials`"
-        self._sink.report("SC301", f"there is no material `{name}`", origin, hint=hint)
+        self._sink.report("SC301", f"there is no material `{cut(name)}`", origin, hint=hint)
 
     def _lower(self, material: Material, origin: Origin) -> Surface:
         physical, visual = material.physical, material.visual

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scenecc.lower.poses import IDENTITY_POSE, Pose7, compose, lower_pose
-from scenecc.spec.errors import suggest
+from scenecc.spec.errors import cut, suggest
 from scenecc.spec.pose import PoseMapping
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ class Places:
             return parent
         self._sink.report(
             "SC303",
-            f"there is no entity or frame `{parent}`",
+            f"there is no entity or frame `{cut(parent)}`",
             self._place(name).child("pose", "relative_to"),
             hint=suggest(str(parent), [other for other in self._placed if other != name]),
         )

@@ -75,6 +75,9 @@ def lower(
     entities = _entities(
         scene, num_scenes, origin, Bodies(Shapes(tables, materials, sink), materials, groups, sink), sink
     )
+    if sink.failed:
+        # A material may be unused only because its name was misspelt where it was meant.
+        return None
     materials.report_unused()
     if sink.failed:
         return None

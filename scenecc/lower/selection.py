@@ -56,7 +56,7 @@ def _indices(item: int | str, num_scenes: int, place: Origin, sink: Sink) -> ran
         return None
     match = _SLICE.match(item)
     if match is None or match[3] in {"0", "-0"} or (match[3] and int(match[3]) == 0):
-        sink.report("SC310", f"{item!r} is not a slice", place, hint='write "start:stop" or "start:stop:step"')
+        sink.report("SC310", f"{item[:60]!r} is not a slice", place, hint='write "start:stop" or "start:stop:step"')
         return None
     start, stop, step = (int(part) if part else None for part in match.groups())
     for bound in (start, stop):
@@ -66,7 +66,7 @@ def _indices(item: int | str, num_scenes: int, place: Origin, sink: Sink) -> ran
             return None
     indices = range(num_scenes)[start:stop:step]
     if not indices:
-        sink.report("SC309", f"{item!r} selects none of the {num_scenes} scenes", place)
+        sink.report("SC309", f"{item[:60]!r} selects none of the {num_scenes} scenes", place)
         return None
     return indices
 

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 EXPRESSION = "${"
 
+_LISTED = 30
+"""How many known words a hint lists."""
+
 _KINDS: dict[str, str] = {
     "float_type": "a number",
     "int_type": "a whole number",
@@ -52,14 +55,14 @@ def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: 
                 judged_otherwise.add(entity)
                 _not_yet(NOT_YET[key], origin.child(*entity, key), "key", sink)
             continue
-        _report(error, path, data, origin.child(*path), sink)
+        _report(error, path, origin.child(*path), sink)
 
 
 def _other_kind(entity: Any) -> str | None:
     return next((key for key in OTHER_KIND if key in entity), None) if isinstance(entity, dict) else None
 
 
-def _report(error: ErrorDetails, path: Path, data: dict[str, Any], place: Origin, sink: Sink) -> None:
+def _report(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
     kind, found = error["type"], error["input"]
     if kind == "extra_forbidden":
         _unknown_key(error, str(path[-1]), place, sink)
@@ -80,7 +83,7 @@ def _report(error: ErrorDetails, path: Path, data: dict[str, Any], place: Origin
     elif kind in {"literal_error", "union_tag_invalid", "union_tag_not_found"}:
         _choice(error, path, place, sink)
     elif kind == "string_pattern_mismatch":
-        _pattern(error, path, place, sink)
+        _pattern(error, place, sink)
     else:
         expected = error["msg"] if kind == WRONG_KIND else _KINDS.get(kind, error["msg"])
         _wrong_kind(expected, path, found, place, sink)
@@ -108,14 +111,19 @@ def _unknown_key(error: ErrorDetails, key: str, place: Origin, sink: Sink) -> No
         return
     model = model_at(SceneFile, error["loc"])
     known = tuple(model.model_fields) if model else ()
-    sink.report("SC101", f"unknown key `{key}`", place, at="key", hint=suggest(key, known))
+    sink.report("SC101", f"unknown key `{cut(key)}`", place, at="key", hint=suggest(key, known))
 
 
-def suggest(word: str, known: Iterable[str]) -> str:
-    """A hint with the nearest known word, or all of them."""
+def suggest(word: str, known: Iterable[str]) -> str | None:
+    """A hint with the nearest known word, or all of them; None where there is none."""
     known = tuple(known)
+    if not known:
+        return None
     near = difflib.get_close_matches(word, known, n=1, cutoff=0.6)
-    return f"did you mean `{near[0]}`?" if near else "known here: " + ", ".join(known)
+    if near:
+        return f"did you mean `{near[0]}`?"
+    more = f" and {len(known) - _LISTED} more" if len(known) > _LISTED else ""
+    return "known here: " + ", ".join(known[:_LISTED]) + more
 
 
 def _missing(path: Path, found: Any, place: Origin, sink: Sink) -> None:
@@ -160,7 +168,7 @@ def _choice(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
         )
 
 
-def _pattern(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
+def _pattern(error: ErrorDetails, place: Origin, sink: Sink) -> None:
     found = error["input"]
     if error["ctx"]["pattern"].startswith("^#"):  # pyright: ignore[reportTypedDictNotRequiredAccess]
         sink.report(
@@ -212,6 +220,11 @@ def describe(found: Any) -> str:
 def show(found: Any, width: int = 60) -> str:
     """A value as a message shows it, cut where it is long."""
     text = str(found).lower() if isinstance(found, bool) else repr(found)
+    return cut(text, width)
+
+
+def cut(text: str, width: int = 60) -> str:
+    """A text of at most so many characters: a file may come from a stranger."""
     return text if len(text) <= width else text[: width - 1] + "…"
 
 
@@ -221,6 +234,6 @@ def _named(path: Path) -> str:
         return "the document"
     last = path[-1]
     if isinstance(last, str):
-        return f"`{last}`"
+        return f"`{cut(last)}`"
     owner = next((key for key in reversed(path) if isinstance(key, str)), "")
     return f"item {last} of `{owner}`"
