@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
-from scenecc.diagnostics import Path
 from scenecc.source.faults import Faults, Stopped
-from scenecc.source.limits import Limits
-from scenecc.source.parsing import NodeEvent
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Path
+    from scenecc.source.limits import Limits
+    from scenecc.source.parsing import NodeEvent
 
 Container = dict[str, Any] | list[Any]
 
@@ -71,12 +73,13 @@ class Aliases:
         """Nodes and height of a closed node: 1 and 0 for a scalar."""
         if not isinstance(value, (dict, list)):
             return 1, 0
-        known = self._sizes.get(id(value))
+        node = cast("Container", value)
+        known = self._sizes.get(id(node))
         if known is None:
-            children = value.values() if isinstance(value, dict) else value
+            children = node.values() if isinstance(node, dict) else node
             sizes = [self._measure(child) for child in children]
             known = 1 + sum(nodes for nodes, _ in sizes), 1 + max((height for _, height in sizes), default=0)
-            self._sizes[id(value)] = known
+            self._sizes[id(node)] = known
         return known
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from functools import cached_property
 from pathlib import Path as FilePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import At, Location, Origin
-from scenecc.source.lines import Lines
 from scenecc.source.positions import Positions
+
+if TYPE_CHECKING:
+    from scenecc.source.lines import Lines
 
 
 class Document:

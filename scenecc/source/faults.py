@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from scenecc.diagnostics import Location, Path, Sink
-from scenecc.source.lines import Lines
-from scenecc.source.parsing import Event, Mark
+from typing import TYPE_CHECKING
+
 from scenecc.source.text import report_character
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Location, Path, Sink
+    from scenecc.source.lines import Lines
+    from scenecc.source.parsing import Event, Mark
 
 MAX_FAULTS = 1000
 """A text of nothing but errors (`- ` a million times) must not fill the memory with reports."""

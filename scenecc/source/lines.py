@@ -31,6 +31,10 @@ class Lines:
         """The text of a 0-based line; "" past the end."""
         return self._lines[line] if 0 <= line < len(self._lines) else ""
 
+    def is_last(self, line: int) -> bool:
+        """Whether nothing but blanks comes after a 0-based line."""
+        return not any(text.strip() for text in self._lines[line + 1 :])
+
     def location(self, line: int, column: int, end_column: int | None = None) -> Location:
         """The place of 0-based columns `column` to `end_column` (excluded; None: the line's end) of a 0-based line.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol, cast
+from typing import Any, Protocol
 
 import yaml
 from yaml.events import (
@@ -47,7 +47,8 @@ class NodeEvent(Event, Protocol):
     flow_style: bool | None
 
 
-NextEvent = Callable[[], NodeEvent]
+NextEvent = Callable[[], Any]
+"""Gives an event. Who asks tells them apart by their exact types, which is quicker than any other way."""
 
 
 def next_event(text: str) -> NextEvent:
@@ -55,20 +56,8 @@ def next_event(text: str) -> NextEvent:
 
     It raises `yaml.YAMLError` where the text is no YAML.
     """
-    if yaml.__with_libyaml__:
-        from yaml.cyaml import CParser
-
-        return cast(NextEvent, CParser(text).get_event)  # pyright: ignore[reportUnknownMemberType]
-    return cast(NextEvent, _PythonParser(text).get_event)
-
-
-class _PythonParser(yaml.reader.Reader, yaml.scanner.Scanner, yaml.parser.Parser):
-    """PyYAML's parser in Python, for the machines where the C one is not compiled in."""
-
-    def __init__(self, text: str) -> None:
-        yaml.reader.Reader.__init__(self, text)
-        yaml.scanner.Scanner.__init__(self)
-        yaml.parser.Parser.__init__(self)
+    parser: Any = yaml.CSafeLoader(text) if yaml.__with_libyaml__ else yaml.SafeLoader(text)
+    return parser.get_event
 
 
 __all__ = [

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import yaml
 
-from scenecc.diagnostics import At, Location, Path
-from scenecc.source.lines import Lines
 from scenecc.source.parsing import (
     AliasEvent,
     Event,
@@ -19,6 +18,10 @@ from scenecc.source.parsing import (
     StreamEndEvent,
     next_event,
 )
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import At, Location, Path
+    from scenecc.source.lines import Lines
 
 Span = tuple[int, int, int | None]
 """0-based line, first column, column after the last one (None: to the line's end)."""
@@ -113,7 +116,7 @@ class _Walk:
             get()  # the start of the stream
             if isinstance(get(), StreamEndEvent):
                 return root
-            event = get()
+            event: NodeEvent = get()
             root = self._opened(event)
             self._fill(event, root)
         except (yaml.YAMLError, _Enough):
@@ -139,7 +142,7 @@ class _Walk:
             node.text = start.value
             return
         get = self._get
-        event = get()
+        event: NodeEvent = get()
         if isinstance(start, MappingStartEvent):
             while not isinstance(event, MappingEndEvent):
                 self._entry(event, node)

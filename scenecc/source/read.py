@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from os import PathLike, fspath
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
-from scenecc.diagnostics import Sink
 from scenecc.source.document import Document
 from scenecc.source.faults import Faults
 from scenecc.source.limits import Limits
@@ -17,6 +16,9 @@ from scenecc.source.lines import Lines
 from scenecc.source.reader import read_yaml
 from scenecc.source.text import decode, read_bytes, read_some
 from scenecc.source.values import plain_mapping
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Sink
 
 _DEFAULT = Limits()
 
@@ -44,6 +46,8 @@ def read_text(
     Args:
         text: the whole document.
         name: as shown to people.
+        sink: takes what is wrong.
+        limits: of the text's size, depth and aliases.
         path: absolute path of the file that the text is from.
     """
     decoded = decode(text, name, sink, limits)
@@ -67,7 +71,7 @@ def read_dict(data: Mapping[str, Any], sink: Sink, limits: Limits = _DEFAULT) ->
 
 
 @contextmanager
-def _collector_paused() -> Iterator[None]:
+def _collector_paused() -> Generator[None]:
     """Without the garbage collector, which would look through all the new containers again and again."""
     was_enabled = gc.isenabled()
     gc.disable()

@@ -6,15 +6,15 @@ valid file pays for its data alone. `yaml.load` takes three times as long.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 import yaml
 
 from scenecc.diagnostics import Location, Path
 from scenecc.source.aliases import Aliases, Container, stop_at_depth
 from scenecc.source.faults import Faults, Stopped
-from scenecc.source.limits import Limits
 from scenecc.source.parsing import (
     AliasEvent,
     DocumentStartEvent,
@@ -31,7 +31,12 @@ from scenecc.source.parsing import (
 from scenecc.source.positions import first_keys
 from scenecc.source.scalars import PlainKeys, PlainValues
 from scenecc.source.syntax import report_syntax
-from scenecc.source.tags import Refused, check_collection_tag, scalar_value, shown_scalar
+from scenecc.source.tags import Refused, check_collection_tag, kind, scalar_value, shown_scalar
+
+if TYPE_CHECKING:
+    from scenecc.source.limits import Limits
+
+_TYPE_OF: Callable[[object], object] = type
 
 
 def read_yaml(faults: Faults, limits: Limits) -> dict[str, Any] | None:
@@ -82,17 +87,17 @@ class _Reader:
         """Reads the stream, which must hold one mapping."""
         get, faults = self._get, self._faults
         get()  # the start of the stream
-        start = get()
+        start: NodeEvent = get()
         if isinstance(start, StreamEndEvent):
             self._refuse_root(start)
             return None
-        root = get()
+        root: NodeEvent = get()
         if not isinstance(root, MappingStartEvent):
             self._refuse_root(root)
             return None
         data = self._mapping(root, "")
         get()  # the end of the document
-        after = get()
+        after: NodeEvent = get()
         if isinstance(after, DocumentStartEvent):
             faults.at("SC007", "a second document starts here", after, hint="put each scene into a file of its own")
         return data
@@ -115,9 +120,9 @@ class _Reader:
             hint = "a scene file starts with `scenecc: 1`"
             self._faults.at("SC012", "the document is empty", event, hint=hint)
             return
-        kind = "a list" if isinstance(event, SequenceStartEvent) else "a single value"
-        hint = "a scene file is made of `key: value` lines; a missing space after `:` makes them one string"
-        self._faults.at("SC013", f"the document is {kind}, not a mapping", event, hint=hint)
+        what = "a list" if isinstance(event, SequenceStartEvent) else "a single value"
+        hint = "a scene file is made of `key: value` lines, with a blank after each colon"
+        self._faults.at("SC013", f"the document is {what}, not a mapping", event, hint=hint)
 
     def _mapping(self, start: NodeEvent, under: str | int) -> dict[str, Any]:
         """Reads a mapping from its start, `under` a key or index of its parent, to its end.
@@ -125,67 +130,67 @@ class _Reader:
         This and `_list` are the hot loops: every node of a valid file passes here, and what is out of the
         common (tags, anchors, aliases, merges, nulls, whatever is wrong) leaves them for other functions.
         """
-        get, plain, keys = self._get, self._plain, self._keys
+        get, plain, keys, type_of = self._get, self._plain, self._keys, _TYPE_OF
         node: dict[str, Any] = {}
         if start.anchor is not None or start.tag is not None or len(self._open) >= self._depth:
             self._odd_start(start, node, under)
         self._open.append((under, node))
         while True:
             key_event = get()
-            kind = type(key_event)
+            type_ = type_of(key_event)
             key = None
-            if kind is ScalarEvent:
+            if type_ is ScalarEvent:
                 if key_event.anchor is None:
                     if key_event.implicit[0]:
                         key = keys[key_event.value]
                     elif key_event.tag is None:
                         key = key_event.value
-            elif kind is MappingEndEvent:
+            elif type_ is MappingEndEvent:
                 self._open.pop()
                 return node
             if key is None or key in node:
                 self._odd_entry(key_event, node)
                 continue
             event = get()
-            kind = type(event)
-            if kind is ScalarEvent:
+            type_ = type_of(event)
+            if type_ is ScalarEvent:
                 value = plain[event.value] if event.implicit[0] else event.value if event.tag is None else None
                 node[key] = value if value is not None and event.anchor is None else self._scalar(event, key, key_event)
-            elif kind is MappingStartEvent:
+            elif type_ is MappingStartEvent:
                 node[key] = self._mapping(event, key)
-            elif kind is SequenceStartEvent:
+            elif type_ is SequenceStartEvent:
                 node[key] = self._list(event, key)
             else:
                 node[key] = self._follow(event, key)
 
     def _list(self, start: NodeEvent, under: str | int) -> list[Any]:
         """Reads a list from its start, `under` a key or index of its parent, to its end."""
-        get, plain = self._get, self._plain
+        get, plain, type_of = self._get, self._plain, _TYPE_OF
         node: list[Any] = []
         if start.anchor is not None or start.tag is not None or len(self._open) >= self._depth:
             self._odd_start(start, node, under)
         self._open.append((under, node))
         while True:
             event = get()
-            kind = type(event)
-            if kind is ScalarEvent:
+            type_ = type_of(event)
+            if type_ is ScalarEvent:
                 value = plain[event.value] if event.implicit[0] else event.value if event.tag is None else None
                 node.append(
                     value if value is not None and event.anchor is None else self._scalar(event, len(node), event)
                 )
-            elif kind is SequenceEndEvent:
+            elif type_ is SequenceEndEvent:
                 self._open.pop()
                 return node
-            elif kind is MappingStartEvent:
+            elif type_ is MappingStartEvent:
                 node.append(self._mapping(event, len(node)))
-            elif kind is SequenceStartEvent:
+            elif type_ is SequenceStartEvent:
                 node.append(self._list(event, len(node)))
             else:
                 node.append(self._follow(event, len(node)))
 
     def _value(self, key: str, key_event: NodeEvent) -> Any:
         """Reads the value of an entry."""
-        event = self._get()
+        event: NodeEvent = self._get()
         if isinstance(event, ScalarEvent):
             return self._scalar(event, key, key_event)
         if isinstance(event, AliasEvent):
@@ -219,6 +224,8 @@ class _Reader:
             if value is None:
                 subject = f"the key `{under}`" if isinstance(under, str) else "the list item"
                 hint = "give it a value or take it away: what is left out has its default"
+                if isinstance(under, str) and ":" in under.strip(":"):
+                    hint = "a colon that ends a key is followed by a blank: write `key: value`"
                 self._faults.at("SC006", f"{subject} has no value", key_event, path=self._path(under), hint=hint)
         if event.anchor is not None:
             self._aliases.define(event.anchor, value)
@@ -266,7 +273,7 @@ class _Reader:
             hint = "keys are strings; an expression `${…}` must be quoted"
         if isinstance(key, str):
             return key
-        self._faults.at("SC005", f"a key is {_kind(key)}, not a string", event, path=self._path(), hint=hint)
+        self._faults.at("SC005", f"a key is {kind(key)}, not a string", event, path=self._path(), hint=hint)
         return None
 
     def _merge(self, event: NodeEvent, node: dict[str, Any]) -> None:
@@ -281,11 +288,11 @@ class _Reader:
             self._faults.at("SC004", "the key `<<` is written twice", event, path=path, hint=hint, related=related)
             return
         merge = self._merges[id(node)] = _Merge(event)
-        for source in value if isinstance(value, list) else [value]:
+        for source in cast("list[object]", value) if isinstance(value, list) else [value]:
             if not isinstance(source, dict):
                 self._refuse_merge(source, event, path)
                 continue
-            for key, item in source.items():
+            for key, item in cast("dict[str, Any]", source).items():
                 if key not in node:
                     node[key] = item
                     merge.keys.add(key)
@@ -293,25 +300,9 @@ class _Reader:
     def _refuse_merge(self, source: object, event: NodeEvent, path: Path) -> None:
         if source is not None:  # else it was reported where it stands
             hint = "write `<<: *anchor` or `<<: [*one, *other]`, anchors of mappings; to use `<<` as a key quote it"
-            self._faults.at("SC011", f"`<<` merges mappings, not {_kind(source)}", event, path=path, hint=hint)
+            self._faults.at("SC011", f"`<<` merges mappings, not {kind(source)}", event, path=path, hint=hint)
 
     def _path(self, under: str | int | None = None) -> Path:
         """The path of what stands under a key or index of the innermost open container; its own for None."""
         path = tuple(key for key, _ in self._open[1:])
         return path if under is None or not self._open else (*path, under)
-
-
-def _kind(value: object) -> str:
-    match value:
-        case None:
-            return "null"
-        case bool():
-            return "a boolean"
-        case int() | float():
-            return "a number"
-        case str():
-            return "a string"
-        case list():
-            return "a list"
-        case _:
-            return "a mapping"

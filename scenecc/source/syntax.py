@@ -2,20 +2,250 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
 from yaml import MarkedYAMLError, YAMLError
 
-from scenecc.source.faults import Faults
 from scenecc.source.text import control_character
+
+if TYPE_CHECKING:
+    from scenecc.source.faults import Faults
+    from scenecc.source.lines import Lines
+    from scenecc.source.parsing import Mark
+
+_EXPRESSION = re.compile(r"\$\{[^}]*\}?")
+_KEY_WITHOUT_BLANK = re.compile(r"\s*(?:- +)*(?P<key>[A-Za-z_][\w.-]*):[^\s:/]")
+_MAX_KEY = 1024
+"""Characters before the colon of a key, by YAML's rule for keys without `? `."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Problem:
+    """What went wrong, and where: as the parser says it, and with the text at hand."""
+
+    lines: Lines
+    problem: str
+    mark: Mark
+    context: Mark | None
+
+    @property
+    def text(self) -> str:
+        """The line of the problem."""
+        return self.lines.line(self.mark.line)
+
+    @property
+    def rest_length(self) -> int:
+        """Its length without trailing blanks."""
+        return max(len(self.rest.rstrip()), 1)
+
+    @property
+    def at_end(self) -> bool:
+        """Whether nothing but blanks comes after the problem."""
+        return not self.rest.strip() and self.lines.is_last(self.mark.line)
+
+    @property
+    def rest(self) -> str:
+        """What is left of that line."""
+        return self.text[self.mark.column :]
+
+
+@dataclass(frozen=True, slots=True)
+class _Advice:
+    """What to tell: about the place of the problem, or another one."""
+
+    message: str
+    hint: str | None = None
+    line: int | None = None
+    column: int | None = None
+    length: int = 1
+    related: str | None = None
+    """A message about the place at which the parser's context began."""
 
 
 def report_syntax(error: YAMLError, faults: Faults) -> None:
     """Reports what ended the parser."""
-    if isinstance(error, MarkedYAMLError) and error.problem_mark is not None:
-        mark = error.problem_mark
-        faults.report("SC003", str(error.problem), faults.lines.location(mark.line, mark.column, mark.column + 1))
+    lines = faults.lines
+    if not isinstance(error, MarkedYAMLError) or error.problem_mark is None:
+        offset = control_character(lines.text)
+        if offset is None:
+            faults.report("SC003", f"bad YAML: {error}", lines.location(0, 0, 1))
+        else:
+            faults.character(offset)
         return
-    offset = control_character(faults.lines.text)
-    if offset is not None:
-        faults.character(offset)
+    problem = _Problem(lines, error.problem or "bad YAML", error.problem_mark, error.context_mark)
+    advice = _advice(problem)
+    line = problem.mark.line if advice.line is None else advice.line
+    column = problem.mark.column if advice.column is None else advice.column
+    context = problem.context
+    related = ()
+    if advice.related is not None and context is not None and (context.line, context.column) != (line, column):
+        related = ((advice.related, lines.location(context.line, context.column, context.column + 1)),)
+    place = lines.location(line, column, column + advice.length)
+    faults.report("SC003", advice.message, place, hint=advice.hint, related=related)
+
+
+def _advice(problem: _Problem) -> _Advice:
+    for beginning, advise in _ADVICE.items():
+        if problem.problem.startswith(beginning):
+            return _tab(problem) or advise(problem)
+    return _tab(problem) or _Advice(f"bad YAML: {problem.problem}")
+
+
+def _tab(problem: _Problem) -> _Advice | None:
+    text = problem.text
+    column = text.find("\t", 0, len(text) - len(text.lstrip(" \t")))
+    if column < 0:
+        return None
+    return _Advice("a tab in the indentation", "YAML is indented with blanks only", column=column)
+
+
+def _brackets(problem: _Problem) -> _Advice:
+    """A flow collection goes on with neither a comma nor its end."""
+    before = problem.mark.column - 1
+    expression = _EXPRESSION.match(problem.text, before) if before >= 0 else None
+    if expression is not None:
+        text = expression[0]
+        message = "an expression is not quoted: inside brackets `{` starts a mapping"
+        return _Advice(message, f'quote it: "{text}"', column=before, length=len(text))
+    closing = problem.problem.rstrip("'")[-1:]
+    what, opening = ("list", "[") if closing == "]" else ("mapping", "{")
+    if problem.at_end and problem.context is not None:
+        return _Advice(f"this `{opening}` is never closed", None, problem.context.line, problem.context.column)
+    if problem.context is not None and problem.mark.line > problem.context.line:
+        hint = f"close it with `{closing}` before this line, or put a comma between its parts"
     else:
-        faults.report("SC003", str(error), faults.lines.location(0, 0, 1))
+        hint = f"put a comma between the parts of a {what}, and `{closing}` at its end; quote strings with brackets"
+    return _Advice(f"a comma or `{closing}` is missing", hint, related=f"the {what} starts here")
+
+
+def _colon(problem: _Problem) -> _Advice:
+    """A colon where no key can be."""
+    line, column = problem.mark.line, problem.mark.column
+    above = _above(problem)
+    if above is not None:
+        match = _KEY_WITHOUT_BLANK.match(problem.lines.line(above))
+        if match is not None:
+            return _no_blank(match, above)
+    before = problem.text[:column]
+    if re.search(r":\s", before):
+        hint = "quote the value if the colon belongs to it; otherwise start a new line for the second key"
+        return _Advice("a second `: ` in one line", hint)
+    if column - (len(before) - len(before.lstrip())) > _MAX_KEY:
+        return _Advice(f"a key of more than {_MAX_KEY} characters", "shorten it")
+    hint = "indent it as far as the keys it belongs with"
+    if above is not None:
+        hint += f" (line {above + 1}, the one before it, has a value already)"
+    start = len(before) - len(before.lstrip(" -"))
+    return _Advice("a key stands where none can be", hint, line, start, max(column - start, 1))
+
+
+def _no_blank(match: re.Match[str], line: int) -> _Advice:
+    key = match["key"]
+    return _Advice(
+        f"there is no blank after the colon of `{key}`",
+        f"write `{key}: `; without the blank the colon is part of a string",
+        line,
+        match.start("key"),
+        len(key) + 1,
+    )
+
+
+def _above(problem: _Problem) -> int | None:
+    """The last line before the problem's that holds more than blanks and a comment."""
+    for line in range(problem.mark.line - 1, max(problem.mark.line - 100, -1), -1):
+        text = problem.lines.line(line).strip()
+        if text and not text.startswith("#"):
+            return line
+    return None
+
+
+def _no_colon(problem: _Problem) -> _Advice:
+    """A line that should have been a key."""
+    place = problem.context or problem.mark
+    match = _KEY_WITHOUT_BLANK.match(problem.lines.line(place.line))
+    if match is not None:
+        return _no_blank(match, place.line)
+    length = max(len(problem.lines.line(place.line).rstrip()) - place.column, 1)
+    hint = "write `key: value`; a string over several lines is indented further than its key"
+    return _Advice("this line is no key: it has no colon", hint, place.line, place.column, length)
+
+
+def _key(problem: _Problem) -> _Advice:
+    """A block mapping goes on with something that is no key of it."""
+    before = problem.text[: problem.mark.column].strip()
+    if problem.rest[:1] in ("]", "}"):
+        return _Advice(f"this `{problem.rest[0]}` closes nothing", "take it away, or quote the whole value")
+    if before:
+        hint = "quote the whole value, or start a new line"
+        return _Advice("something follows a value that is complete", hint, length=problem.rest_length)
+    if problem.rest.startswith("- "):
+        hint = "a list's dashes stand under one another, and no keys of the same mapping between them"
+        return _Advice("a list item among keys", hint, related="the mapping starts here")
+    hint = "its indentation fits neither the keys above it nor a value of theirs"
+    return _Advice("bad indentation", hint, length=problem.rest_length, related="the mapping starts here")
+
+
+def _dash(_: _Problem) -> _Advice:
+    hint = "indent it further to make it part of the item above, or start it with `- `"
+    return _Advice("a list goes on with something that is no item", hint, related="the list starts here")
+
+
+def _dash_in_line(_: _Problem) -> _Advice:
+    return _Advice("a list item cannot start here", "start the list on a line of its own, or write `[…]`")
+
+
+def _content(problem: _Problem) -> _Advice:
+    found = problem.rest[:1]
+    if found == ",":
+        return _Advice("there is nothing before this comma", "take the comma away, or put a value before it")
+    what = f"`{found}`" if found.strip() else "the end of the line"
+    return _Advice(f"a value was expected, not {what}", "is a bracket not closed, or one too many?")
+
+
+def _first_character(problem: _Problem) -> _Advice:
+    found = problem.rest[:1]
+    return _Advice(f"a string cannot start with `{found}`", f'quote it: "{found}…"')
+
+
+def _anchor(problem: _Problem) -> _Advice:
+    place = problem.context or problem.mark
+    found = problem.lines.line(place.line)[place.column : place.column + 1]
+    hint = f'quote it: "{found}…"'
+    return _Advice(f"a string cannot start with `{found}`, which marks or names a node", hint, place.line, place.column)
+
+
+def _open_quote(problem: _Problem) -> _Advice:
+    place = problem.context or problem.mark
+    return _Advice("this quote is never closed", None, place.line, place.column)
+
+
+def _escape(_: _Problem) -> _Advice:
+    hint = "in double quotes a backslash starts an escape: double it, or use single quotes"
+    return _Advice("an escape that YAML does not know", hint)
+
+
+def _after_end(problem: _Problem) -> _Advice:
+    hint = "is the first line a value that should be a key, or a bracket closed too early?"
+    return _Advice("something follows the end of the document", hint, length=problem.rest_length)
+
+
+_ADVICE: dict[str, Callable[[_Problem], _Advice]] = {
+    "did not find expected ',' or": _brackets,
+    "mapping values are not allowed": _colon,
+    "could not find expected ':'": _no_colon,
+    "did not find expected key": _key,
+    "did not find expected '-'": _dash,
+    "block sequence entries are not allowed": _dash_in_line,
+    "did not find expected node content": _content,
+    "found character that cannot start any token": _first_character,
+    "did not find expected alphabetic or numeric character": _anchor,
+    "found unexpected end of stream": _open_quote,
+    "found unknown escape character": _escape,
+    "found invalid Unicode character escape code": _escape,
+    "did not find expected hexdecimal number": _escape,
+    "did not find expected <document start>": _after_end,
+}
+"""How the problems that libyaml names begin → what to say of them."""

@@ -95,3 +95,20 @@ def _tagged(event: NodeEvent, tag: str) -> Scalar | None:
     if not fits[kind]:
         raise Refused("SC008", f"`{shown_scalar(event)}` is not what the tag `{shown}` says", "take the tag away")
     return value
+
+
+def kind(value: object) -> str:
+    """What a value is, in words."""
+    match value:
+        case None:
+            return "null"
+        case bool():
+            return "a boolean"
+        case int() | float():
+            return "a number"
+        case str():
+            return "a string"
+        case list():
+            return "a list"
+        case _:
+            return "a mapping"

@@ -6,11 +6,13 @@ import codecs
 import os
 import re
 import stat
-from typing import IO
+from typing import IO, TYPE_CHECKING
 
 from scenecc.diagnostics import Location, Sink
-from scenecc.source.limits import Limits
 from scenecc.source.lines import Lines
+
+if TYPE_CHECKING:
+    from scenecc.source.limits import Limits
 
 _CONTROLS = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufffe\uffff]")
 """What YAML may not hold (section 5.1 of its specification)."""
@@ -35,7 +37,7 @@ def read_bytes(name: str, sink: Sink, limits: Limits) -> bytes | None:
     try:
         status = os.fstat(handle)
         if not stat.S_ISREG(status.st_mode):
-            _not_a_file(stat.S_ISDIR(status.st_mode), name, sink)
+            _not_a_file(status.st_mode, name, sink)
             return None
         if status.st_size > limits.text_bytes:
             _too_long(name, sink, limits)
@@ -136,9 +138,10 @@ def _not_text(error: UnicodeDecodeError, name: str | None, sink: Sink) -> None:
     )
 
 
-def _not_a_file(is_folder: bool, name: str, sink: Sink) -> None:
-    what = "a folder" if is_folder else "a pipe or a device"
-    hint = "name a scene file in it" if is_folder else "give it as standard input (`-`)"
+def _not_a_file(mode: int, name: str, sink: Sink) -> None:
+    what, hint = "a pipe or a device", "give it as standard input (`-`)"
+    if stat.S_ISDIR(mode):
+        what, hint = "a folder", "name a scene file in it"
     sink.report("SC001", f"this is {what}, not a file", Location(name), hint=hint)
 
 

@@ -6,11 +6,13 @@ import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import PurePath
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, cast
 
 from scenecc.diagnostics import Origin, Path, Sink
-from scenecc.source.limits import Limits
 from scenecc.source.scalars import MAX_INTEGER_CHARS
+
+if TYPE_CHECKING:
+    from scenecc.source.limits import Limits
 
 _MAX_INTEGER = 10**MAX_INTEGER_CHARS
 
@@ -28,7 +30,7 @@ _NOTHING = _Copy(None, 1, 0)
 """The copy of what was reported."""
 
 
-class _Stopped(Exception):
+class _Stopped(Exception):  # noqa: N818 - it is how the copying ends early, and is always caught here
     """A limit was reached."""
 
 
@@ -92,7 +94,7 @@ class _Copier:
         if len(path) >= self._limits.depth:
             self._too_deep(path)
         if isinstance(value, Mapping):
-            copies = dict(self._entries(value, path))
+            copies = dict(self._entries(cast("Mapping[Any, Any]", value), path))
             result: Any = {key: copy.value for key, copy in copies.items()}
             children = list(copies.values())
         else:
@@ -106,9 +108,7 @@ class _Copier:
     def _entries(self, mapping: Mapping[Any, Any], path: Path) -> Iterable[tuple[str, _Copy]]:
         for key, value in mapping.items():
             if not isinstance(key, str):
-                self._report(
-                    "SC005", f"the key {_shown(key)} is not a string", path, hint="keys are strings"
-                )
+                self._report("SC005", f"the key {_shown(key)} is not a string", path, hint="keys are strings")
                 continue
             name = str.__str__(key)
             below = (*path, name)
@@ -132,7 +132,7 @@ class _Copier:
                 hint = "give it a value or take it away: what is left out has its default"
                 self._report("SC006", "None is not a value of any key", path, hint=hint)
             case _:
-                self._refuse(f"{_article(type(value).__qualname__)}", path)
+                self._refuse(_article(type(value).__qualname__), path)
         return None
 
     def _in_range(self, value: int, path: Path) -> int:
@@ -176,4 +176,4 @@ def _article(name: str) -> str:
 
 def _shown(key: object) -> str:
     """A key as Python writes it, if that is short and harmless."""
-    return repr(key)[:40] if isinstance(key, (int, float, bytes, tuple, type(None))) else f"of type {type(key).__name__}"
+    return repr(key)[:40] if isinstance(key, (int, float, bytes, type(None))) else _article(type(key).__qualname__)
