@@ -22,7 +22,7 @@ from scenecc.cli.options import (
     Seed,
     parse_limits,
 )
-from scenecc.cli.output import STDOUT, print_err, print_out, write
+from scenecc.cli.output import STDOUT, base_folder, print_err, print_out, write
 from scenecc.cli.progress import counted, progress
 from scenecc.cli.report import print_asides, status, usage_error
 from scenecc.cli.table import stage_times, table
@@ -107,7 +107,7 @@ def build(
             timings |= _step(result.batch, steps)
     diagnostics = list(result.diagnostics)
     if output is not None:
-        reason = write(output, api.emit(result.plan, "json"))
+        reason = write(output, api.emit(result.plan, "json", base=base_folder(output)))
         if reason is not None:
             diagnostics.append(usage_error("SC904", reason, file=output))
     if form is Format.text:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from enum import Enum
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
@@ -21,7 +20,7 @@ from scenecc.cli.options import (
     Seed,
     parse_limits,
 )
-from scenecc.cli.output import STDOUT, write
+from scenecc.cli.output import STDOUT, base_folder, write
 from scenecc.cli.report import print_asides, status, usage_error
 
 if TYPE_CHECKING:
@@ -69,7 +68,7 @@ def emit(
         text = api.emit(
             sys.stdin.buffer if scene == STDIN else scene,
             target.value,
-            base=None if output == STDOUT else Path(output).parent,
+            base=base_folder(output),
             num_scenes=num_scenes,
             seed=seed,
             asset_roots=asset_roots or (),

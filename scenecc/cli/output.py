@@ -46,6 +46,11 @@ def refusal(target: str) -> str | None:
     return None
 
 
+def base_folder(target: str) -> Path | None:
+    """The folder from which relative paths in the output start; None for standard output, which is in none."""
+    return None if target == STDOUT else Path(target).parent
+
+
 def write(target: str, text: str) -> str | None:
     """Writes a file, or standard output for `-`. Returns why that failed; None if it did not.
 

@@ -35,6 +35,8 @@ def status(diagnostics: Iterable[Diagnostic], *, strict: bool = False) -> Status
 
 def print_findings(diagnostics: Sequence[Diagnostic], form: Format) -> None:
     """Prints diagnostics that are what the command was asked for: on standard output."""
+    if form is Format.text and not diagnostics:
+        return  # nothing to say, and nothing to load for it
     from scenecc.diagnostics.render import render, wants_color
 
     print_out(render(diagnostics, form.value, color=wants_color(sys.stdout)))
@@ -42,12 +44,12 @@ def print_findings(diagnostics: Sequence[Diagnostic], form: Format) -> None:
 
 def print_asides(diagnostics: Sequence[Diagnostic], form: Format) -> None:
     """Prints diagnostics beside another result: text on standard error, the formats of programs on standard output."""
-    from scenecc.diagnostics.render import render, wants_color
-
-    if form is Format.text:
-        print_err(render(diagnostics, color=wants_color(sys.stderr)))
-    else:
+    if form is not Format.text:
         print_findings(diagnostics, form)
+    elif diagnostics:
+        from scenecc.diagnostics.render import render, wants_color
+
+        print_err(render(diagnostics, color=wants_color(sys.stderr)))
 
 
 def usage_error(code: str, message: str, *, file: str | None = None, hint: str | None = None) -> Diagnostic:

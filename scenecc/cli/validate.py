@@ -77,6 +77,10 @@ def _faults(found: Found) -> list[Diagnostic]:
 
 
 def _counts(found: Found) -> str:
-    files = f"{len(found.files)} file{'' if len(found.files) == 1 else 's'} checked"
-    skipped = f", {len(found.skipped)} other YAML files passed over" if found.skipped else ""
-    return f"{files}{skipped}\n"
+    checked, skipped = len(found.files), len(found.skipped)
+    passed_over = f", {_files(skipped, 'other YAML file')} passed over" if skipped else ""
+    return f"{_files(checked, 'file')} checked{passed_over}\n"
+
+
+def _files(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"

@@ -2,28 +2,16 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from cli.running import CUBE, plain_environment
 
 Result = subprocess.CompletedProcess[str]
 Run = Callable[..., Result]
-
-CUBE = """\
-scenecc: 1
-entities:
-  cube: {shapes: [{type: box, half_size: [0.1, 0.2, 0.3]}]}
-"""
-
-
-def plain_environment(**changes: str) -> dict[str, str]:
-    """This process's environment without what asks for or forbids colour."""
-    kept = {k: v for k, v in os.environ.items() if k not in {"NO_COLOR", "FORCE_COLOR", "COLUMNS"}}
-    return {**kept, "TERM": "xterm-256color", **changes}
 
 
 @pytest.fixture

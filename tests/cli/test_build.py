@@ -1,0 +1,142 @@
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from cli.running import CUBE
+
+SCENES = """\
+scenecc: 1
+num_scenes: 4
+entities:
+  floor: {body_type: static, shapes: [{type: plane}]}
+  cube: {pose: [0, 0, 0.5], mass: 0.25, shapes: [{type: box, half_size: [0.1, 0.2, 0.3]}]}
+  post: {body_type: kinematic, scene_idxs: [0, 2], shapes: [{type: sphere, radius: 0.05}]}
+"""
+TYPO = SCENES.replace("radius", "radios")
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    path = tmp_path / "scene.yaml"
+    path.write_text(SCENES)
+    return path
+
+
+def rows(text: str) -> dict[str, list[str]]:
+    """The table's lines by name, columns apart."""
+    lines = text.partition("\n\n")[0].splitlines()
+    return {parts[0]: parts[1:] for parts in ([part for part in line.split("  ") if part] for line in lines)}
+
+
+def test_the_table_says_what_was_built_where(run, scene: Path) -> None:
+    done = run("build", scene)
+    assert done.returncode == 0
+    table = {name: [cell.strip() for cell in cells] for name, cells in rows(done.stdout).items()}
+    assert table["name"] == ["body", "shapes", "mass [kg]", "size [m]", "scenes"]
+    assert table["cube"] == ["dynamic", "1", "0.25", "0.2 × 0.4 × 0.6", "0–3"]
+    assert table["post"][-1] == "0, 2"
+    assert list(table) == ["name", "floor", "cube", "post"], "build order"
+    assert "built 4 scenes" in done.stdout
+    assert "build " in done.stdout.splitlines()[-1]
+
+
+def test_the_number_of_scenes_is_overridden(run, scene: Path) -> None:
+    assert "built 8 scenes" in run("build", scene, "--num-scenes", "8").stdout
+    assert run("build", scene, "--num-scenes", "2").returncode == 1, "scene 2 does not exist then"
+
+
+def test_steps_are_timed(run, scene: Path) -> None:
+    done = run("build", scene, "--steps", "5", "--audit", "full", "--no-render")
+    assert done.returncode == 0
+    assert ", step " in done.stdout.splitlines()[-1]
+
+
+def test_a_dry_run_starts_no_engine(run, scene: Path) -> None:
+    done = run("build", scene, "--dry-run")
+    assert done.returncode == 0
+    assert "planned 4 scenes" in done.stdout
+    script = (
+        "import sys\n"
+        "from scenecc.cli import main\n"
+        f"sys.argv = ['scenecc', 'build', '--dry-run', {str(scene)!r}]\n"
+        "try:\n"
+        "    main()\n"
+        "finally:\n"
+        "    assert 'sapien' not in sys.modules\n"
+    )
+    checked = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=60)
+    assert checked.returncode == 0, checked.stderr
+
+
+def test_the_plan_is_written_and_builds_again(run, scene: Path, tmp_path: Path) -> None:
+    first = run("build", scene, "-o", "plan.json")
+    assert first.returncode == 0
+    again = run("build", "plan.json", "-o", "again.json")
+    assert again.returncode == 0
+    assert (tmp_path / "plan.json").read_text() == (tmp_path / "again.json").read_text()
+    assert rows(first.stdout) == rows(again.stdout)
+
+
+def test_a_plan_on_standard_output_is_alone_there(run, scene: Path) -> None:
+    done = run("build", scene, "--dry-run", "-o", "-")
+    assert done.returncode == 0
+    assert json.loads(done.stdout)
+    assert "planned 4 scenes" in done.stderr
+
+
+def test_json_diagnostics_are_alone_on_standard_output(run, scene: Path, tmp_path: Path) -> None:
+    good = run("build", scene, "--format", "json")
+    assert (good.returncode, json.loads(good.stdout)) == (0, {"diagnostics": []})
+    (tmp_path / "bad.yaml").write_text(TYPO)
+    bad = run("build", "bad.yaml", "--format", "json")
+    assert bad.returncode == 1
+    assert "SC101" in {d["code"] for d in json.loads(bad.stdout)["diagnostics"]}
+    both = run("build", scene, "--format", "json", "-o", "-")
+    assert both.returncode == 2
+    assert [d["code"] for d in json.loads(both.stdout)["diagnostics"]] == ["SC906"]
+
+
+def test_a_bad_scene_is_told_on_standard_error_and_writes_nothing(run, tmp_path: Path) -> None:
+    (tmp_path / "bad.yaml").write_text(TYPO)
+    (tmp_path / "plan.json").write_text("old")
+    done = run("build", "bad.yaml", "-o", "plan.json")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "SC101" in done.stderr
+    assert (tmp_path / "plan.json").read_text() == "old"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["bad.yaml", "plan.json"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (("gone.yaml",), "SC901"),
+        (("scene.yaml", "-o", "."), "SC904"),
+        (("scene.yaml", "-o", "no/plan.json"), "SC904"),
+    ],
+)
+def test_paths_that_cannot_be_are_wrong_usage(run, scene: Path, arguments: tuple[str, ...], code: str) -> None:
+    done = run("build", *arguments)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert code in done.stderr
+
+
+def test_a_device_that_is_full_is_told(run, scene: Path) -> None:
+    done = run("build", scene, "--dry-run", "-o", "/dev/full")
+    assert done.returncode == 2
+    assert "No space left on device" in done.stderr
+
+
+def test_cuda_without_its_library_is_the_machines_fault(run, scene: Path) -> None:
+    done = run("build", scene, "--backend", "cuda")
+    assert done.returncode == 3
+    assert "SC8" in done.stderr
+
+
+def test_a_scene_comes_by_standard_input(run) -> None:
+    done = run("build", "-", "--dry-run", stdin=CUBE)
+    assert done.returncode == 0
+    assert "cube" in rows(done.stdout)

@@ -1,0 +1,68 @@
+from __future__ import annotations
+
+import ast
+import json
+from pathlib import Path
+
+from cli.running import CUBE
+from jsonschema.validators import validator_for
+
+
+def test_python_is_printed_and_is_python(run, cube: Path) -> None:
+    done = run("emit", cube, "--to", "python")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "scenecc" not in {
+        alias.name for node in ast.walk(ast.parse(done.stdout)) if isinstance(node, ast.Import) for alias in node.names
+    }
+    assert "def build_scenes" in done.stdout
+
+
+def test_json_is_the_plan_that_build_writes(run, cube: Path, tmp_path: Path) -> None:
+    assert run("emit", cube, "--to", "json", "-o", "emitted.json").returncode == 0
+    assert run("build", cube, "--dry-run", "-o", "built.json").returncode == 0
+    assert (tmp_path / "emitted.json").read_text() == (tmp_path / "built.json").read_text()
+
+
+def test_a_plan_in_another_folder_finds_its_files(run, tmp_path: Path) -> None:
+    obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+    (tmp_path / "part.obj").write_text(obj)
+    (tmp_path / "out").mkdir()
+    shape = "{type: convex_mesh, file: part.obj}"
+    (tmp_path / "scene.yaml").write_text(CUBE.replace("{type: box, half_size: [0.1, 0.2, 0.3]}", shape))
+    assert run("emit", "scene.yaml", "--to", "json", "-o", "out/plan.json").returncode == 0
+    assert run("build", "scene.yaml", "--dry-run", "-o", "out/built.json").returncode == 0
+    assert (tmp_path / "out" / "plan.json").read_text() == (tmp_path / "out" / "built.json").read_text()
+    done = run("build", "out/plan.json", "--asset-root", ".")
+    assert done.returncode == 0, done.stderr
+
+
+def test_num_scenes_and_seed_reach_the_plan(run, cube: Path) -> None:
+    done = run("emit", cube, "--to", "json", "--num-scenes", "3", "--seed", "7")
+    assert done.returncode == 0
+    plan = json.loads(done.stdout)
+    assert (plan["num_scenes"], plan["seed"]) == (3, 7)
+
+
+def test_a_bad_scene_leaves_the_old_file(run, tmp_path: Path) -> None:
+    (tmp_path / "bad.yaml").write_text(CUBE.replace("half_size", "half_sizes"))
+    (tmp_path / "out.py").write_text("old")
+    done = run("emit", "bad.yaml", "--to", "python", "-o", "out.py")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "SC101" in done.stderr
+    assert (tmp_path / "out.py").read_text() == "old"
+
+
+def test_a_missing_scene_is_wrong_usage(run) -> None:
+    done = run("emit", "gone.yaml", "--to", "python")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "SC901" in done.stderr
+
+
+def test_the_schema_is_one_and_takes_a_scene(run) -> None:
+    done = run("schema")
+    assert done.returncode == 0
+    schema = json.loads(done.stdout)
+    validator = validator_for(schema)
+    validator.check_schema(schema)
+    assert validator(schema).is_valid({"scenecc": 1, "entities": {}})
+    assert not validator(schema).is_valid({"entities": {}})
