@@ -157,20 +157,21 @@ class _Walk:
     def _entry(self, event: NodeEvent, node: _Node) -> None:
         """Reads a key and its value. On a duplicate the first entry stays."""
         span = _span(event, event)
-        key_node = self._node(event)
+        key = self._node(event).text
+        known = node.entries.get(key)
+        is_merge = isinstance(event, ScalarEvent) and event.value == "<<" and event.implicit[0]
+        first = None if known is None or known.merged or is_merge else known
+        if first is not None:
+            self.firsts[span[:2]] = first.key
+            if self._last is not None and span[:2] >= self._last:
+                raise _Enough
         value = self._node(self._get())
-        if isinstance(event, ScalarEvent) and event.value == "<<" and event.implicit[0]:
+        if is_merge:
             for source in value.items or [value]:
-                for key, entry in source.entries.items():
-                    node.entries.setdefault(key, _Entry(entry.key, entry.node, merged=True))
-            return
-        known = node.entries.get(key_node.text)
-        if known is None or known.merged:
-            node.entries[key_node.text] = _Entry(span, value)
-            return
-        self.firsts[span[:2]] = known.key
-        if self._last is not None and span[:2] >= self._last:
-            raise _Enough
+                for name, entry in source.entries.items():
+                    node.entries.setdefault(name, _Entry(entry.key, entry.node, merged=True))
+        elif first is None:
+            node.entries[key] = _Entry(span, value)
 
 
 def _span(first: Event, last: Event) -> Span:

@@ -91,6 +91,10 @@ class _Reader:
         if isinstance(start, StreamEndEvent):
             self._refuse_root(start)
             return None
+        if isinstance(start, DocumentStartEvent) and start.version == (1, 1):
+            faults.at(
+                "SC003", "the file says that it is YAML 1.1", start, hint="scene files are YAML 1.2: no `%YAML 1.1`"
+            )
         root: NodeEvent = get()
         if not isinstance(root, MappingStartEvent):
             self._refuse_root(root)
