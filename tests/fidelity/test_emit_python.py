@@ -7,7 +7,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from plugins.sample_plans import SAMPLES
@@ -15,7 +15,9 @@ from plugins.sample_plans import SAMPLES
 from scenecc.backends.sapien import instantiate
 from scenecc.diagnostics import Sink
 from scenecc.emit import emit
-from scenecc.plan import ScenePlan
+
+if TYPE_CHECKING:
+    from scenecc.plan import ScenePlan
 
 STEPS = 300
 
@@ -52,7 +54,8 @@ if __name__ == "__main__":
 def run_script(plan: ScenePlan, folder: Path, *, render: bool = False) -> tuple[Any, Any, Any]:
     sink = Sink()
     text = emit(plan, "python", sink, base=folder)
-    assert text is not None and not sink.diagnostics()
+    assert text is not None
+    assert not sink.diagnostics()
     script, runner, out = folder / "scenes.py", folder / "run.py", folder / "out.pickle"
     script.write_text(text, encoding="utf-8")
     runner.write_text(RUN, encoding="utf-8")
@@ -134,7 +137,8 @@ def test_a_missing_mesh_is_an_error_and_not_an_empty_body(tmp_path: Path) -> Non
     script.write_text(text or "", encoding="utf-8")
     done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False, timeout=100)
     assert done.returncode == 1
-    assert "FileNotFoundError" in done.stderr and "gone" in done.stderr
+    assert "FileNotFoundError" in done.stderr
+    assert "gone" in done.stderr
 
 
 def test_the_script_runs_by_itself(tmp_path: Path) -> None:

@@ -1,0 +1,153 @@
+"""Arbitrary plans for Hypothesis, drawn by the fields of the plan's dataclasses: a new one needs no edit here."""
+
+from __future__ import annotations
+
+import math
+import string
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from hypothesis import strategies as st
+
+from scenecc.plan import AssetFile, Entity, ScenePlan, Value
+from scenecc.plan.fields import (
+    Bounds,
+    Choice,
+    Kind,
+    Many,
+    Node,
+    Numbers,
+    OneOf,
+    Plain,
+    Quantity,
+    Selection,
+    slots,
+)
+
+TABLES = ("files", "physical_materials", "visual_materials")
+_NAMES = st.text(string.ascii_letters + "_-. '\"\\\n→é", min_size=1, max_size=12)
+_MOST = {"entities": 3, "structures": 2, "collisions": 2, "visuals": 2}
+
+
+@dataclass(frozen=True)
+class _Scope:
+    """`rows`: scenes of the entity; 0 outside of one. `sizes`: of the plan's tables."""
+
+    num_scenes: int
+    sizes: dict[str, int]
+    rows: int = 0
+
+
+@st.composite
+def plans(draw: st.DrawFn) -> ScenePlan:
+    """Valid plans of a few scenes and entities, whose files lie in /files."""
+    scope = _Scope(draw(st.integers(1, 4)), {table: draw(st.integers(1, 2)) for table in TABLES})
+    made: dict[str, Any] = {"num_scenes": scope.num_scenes}
+    for slot in slots(ScenePlan):
+        if slot.name in TABLES and isinstance(slot.kind, Many):
+            size = scope.sizes[slot.name]
+            made[slot.name] = tuple(draw(_of(slot.kind.item, scope)) for _ in range(size))
+        elif slot.name == "entities":
+            names = draw(st.lists(_NAMES, max_size=_MOST["entities"], unique=True))
+            made[slot.name] = tuple(_entity(draw, name, scope) for name in names)
+        elif slot.name not in made:
+            made[slot.name] = draw(_of(slot.kind, scope))
+    return ScenePlan(**made)
+
+
+def _entity(draw: st.DrawFn, name: str, scope: _Scope) -> Entity:
+    scenes = st.lists(st.integers(0, scope.num_scenes - 1), min_size=1, unique=True)
+    idxs = tuple(sorted(draw(scenes)))
+    inner = _Scope(scope.num_scenes, scope.sizes, len(idxs))
+    made: dict[str, Any] = {"name": name, "scene_idxs": idxs}
+    for slot in slots(Entity):
+        if slot.name not in {*made, "pick"}:
+            made[slot.name] = draw(_of(slot.kind, inner, slot.name))
+    last = len(made["structures"]) - 1
+    pick = st.none() if not last else st.lists(st.integers(0, last), min_size=len(idxs), max_size=len(idxs)).map(tuple)
+    return Entity(**made, pick=draw(pick))
+
+
+def _of(kind: Kind, scope: _Scope, name: str = "") -> st.SearchStrategy[Any]:  # noqa: PLR0911 - one a kind
+    match kind:
+        case Quantity():
+            return _values(kind, scope)
+        case Plain():
+            return _plain(kind, scope)
+        case Choice():
+            return st.sampled_from(kind.options)
+        case Numbers():
+            return st.tuples(*[_floats(kind.bounds)] * kind.count)
+        case Many():
+            least = 1 if name == "structures" else 0
+            return st.lists(_of(kind.item, scope), min_size=least, max_size=_MOST.get(name, 2)).map(tuple)
+        case Node():
+            return _nodes(kind.cls, scope)
+        case OneOf():
+            return st.one_of(*[_nodes(cls, scope) for _, cls in kind.by_type])
+        case Selection():
+            raise AssertionError("only entities have scenes")
+
+
+@st.composite
+def _nodes(draw: st.DrawFn, cls: type, scope: _Scope) -> Any:
+    if cls is AssetFile:
+        uri = draw(
+            st.sampled_from(["a.obj", "sub/b.stl", "../c.png", "pkg://some/d.glb", "asset://e f.ply", "/x/g.obj"])
+        )
+        return AssetFile(uri, Path("/files") / uri)
+    made: dict[str, Any] = {}
+    for slot in slots(cls):
+        strategy = _of(slot.kind, scope, slot.name)
+        made[slot.name] = draw(st.none() | strategy if slot.nullable else strategy)
+    return cls(**made)
+
+
+def _plain(kind: Plain, scope: _Scope) -> st.SearchStrategy[Any]:
+    if kind.table is not None:
+        return st.integers(0, scope.sizes[kind.table] - 1)
+    if kind.type is str:
+        return st.text(max_size=20)
+    if kind.type is bool:
+        return st.booleans()
+    return _integers(kind.bounds) if kind.type is int else _floats(kind.bounds)
+
+
+@st.composite
+def _values(draw: st.DrawFn, kind: Quantity, scope: _Scope) -> Value:
+    count = 1 if scope.rows < 2 or draw(st.booleans()) else scope.rows
+    rows = [draw(_rows(kind, scope)) for _ in range(count)]
+    data = np.array(rows, dtype=kind.dtype).reshape(count, *kind.shape)
+    data.flags.writeable = False
+    return Value(data)
+
+
+def _rows(kind: Quantity, scope: _Scope) -> st.SearchStrategy[Any]:
+    if kind.pose:
+        rotation = st.lists(st.floats(-1, 1), min_size=4, max_size=4).map(_unit)
+        return st.tuples(st.lists(_floats(kind.bounds), min_size=3, max_size=3), rotation).map(lambda x: [*x[0], *x[1]])
+    if kind.table is not None:
+        item: st.SearchStrategy[Any] = st.integers(0, scope.sizes[kind.table] - 1)
+    elif kind.dtype is np.bool_:
+        item = st.booleans()
+    else:
+        item = _integers(kind.bounds) if kind.dtype is np.int64 else _floats(kind.bounds)
+    return st.lists(item, min_size=kind.shape[0], max_size=kind.shape[0]) if kind.shape else item
+
+
+def _unit(q: list[float]) -> list[float]:
+    length = math.sqrt(sum(x * x for x in q))
+    return [x / length for x in q] if length > 1e-3 else [1.0, 0.0, 0.0, 0.0]
+
+
+def _integers(bounds: Bounds) -> st.SearchStrategy[int]:
+    return st.integers(int(max(bounds.low, -(2**31))), int(min(bounds.high, 2**31 - 1)))
+
+
+def _floats(bounds: Bounds) -> st.SearchStrategy[float]:
+    low = None if bounds.low == -math.inf else bounds.low
+    high = None if bounds.high == math.inf else bounds.high
+    found = st.floats(low, high, exclude_min=bounds.open, allow_nan=False, allow_infinity=False)
+    return found.filter(bool) if bounds.nonzero else found
