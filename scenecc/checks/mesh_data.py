@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
@@ -10,6 +11,10 @@ import numpy as np
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+_NUMBER = re.compile(r"(?i)[-+]?(?:[0-9]+\.?[0-9]*(?:e[-+]?[0-9]{1,3})?|nan|inf|infinity)")
+_CONTROL = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
+_INTEGER = re.compile(r"[-+]?[0-9]{1,12}")
 
 
 class AssetError(Exception):
@@ -70,6 +75,39 @@ class MeshData:
     parts: tuple[Part, ...]
     references: tuple[Reference, ...] = ()
     images: tuple[bytes, ...] = ()
+
+
+def plain_text(data: bytes) -> str:
+    """A text file as text.
+
+    Raises:
+        ValueError: it holds characters that no text has.
+    """
+    if _CONTROL.search(data) is not None:
+        raise ValueError("it holds control characters, so it is no text")
+    return data.removeprefix(b"\xef\xbb\xbf").decode("utf-8", "replace")
+
+
+def number(word: str) -> float:
+    """A coordinate of a text file.
+
+    Raises:
+        ValueError: it is written in a way that Python reads and the engine does not (`1_0`, `.5`, `0.e50000`).
+    """
+    if _NUMBER.fullmatch(word) is None:
+        raise ValueError(f"`{word[:40]}` is no number")
+    return float(word)
+
+
+def integer(word: str) -> int:
+    """An index of a text file.
+
+    Raises:
+        ValueError: it is none.
+    """
+    if _INTEGER.fullmatch(word) is None:
+        raise ValueError(f"`{word[:40]}` is no index")
+    return int(word)
 
 
 def part(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> Part:

@@ -16,7 +16,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from scenecc.checks.mesh_data import AssetError, MeshData, Part, Reading, Reference, part
+from scenecc.checks.mesh_data import AssetError, MeshData, Part, Reading, Reference, number, part
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -97,7 +97,7 @@ def _split(data: bytes) -> tuple[dict[str, Any], bytes | None]:
             chunk = data[start + 8 : start + 8 + size] if kind == b"BIN\0" else None
     else:
         text = data
-    document = json.loads(text)
+    document = json.loads(text, parse_float=number)
     if not isinstance(document, dict):
         raise TypeError("it is not a JSON object")
     version = str(cast("dict[str, Any]", document)["asset"]["version"])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenecc.checks.mesh_data import AssetError, MeshData, Part, Reading, Reference, part
+from scenecc.checks.mesh_data import AssetError, MeshData, Reading, Reference, integer, number, part, plain_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -31,9 +31,10 @@ def read_obj(data: bytes, reading: Reading) -> MeshData:
     vertices: list[tuple[float, ...]] = []
     groups: list[list[tuple[int, int, int]]] = [[]]
     materials: list[str] = []
-    for number, line in _lines(data):
-        word, _, rest = line.partition(" ")
-        try:
+    row = 0
+    try:
+        for row, line in _lines(data):  # noqa: B007 - the message below names it
+            word, _, rest = line.partition(" ")
             if word == "v":
                 vertices.append(_vertex(rest))
             elif word in {"f", "fo"}:
@@ -45,51 +46,47 @@ def read_obj(data: bytes, reading: Reading) -> MeshData:
             elif word.startswith("f"):
                 # SAPIEN's reader takes it for a face and gives up.
                 groups[-1].extend(_triangles(word[1:], len(vertices)))
-        except ValueError as error:
-            raise AssetError(
-                "SC412", f"line {number} of the OBJ cannot be read: {error}", "export the mesh again"
-            ) from error
+    except ValueError as error:
+        raise AssetError("SC412", f"the OBJ cannot be read (line {row}): {error}", "export the mesh again") from error
     points = np.array(vertices, dtype=np.float64).reshape(-1, 3)
-    parts = tuple(_part(points, faces) for faces in groups if faces)
+    parts = tuple(part(points, np.array(faces, dtype=np.int64)) for faces in groups if faces)
     return MeshData(parts, _references(materials, reading))
 
 
 def _lines(data: bytes) -> Iterator[tuple[int, str]]:
     """Numbered lines without blanks around them, continued ones joined, comments and empty ones left out."""
-    text = data.removeprefix(b"\xef\xbb\xbf").decode("utf-8", "replace")
     waiting = ""
-    for number, raw in enumerate(text.split("\n"), start=1):
+    for row, raw in enumerate(plain_text(data).split("\n"), start=1):
         line = waiting + raw.strip().replace("\t", " ")
         waiting = ""
         if line.endswith("\\"):
             waiting = line[:-1] + " "
         elif line and line[0] != "#":
-            yield number, line
+            yield row, line
 
 
 def _vertex(text: str) -> tuple[float, ...]:
-    numbers = text.split()
-    if len(numbers) not in {3, 4, 6, 7}:
-        raise ValueError(f"a vertex has three coordinates, not {len(numbers)} numbers")
-    return tuple(map(float, numbers[:3]))
+    """Three coordinates; a fourth number divides them, six hold a colour too."""
+    numbers = [number(word) for word in text.split()]
+    if len(numbers) == 4 and numbers[3] != 0:
+        return tuple(coordinate / numbers[3] for coordinate in numbers[:3])
+    if len(numbers) not in {3, 6}:
+        raise ValueError(f"a vertex has three coordinates, and not `{text.strip()[:60]}`")
+    return tuple(numbers[:3])
 
 
 def _triangles(text: str, known: int) -> list[tuple[int, int, int]]:
     """A polygon as a fan. Indices count from 1, negative ones back from the last vertex."""
-    corners = [int(corner.split("/", 1)[0]) for corner in text.split("#", 1)[0].split()]
+    corners = [integer(corner.split("/", 1)[0]) for corner in text.split("#", 1)[0].split()]
     if not corners:
         raise ValueError("a face without vertices")
     if 0 in corners:
         raise ValueError("vertices count from 1, and the face names 0")
     index = [corner - 1 if corner > 0 else known + corner for corner in corners]
+    if len(index) < 3:
+        # No triangle, and yet the engine looks at its indices.
+        return [(index[0], index[0], index[-1])]
     return [(index[0], index[i], index[i + 1]) for i in range(1, len(index) - 1)]
-
-
-def _part(points: np.ndarray[tuple[int, ...], np.dtype[np.float64]], faces: list[tuple[int, int, int]]) -> Part:
-    try:
-        return part(points, np.array(faces, dtype=np.int64))
-    except OverflowError as error:
-        raise AssetError("SC412", "a face names a vertex that is not there", "export the mesh again") from error
 
 
 def _references(materials: list[str], reading: Reading) -> tuple[Reference, ...]:
@@ -98,17 +95,16 @@ def _references(materials: list[str], reading: Reading) -> tuple[Reference, ...]
         library = Reference(name, "material")
         found.append(library)
         if reading.seen:
-            found.extend(Reference(image, "image") for image in _images(reading.open_named(library)))
+            found.extend(Reference(image, "image") for image in _images(name, reading.open_named(library)))
     return tuple(dict.fromkeys(found))
 
 
-def _images(data: bytes) -> Iterator[str]:
-    for _, line in _lines(data):
-        match = _MAPS.match(line)
-        if match is not None:
-            name = _without_options(match[2].split(" "))
-            if name:
-                yield name
+def _images(name: str, data: bytes) -> list[str]:
+    try:
+        matches = [_MAPS.match(line) for _, line in _lines(data)]
+    except ValueError as error:
+        raise AssetError("SC412", f"the MTL {name} cannot be read: {error}", "export the mesh again") from error
+    return [image for match in matches if match and (image := _without_options(match[2].split(" ")))]
 
 
 def _without_options(words: list[str]) -> str:

@@ -76,7 +76,7 @@ ROWS: tuple[Code, ...] = (
         "SC410",
         "error",
         "not a format that is read",
-        "Meshes are OBJ, glTF (`.gltf`, `.glb`), STL, PLY or OFF, textures PNG, JPEG, BMP, TGA, HDR, EXR or KTX, "
+        "Meshes are OBJ, glTF (`.gltf`, `.glb`), STL or PLY, textures PNG, JPEG, BMP, TGA, HDR, EXR or KTX, "
         "by the suffix of the file. Other formats, and glTF with compressed meshes, could not be checked before "
         "the engine gets them, and SAPIEN drops in silence what it cannot load.",
         "$ scenecc validate scene.yaml  # with `file: bowl.fbx`",
