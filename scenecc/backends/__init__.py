@@ -1,0 +1,1 @@
+"""What builds a plan: a folder an engine, loaded when a scene is built. They know nothing of the language."""

@@ -1,0 +1,35 @@
+"""The repository as its users meet it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def environment(tmp_path: Path) -> dict[str, str]:
+    """An environment in which `scenecc` is the one under test, installed or not."""
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    command = folder / "scenecc"
+    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m scenecc "$@"\n')
+    command.chmod(0o755)
+    search = os.pathsep.join([str(folder), str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+    return {**os.environ, "PATH": search, "PYTHONPATH": str(ROOT)}
+
+
+@pytest.fixture
+def clone(tmp_path: Path) -> Path:
+    """What a command in the documentation finds around it: the scenes and what they name."""
+    folder = tmp_path / "scenecc-clone"
+    folder.mkdir()
+    for name in ("scenes", "assets", "schemas"):
+        if (ROOT / name).is_dir():
+            shutil.copytree(ROOT / name, folder / name)
+    return folder

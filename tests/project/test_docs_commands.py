@@ -1,0 +1,138 @@
+"""Every command and every piece of code in the documentation does what it is said to do."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted(
+    page
+    for page in [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")]
+    if page.name != "diagnostics.md"  # its commands are examples of mistakes, tested with the table of codes
+)
+SHELLS = {"bash", "console", "sh", "shell"}
+FENCE = re.compile(
+    r"(?:^<!-- (?P<mark>[^\n]*?) -->\n)?^```(?P<language>\w*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL
+)
+KNOWN = {"", "json", "python", "text", "toml", "yaml", *SHELLS}
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block: `mark` is the comment right above it."""
+
+    page: Path
+    mark: str
+    language: str
+    text: str
+
+    def __str__(self) -> str:
+        first = (self.text.splitlines() or [""])[0]
+        return f"{self.page.relative_to(ROOT)}: {self.mark or first[:50]}"
+
+
+def blocks() -> list[Block]:
+    return [
+        Block(page, found["mark"] or "", found["language"], found["text"])
+        for page in PAGES
+        for found in FENCE.finditer(page.read_text())
+    ]
+
+
+SHELL = [block for block in blocks() if block.language in SHELLS]
+RUN = [block for block in SHELL if not block.mark]
+README = [block for block in blocks() if block.page.name == "README.md"]
+
+
+def commands(block: Block) -> str:
+    """The commands of a block; a console block also shows what they print."""
+    lines = block.text.splitlines()
+    return "\n".join(line[2:] for line in lines if line.startswith("$ ")) if "$ " in block.text else block.text
+
+
+def shell(script: str, cwd: Path, environment: dict[str, str]) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        ["bash", "-euo", "pipefail", "-c", script],
+        cwd=cwd,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=100,
+    )
+
+
+def test_every_block_says_what_it_is() -> None:
+    assert {block.language for block in blocks()} <= KNOWN
+
+
+@pytest.mark.parametrize("block", SHELL, ids=str)
+def test_a_command_is_run_or_says_why_not(block: Block) -> None:
+    kind, _, detail = block.mark.partition(": ")
+    assert kind in {"", "command", "not run"}
+    if kind == "command":
+        assert f".ci/readme-command {detail}" in (ROOT / ".ci/run").read_text()
+    if kind == "not run":
+        assert len(detail.split()) > 2, "a reason"
+
+
+@pytest.mark.parametrize("block", RUN, ids=str)
+def test_the_commands_succeed(block: Block, clone: Path, environment: dict[str, str]) -> None:
+    assert commands(block).strip()
+    done = shell(commands(block), clone, environment)
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_main_job_prints_what_the_readme_shows(clone: Path, environment: dict[str, str]) -> None:
+    (job,) = [block for block in README if block.mark == "command: build"]
+    command = job.text.split(" && ")[-1]
+    assert command.startswith("scenecc build scenes/tabletop.yaml --num-scenes 4")
+    done = shell(command, clone, environment)
+    assert done.returncode == 0, done.stderr
+    assert _text_after(job) in done.stdout
+
+
+def test_the_readmes_scene_builds_and_its_slip_is_told_as_shown(tmp_path: Path, environment: dict[str, str]) -> None:
+    (scene,) = [block for block in README if block.language == "yaml"]
+    (tmp_path / "scene.yaml").write_text(scene.text)
+    built = shell("scenecc build scene.yaml", tmp_path, environment)
+    assert built.returncode == 0, built.stderr
+    (tmp_path / "scene.yaml").write_text(scene.text.replace("half_size:", "half_sizes:"))
+    told = shell("scenecc validate scene.yaml", tmp_path, environment)
+    (shown,) = [block.text for block in README if block.text.startswith("scene.yaml:")]
+    assert told.returncode == 1
+    assert shown in told.stdout
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_a_pages_python_runs_from_top_to_bottom(page: Path, clone: Path, environment: dict[str, str]) -> None:
+    code = "\n".join(block.text for block in blocks() if block.page == page and block.language == "python")
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=clone,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=100,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def _text_after(block: Block) -> str:
+    following = README[README.index(block) + 1]
+    assert following.language == "text"
+    return following.text
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_somewhere(page: Path) -> None:
+    for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text()):
+        if "://" not in target:
+            assert (page.parent / target).exists(), target

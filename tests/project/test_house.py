@@ -1,0 +1,63 @@
+"""The rules of the house that no linter holds."""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+MODULES = sorted((ROOT / "scenecc").rglob("*.py"))
+
+
+def name(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name)
+def test_a_file_has_at_most_350_lines_and_a_function_60(path: Path) -> None:
+    text = path.read_text()
+    assert len(text.splitlines()) <= 350
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            assert _code_lines(node) <= 60, node.name
+
+
+def _code_lines(node: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """Lines of a function without its docstring, which in an API may be long."""
+    first = node.body[0]
+    documented = isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)
+    docstring = (first.end_lineno or 0) - first.lineno + 1 if documented else 0
+    return (node.end_lineno or 0) - node.lineno + 1 - docstring
+
+
+def test_every_folder_of_the_package_says_what_it_is_for() -> None:
+    for path in MODULES:
+        if path.name == "__init__.py":
+            assert ast.get_docstring(ast.parse(path.read_text())), name(path)
+
+
+def test_the_version_is_written_once() -> None:
+    from scenecc import __version__
+
+    text = (ROOT / "scenecc/version.py").read_text()
+    assert f'VERSION: Final = "{__version__}"' in text
+    assert not re.search(r"^version\b", (ROOT / "pyproject.toml").read_text(), re.MULTILINE)
+
+
+def test_importing_scenecc_is_cheap() -> None:
+    script = "import sys, scenecc; print(*{'numpy', 'sapien', 'trimesh', 'pydantic', 'rich'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, check=True, timeout=60)
+    assert done.stdout == b"\n"
+
+
+def test_public_names_are_documented() -> None:
+    import scenecc
+
+    for public in scenecc.__all__:
+        if public != "__version__":
+            assert getattr(scenecc, public).__doc__, public
