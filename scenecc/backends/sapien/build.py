@@ -2,46 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from scenecc.backends.sapien.batch import EntityBatch, SceneBatch
-from scenecc.backends.sapien.builder import BatchActorBuilder
 from scenecc.backends.sapien.engine import physx, render, sapien
 from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.backends.sapien.resources import Resources
+from scenecc.backends.sapien.turn import Turn, take_turn
+from scenecc.diagnostics import Location
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
-    from scenecc.diagnostics import Sink
-    from scenecc.plan import Entity, ScenePlan
-
-Make = "Callable[[int], tuple[Any, Any]]"
-
-
-@dataclass(slots=True)
-class Turn:
-    """An entity's part in the loop over scenes.
-
-    Attributes:
-        make: builds a row; None: it depends on the scene.
-        table: for each scene that is built (make, row), or None where the entity is not in it.
-        rows: rows of the entity's values that are built, ascending.
-        builders: the structures that occur, each with the rows (among `rows`) that have it.
-        objs, components: what was built, a row each.
-    """
-
-    entity: Entity
-    make: Callable[[int], tuple[Any, Any]] | None
-    table: list[tuple[Callable[[int], tuple[Any, Any]], int] | None]
-    scene_idxs: tuple[int, ...]
-    rows: np.ndarray[Any, np.dtype[np.intp]]
-    picks: np.ndarray[Any, np.dtype[np.intp]]
-    objs: list[Any] = field(default_factory=list)
-    components: list[Any] = field(default_factory=list)
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.plan import ScenePlan
 
 
 def build_scenes(
@@ -56,13 +30,16 @@ def build_scenes(
     turns = prepare(plan, scene_idxs, sink, rendered=rendered)
     if turns is None:
         return None
-    scenes = [new_scene(plan, rendered=rendered) for _ in scene_idxs]
+    scenes: list[Any] = []
     try:
+        scenes.extend(new_scene(plan, rendered=rendered) for _ in scene_idxs)
         fill(scenes, turns, progress)
-    except EngineFailure as failure:
-        report(failure, sink, plan)
+    except BaseException as error:
         for scene in scenes:
             scene.clear()
+        if not isinstance(error, EngineFailure):
+            raise
+        report(error, sink, plan.origin)
         return None
     entities = {
         turn.entity.name: EntityBatch(turn.entity.name, turn.scene_idxs, turn.objs, turn.components) for turn in turns
@@ -91,69 +68,40 @@ def prepare(plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sink, *, rendere
     failed = False
     for entity in plan.entities:
         try:
-            turn, failures = _turn(entity, scene_idxs, resources, rendered=rendered)
+            turn, failures = take_turn(entity, scene_idxs, resources, rendered=rendered)
         except EngineFailure as failure:
             turn, failures = None, [failure]
         for failure in failures:
-            report(failure, sink, entity)
+            report(failure, sink, entity.origin)
         failed = failed or bool(failures)
         if turn is not None:
             turns.append(turn)
     return None if failed else turns
 
 
-def _turn(
-    entity: Entity, scene_idxs: tuple[int, ...], resources: Resources, *, rendered: bool
-) -> tuple[Turn | None, list[EngineFailure]]:
-    row_of = {index: row for row, index in enumerate(entity.scene_idxs)}
-    present = [index for index in scene_idxs if index in row_of]
-    if not present:
-        return None, []
-    rows = np.array([row_of[index] for index in present], dtype=np.intp)
-    picks = np.zeros(len(rows), np.intp) if entity.pick is None else np.array(entity.pick, np.intp)[rows]
-    failures: list[EngineFailure] = []
-    makes: dict[int, Callable[[int], tuple[Any, Any]]] = {}
-    number_in_structure = np.empty(len(rows), np.intp)
-    for structure in np.unique(picks).tolist():
-        chosen = np.flatnonzero(picks == structure)
-        number_in_structure[chosen] = np.arange(len(chosen))
-        builder = BatchActorBuilder(entity, entity.structures[structure], rows[chosen], resources, rendered=rendered)
-        failures += builder.cook()
-        makes[structure] = builder.make
-    if len(makes) == 1 and len(present) == len(scene_idxs):
-        return Turn(entity, next(iter(makes.values())), [], tuple(present), rows, picks), failures
-    each = zip(present, picks.tolist(), number_in_structure.tolist(), strict=True)
-    table = {index: (makes[pick], number) for index, pick, number in each}
-    return Turn(entity, None, [table.get(index) for index in scene_idxs], tuple(present), rows, picks), failures
-
-
-def fill(scenes: list[Any], turns: list[Turn], progress: Callable[[int, int], None] | None) -> None:
+def fill(scenes: Sequence[Any], turns: list[Turn], progress: Callable[[int, int], None] | None) -> None:
     """Builds scene after scene: faster than entity after entity, since a scene's memory stays warm.
 
     Raises:
-        EngineFailure: with the entity's origin where a shape's is not known.
+        EngineFailure: the engine cannot make a shape.
     """
-    plan = [(t.make, t.table, t.objs.append, t.components.append) for t in turns]
+    order = [(turn.make, turn.table, turn.objs.append, turn.components.append) for turn in turns]
     for number, scene in enumerate(scenes):
         add = scene.add_entity
-        for make, table, keep, keep_component in plan:
-            row = number
-            if make is None:
-                turn = table[number]
-                if turn is None:
-                    continue
-                make, row = turn
-            entity, component = make(row)
+        for make, table, keep_entity, keep_component in order:
+            if make is not None:
+                entity, component = make(number)
+            elif (own := table[number]) is not None:
+                entity, component = own[0](own[1])
+            else:
+                continue
             add(entity)
-            keep(entity)
+            keep_entity(entity)
             keep_component(component)
         if progress is not None:
             progress(number + 1, len(scenes))
 
 
-def report(failure: EngineFailure, sink: Sink, place: Any) -> None:  # noqa: ANN401 - whatever has an origin
+def report(failure: EngineFailure, sink: Sink, place: Origin | None) -> None:
     """Puts a failure into the sink, at the node that asked or else at `place`."""
-    from scenecc.diagnostics import Location
-
-    origin = failure.origin or place.origin
-    sink.report(failure.code, failure.message, origin or Location(None), hint=failure.hint)
+    sink.report(failure.code, failure.message, failure.origin or place or Location(None), hint=failure.hint)

@@ -8,7 +8,7 @@ import numpy as np
 
 from scenecc.backends.sapien.columns import poses, taken
 from scenecc.backends.sapien.engine import physx, render, sapien
-from scenecc.backends.sapien.knobs import BODY_KNOBS, RENDER_KNOBS, steps
+from scenecc.backends.sapien.knobs import BODY_KNOBS, RENDER_KNOBS
 from scenecc.backends.sapien.mass import mass_step
 from scenecc.backends.sapien.shapes import attach, collision_steps, cook, split, visual_steps
 
@@ -56,8 +56,8 @@ class BatchActorBuilder(sapien.ActorBuilder):
         self._collisions = collision_steps(structure, rows, resources)
         self._visuals = visual_steps(structure, rows, resources) if rendered else ()
         self._mass_step = mass_step(structure, rows)
-        self._fixed, self._varying = split(steps(BODY_KNOBS, structure, rows))
-        self._look = split(steps(RENDER_KNOBS, structure, rows))
+        self._fixed, self._varying = split(BODY_KNOBS.steps(structure, rows))
+        self._look = split(RENDER_KNOBS.steps(structure, rows) if self._visuals else [])
         self._pose_rows = taken(entity.pose, rows).astype(np.float32)
         self._only_pose = poses(self._pose_rows)[0] if len(self._pose_rows) == 1 else None
 

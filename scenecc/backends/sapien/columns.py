@@ -35,7 +35,7 @@ def scalars(data: NDArray[Any]) -> Column:
 
 def vectors(data: NDArray[Any]) -> Column:
     """float32 arrays."""
-    return list(np.ascontiguousarray(data, dtype=np.float32))
+    return list(data.astype(np.float32))
 
 
 def poses(data: NDArray[Any]) -> Column:
@@ -46,9 +46,10 @@ def poses(data: NDArray[Any]) -> Column:
 
 def side_by_side(columns: Sequence[Column]) -> list[tuple[Any, ...]]:
     """The arguments of a call: one tuple in all, or one a row where any column has one item a row."""
-    length = max((len(column) for column in columns), default=1)
-    full = [column if len(column) == length else column * length for column in columns]
-    return list(zip(*full, strict=True)) if full else [()]
+    length = max(map(len, columns))
+    if length == 1:
+        return [tuple([column[0] for column in columns])]
+    return list(zip(*[column if len(column) == length else column * length for column in columns], strict=True))
 
 
 def caller(function: Callable[..., Any], columns: Sequence[Column]) -> Callable[[int], Any]:

@@ -6,6 +6,7 @@ The builder writes by these tables and the audit reads by them, so that no field
 from __future__ import annotations
 
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from numpy.typing import NDArray
+
+    from scenecc.plan import Value
 
 Step = tuple["Callable[[Any, Any], Any]", Column]
 """A setter of the engine, unbound, and its column of values."""
@@ -39,66 +42,87 @@ class Knob:
     default: Any = None
 
 
+class Knobs:
+    """A table of knobs by the plan's field names; all fields of a holder are read in one call."""
+
+    def __init__(self, knobs: Mapping[str, Knob]) -> None:
+        self.by_field = knobs
+        self._rows = tuple(knobs.values())
+        self._read = attrgetter(*knobs)
+
+    def said(self, holder: object) -> list[tuple[Knob, Value]]:
+        """What the plan says of its fields, in the order of the table; most say nothing."""
+        values: tuple[Value | None, ...] = self._read(holder)
+        if values.count(None) == len(values):
+            return []
+        return [(knob, value) for knob, value in zip(self._rows, values, strict=True) if value is not None]
+
+    def steps(self, holder: object, rows: NDArray[np.intp]) -> list[Step]:
+        """Setters for what the plan says, without those that would set what is there already."""
+        return [step for knob, value in self.said(holder) for step in knob_steps(knob, value, rows)]
+
+
+def knob_steps(knob: Knob, value: Value, rows: NDArray[np.intp]) -> list[Step]:
+    """The setter of one knob; none where it would set what is there already."""
+    data = taken(value, rows)
+    return [] if is_default(data, knob.default) else [(knob.set, knob.convert(data))]
+
+
 IDENTITY = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 _Shape = physx.PhysxCollisionShape
 _Body = physx.PhysxRigidDynamicComponent
-_Look = render.RenderBodyComponent
-_Seen = render.RenderShape
 
-SHAPE_KNOBS: Mapping[str, Knob] = {
-    "pose": Knob(_Shape.set_local_pose, "local_pose", poses, IDENTITY),
-    "density": Knob(_Shape.set_density, "density", scalars, 1000.0),
-    "patch_radius": Knob(_Shape.set_patch_radius, "patch_radius", scalars, 0.0),
-    "min_patch_radius": Knob(_Shape.set_min_patch_radius, "min_patch_radius", scalars, 0.0),
-    "contact_offset": Knob(_Shape.set_contact_offset, "contact_offset", scalars),
-    "rest_offset": Knob(_Shape.set_rest_offset, "rest_offset", scalars),
-}
+SHAPE_POSE = Knob(_Shape.set_local_pose, "local_pose", poses, IDENTITY)
+VISUAL_POSE = Knob(render.RenderShape.set_local_pose, "local_pose", poses, IDENTITY)
+"""`pose` of a shape, colliding or seen."""
+
+SHAPE_KNOBS = Knobs(
+    {
+        "density": Knob(_Shape.set_density, "density", scalars, 1000.0),
+        "patch_radius": Knob(_Shape.set_patch_radius, "patch_radius", scalars, 0.0),
+        "min_patch_radius": Knob(_Shape.set_min_patch_radius, "min_patch_radius", scalars, 0.0),
+        "contact_offset": Knob(_Shape.set_contact_offset, "contact_offset", scalars),
+        "rest_offset": Knob(_Shape.set_rest_offset, "rest_offset", scalars),
+    }
+)
 """Fields of `CollisionShape`, set before the shape is attached (its density cannot be set later)."""
 
 GROUPS = Knob(_Shape.set_collision_groups, "collision_groups", scalars, (1, 1, 0, 0))
 """`BodyStructure.collision_groups`, set on every shape of the body."""
 
-BODY_KNOBS: Mapping[str, Knob] = {
-    "disable_gravity": Knob(_Body.set_disable_gravity, "disable_gravity", scalars, False),
-    "locked_motion_axes": Knob(_Body.set_locked_motion_axes, "locked_motion_axes", scalars, (False,) * 6),
-    "linear_damping": Knob(_Body.set_linear_damping, "linear_damping", scalars),
-    "angular_damping": Knob(_Body.set_angular_damping, "angular_damping", scalars),
-    "max_linear_velocity": Knob(_Body.set_max_linear_velocity, "max_linear_velocity", scalars),
-    "max_angular_velocity": Knob(_Body.set_max_angular_velocity, "max_angular_velocity", scalars),
-    "max_depenetration_velocity": Knob(_Body.set_max_depenetration_velocity, "max_depenetration_velocity", scalars),
-    "max_contact_impulse": Knob(_Body.set_max_contact_impulse, "max_contact_impulse", scalars),
-    "sleep_threshold": Knob(_Body.set_sleep_threshold, "sleep_threshold", scalars),
-    "solver_position_iterations": Knob(_Body.set_solver_position_iterations, "solver_position_iterations", scalars),
-    "solver_velocity_iterations": Knob(_Body.set_solver_velocity_iterations, "solver_velocity_iterations", scalars),
-    "linear_velocity": Knob(_Body.set_linear_velocity, "linear_velocity", vectors, (0.0, 0.0, 0.0)),
-    "angular_velocity": Knob(_Body.set_angular_velocity, "angular_velocity", vectors, (0.0, 0.0, 0.0)),
-}
+BODY_KNOBS = Knobs(
+    {
+        "disable_gravity": Knob(_Body.set_disable_gravity, "disable_gravity", scalars, False),
+        "locked_motion_axes": Knob(_Body.set_locked_motion_axes, "locked_motion_axes", scalars, (False,) * 6),
+        "linear_damping": Knob(_Body.set_linear_damping, "linear_damping", scalars),
+        "angular_damping": Knob(_Body.set_angular_damping, "angular_damping", scalars),
+        "max_linear_velocity": Knob(_Body.set_max_linear_velocity, "max_linear_velocity", scalars),
+        "max_angular_velocity": Knob(_Body.set_max_angular_velocity, "max_angular_velocity", scalars),
+        "max_depenetration_velocity": Knob(
+            _Body.set_max_depenetration_velocity, "max_depenetration_velocity", scalars
+        ),
+        "max_contact_impulse": Knob(_Body.set_max_contact_impulse, "max_contact_impulse", scalars),
+        "sleep_threshold": Knob(_Body.set_sleep_threshold, "sleep_threshold", scalars),
+        "solver_position_iterations": Knob(
+            _Body.set_solver_position_iterations, "solver_position_iterations", scalars
+        ),
+        "solver_velocity_iterations": Knob(
+            _Body.set_solver_velocity_iterations, "solver_velocity_iterations", scalars
+        ),
+        "linear_velocity": Knob(_Body.set_linear_velocity, "linear_velocity", vectors, (0.0, 0.0, 0.0)),
+        "angular_velocity": Knob(_Body.set_angular_velocity, "angular_velocity", vectors, (0.0, 0.0, 0.0)),
+    }
+)
 """Fields of `BodyStructure` that a dynamic or kinematic body has, set once its shapes and mass are there."""
 
-RENDER_KNOBS: Mapping[str, Knob] = {
-    "visibility": Knob(lambda body, value: setattr(body, "visibility", value), "visibility", scalars),
-    "shading_mode": Knob(lambda body, value: setattr(body, "shading_mode", value), "shading_mode", scalars),
-}
+RENDER_KNOBS = Knobs(
+    {
+        "visibility": Knob(lambda body, value: setattr(body, "visibility", value), "visibility", scalars),
+        "shading_mode": Knob(lambda body, value: setattr(body, "shading_mode", value), "shading_mode", scalars),
+    }
+)
 """Fields of `BodyStructure` that the render body has."""
-
-VISUAL_KNOBS: Mapping[str, Knob] = {
-    "pose": Knob(_Seen.set_local_pose, "local_pose", poses, IDENTITY),
-}
-"""Fields of `VisualShape` that are values."""
-
-
-def steps(knobs: Mapping[str, Knob], holder: object, rows: NDArray[np.intp]) -> list[Step]:
-    """Setters for what the plan gives, without those that would set what is there already."""
-    found: list[Step] = []
-    for name, knob in knobs.items():
-        value = getattr(holder, name)
-        if value is None:
-            continue
-        data = taken(value, rows)
-        if not is_default(data, knob.default):
-            found.append((knob.set, knob.convert(data)))
-    return found
 
 
 def is_default(data: NDArray[Any], default: object) -> bool:

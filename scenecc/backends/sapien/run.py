@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
+from scenecc.backends.sapien.audit.report import audit as audit_batch
 from scenecc.backends.sapien.build import build_scenes, report
 from scenecc.backends.sapien.cuda import refusal
 from scenecc.backends.sapien.failure import EngineFailure
@@ -34,13 +35,16 @@ def run(
             raise refusal()
         rendered = _rendered(render)
     except EngineFailure as failure:
-        report(failure, sink, plan)
+        report(failure, sink, plan.origin)
         return None
     with engine_settings(plan.physics):
         built = build_scenes(plan, scene_idxs, sink, rendered=rendered, progress=progress)
         if built is None:
             return None
-        batch, _ = built
+        batch, turns = built
+        if audit != "off" and not audit_batch(batch, turns, sink, audit):
+            batch.close()
+            return None
         return batch
 
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from scenecc.plan import Physics, SdfConfig
 
-_SCENE = (
+SCENE = (
     "gravity",
     "bounce_threshold",
     "enable_pcm",
@@ -57,9 +57,9 @@ def engine_settings(physics: Physics) -> Iterator[None]:
 
 def _set_scene(physics: Physics) -> None:
     config = physx.get_scene_config()
-    given = {name: value for name in _SCENE if (value := getattr(physics, name)) is not None}
+    given = {name: value for name in SCENE if (value := getattr(physics, name)) is not None}
     if physics.cpu_workers is not None:
-        present = {name: getattr(config, name) for name in _SCENE}
+        present = {name: getattr(config, name) for name in SCENE}
         physx.set_scene_config(**(present | given), cpu_workers=physics.cpu_workers)
     elif given:
         for name, value in given.items():

@@ -10,7 +10,7 @@ import numpy as np
 from scenecc.backends.sapien.collision import COLLISION, Build
 from scenecc.backends.sapien.columns import taken
 from scenecc.backends.sapien.failure import EngineFailure
-from scenecc.backends.sapien.knobs import GROUPS, SHAPE_KNOBS, VISUAL_KNOBS, Step, is_default, steps
+from scenecc.backends.sapien.knobs import GROUPS, SHAPE_KNOBS, SHAPE_POSE, VISUAL_POSE, Step, knob_steps
 from scenecc.backends.sapien.visual import VISUAL, Look, front_face
 from scenecc.plan import ConvexMesh, ConvexParts, Mesh, Plane, TriangleMesh
 
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
         BodyStructure,
         CollisionGeometry,
         CollisionShape,
-        Value,
         VisualGeometry,
         VisualShape,
     )
@@ -98,7 +97,7 @@ def collision_steps(
     structure: BodyStructure, rows: NDArray[np.intp], resources: Resources
 ) -> tuple[ShapeSteps, ...]:
     """The colliding shapes of a body, in the order of the plan."""
-    groups = _groups(structure.collision_groups, rows)
+    groups = [] if structure.collision_groups is None else knob_steps(GROUPS, structure.collision_groups, rows)
     return tuple(_collision(shape, groups, rows, resources) for shape in structure.collisions)
 
 
@@ -122,20 +121,15 @@ def _collision(
     except EngineFailure as failure:
         failure.origin = failure.origin or shape.origin
         raise
-    found = steps(SHAPE_KNOBS, shape, rows) + groups
+    found = SHAPE_KNOBS.steps(shape, rows) + groups
+    if shape.pose is not None:
+        found = knob_steps(SHAPE_POSE, shape.pose, rows) + found
     if shape.density is None and isinstance(shape.geometry, Plane):
         # A fresh plane has the density of every fresh shape; SAPIEN's builder gives it none.
-        found.append((SHAPE_KNOBS["density"].set, [0.0]))
+        found.append((SHAPE_KNOBS.by_field["density"].set, [0.0]))
     fixed, varying = split(found)
     many = isinstance(shape.geometry, ConvexParts)
     return ShapeSteps(make, fixed, varying, many, _samples(shape.geometry, rows), "SC801", shape.origin)
-
-
-def _groups(value: Value | None, rows: NDArray[np.intp]) -> list[Step]:
-    if value is None:
-        return []
-    data = taken(value, rows)
-    return [] if is_default(data, GROUPS.default) else [(GROUPS.set, GROUPS.convert(data))]
 
 
 def _visual(shape: VisualShape, rows: NDArray[np.intp], resources: Resources) -> ShapeSteps:
@@ -145,7 +139,7 @@ def _visual(shape: VisualShape, rows: NDArray[np.intp], resources: Resources) ->
     except EngineFailure as failure:
         failure.origin = failure.origin or shape.origin
         raise
-    found = steps(VISUAL_KNOBS, shape, rows)
+    found = [] if shape.pose is None else knob_steps(VISUAL_POSE, shape.pose, rows)
     faces = front_face(shape.geometry, shape.front_face, rows)
     if faces is not None:
         found.append((_set_front_face, faces))

@@ -1,0 +1,75 @@
+"""How values are compared and how a difference is told."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.backends.sapien.engine import sapien
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from scenecc.diagnostics import Origin
+
+ROTATION_TOLERANCE = 5e-7
+"""PhysX normalises the quaternion of a shape's pose and of a centre of mass: a few units in the last place."""
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """One property of one body that is not what the plan says.
+
+    Attributes:
+        what: the property, by the engine's name.
+        expected, found: as they are shown to people.
+        origin: the node that asked; None: the entity's own.
+    """
+
+    what: str
+    expected: object
+    found: object
+    origin: Origin | None = None
+
+
+def same(expected: Any, found: object) -> bool:  # noqa: ANN401 - whatever a property holds
+    """Equal as the engine stores it: floats as float32, all others exactly."""
+    if isinstance(found, float):
+        return expected == found or bool(np.float32(expected) == np.float32(found))
+    if not isinstance(found, (np.ndarray, sapien.Pose)):
+        return bool(expected == found)
+    a, b = plain(expected), plain(found)
+    return a.shape == b.shape and (a.tobytes() == b.tobytes() or bool((a == b).all()))
+
+
+def same_local_pose(expected: NDArray[np.float64], found: sapien.Pose) -> bool:
+    """Whether a pose that PhysX has normalised is the expected one (7,)."""
+    actual = plain(found)
+    if expected.astype(np.float32).tobytes() == actual.tobytes():
+        return True
+    if (expected[:3].astype(np.float32) != actual[:3]).any():
+        return False
+    unit = expected[3:] / np.linalg.norm(expected[3:])
+    return bool(np.abs(unit - actual[3:]).max() <= ROTATION_TOLERANCE)
+
+
+def plain(value: object) -> NDArray[Any]:
+    """Numbers of the plan or of the engine as an array: float32, integers or booleans."""
+    if isinstance(value, sapien.Pose):
+        return np.array(value.__getstate__(), dtype=np.float32)
+    array = np.asarray(value)
+    return array.astype(np.float32) if array.dtype.kind == "f" else array
+
+
+def shown(value: object) -> str:
+    """As people read it."""
+    if isinstance(value, str) or value is None:
+        return repr(value)
+    array = plain(value)
+    if array.size > 8:
+        return f"{array.shape} numbers"
+    if array.ndim:
+        return "[" + ", ".join(f"{x:.9g}" for x in array.ravel().tolist()) + "]"
+    return f"{array.item():.9g}" if array.dtype.kind == "f" else str(array.item())

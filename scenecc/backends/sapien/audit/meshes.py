@@ -1,0 +1,78 @@
+"""Meshes as the engine has them for a file: read once a file, for volumes, counts and vertices."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.backends.sapien.engine import physx
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Hashable
+
+    from numpy.typing import NDArray
+
+    from scenecc.backends.sapien.resources import Resources
+    from scenecc.plan import CoacdParams
+
+_UNIT = (1.0, 1.0, 1.0)
+
+
+class Meshes:
+    """Fresh shapes of the files that a plan uses, unscaled.
+
+    Vertices and volumes are read from shapes made here and not by the builder, so that what the
+    builder made can be held against them.
+    """
+
+    def __init__(self, resources: Resources) -> None:
+        self._resources = resources
+        self._known: dict[Hashable, Any] = {}
+
+    def hull(self, file: int) -> Any:  # noqa: ANN401 - a PhysxCollisionShapeConvexMesh
+        """The convex hull of a file."""
+        return self._once(
+            ("hull", file), lambda: physx.PhysxCollisionShapeConvexMesh(self._resources.path(file), _UNIT, self._material)
+        )
+
+    def parts(self, file: int, params: CoacdParams | None) -> list[Any]:
+        """The convex parts of a file."""
+        path = self._resources.parts(np.array([file]), params)[0]
+        load = physx.PhysxCollisionShapeConvexMesh.load_multiple
+        return self._once(("parts", path), lambda: load(path, _UNIT, self._material))
+
+    def triangles(self, file: int, *, sdf: bool) -> Any:  # noqa: ANN401 - a PhysxCollisionShapeTriangleMesh
+        """The triangles of a file. `sdf` as the plan has it: what PhysX has cooked of the file is found again."""
+        make = physx.PhysxCollisionShapeTriangleMesh
+        key = ("triangles", file, sdf)
+        return self._once(key, lambda: make(self._resources.path(file), _UNIT, self._material, sdf))
+
+    def hull_volume(self, file: int) -> float:
+        """[m³] of the hull of a file, unscaled."""
+        return self._once(("hull volume", file), lambda: enclosed(self.hull(file)))
+
+    def parts_volume(self, file: int, params: CoacdParams | None) -> float:
+        """[m³] of all convex parts of a file, unscaled."""
+        return self._once(("parts volume", file, params), lambda: sum(map(enclosed, self.parts(file, params))))
+
+    def triangle_volume(self, file: int) -> float:
+        """[m³] that the triangles of a file, cooked with a distance field, enclose; unscaled."""
+        return self._once(("triangle volume", file), lambda: enclosed(self.triangles(file, sdf=True)))
+
+    @cached_property
+    def _material(self) -> Any:  # noqa: ANN401 - a PhysxMaterial
+        return self._resources.default_material
+
+    def _once(self, key: Hashable, make: Callable[[], Any]) -> Any:  # noqa: ANN401
+        if key not in self._known:
+            self._known[key] = make()
+        return self._known[key]
+
+
+def enclosed(shape: Any) -> float:  # noqa: ANN401 - a mesh shape
+    """[m³] inside a closed mesh: the sum of signed tetrahedra from the origin to each triangle."""
+    vertices: NDArray[np.float64] = shape.vertices.astype(np.float64)
+    a, b, c = (vertices[shape.triangles[:, i]] for i in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)

@@ -1,0 +1,81 @@
+"""The audit as a whole: which bodies are read how closely, and how differences become diagnostics."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+from scenecc.backends.sapien.audit.bodies import look_at_all, look_at_poses
+from scenecc.backends.sapien.audit.body import BodyAudit
+from scenecc.backends.sapien.audit.defaults import fresh
+from scenecc.backends.sapien.audit.meshes import Meshes
+from scenecc.backends.sapien.audit.scene import scene_differences
+from scenecc.backends.sapien.audit.sweep import Sweep
+from scenecc.backends.sapien.resources import Resources
+from scenecc.diagnostics import Location
+
+if TYPE_CHECKING:
+    from scenecc.backends.sapien.audit.difference import Difference
+    from scenecc.backends.sapien.audit.sweep import Place
+    from scenecc.backends.sapien.batch import SceneBatch
+    from scenecc.backends.sapien.turn import Turn
+    from scenecc.diagnostics import Origin, Sink
+
+CODE = "SC802"
+
+
+def audit(batch: SceneBatch, turns: list[Turn], sink: Sink, level: Literal["full", "fast"]) -> bool:
+    """Compares what the engine holds with the plan, reports every difference, and says whether there is none.
+
+    To be called before anything is stepped, and while the process-wide defaults are those of the build.
+    """
+    plan, scenes = batch.plan, batch.scenes
+    good = True
+    for index, scene in zip(batch.scene_idxs, scenes if level == "full" else scenes[:1], strict=False):
+        for difference in scene_differences(plan, scene):
+            _tell(sink, difference, "the scene", [index], plan.physics.origin or plan.origin)
+            good = False
+    sweep = Sweep()
+    if turns:
+        _look_at_bodies(batch, turns, sweep, level)
+    found: dict[str, list[tuple[Place, Difference]]] = {}
+    for place, difference in sweep.differences():
+        found.setdefault(place.turn.entity.name, []).append((place, difference))
+    for turn in turns:
+        _tell_all(sink, turn, found.get(turn.entity.name, []))
+    return good and not found
+
+
+def _look_at_bodies(batch: SceneBatch, turns: list[Turn], sweep: Sweep, level: Literal["full", "fast"]) -> None:
+    resources = Resources(batch.plan)
+    meshes = Meshes(resources)
+    defaults = fresh(resources.default_material, rendered=batch.render)
+    bodies = BodyAudit(batch.plan, resources, defaults, meshes, sweep, rendered=batch.render)
+    scene_of = dict(zip(batch.scene_idxs, batch.scenes, strict=True))
+    look_at_poses(turns, batch.scenes, batch.scene_idxs, sweep)
+    for turn in turns:
+        for part in turn.parts:
+            closely = part.numbers if level == "full" else part.numbers[:1]
+            for number in closely.tolist():
+                bodies.look_at(turn, part.structure, number, scene_of[turn.scene_idxs[number]])
+            if len(closely) < len(part.numbers) and part.structure.body_type != "none":
+                look_at_all(turn, part, meshes, sweep)
+
+
+def _tell_all(sink: Sink, turn: Turn, found: list[tuple[Place, Difference]]) -> None:
+    """One diagnostic a property and place, however many scenes have it."""
+    groups: dict[tuple[str, Any], tuple[Difference, list[int]]] = {}
+    for place, difference in found:
+        key = (difference.what, difference.origin)
+        groups.setdefault(key, (difference, []))[1].append(turn.scene_idxs[place.number])
+    for difference, scene_idxs in groups.values():
+        _tell(sink, difference, f"'{turn.entity.name}'", sorted(set(scene_idxs)), turn.entity.origin)
+
+
+def _tell(sink: Sink, difference: Difference, who: str, scene_idxs: list[int], place: Origin | None) -> None:
+    more = f" (and in {len(scene_idxs) - 1} more)" if len(scene_idxs) > 1 else ""
+    sink.report(
+        CODE,
+        f"{who} in scene {scene_idxs[0]}{more}: the engine holds {difference.what} = {difference.found}, "
+        f"and the plan asks for {difference.expected}",
+        difference.origin or place or Location(None),
+    )

@@ -1,0 +1,106 @@
+"""Colliding shapes against the plan, every property of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.backends.sapien.audit.defaults import PHYSICAL, Defaults
+from scenecc.backends.sapien.audit.difference import same, same_local_pose, shown
+from scenecc.backends.sapien.audit.geometry import COLLISION_SIZES
+from scenecc.backends.sapien.audit.sweep import Expected, Place, Sweep, given
+from scenecc.backends.sapien.knobs import GROUPS, SHAPE_KNOBS
+from scenecc.plan import ConvexMesh, ConvexParts, Plane, TriangleMesh
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from scenecc.backends.sapien.audit.meshes import Meshes
+    from scenecc.plan import BodyStructure, CollisionShape, ScenePlan, Value
+
+
+def part_counts(structure: BodyStructure, row: int, meshes: Meshes) -> list[int]:
+    """How many shapes of the engine each shape of the plan is, in an entity's row."""
+    return [
+        len(meshes.parts(int(shape.geometry.file.row(row)), shape.geometry.coacd))
+        if isinstance(shape.geometry, ConvexParts)
+        else 1
+        for shape in structure.collisions
+    ]
+
+
+class ShapeAudit:
+    """Reads the colliding shapes of bodies."""
+
+    def __init__(self, plan: ScenePlan, defaults: Defaults, meshes: Meshes, sweep: Sweep) -> None:
+        self._defaults = defaults
+        self._meshes = meshes
+        self._sweep = sweep
+        self._frictions: list[Expected] = [
+            {name: float(np.float32(getattr(material, name))) for name in PHYSICAL}
+            for material in plan.physical_materials
+        ]
+
+    def look_at(self, structure: BodyStructure, body: Any, row: int, place: Place) -> None:  # noqa: ANN401
+        """All shapes of a body."""
+        found, counts = body.collision_shapes, part_counts(structure, row, self._meshes)
+        if len(found) != sum(counts):
+            self._sweep.tell(place, "collision_shapes", sum(counts), len(found))
+            return
+        start = 0
+        for shape, count in zip(structure.collisions, counts, strict=True):
+            where = Place(place.turn, place.number, shape.origin)
+            self._shape(structure, shape, found[start : start + count], row, where)
+            start += count
+
+    def _shape(
+        self, structure: BodyStructure, shape: CollisionShape, parts: Sequence[Any], row: int, place: Place
+    ) -> None:
+        kind, sizes = COLLISION_SIZES[type(shape.geometry)]
+        knobs = self._knobs(structure, shape, row)
+        friction = self._defaults.friction if shape.material is None else self._frictions[int(shape.material.row(row))]
+        for number, part in enumerate(parts):
+            if type(part) is not kind:
+                self._sweep.tell(place, "type", kind.__name__, type(part).__name__)
+                continue
+            for name, size in sizes(shape.geometry, row).items():
+                if not same(size, found := getattr(part, name)):
+                    self._sweep.tell(place, name, shown(size), shown(found))
+            self._mesh(shape, part, number, row, place)
+            look_at_pose(shape.pose, part, row, place, self._sweep, self._defaults)
+            self._sweep.expect(knobs, part, place)
+            self._sweep.expect(friction, part.physical_material, place)
+
+    def _knobs(self, structure: BodyStructure, shape: CollisionShape, row: int) -> Expected:
+        no_density = shape.density is None and isinstance(shape.geometry, Plane)
+        defaults = self._defaults.plane if no_density else self._defaults.shape
+        said = {knob.get: given(value.row(row)) for knob, value in SHAPE_KNOBS.said(shape)}
+        if structure.collision_groups is not None:
+            said[GROUPS.get] = given(structure.collision_groups.row(row))
+        return defaults | said if said else defaults
+
+    def _mesh(self, shape: CollisionShape, part: Any, number: int, row: int, place: Place) -> None:  # noqa: ANN401
+        match shape.geometry:
+            case ConvexMesh(file=file):
+                reference = self._meshes.hull(int(file.row(row)))
+            case ConvexParts(file=file, coacd=coacd):
+                reference = self._meshes.parts(int(file.row(row)), coacd)[number]
+            case TriangleMesh(file=file, sdf=sdf):
+                reference = self._meshes.triangles(int(file.row(row)), sdf=sdf)
+            case _:
+                return
+        for name in ("vertices", "triangles"):
+            if not np.array_equal(getattr(reference, name), getattr(part, name)):
+                self._sweep.tell(place, name, "those of the file", "others")
+
+
+def look_at_pose(
+    pose: Value | None, part: Any, row: int, place: Place, sweep: Sweep, defaults: Defaults  # noqa: ANN401
+) -> None:
+    """The pose of a shape, colliding or seen, in its body."""
+    if pose is None:
+        sweep.expect(defaults.pose, part, place)
+    elif not same_local_pose(pose.row(row), part.local_pose):
+        sweep.tell(place, "local_pose", shown(pose.row(row)), shown(part.local_pose))
+

@@ -1,0 +1,91 @@
+"""Visible shapes against the plan, every property of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.backends.sapien.audit.defaults import PAINT, Defaults
+from scenecc.backends.sapien.audit.difference import same, shown
+from scenecc.backends.sapien.audit.geometry import VISUAL_SIZES, tiles
+from scenecc.backends.sapien.audit.shapes import look_at_pose
+from scenecc.backends.sapien.audit.sweep import Place, Sweep, given
+from scenecc.backends.sapien.knobs import RENDER_KNOBS
+from scenecc.plan import Mesh, TiledPlane, VisualMaterial
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from scenecc.plan import BodyStructure, ScenePlan, VisualShape
+
+_TEXTURES = tuple(f"{name}_texture" for name in ("base_color", "normal", "roughness", "metallic", "emission", "transmission"))
+_NOTHING_SAID = VisualMaterial()
+
+
+class VisualAudit:
+    """Reads the render components of bodies."""
+
+    def __init__(self, plan: ScenePlan, defaults: Defaults, sweep: Sweep) -> None:
+        self._plan = plan
+        self._defaults = defaults
+        self._sweep = sweep
+
+    def look_at(self, structure: BodyStructure, component: Any, row: int, place: Place) -> None:  # noqa: ANN401
+        """A render component and all its shapes."""
+        said = {knob.get: given(value.row(row)) for knob, value in RENDER_KNOBS.said(structure)}
+        self._sweep.expect(self._defaults.look | said, component, place)
+        found = component.render_shapes
+        if len(found) != len(structure.visuals):
+            self._sweep.tell(place, "render_shapes", len(structure.visuals), len(found))
+            return
+        for shape, made in zip(structure.visuals, found, strict=True):
+            self._shape(shape, made, row, Place(place.turn, place.number, shape.origin))
+
+    def _shape(self, shape: VisualShape, found: Any, row: int, place: Place) -> None:  # noqa: ANN401 - a RenderShape
+        kind, sizes = VISUAL_SIZES[type(shape.geometry)]
+        if type(found) is not kind:
+            self._sweep.tell(place, "type", kind.__name__, type(found).__name__)
+            return
+        expected = sizes(shape.geometry, row) | {"name": shape.name or "", "front_face": _front_face(shape, row)}
+        if isinstance(shape.geometry, Mesh):
+            expected["filename"] = self._path(int(shape.geometry.file.row(row)))
+        self._compare(expected, found, place)
+        look_at_pose(shape.pose, found, row, place, self._sweep, self._defaults)
+        if isinstance(shape.geometry, TiledPlane):
+            corners, uvs = tiles(shape.geometry, row)
+            part = found.parts[0]
+            for name, wanted, actual in (("vertices", corners, part.vertices), ("uvs", uvs, part.get_vertex_uv())):
+                if not same(wanted, actual):
+                    self._sweep.tell(place, name, wanted.tolist(), actual.tolist())
+        if shape.material is not None or not isinstance(shape.geometry, Mesh):
+            asked = _NOTHING_SAID if shape.material is None else self._plan.visual_materials[int(shape.material.row(row))]
+            for part in found.parts:
+                self._paint(asked, part.material, place)
+
+    def _paint(self, asked: VisualMaterial, found: Any, place: Place) -> None:  # noqa: ANN401 - a RenderMaterial
+        said = {name: value for name in PAINT if (value := getattr(asked, name)) is not None}
+        self._compare(self._defaults.paint | said, found, place)
+        for name in _TEXTURES:
+            texture, image = getattr(asked, name), getattr(found, name)
+            wanted = None if texture is None else self._path(texture.file)
+            actual = None if image is None else image.filename
+            if wanted != actual:
+                self._sweep.tell(place, name, wanted, actual)
+
+    def _compare(self, expected: Mapping[str, Any], found: Any, place: Place) -> None:  # noqa: ANN401
+        for name, value in expected.items():
+            actual = getattr(found, name)
+            # Colours come back as lists of floats.
+            if not same(value, np.array(actual) if isinstance(actual, list) else actual):
+                self._sweep.tell(place, name, shown(value), shown(actual))
+
+    def _path(self, file: int) -> str:
+        return str(self._plan.files[file].path)
+
+
+def _front_face(shape: VisualShape, row: int) -> str:
+    if shape.front_face is not None:
+        return shape.front_face
+    mirrored = isinstance(shape.geometry, Mesh) and np.prod(shape.geometry.scale.row(row)) < 0
+    return "clockwise" if mirrored else "counterclockwise"
