@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, Strict, StringConstraints
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, StringConstraints
+from pydantic_core import PydanticCustomError
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler
@@ -55,13 +56,29 @@ def key(description: str, *, default: Any = None, examples: list[Any] | None = N
     return Field(default=None, description=description, examples=examples, json_schema_extra=extra)
 
 
-Name = Annotated[str, StringConstraints(pattern=NAME_PATTERN)]
-Text = Annotated[str, StringConstraints(min_length=1)]
+EXPRESSION = "${"
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Unit = Annotated[float, Field(ge=0, le=1)]
+
+def _literal(text: str) -> str:
+    """Refuses an expression where any text is right: it would be taken as it is written."""
+    if EXPRESSION in text:
+        raise PydanticCustomError("expression", "a text without `${{`")
+    return text
+
+
+Name = Annotated[str, StringConstraints(pattern=NAME_PATTERN)]
+AnyText = Annotated[str, AfterValidator(_literal)]
+Text = Annotated[str, StringConstraints(min_length=1), AfterValidator(_literal)]
+
+LARGEST = 3.4028234663852886e38
+SMALLEST = 1.1754943508222875e-38
+"""The largest and the smallest normal number of single precision, in which the engine computes: beyond
+them a length becomes infinite or zero there."""
+
+Finite = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, ge=SMALLEST, le=LARGEST, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, le=LARGEST, allow_inf_nan=False)]
+Unit = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 PositiveInt = Annotated[int, Field(ge=1)]
 NonNegativeInt = Annotated[int, Field(ge=0)]
 

@@ -38,9 +38,7 @@ class Inertial(Model):
 
     mass: Positive = Field(description="Mass [kg].")
     com: Maybe[Pose] = key("Centre of mass and principal axes, in the body's frame.", default=[0, 0, 0])
-    inertia: Positive3 = Field(
-        description="Principal moments [ixx, iyy, izz] along the axes of `com`, none above the sum of the others [kg·m²]."
-    )
+    inertia: Positive3 = Field(description="Principal moments [ixx, iyy, izz] along the axes of `com` [kg·m²].")
 
 
 class EntityKeys(Model):

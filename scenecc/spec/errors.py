@@ -5,10 +5,11 @@ from __future__ import annotations
 import difflib
 from typing import TYPE_CHECKING, Any
 
+from scenecc.spec.base import EXPRESSION, LARGEST, SMALLEST
 from scenecc.spec.document import SceneFile
 from scenecc.spec.features import LEFT_OUT, NOT_YET, OTHER_KIND, VARIATION_FORMS
 from scenecc.spec.unions import WRONG_KIND
-from scenecc.spec.walk import KEY_MARK, document_path, model_at, step
+from scenecc.spec.walk import KEY_MARK, document_path, follow, model_at, step
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -16,8 +17,6 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
     from scenecc.diagnostics import At, Origin, Path, Sink
-
-EXPRESSION = "${"
 
 _LISTED = 30
 """How many known words a hint lists."""
@@ -55,6 +54,10 @@ def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: 
                 judged_otherwise.add(entity)
                 _not_yet(NOT_YET[key], origin.child(*entity, key), "key", sink)
             continue
+        if later := _value_of_later(error, path, data):
+            feature, where = later
+            _not_yet(feature, origin.child(*where), "value", sink)
+            continue
         _report(error, path, origin.child(*path), sink)
 
 
@@ -66,14 +69,10 @@ def _report(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
     kind, found = error["type"], error["input"]
     if kind == "extra_forbidden":
         _unknown_key(error, str(path[-1]), place, sink)
-    elif form := _form_of_later(found):
-        _not_yet(form, place, "value", sink)
     elif kind == "missing":
         _missing(path, found, place, sink)
     elif kind in _BOUNDS:
-        words, bound = _BOUNDS[kind]
-        limit = error["ctx"][bound]  # pyright: ignore[reportTypedDictNotRequiredAccess]
-        sink.report("SC104", f"{_named(path)} must be {words} {limit:g}, not {show(found)}", place)
+        _bound(error, path, place, sink)
     elif kind == "finite_number":
         sink.report("SC104", f"{_named(path)} must be finite, not {show(found)}", place)
     elif kind == "string_too_short":
@@ -89,13 +88,35 @@ def _report(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
         _wrong_kind(expected, path, found, place, sink)
 
 
-def _form_of_later(found: Any) -> str | None:
-    """What a value is that a later version will read, if it is one."""
+def _value_of_later(error: ErrorDetails, path: Path, data: dict[str, Any]) -> tuple[str, Path] | None:
+    """What a value is that a later version will read, and where it stands; None where it is none."""
+    kind, found = error["type"], error["input"]
+    if kind in {"extra_forbidden", "missing"}:
+        # The mapping was taken for another, so its keys are wrong there and others are missing.
+        path = path[:-1]
+        found = follow(data, path)
+    elif error["loc"][-1] == KEY_MARK:
+        return None
+    if isinstance(found, dict):
+        if not VARIATION_FORMS.isdisjoint(found):
+            return "values that differ from scene to scene", path
+        found, path = found.get("type"), (*path, "type")
+        if not kind.startswith("union_tag"):
+            return None
     if isinstance(found, str) and EXPRESSION in found:
-        return "expressions"
-    if isinstance(found, dict) and not VARIATION_FORMS.isdisjoint(found):
-        return "values that differ from scene to scene"
-    return "drawn rotations" if found == "uniform" else None
+        return "expressions", path
+    return ("drawn rotations", path) if found == "uniform" and path[-1] == "q" else None
+
+
+def _bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
+    found, (words, bound) = error["input"], _BOUNDS[error["type"]]
+    limit = error["ctx"][bound]  # pyright: ignore[reportTypedDictNotRequiredAccess]
+    hint = None
+    if limit == SMALLEST and found <= 0:
+        words, limit = "greater than", 0
+    elif abs(limit) in {SMALLEST, LARGEST}:
+        hint = "the engine computes in single precision, which ends there"
+    sink.report("SC104", f"{_named(path)} must be {words} {limit:g}, not {show(found)}", place, hint=hint)
 
 
 def _not_yet(feature: str, place: Origin, at: At, sink: Sink) -> None:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-VARIATION_FORMS = frozenset(
-    {"per_scene", "cycle", "choice", "weights", "uniform", "integers", "log_uniform", "normal", "clip"}
-)
-"""Keys of the mappings that give another value in each scene."""
+VARIATION_FORMS = frozenset({"per_scene", "cycle", "choice", "uniform", "integers", "log_uniform", "normal"})
+"""Keys of the mappings that give another value in each scene; `weights` and `clip` stand beside some of them."""
 
 NOT_YET: dict[str, str] = {
     "params": "parameters",
@@ -26,7 +24,6 @@ NOT_YET: dict[str, str] = {
     "lights": "lights",
     "cameras": "cameras",
     "environment": "the environment",
-    **dict.fromkeys(VARIATION_FORMS, "values that differ from scene to scene"),
 }
 """Keys of the language that come later, and what they belong to."""
 

@@ -8,10 +8,10 @@ from pydantic import ValidationError
 
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.document import SceneFile
-from scenecc.spec.errors import EXPRESSION, report_errors
+from scenecc.spec.errors import report_errors
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics import Origin, Path, Sink
+    from scenecc.diagnostics import Origin, Sink
 
 _NAMED = ("entities", "materials", "frames", "collision_groups")
 """Mappings whose keys are names, so that a note among them would read as an entry."""
@@ -55,21 +55,3 @@ def without_notes(node: Any) -> Any:
             return [without_notes(item) for item in node]
         case _:
             return node
-
-
-def report_expressions(data: dict[str, Any], origin: Origin, sink: Sink) -> None:
-    """Reports every text that holds `${`: where any text is right, the models would take it as it is."""
-    for path in _expressions(without_notes(data), ()):
-        sink.report("SC109", "expressions are not supported yet", origin.child(*path))
-
-
-def _expressions(node: Any, path: Path) -> list[Path]:
-    match node:
-        case str() if EXPRESSION in node:
-            return [path]
-        case dict():
-            return [found for key, item in node.items() for found in _expressions(item, (*path, key))]
-        case list():
-            return [found for i, item in enumerate(node) for found in _expressions(item, (*path, i))]
-        case _:
-            return []

@@ -7,7 +7,7 @@ from typing import Any
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
-from scenecc.spec.base import NAME_PATTERN, NOTES
+from scenecc.spec.base import LARGEST, NAME_PATTERN, NOTES, SMALLEST
 from scenecc.spec.document import SceneFile
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -34,15 +34,21 @@ def json_schema() -> dict[str, Any]:
 
 
 def _tidied(node: Any) -> Any:
-    """Without titles that repeat a key, and with names that are checked as names."""
+    """Without titles that repeat a key and the range of single precision, and with names checked as names."""
     match node:
         case dict():
-            out = {key: _tidied(item) for key, item in node.items() if not (key == "title" and isinstance(item, str))}
+            out = {key: _tidied(item) for key, item in node.items() if not _is_noise(key, item)}
             return _named(out) if "patternProperties" in out and "properties" not in out else out
         case list():
             return [_tidied(item) for item in node]
         case _:
             return node
+
+
+def _is_noise(key: str, item: Any) -> bool:
+    if key in {"minimum", "maximum"} and isinstance(item, (int, float)):
+        return abs(item) in {LARGEST, SMALLEST}
+    return key == "title" and isinstance(item, str)
 
 
 def _named(mapping: dict[str, Any]) -> dict[str, Any]:

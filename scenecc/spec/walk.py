@@ -48,6 +48,13 @@ def step(node: Any, segment: PathKey) -> Any:
             return None
 
 
+def follow(node: Any, path: Path) -> Any:
+    """What stands at a path; None where there is nothing."""
+    for segment in path:
+        node = step(node, segment)
+    return node
+
+
 def model_at(root: type[BaseModel], loc: tuple[PathKey, ...]) -> type[BaseModel] | None:
     """The model whose mapping holds the last segment of `loc`; None where any key may stand."""
     annotation: Any = root
