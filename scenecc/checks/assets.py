@@ -16,6 +16,7 @@ import numpy as np
 
 from scenecc.checks.asset_image import IMAGE_SUFFIXES, check_image
 from scenecc.checks.mesh_data import AssetError, MeshData, Reading, Reference
+from scenecc.checks.mesh_obj import mtl_images
 from scenecc.checks.mesh_read import MESH_SUFFIXES, read_mesh
 from scenecc.checks.mesh_rules import check_use
 from scenecc.diagnostics import Origin
@@ -117,7 +118,7 @@ def _check_mesh(checker: _Checker, asset: AssetFile, by_use: dict[Use, Origin]) 
     first = next(iter(by_use.values()))
     seen = by_use.get("seen")
     try:
-        mesh = _read(checker, asset, seen=seen is not None)
+        mesh = _read(checker, asset)
     except AssetError as fault:
         _report(checker, asset, first, fault)
         return
@@ -130,7 +131,7 @@ def _check_mesh(checker: _Checker, asset: AssetFile, by_use: dict[Use, Origin]) 
                 _report(checker, asset, origin, fault)
 
 
-def _read(checker: _Checker, asset: AssetFile, *, seen: bool) -> MeshData:
+def _read(checker: _Checker, asset: AssetFile) -> MeshData:
     suffix = Path(asset.path).suffix.lower()
     if suffix in _USD:
         raise AssetError(
@@ -144,7 +145,6 @@ def _read(checker: _Checker, asset: AssetFile, *, seen: bool) -> MeshData:
     reading = Reading(
         open_named=lambda reference: _bytes(checker, _named(checker, asset, reference)),
         max_bytes=checker.max_bytes,
-        seen=seen,
     )
     return read_mesh(_bytes(checker, Path(asset.path)), suffix, reading)
 
@@ -152,10 +152,14 @@ def _read(checker: _Checker, asset: AssetFile, *, seen: bool) -> MeshData:
 def _check_named(checker: _Checker, asset: AssetFile, mesh: MeshData, seen: Origin | None, first: Origin) -> None:
     """The files that an asset names. The engine opens them whether it is seen or not, so none may be outside."""
     origin = seen or first
-    for reference in mesh.references:
+    waiting = list(mesh.references)
+    while waiting:
+        reference = waiting.pop(0)
         with _reporting(checker, asset, origin, skip="SC418" if seen is None and reference.kind != "buffer" else None):
             path = _named(checker, asset, reference)
-            if seen is not None and reference.kind == "image":
+            if reference.kind == "material" and seen is not None:
+                waiting.extend(mtl_images(_bytes(checker, path)))
+            if reference.kind == "image" and seen is not None:
                 _check_texture(checker, path)
     for image in mesh.images if seen is not None else ():
         with _reporting(checker, asset, origin):

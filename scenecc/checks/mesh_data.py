@@ -47,12 +47,10 @@ class Reading:
     Attributes:
         open_named: reads a file that it names.
         max_bytes: how much its triangles may take in memory [bytes].
-        seen: whether its materials matter.
     """
 
     open_named: OpenNamed
     max_bytes: int
-    seen: bool
 
 
 @dataclass(frozen=True, slots=True)

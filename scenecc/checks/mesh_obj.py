@@ -23,11 +23,12 @@ def read_obj(data: bytes, reading: Reading) -> MeshData:
 
     Args:
         data: the file.
-        reading: where the mesh is seen, its MTL is read too, to learn which images it names.
+        reading: not used; an OBJ alone has all its triangles.
 
     Raises:
-        AssetError: a line cannot be read, or a file that it names cannot.
+        AssetError: a line cannot be read.
     """
+    del reading
     vertices: list[tuple[float, ...]] = []
     groups: list[list[tuple[int, int, int]]] = [[]]
     materials: list[str] = []
@@ -50,7 +51,7 @@ def read_obj(data: bytes, reading: Reading) -> MeshData:
         raise AssetError("SC412", f"the OBJ cannot be read (line {row}): {error}", "export the mesh again") from error
     points = np.array(vertices, dtype=np.float64).reshape(-1, 3)
     parts = tuple(part(points, np.array(faces, dtype=np.int64)) for faces in groups if faces)
-    return MeshData(parts, _references(materials, reading))
+    return MeshData(parts, tuple(Reference(name, "material") for name in dict.fromkeys(materials)))
 
 
 def _lines(data: bytes) -> Iterator[tuple[int, str]]:
@@ -89,22 +90,18 @@ def _triangles(text: str, known: int) -> list[tuple[int, int, int]]:
     return [(index[0], index[i], index[i + 1]) for i in range(1, len(index) - 1)]
 
 
-def _references(materials: list[str], reading: Reading) -> tuple[Reference, ...]:
-    found: list[Reference] = []
-    for name in dict.fromkeys(materials):
-        library = Reference(name, "material")
-        found.append(library)
-        if reading.seen:
-            found.extend(Reference(image, "image") for image in _images(name, reading.open_named(library)))
-    return tuple(dict.fromkeys(found))
+def mtl_images(data: bytes) -> tuple[Reference, ...]:
+    """The images that an MTL names. SAPIEN seeks them beside the OBJ.
 
-
-def _images(name: str, data: bytes) -> list[str]:
+    Raises:
+        AssetError: it is no text.
+    """
     try:
         matches = [_MAPS.match(line) for _, line in _lines(data)]
     except ValueError as error:
-        raise AssetError("SC412", f"the MTL {name} cannot be read: {error}", "export the mesh again") from error
-    return [image for match in matches if match and (image := _without_options(match[2].split(" ")))]
+        raise AssetError("SC412", f"the MTL cannot be read: {error}", "export the mesh again") from error
+    names = [_without_options(match[2].split(" ")) for match in matches if match]
+    return tuple(Reference(name, "image") for name in dict.fromkeys(names) if name)
 
 
 def _without_options(words: list[str]) -> str:

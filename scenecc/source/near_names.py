@@ -44,7 +44,7 @@ class NearNames:
         if alike is not None or self._guesses_left <= 0 or len(missing) > 255:
             return alike
         self._guesses_left -= 1
-        close = difflib.get_close_matches(missing, listing.names, n=1, cutoff=0.6)
+        close = difflib.get_close_matches(missing, listing.names, n=1, cutoff=0.7)
         return close[0] if close else None
 
     def _listing(self, folder: Path) -> _Listing:

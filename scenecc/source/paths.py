@@ -214,7 +214,9 @@ def _find_package(name: str) -> _Package | Refusal:
         return Refusal("SC405", f"the Python package `{name}` cannot be found: {error}")
     if spec is None:
         return Refusal(
-            "SC405", f"there is no Python package `{name}` here", f"install it (pip install {name.replace('_', '-')})"
+            "SC405",
+            f"there is no Python package `{name}` here",
+            "install the package that holds the file into this Python, if you trust it",
         )
     if spec.origin is None or not spec.submodule_search_locations or not spec.has_location:
         # A folder without __init__.py is found wherever Python was started: `pkg://home/…` started in `/`.
