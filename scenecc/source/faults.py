@@ -15,7 +15,7 @@ MAX_FAULTS = 1000
 """A text of nothing but errors (`- ` a million times) must not fill the memory with reports."""
 
 
-class Stopped(Exception):  # noqa: N818 - it is how the walk ends early, and is always caught in this package
+class Stopped(Exception):
     """The rest of the text is not read: a limit was reached, or too much is wrong."""
 
 

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from functools import cached_property
 
 from scenecc.diagnostics import Location
-
-_BREAK = re.compile(r"\r\n|\r|\n")
 
 
 class Lines:
@@ -21,19 +18,26 @@ class Lines:
     def __init__(self, file: str | None, text: str) -> None:
         self.file = file
         self.text = text
+        self._split: list[str] = []
 
     @cached_property
-    def _lines(self) -> list[str]:
-        # The parser's own idea of a line break; str.splitlines() breaks at more characters.
-        return _BREAK.split(self.text)
+    def _unified(self) -> str:
+        return _unified(self.text)
 
     def line(self, line: int) -> str:
         """The text of a 0-based line; "" past the end."""
-        return self._lines[line] if 0 <= line < len(self._lines) else ""
+        if line >= len(self._split):
+            # One line more than is asked for, since the last part is the rest of the text; and twice as
+            # many, so that questions about each line in turn cost no more than one about the last.
+            self._split = self._unified.split("\n", 2 * line + 100)
+            if len(self._split) == 2 * line + 101:
+                del self._split[-1]
+        return self._split[line] if line < len(self._split) else ""
 
     def is_last(self, line: int) -> bool:
         """Whether nothing but blanks comes after a 0-based line."""
-        return not any(text.strip() for text in self._lines[line + 1 :])
+        parts = self._unified.split("\n", line + 1)
+        return len(parts) <= line + 1 or not parts[-1].strip()
 
     def location(self, line: int, column: int, end_column: int | None = None) -> Location:
         """The place of 0-based columns `column` to `end_column` (excluded; None: the line's end) of a 0-based line.
@@ -46,9 +50,13 @@ class Lines:
 
     def position(self, offset: int) -> tuple[int, int]:
         """The 0-based line and column of a 0-based offset into the text."""
-        line = start = 0
-        for match in _BREAK.finditer(self.text, 0, offset):
-            if match.end() > offset:
-                break
-            line, start = line + 1, match.end()
-        return line, offset - start
+        before = self.text[:offset]
+        if before.endswith("\r") and self.text.startswith("\n", offset):
+            before = before[:-1]
+        before = _unified(before)
+        return before.count("\n"), len(before) - (before.rfind("\n") + 1)
+
+
+def _unified(text: str) -> str:
+    """The text with every line break a line feed: the parser's line breaks, fewer than `str.splitlines` has."""
+    return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text

@@ -95,7 +95,7 @@ def _first_line(node: _Node) -> Span:
     return line, start, end
 
 
-class _Enough(Exception):  # noqa: N818 - it ends a walk, and is always caught here
+class _Enough(Exception):
     """What was asked for is found."""
 
 

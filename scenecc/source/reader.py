@@ -121,8 +121,8 @@ class _Reader:
 
     def _refuse_root(self, event: NodeEvent) -> None:
         if isinstance(event, StreamEndEvent) or (isinstance(event, ScalarEvent) and event.value in ("", "~", "null")):
-            hint = "a scene file starts with `scenecc: 1`"
-            self._faults.at("SC012", "the document is empty", event, hint=hint)
+            place = self._faults.lines.location(0, 0, 1)
+            self._faults.report("SC012", "the document is empty", place, hint="a scene file starts with `scenecc: 1`")
             return
         what = "a list" if isinstance(event, SequenceStartEvent) else "a single value"
         hint = "a scene file is made of `key: value` lines, with a blank after each colon"

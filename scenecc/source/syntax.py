@@ -134,12 +134,16 @@ def _colon(problem: _Problem) -> _Advice:
         hint = "quote the value if the colon belongs to it; otherwise start a new line for the second key"
         return _Advice("a second `: ` in one line", hint)
     if column - (len(before) - len(before.lstrip())) > _MAX_KEY:
-        return _Advice(f"a key of more than {_MAX_KEY} characters", "shorten it")
+        return _long_key(problem.mark)
     hint = "indent it as far as the keys it belongs with"
     if above is not None:
         hint += f" (line {above + 1}, the one before it, has a value already)"
     start = len(before) - len(before.lstrip(" -"))
     return _Advice("a key stands where none can be", hint, line, start, max(column - start, 1))
+
+
+def _long_key(place: Mark) -> _Advice:
+    return _Advice(f"a key of more than {_MAX_KEY} characters", "shorten it", place.line, 0)
 
 
 def _no_blank(match: re.Match[str], line: int) -> _Advice:
@@ -165,10 +169,13 @@ def _above(problem: _Problem) -> int | None:
 def _no_colon(problem: _Problem) -> _Advice:
     """A line that should have been a key."""
     place = problem.context or problem.mark
-    match = _KEY_WITHOUT_BLANK.match(problem.lines.line(place.line))
+    text = problem.lines.line(place.line)
+    match = _KEY_WITHOUT_BLANK.match(text)
     if match is not None:
         return _no_blank(match, place.line)
-    length = max(len(problem.lines.line(place.line).rstrip()) - place.column, 1)
+    if len(text) > _MAX_KEY and ":" in text:
+        return _long_key(place)
+    length = max(len(text.rstrip()) - place.column, 1)
     hint = "write `key: value`; a string over several lines is indented further than its key"
     return _Advice("this line is no key: it has no colon", hint, place.line, place.column, length)
 

@@ -10,7 +10,7 @@ _SCALAR_TAGS = ("str", "int", "float", "bool", "null")
 _TAG_HINT = "take the tag away: scene files know `!!str`, `!!int`, `!!float`, `!!bool`, `!!null`, `!!map` and `!!seq`"
 
 
-class Refused(Exception):  # noqa: N818 - a refusal is what it is, and is always caught in this package
+class Refused(Exception):
     """A node that cannot be read.
 
     Attributes:

@@ -30,7 +30,7 @@ _NOTHING = _Copy(None, 1, 0)
 """The copy of what was reported."""
 
 
-class _Stopped(Exception):  # noqa: N818 - it is how the copying ends early, and is always caught here
+class _Stopped(Exception):
     """A limit was reached."""
 
 
@@ -43,6 +43,9 @@ def plain_mapping(data: Mapping[str, Any], sink: Sink, limits: Limits) -> dict[s
     try:
         copy = copier.copy(data, ())
     except _Stopped:
+        return None
+    except RecursionError:
+        sink.report("SC602", "the dict is deeper than Python's stack allows", Origin(None))
         return None
     return None if copier.failed else copy.value
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from plugins.diagnostics import TakingSink
 
-from scenecc.diagnostics import Diagnostic, Sink
+from scenecc.diagnostics import Diagnostic
 from scenecc.source import read_text
 
 Read = Callable[..., Any]
@@ -137,8 +137,8 @@ REFUSED = {
     "a: {<<: 1}\n": ("SC011", 1, 5, "a.<<"),
     "a: {<<: [1]}\n": ("SC011", 1, 5, "a.<<"),
     "": ("SC012", 1, 1, ""),
-    "# nothing\n": ("SC012", 2, 1, ""),
-    "---\n": ("SC012", 2, 1, ""),
+    "# nothing\n": ("SC012", 1, 1, ""),
+    "---\n": ("SC012", 1, 1, ""),
     "~\n": ("SC012", 1, 1, ""),
     "- a\n": ("SC013", 1, 1, ""),
     "a\n": ("SC013", 1, 1, ""),

@@ -1,0 +1,67 @@
+"""The ways in: files and streams."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import pytest
+from plugins.diagnostics import TakingSink
+
+from scenecc.diagnostics import Origin
+from scenecc.source import Limits, read_file, read_stream
+
+
+def test_a_file(tmp_path: Path, sink: TakingSink, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "scene.yaml").write_text("a: ü\n", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    document = read_file("scene.yaml", sink)
+    assert document is not None
+    assert (document.name, document.path, document.data) == ("scene.yaml", tmp_path / "scene.yaml", {"a": "ü"})
+    assert document.locate(Origin("scene.yaml", ("a",)), "value").file == "scene.yaml"
+
+
+def test_a_link_to_a_file(tmp_path: Path, sink: TakingSink) -> None:
+    (tmp_path / "scene.yaml").write_text("a: 1\n")
+    link = tmp_path / "link.yaml"
+    link.symlink_to("scene.yaml")
+    document = read_file(link, sink)
+    assert document is not None
+    assert document.path == link
+
+
+@pytest.mark.parametrize("stream", [io.StringIO("a: 1"), io.BytesIO(b"a: 1")])
+def test_streams(stream: io.StringIO | io.BytesIO, sink: TakingSink) -> None:
+    document = read_stream(stream, "<stdin>", sink)
+    assert document is not None
+    assert (document.name, document.path, document.data) == ("<stdin>", None, {"a": 1})
+
+
+class Endless(io.RawIOBase):
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: Any, /) -> int:
+        buffer[:] = b"#" * len(buffer)
+        return len(buffer)
+
+
+def test_a_stream_without_end(sink: TakingSink) -> None:
+    assert read_stream(io.BufferedReader(Endless()), None, sink, Limits(text_bytes=10_000)) is None
+    sink.take("SC601")
+    assert read_stream(io.TextIOWrapper(io.BufferedReader(Endless())), None, sink, Limits(text_bytes=9000)) is None
+    sink.take("SC601")
+
+
+def test_a_text_stream_that_is_no_text(sink: TakingSink) -> None:
+    stream = io.TextIOWrapper(io.BytesIO(b"a: 1\nb: \xff"), encoding="utf-8")
+    assert read_stream(stream, "<stdin>", sink) is None
+    assert sink.take("SC002").file == "<stdin>"
+
+
+def test_a_closed_stream_is_the_callers_mistake(sink: TakingSink) -> None:
+    stream = io.StringIO("a: 1")
+    stream.close()
+    with pytest.raises(ValueError, match="closed"):
+        read_stream(stream, None, sink)

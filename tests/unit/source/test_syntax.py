@@ -1,0 +1,71 @@
+"""What is said of bad YAML: the place, and a hint that names the likely cause."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from scenecc.diagnostics import Diagnostic
+
+CASES = {
+    "a: [${x}, 1]": (1, 5, 9, "expression", 'quote it: "${x}"'),
+    "a:\n  - {b: ${x / 2}}": (2, 9, 17, "expression", '"${x / 2}"'),
+    "a: {${x}: 1}": (1, 5, 9, "expression", '"${x}"'),
+    "a: [1, -${x}]": (1, 9, 13, "expression", "quote it"),
+    "a:\n\tb: 1": (2, 1, 2, "tab", "blanks"),
+    "a:\n  \tb: 1": (2, 3, 4, "tab", "blanks"),
+    "a: b: c": (1, 5, 6, "second `: `", "quote"),
+    "a: http://x: 1": (1, 12, 13, "second `: `", "quote"),
+    "x: 0\na:1\nb: 2": (2, 1, 3, "blank after the colon of `a`", "write `a: `"),
+    "a: 1\nb:2\nc: 3": (2, 1, 3, "blank after the colon of `b`", "write `b: `"),
+    "a: 1\n  b: 2": (2, 3, 4, "key stands where none can", "line 1"),
+    "a: 1\n# c\n\n  b: 2": (4, 3, 7, "bad indentation", "indentation"),
+    "a:\n  b: 1\n c: 2": (3, 2, 6, "bad indentation", "indentation"),
+    "a: 1\nfoo\nb: 2": (2, 1, 4, "no colon", "key: value"),
+    "a: [1, 2\nb: 3": (2, 2, 3, "`]` is missing", "before this line"),
+    "a: {x: 1, y: 2\nb: 3": (2, 2, 3, "`}` is missing", "before this line"),
+    "a: {x: 1, y: [2}, z: 3}": (1, 16, 17, "`]` is missing", "comma"),
+    "a: [1, 2\n\n": (1, 4, 5, "`[` is never closed", None),
+    "a: {b: [1]\n \n": (1, 4, 5, "`{` is never closed", None),
+    "a: 'x\nb: 1": (1, 4, 5, "quote is never closed", None),
+    "a: [1, , 2]": (1, 8, 9, "nothing before this comma", "comma"),
+    "a: ]": (1, 4, 5, "a value was expected, not `]`", "bracket"),
+    "a: [1]]\nb: 1": (1, 7, 8, "`]` closes nothing", "take it away"),
+    'a: "x" y': (1, 8, 9, "follows a value", "quote the whole"),
+    "a: @x": (1, 4, 5, "cannot start with `@`", "quote"),
+    "a: %x": (1, 4, 5, "cannot start with `%`", "quote"),
+    "a: *": (1, 4, 5, "cannot start with `*`", "quote"),
+    "a: & b": (1, 4, 5, "cannot start with `&`", "quote"),
+    'a: "\\q"': (1, 5, 6, "escape", "backslash"),
+    "a: - 1": (1, 4, 5, "list item cannot start here", "line of its own"),
+    "a:\n- 1\nb: 2\n- 3": (4, 1, 2, "list item among keys", "dashes"),
+    "a:\n  - b\n  c: 1": (3, 3, 4, "no item", "`- `"),
+    "a: 1\n...\nb": (3, 1, 2, "follows the end", None),
+    "a: |x\n  b": (1, 5, 6, "comment or line break", None),
+    "x: 1\n" + "k" * 2000 + ": 1": (2, 1, None, "1024", "shorten"),
+}
+
+
+@pytest.mark.parametrize("text", CASES)
+def test_what_is_said(text: str, faults: Callable[..., list[Diagnostic]]) -> None:
+    found = faults(text)[-1]
+    line, column, end_column, message, hint = CASES[text]
+    print(found, found.hint)
+    assert (found.line, found.column) == (line, column)
+    assert end_column in (None, found.location.end_column)
+    assert message in found.message or message == found.code
+    assert hint is None or hint in (found.hint or "")
+
+
+def test_the_start_of_what_is_open_is_named(faults: Callable[..., list[Diagnostic]]) -> None:
+    (found,) = faults("a:\n  b: [1,\n    2\nc: 3")
+    (related,) = found.related
+    assert (related.location.line, related.location.column) == (2, 6)
+
+
+@pytest.mark.parametrize("text", ["a: {b:1}", "a: {b:1, c: 2}"])
+def test_a_colon_without_a_blank_in_braces(text: str, faults: Callable[..., list[Diagnostic]]) -> None:
+    (found,) = faults(text)
+    assert (found.code, found.column) == ("SC006", 5)
+    assert "key: value" in (found.hint or "")
