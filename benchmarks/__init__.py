@@ -1,0 +1,1 @@
+"""Benchmarks, run by hand: `python -m benchmarks` in the root of the repository. See README.md."""
