@@ -1,0 +1,439 @@
+"""The rules of the asset checks, one file at a time."""
+
+from __future__ import annotations
+
+import base64
+import json
+import struct
+import subprocess
+import sys
+import time
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from plugins.mesh_files import (
+    FACES,
+    POINTS,
+    TETRA,
+    codes,
+    diagnose,
+    glb,
+    gltf_document,
+    named_by,
+    plan_of,
+    ply,
+    stl,
+    stl_text,
+    write,
+)
+
+from scenecc.checks.assets import check_assets
+from scenecc.diagnostics import Origin, Sink
+from scenecc.diagnostics.codes import CODES
+from scenecc.plan import (
+    AssetFile,
+    BodyStructure,
+    Entity,
+    Physics,
+    ScenePlan,
+    Sphere,
+    Texture,
+    VisualMaterial,
+    VisualShape,
+    constant,
+    per_scene,
+)
+
+USES = ("hull", "triangles", "parts", "decomposed", "seen")
+WHOLE: dict[str, bytes] = {
+    "a.obj": TETRA.encode(),
+    "A.OBJ": TETRA.encode(),
+    "crlf.obj": TETRA.replace("\n", "\r\n").encode(),
+    "bom.obj": b"\xef\xbb\xbf" + TETRA.encode(),
+    "negative.obj": TETRA.replace("f 1 3 2", "f -4 -2 -3").encode(),
+    "slashes.obj": TETRA.replace("f 1 3 2", "f 1/1/1 3//1 2/1").encode(),
+    "continued.obj": TETRA.replace("v 0.1 0 0", "v 0.1 \\\n0 0").encode(),
+    "coloured.obj": TETRA.replace("v 0 0 0", "v 0 0 0 1 0.5 0", 1).encode(),
+    "weighted.obj": TETRA.replace("v 0 0 0.1", "v 0 0 0.2 2").encode(),
+    "quads.obj": b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nf 1 4 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n",
+    "a.stl": stl(),
+    "text.stl": stl_text(),
+    "a.ply": ply(),
+    "big.ply": ply(kind="binary_big_endian"),
+    "text.ply": ply(kind="ascii"),
+    "a.glb": glb(),
+}
+
+
+@pytest.mark.parametrize("name", WHOLE)
+def test_whole_files_pass_in_every_use(tmp_path: Path, name: str) -> None:
+    path = write(tmp_path, name, WHOLE[name])
+    expected = ["SC421"] if name.endswith(".stl") else []
+    assert codes(path, *USES) == expected
+
+
+BROKEN: dict[str, tuple[str | bytes, str]] = {
+    "words.obj": ("for a mesh\n", "SC412"),
+    "index.obj": (TETRA.replace("f 3 1 4", "f 3 1 9"), "SC412"),
+    "index_of_a_line.obj": (TETRA + "f 99 1\n", "SC412"),
+    "before_the_first.obj": (TETRA.replace("f 3 1 4", "f 3 1 -9"), "SC412"),
+    "zero.obj": (TETRA.replace("f 3 1 4", "f 3 1 0"), "SC412"),
+    "huge_index.obj": (TETRA.replace("f 3 1 4", f"f 3 1 {10**30}"), "SC412"),
+    "float_index.obj": (TETRA.replace("f 3 1 4", "f 3 1 4.5"), "SC412"),
+    "two_coordinates.obj": (TETRA.replace("v 0.1 0 0", "v 0.1 0"), "SC412"),
+    "comma.obj": (TETRA.replace("v 0.1 0 0", "v 0,1 0 0"), "SC412"),
+    "python_number.obj": (TETRA.replace("v 0.1 0 0", "v 1_0 0 0"), "SC412"),
+    "no_leading_digit.obj": (TETRA.replace("v 0.1 0 0", "v .1 0 0"), "SC412"),
+    "at_infinity.obj": (TETRA.replace("v 0.1 0 0", "v 0.1 0 0 0"), "SC412"),
+    "binary.obj": (bytes(range(256)) * 10, "SC412"),
+    "an_stl.obj": (stl(), "SC412"),
+    "empty.obj": ("", "SC413"),
+    "comment.obj": ("# nothing\n", "SC413"),
+    "points.obj": ("v 0 0 0\nv 1 0 0\n", "SC413"),
+    "an_obj.stl": (TETRA, "SC412"),
+    "cut.stl": (stl()[:-1], "SC412"),
+    "longer.stl": (stl() + b"x", "SC412"),
+    "header.stl": (stl()[:50], "SC412"),
+    "no_triangles.stl": (bytes(84), "SC413"),
+    "empty.stl": ("", "SC412"),
+    "text_cut.stl": (stl_text()[:200], "SC412"),
+    "text_empty.stl": ("solid\nendsolid\n", "SC413"),
+    "text_split.stl": (stl_text().replace(b"vertex 0.1 ", b"vertex 0.1\n"), "SC412"),
+    "text_word.stl": (stl_text().replace(b"endloop", b"endlop"), "SC412"),
+    "cut.ply": (ply()[:-1], "SC412"),
+    "longer.ply": (ply() + b"x", "SC412"),
+    "text_cut.ply": (ply(kind="ascii")[:-10], "SC412"),
+    "index.ply": (ply(faces=FACES + 3), "SC412"),
+    "negative_index.ply": (ply(faces=FACES - 1), "SC412"),
+    "flat_faces.ply": (
+        ply().replace(b"element face 4\nproperty list uchar int", b"element face 4\nproperty list uchar uchar"),
+        "SC412",
+    ),
+    "no_faces.ply": (ply(faces=np.zeros((0, 3), int)), "SC413"),
+    "claims.ply": (ply().replace(b"element vertex 4", b"element vertex 99999999999"), "SC412"),
+    "claims_more.ply": (ply().replace(b"element vertex 4", b"element vertex 9999999999999999999999"), "SC412"),
+    "no_x.ply": (ply().replace(b"float x", b"float u"), "SC412"),
+    "type.ply": (ply().replace(b"float x", b"flaot x"), "SC412"),
+    "no_end.ply": (ply().replace(b"end_header", b"the_header"), "SC412"),
+    "no_format.ply": (ply().replace(b"format", b"comment"), "SC412"),
+    "empty.ply": ("", "SC412"),
+    "cut.glb": (glb()[:-4], "SC412"),
+    "header.glb": (glb()[:10], "SC412"),
+    "no_json.glb": (glb().replace(b'{"asset"', b'("asset"'), "SC412"),
+    "version.glb": (glb().replace(b'"version": "2.0"', b'"version": "1.0"'), "SC412"),
+    "list.gltf": ("[1, 2]", "SC412"),
+    "deep.gltf": ("[" * 100_000, "SC412"),
+    "empty.gltf": ("", "SC412"),
+    "nothing.gltf": ('{"asset": {"version": "2.0"}}', "SC413"),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_broken_files(tmp_path: Path, name: str) -> None:
+    data, code = BROKEN[name]
+    path = write(tmp_path, name, data)
+    for use in ("hull", "seen"):
+        assert codes(path, use) == [code]
+
+
+def in_all_uses(expected: list[str]) -> dict[str, list[str]]:
+    return dict.fromkeys(USES, expected)
+
+
+SHAPES: dict[str, tuple[np.ndarray, dict[str, list[str]]]] = {
+    "one nan": (np.where(POINTS == 0.1, np.nan, POINTS), in_all_uses(["SC414"])),
+    "an infinity": (np.where(POINTS == 0.1, np.inf, POINTS), in_all_uses(["SC414"])),
+    "beyond float32": (POINTS * 1e40, in_all_uses(["SC414"])),
+    "far away": (POINTS * 1e8, in_all_uses(["SC417"])),
+    "flat": (
+        POINTS * [1, 1, 0],
+        {"hull": ["SC415"], "parts": ["SC415"], "triangles": [], "decomposed": [], "seen": []},
+    ),
+    "a line": (
+        POINTS * [1, 0, 0],
+        {"hull": ["SC415"], "parts": ["SC415"], "triangles": ["SC415"], "decomposed": ["SC415"], "seen": []},
+    ),
+    "flat and tilted": (
+        np.array([[0, 0, 0], [1, 0, 1], [0, 1, 1], [1, 1, 2]]) / 10,
+        {"hull": ["SC415"], "parts": ["SC415"], "triangles": [], "decomposed": [], "seen": []},
+    ),
+    "a millimetre": (
+        POINTS / 100,
+        {"hull": ["SC416"], "parts": ["SC416"], "triangles": [], "decomposed": [], "seen": []},
+    ),
+    "a micrometre": (
+        POINTS / 1e5,
+        {"hull": ["SC415"], "parts": ["SC415"], "triangles": [], "decomposed": [], "seen": []},
+    ),
+    "a kilometre": (POINTS * 1e4, in_all_uses([])),
+    "off centre": (POINTS + np.array([100, -20, 3]), in_all_uses([])),
+}
+
+
+@pytest.mark.parametrize("use", USES)
+@pytest.mark.parametrize("name", SHAPES)
+def test_what_a_mesh_must_be_for_each_use(tmp_path: Path, name: str, use: str) -> None:
+    points, expected = SHAPES[name]
+    text = "".join("v {:.9g} {:.9g} {:.9g}\n".format(*p) for p in points) + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+    assert codes(write(tmp_path, "a.obj", text), use) == expected[use]
+
+
+def test_one_flat_part_among_others(tmp_path: Path) -> None:
+    text = "o solid\n" + TETRA + "o flat\nv 1 0 0\nv 2 0 0\nv 1 1 0\nf 5 6 7\n"
+    path = write(tmp_path, "a.obj", text)
+    assert codes(path, "parts") == ["SC415"]
+    assert codes(path, "hull", "triangles", "seen", "decomposed") == []
+    # Parts of a PLY are those that share no vertex.
+    points = np.concatenate([POINTS, [[1, 0, 0], [2, 0, 0], [1, 1, 0]]])
+    path = write(tmp_path, "a.ply", ply(points, np.concatenate([FACES, [[4, 5, 6]]])))
+    assert codes(path, "parts") == ["SC415"]
+    assert codes(path, "hull") == []
+
+
+def test_formats_that_are_not_read(tmp_path: Path) -> None:
+    for name in ("a.fbx", "a.dae", "a", "a.txt", "a.png"):
+        assert codes(write(tmp_path, name, TETRA), "seen") == ["SC410"], name
+    for name in ("a.usd", "a.USDZ", "a.usda", "a.usdc"):
+        assert codes(write(tmp_path, name, "#usda 1.0"), "seen") == ["SC411"], name
+
+
+def test_sizes(tmp_path: Path) -> None:
+    path = write(tmp_path, "a.obj", TETRA)
+    assert codes(path, "hull", max_asset_bytes=len(TETRA)) == []
+    assert codes(path, "hull", max_asset_bytes=len(TETRA) - 1) == ["SC607"]
+
+
+def test_a_file_that_went_away(tmp_path: Path) -> None:
+    assert codes(tmp_path / "gone.obj", "hull") == ["SC407"]
+
+
+# --- what assets name ---------------------------------------------------------------------------------------------
+
+
+def png(columns: int = 2, rows: int = 2) -> bytes:
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    pixels = zlib.compress(b"\0" * (3 * 2 + 1) * 2)
+    header = struct.pack(">IIBBBBB", columns, rows, 8, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", pixels) + chunk(b"IEND", b"")
+
+
+def painted(folder: Path, mtl: str, name: str = "paint.mtl") -> Path:
+    write(folder, "paint.mtl", mtl)
+    return write(folder, "a.obj", f"mtllib {name}\n{TETRA}")
+
+
+def test_a_material_and_its_images(tmp_path: Path) -> None:
+    (tmp_path / "my images").mkdir()
+    write(tmp_path, "my images/a b.png", png())
+    path = painted(
+        tmp_path, "newmtl x\nmap_Kd -s 1 1 1 -o 0.5 -clamp on my images/a b.png\nbump -bm 0.3 my images/a b.png\n"
+    )
+    assert codes(path, *USES) == []
+    path = painted(tmp_path, "newmtl x\nmap_Kd my images/c.png\n")
+    assert [(d.code, d.path) for d in diagnose(path, "hull", "seen")] == [("SC418", "bodies[1].file")]
+    path = painted(tmp_path, "newmtl x\n", "other.mtl")
+    assert codes(path, "hull", "triangles") == []
+    assert codes(path, "hull", "seen") == ["SC418"]
+
+
+def test_what_an_asset_names_outside(tmp_path: Path) -> None:
+    write(tmp_path, "secret.mtl", "newmtl x\n")
+    folder = tmp_path / "scene"
+    folder.mkdir()
+    assert codes(painted(folder, "", "../secret.mtl"), "hull") == ["SC419"]
+    assert codes(painted(folder, "newmtl x\nmap_Kd http://example.org/a.png\n"), "seen") == ["SC419"]
+    document, body = gltf_document()
+    document["images"] = [{"uri": "../secret.png"}, {"uri": "%2e%2e/other.png"}]
+    assert codes(write(folder, "a.glb", glb(document, body)), "hull") == ["SC419", "SC419"]
+    document["buffers"][0]["uri"] = "file:///etc/passwd"
+    assert codes(write(folder, "a.gltf", json.dumps(document)), "hull") == ["SC419"]
+
+
+def test_an_image_that_is_none(tmp_path: Path) -> None:
+    write(tmp_path, "a.png", b"hello")
+    assert codes(painted(tmp_path, "newmtl x\nmap_Kd a.png\n"), "hull", "seen") == ["SC420"]
+    write(tmp_path, "a.webp", b"RIFF")
+    assert codes(painted(tmp_path, "newmtl x\nmap_Kd a.webp\n"), "seen") == ["SC410"]
+
+
+# --- glTF ---------------------------------------------------------------------------------------------------------
+
+
+def test_gltf_with_files_beside_it(tmp_path: Path) -> None:
+    document, body = gltf_document()
+    document["buffers"][0]["uri"] = "the%20data.bin"
+    path = write(tmp_path, "a.gltf", json.dumps(document))
+    assert codes(path, "hull") == ["SC418"]
+    write(tmp_path, "the data.bin", body[:-1])
+    assert codes(path, "hull") == ["SC412"]
+    write(tmp_path, "the data.bin", body)
+    assert codes(path, *USES) == []
+    document["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64.b64encode(body).decode()
+    assert codes(write(tmp_path, "b.gltf", json.dumps(document)), *USES) == []
+
+
+def changed(change: Any) -> bytes:
+    document, body = gltf_document()
+    change(document)
+    return glb(document, body)
+
+
+GLTF_FAULTS: dict[str, tuple[Any, str]] = {
+    "a cycle of nodes": (lambda d: d["nodes"][0].update(children=[0]), "SC412"),
+    "a node twice": (lambda d: d["scenes"][0].update(nodes=[0, 0]), "SC412"),
+    "a node that is not there": (lambda d: d["scenes"][0].update(nodes=[7]), "SC412"),
+    "an index that is true": (lambda d: d["scenes"][0].update(nodes=[True]), "SC412"),
+    "a negative index": (lambda d: d["nodes"][0].update(mesh=-1), "SC412"),
+    "past the buffer": (lambda d: d["accessors"][0].update(byteOffset=8), "SC412"),
+    "far past the buffer": (lambda d: d["accessors"][0].update(count=10**7), "SC412"),
+    "stride past the buffer": (lambda d: d["bufferViews"][0].update(byteStride=60), "SC412"),
+    "no bytes claimed": (
+        lambda d: d["accessors"].__setitem__(0, {"componentType": 5126, "count": 10**12, "type": "VEC3"}),
+        "SC607",
+    ),
+    "compressed": (lambda d: d.update(extensionsUsed=["KHR_draco_mesh_compression"]), "SC410"),
+    "a matrix of three": (lambda d: d["nodes"][0].update(matrix=[1, 2, 3]), "SC412"),
+    "nan in a node": (lambda d: d["nodes"][0].update(translation=[float("nan"), 0, 0]), "SC414"),
+    "flattened by a node": (lambda d: d["nodes"][0].update(scale=[1, 1, 0]), "SC415"),
+    "points": (lambda d: d["meshes"][0]["primitives"][0].update(mode=0), "SC413"),
+    "not in the scene": (lambda d: d["scenes"][0].update(nodes=[]), "SC413"),
+    "text for a list": (lambda d: d.update(nodes="abc"), "SC412"),
+    "null for a mapping": (lambda d: d.update(accessors=None), "SC412"),
+}
+
+
+@pytest.mark.parametrize("name", GLTF_FAULTS)
+def test_gltf_faults(tmp_path: Path, name: str) -> None:
+    change, code = GLTF_FAULTS[name]
+    start = time.perf_counter()
+    assert codes(write(tmp_path, "a.glb", changed(change)), "hull") == [code]
+    assert time.perf_counter() - start < 1
+
+
+def test_gltf_places_are_counted(tmp_path: Path) -> None:
+    document, body = gltf_document()
+    document["meshes"][0]["primitives"] *= 1000
+    path = write(tmp_path, "a.glb", glb(document, body))
+    assert codes(path, "hull") == []
+    assert codes(path, "hull", max_asset_bytes=path.stat().st_size) == ["SC607"]
+    document["meshes"][0]["primitives"] = document["meshes"][0]["primitives"][:1]
+    document["nodes"] = [{"mesh": 0} for _ in range(1000)]
+    document["scenes"] = [{"nodes": list(range(1000))}]
+    path = write(tmp_path, "b.glb", glb(document, body))
+    assert codes(path, "hull") == []
+    assert codes(path, "hull", max_asset_bytes=40_000) == ["SC607"]
+
+
+def test_gltf_nodes_move_and_turn(tmp_path: Path) -> None:
+    """Three flat squares, each turned by its node, enclose a volume; unturned they lie in one plane."""
+    flat = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]]) / 10.0
+    document, body = gltf_document(flat, np.array([[0, 1, 2]]))
+    assert codes(write(tmp_path, "a.glb", glb(document, body)), "hull") == ["SC415"]
+    half = 2**-0.5
+    document["nodes"] = [
+        {"mesh": 0, "children": [1]},
+        {"mesh": 0, "rotation": [half, 0, 0, half], "translation": [0, 0, 0.1]},
+    ]
+    assert codes(write(tmp_path, "a.glb", glb(document, body)), "hull") == []
+    document["nodes"][1] = {"mesh": 0, "matrix": [1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1]}
+    assert codes(write(tmp_path, "a.glb", glb(document, body)), "hull") == []
+
+
+def test_gltf_sparse_positions(tmp_path: Path) -> None:
+    """The fourth corner of a flat base stands up only by the sparse values."""
+    document, body = gltf_document(POINTS * [1, 1, 0], FACES)
+    extra = struct.pack("<I3f", 3, 0, 0, 0.1)
+    document["buffers"][0]["byteLength"] = len(body) + len(extra)
+    document["bufferViews"] += [
+        {"buffer": 0, "byteOffset": len(body), "byteLength": 4},
+        {"buffer": 0, "byteOffset": len(body) + 4, "byteLength": 12},
+    ]
+    assert codes(write(tmp_path, "a.glb", glb(document, body + extra)), "hull") == ["SC415"]
+    indices = {"bufferView": 2, "componentType": 5125}
+    document["accessors"][0]["sparse"] = {"count": 1, "indices": indices, "values": {"bufferView": 3}}
+    assert codes(write(tmp_path, "a.glb", glb(document, body + extra)), "hull") == []
+
+
+# --- places, and what is read ---------------------------------------------------------------------------------------
+
+
+def test_a_file_is_read_once_and_reported_at_its_first_use(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write(tmp_path, "a.obj", TETRA.replace("v 0 0 0.1", "v 0.2 0 0"))
+    opened: list[Path] = []
+    real = Path.open
+    monkeypatch.setattr(Path, "open", lambda self, *args: opened.append(self) or real(self, *args))
+    found = diagnose(path, "seen", "triangles", "hull", "hull", "parts")
+    assert [(d.code, d.path) for d in found] == [("SC415", "bodies[2].file")]
+    assert opened == [path]
+
+
+def test_every_alternative_of_a_varying_file(tmp_path: Path) -> None:
+    paths = [write(tmp_path, f"{i}.obj", text) for i, text in enumerate([TETRA, "", TETRA, "for\n"])]
+    sink = Sink()
+    plan = plan_of(paths, "hull", files=per_scene([0, 1, 0, 3], np.int64))
+    check_assets(plan, sink, resolve_named=named_by(tmp_path))
+    assert sorted((d.code, d.message.split(":")[0]) for d in sink.diagnostics()) == [
+        ("SC412", "3.obj"),
+        ("SC413", "1.obj"),
+    ]
+
+
+def textured(path: Path) -> ScenePlan:
+    material = VisualMaterial(base_color_texture=Texture(0), normal_texture=Texture(0))
+    shape = VisualShape(Sphere(constant(1)), material=constant(1, np.int64), origin=Origin("s", ("ball",)))
+    body = BodyStructure("none", visuals=(shape,))
+    entity = Entity("ball", (0,), constant([0, 0, 0, 1, 0, 0, 0]), (body,))
+    files = (AssetFile(path.name, path),)
+    return ScenePlan("p", 1, (entity,), Physics(), files, visual_materials=(VisualMaterial(), material))
+
+
+IMAGES: dict[str, tuple[bytes, str | None]] = {
+    "a.png": (png(), None),
+    "renamed.jpg": (png(), None),
+    "a.jpg": (bytes.fromhex("ffd8ffe000104a46494600010100000100010000ffc0000b080010002001011100ffd9"), None),
+    "a.bmp": (b"BM" + bytes(12) + struct.pack("<Iii", 40, 4, -4) + bytes(40), None),
+    "a.tga": (struct.pack("<BBBHHBHHHHBB", 0, 0, 2, 0, 0, 0, 0, 0, 4, 4, 24, 0) + bytes(48), None),
+    "a.hdr": (b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n" + bytes(128), None),
+    "cut.png": (png()[:-8], "SC420"),
+    "head.png": (png()[:20], "SC420"),
+    "no_pixels.png": (png()[:33] + png()[-12:], "SC420"),
+    "empty.png": (b"", "SC420"),
+    "zero.png": (png(0, 2), "SC420"),
+    "bomb.png": (png(65535, 65535), "SC607"),
+    "lossless.jpg": (bytes.fromhex("ffd8ffc3000b080010002001011100ffd9"), "SC420"),
+    "no_size.jpg": (bytes.fromhex("ffd8ffda000200"), "SC420"),
+    "words.bmp": (b"BMW is a car", "SC420"),
+    "no_size.hdr": (b"#?RADIANCE\n", "SC420"),
+    "a.gif": (b"GIF89a", "SC410"),
+    "a.svg": (b"<svg/>", "SC410"),
+}
+
+
+@pytest.mark.parametrize("name", IMAGES)
+def test_textures(tmp_path: Path, name: str) -> None:
+    data, code = IMAGES[name]
+    plan = textured(write(tmp_path, name, data))
+    sink = Sink()
+    check_assets(plan, sink, resolve_named=named_by(tmp_path))
+    assert [(d.code, d.path) for d in sink.diagnostics()] == ([(code, "ball.material")] if code else [])
+    sink = Sink()
+    check_assets(plan, sink, resolve_named=named_by(tmp_path), file_origins={0: Origin("s", ("materials", "m"))})
+    assert [(d.code, d.path) for d in sink.diagnostics()] == ([(code, "materials.m")] if code else [])
+
+
+def test_nothing_heavy_is_imported() -> None:
+    code = (
+        "import sys, scenecc.checks.assets; print(sorted({'trimesh', 'sapien', 'yaml', 'pydantic'} & set(sys.modules)))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout == "[]\n"
+
+
+def test_every_code_of_the_band_is_in_the_table() -> None:
+    assert [code for code in CODES if code.startswith("SC4")] == [f"SC40{i}" for i in range(1, 8)] + [
+        f"SC4{i}" for i in range(10, 22)
+    ]
