@@ -177,9 +177,9 @@ class Build:
 
     plan: ScenePlan
     batch: SceneBatch | None
-    diagnostics: list[Diagnostic] = field(default_factory=list)
-    timings: dict[str, float] = field(default_factory=dict)
-    summary: list[SummaryRow] = field(default_factory=list)
+    diagnostics: list[Diagnostic] = field(default_factory=list[Diagnostic])
+    timings: dict[str, float] = field(default_factory=dict[str, float])
+    summary: list[SummaryRow] = field(default_factory=list[SummaryRow])
 
 
 def build_scene(
@@ -240,6 +240,7 @@ def emit(
     asset_roots: Iterable[str | PathLike[str]] = (),
     allow_outside_assets: bool = False,
     limits: Mapping[str, int] | None = None,
+    found: list[Diagnostic] | None = None,
 ) -> str:
     """A scene as the text of another program's input: "python" or "json". Other arguments are those of `validate`.
 
@@ -252,6 +253,7 @@ def emit(
         asset_roots: as for `validate`.
         allow_outside_assets: as for `validate`.
         limits: as for `validate`.
+        found: takes the warnings and notes of a scene that was written.
 
     Raises:
         SceneError: the scene is at fault, or cannot be written so.
@@ -267,6 +269,8 @@ def emit(
     text = write(_compiled(source, options, sink).plan, target, sink, base=base)
     if text is None:
         raise SceneError(sink.diagnostics())
+    if found is not None:
+        found += sink.diagnostics()
     return text
 
 

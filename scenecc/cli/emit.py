@@ -64,6 +64,7 @@ def emit(
     faults = path_faults(scene, output)
     if faults:
         _refuse(faults)
+    warnings: list[Diagnostic] = []
     try:
         text = api.emit(
             sys.stdin.buffer if scene == STDIN else scene,
@@ -74,10 +75,12 @@ def emit(
             asset_roots=asset_roots or (),
             allow_outside_assets=allow_outside_assets,
             limits=checked_limits,
+            found=warnings,
         )
     except api.SceneError as error:
         _refuse(error.diagnostics)
     reason = write(output, text)
+    print_asides(warnings, Format.text)
     if reason is not None:
         _refuse([usage_error("SC904", reason, file=output)])
 

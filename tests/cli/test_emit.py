@@ -43,6 +43,14 @@ def test_num_scenes_and_seed_reach_the_plan(run, cube: Path) -> None:
     assert (plan["num_scenes"], plan["seed"]) == (3, 7)
 
 
+def test_a_warning_is_told_beside_the_text(run, tmp_path: Path) -> None:
+    (tmp_path / "warned.yaml").write_text(CUBE + "materials: {oak: {physical: {density: 700}}}\n")
+    done = run("emit", "warned.yaml", "--to", "json")
+    assert done.returncode == 0
+    assert json.loads(done.stdout)
+    assert ": warning SC" in done.stderr
+
+
 def test_a_bad_scene_leaves_the_old_file(run, tmp_path: Path) -> None:
     (tmp_path / "bad.yaml").write_text(CUBE.replace("half_size", "half_sizes"))
     (tmp_path / "out.py").write_text("old")
