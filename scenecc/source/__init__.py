@@ -4,16 +4,14 @@ Where each node is written is found lazily, by its path.
 """
 
 from scenecc.source.document import Document
-from scenecc.source.limits import Limits, make_limits, parse_limits
-from scenecc.source.read import read_dict, read_file, read_stream, read_text
+from scenecc.source.limits import Limits, make_limits
+from scenecc.source.read import read_dict, read_file, read_text
 
 __all__ = [
     "Document",
     "Limits",
     "make_limits",
-    "parse_limits",
     "read_dict",
     "read_file",
-    "read_stream",
     "read_text",
 ]

@@ -36,7 +36,7 @@ def make_limits(changes: Mapping[str, object] | None = None) -> Limits:
     """The default limits with some of them changed.
 
     Args:
-        changes: name of a limit → positive integer, as in `limits={"depth": 200}`.
+        changes: name of a limit → positive integer, as in `limits={"depth": 200}` or `--limit depth=200`.
 
     Raises:
         ValueError: a name is not that of a limit, or a value is not a positive integer.
@@ -51,22 +51,6 @@ def make_limits(changes: Mapping[str, object] | None = None) -> Limits:
             raise ValueError(f"the limit {name} must be a positive integer, not {value!r}")
         checked[name] = int(value)
     return replace(Limits(), **checked)
-
-
-def parse_limits(assignments: list[str]) -> Limits:
-    """The limits that a command line asks for, each as `name=value`; the last of a name wins.
-
-    Raises:
-        ValueError: as `make_limits`, or an assignment without `=`.
-    """
-    changes: dict[str, object] = {}
-    for assignment in assignments:
-        name, equals, value = (part.strip() for part in assignment.partition("="))
-        if not equals:
-            raise ValueError(f"a limit is written name=value (depth=200), not {assignment!r}")
-        digits = value.replace("_", "")
-        changes[name] = int(digits) if digits.isascii() and digits.isdigit() and len(digits) < 19 else value
-    return make_limits(changes)
 
 
 def _unknown(name: object, known: list[str]) -> str:

@@ -7,14 +7,14 @@ from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from os import PathLike, fspath
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any
 
 from scenecc.source.document import Document
 from scenecc.source.faults import Faults
 from scenecc.source.limits import Limits
 from scenecc.source.lines import Lines
 from scenecc.source.reader import read_yaml
-from scenecc.source.text import decode, read_bytes, read_some
+from scenecc.source.text import decode, read_bytes
 from scenecc.source.values import plain_mapping
 
 if TYPE_CHECKING:
@@ -28,14 +28,6 @@ def read_file(path: str | PathLike[str], sink: Sink, limits: Limits = _DEFAULT) 
     name = fspath(path)
     content = read_bytes(name, sink, limits)
     return None if content is None else read_text(content, name, sink, limits, path=Path(name).absolute())
-
-
-def read_stream(
-    stream: IO[str] | IO[bytes], name: str | None, sink: Sink, limits: Limits = _DEFAULT
-) -> Document | None:
-    """Reads an open text or binary stream to its end, or to the limit of a text's size."""
-    content = read_some(stream, name, sink, limits)
-    return None if content is None else read_text(content, name, sink, limits)
 
 
 def read_text(

@@ -124,6 +124,10 @@ class _Reader:
             place = self._faults.lines.location(0, 0, 1)
             self._faults.report("SC012", "the document is empty", place, hint="a scene file starts with `scenecc: 1`")
             return
+        if isinstance(event, ScalarEvent):
+            # `scenecc:1` is a string, and the next line bad YAML: what that says of it helps more.
+            self._get()
+            self._get()
         what = "a list" if isinstance(event, SequenceStartEvent) else "a single value"
         hint = "a scene file is made of `key: value` lines, with a blank after each colon"
         self._faults.at("SC013", f"the document is {what}, not a mapping", event, hint=hint)

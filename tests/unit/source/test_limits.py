@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from scenecc.source import Limits, make_limits, parse_limits
+from scenecc.source import Limits, make_limits
 
 
 def test_the_defaults_are_those_of_the_language() -> None:
-    assert make_limits() == make_limits({}) == parse_limits([]) == Limits()
+    assert make_limits() == make_limits({}) == Limits()
     assert Limits() == Limits(
         text_bytes=16 * 2**20,
         depth=100,
@@ -23,7 +23,6 @@ def test_the_defaults_are_those_of_the_language() -> None:
 
 def test_some_are_changed() -> None:
     assert make_limits({"depth": 7, "scenes": 8}) == Limits(depth=7, scenes=8)
-    assert parse_limits(["depth=7", "scenes = 1_000", "depth=9"]) == Limits(depth=9, scenes=1000)
 
 
 @pytest.mark.parametrize("value", [0, -1, 1.5, "7", True, None, float("inf")])
@@ -32,18 +31,10 @@ def test_values_that_are_no_limit(value: object) -> None:
         make_limits({"depth": value})
 
 
-@pytest.mark.parametrize("text", ["0", "-1", "1e3", "", "many", "٣", "9" * 100])
-def test_texts_that_are_no_limit(text: str) -> None:
-    with pytest.raises(ValueError, match="depth must be a positive integer"):
-        parse_limits([f"depth={text}"])
-
-
 def test_unknown_names() -> None:
     with pytest.raises(ValueError, match="did you mean 'alias_nodes'"):
         make_limits({"alias_node": 1})
     with pytest.raises(ValueError, match="did you mean 'depth'"):
-        parse_limits(["dept=1"])
+        make_limits({"dept": 1})
     with pytest.raises(ValueError, match="the limits are text_bytes, depth"):
         make_limits({"zzz": 1})
-    with pytest.raises(ValueError, match="name=value"):
-        parse_limits(["depth"])

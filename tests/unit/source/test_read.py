@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import pytest
 from plugins.diagnostics import TakingSink
 
 from scenecc.diagnostics import Origin
-from scenecc.source import Limits, read_file, read_stream
+from scenecc.source import Document, Limits, read_file, read_text
+from scenecc.source.text import read_some
+
+
+def read_stream(stream: IO[str] | IO[bytes], name: str | None, sink: TakingSink, limits: Limits) -> Document | None:
+    content = read_some(stream, name, sink, limits)
+    return None if content is None else read_text(content, name, sink, limits)
 
 
 def test_a_file(tmp_path: Path, sink: TakingSink, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -32,8 +38,8 @@ def test_a_link_to_a_file(tmp_path: Path, sink: TakingSink) -> None:
 
 
 @pytest.mark.parametrize("stream", [io.StringIO("a: 1"), io.BytesIO(b"a: 1")])
-def test_streams(stream: io.StringIO | io.BytesIO, sink: TakingSink) -> None:
-    document = read_stream(stream, "<stdin>", sink)
+def test_streams(stream: IO[str] | IO[bytes], sink: TakingSink) -> None:
+    document = read_stream(stream, "<stdin>", sink, Limits())
     assert document is not None
     assert (document.name, document.path, document.data) == ("<stdin>", None, {"a": 1})
 
@@ -56,7 +62,7 @@ def test_a_stream_without_end(sink: TakingSink) -> None:
 
 def test_a_text_stream_that_is_no_text(sink: TakingSink) -> None:
     stream = io.TextIOWrapper(io.BytesIO(b"a: 1\nb: \xff"), encoding="utf-8")
-    assert read_stream(stream, "<stdin>", sink) is None
+    assert read_stream(stream, "<stdin>", sink, Limits()) is None
     assert sink.take("SC002").file == "<stdin>"
 
 
@@ -64,4 +70,4 @@ def test_a_closed_stream_is_the_callers_mistake(sink: TakingSink) -> None:
     stream = io.StringIO("a: 1")
     stream.close()
     with pytest.raises(ValueError, match="closed"):
-        read_stream(stream, None, sink)
+        read_stream(stream, None, sink, Limits())
