@@ -6,7 +6,7 @@ This is the one place that raises `SceneError`; every stage below reports into a
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from scenecc.diagnostics import Diagnostic, Sink
@@ -177,9 +177,9 @@ class Build:
 
     plan: ScenePlan
     batch: SceneBatch | None
-    diagnostics: list[Diagnostic] = field(default_factory=list[Diagnostic])
-    timings: dict[str, float] = field(default_factory=dict[str, float])
-    summary: list[SummaryRow] = field(default_factory=list[SummaryRow])
+    diagnostics: list[Diagnostic]
+    timings: dict[str, float]
+    summary: list[SummaryRow]
 
 
 def build_scene(
