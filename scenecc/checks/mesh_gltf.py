@@ -114,8 +114,7 @@ def _parts(file: _File) -> tuple[Part, ...]:
     """Every primitive, once for each node that shows it."""
     document = file.document
     nodes = document.get("nodes", [])
-    scenes = document.get("scenes")
-    roots = scenes[_index(document.get("scene", 0))].get("nodes", []) if scenes else range(len(nodes))
+    roots = document["scenes"][_index(document.get("scene", 0))].get("nodes", [])
     primitives: dict[int, list[Part]] = {}
     parts: list[Part] = []
     waiting = [(_index(root), np.eye(4), 0) for root in roots]

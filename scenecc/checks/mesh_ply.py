@@ -90,7 +90,9 @@ def _header(data: bytes) -> tuple[str, list[_Element], int]:
                 pass
             case ["element", name, rows] if rows.isdigit() and len(rows) < 12 and int(rows) <= len(data):
                 elements.append(_Element(name, int(rows)))
-            case ["property", "list", count, kind, name] if elements and _TYPES.get(count, "f")[0] != "f":
+            case ["property", "list", count, kind, name] if (
+                elements and kind in _TYPES and _TYPES.get(count, "f")[0] in "iu"
+            ):
                 elements[-1].properties.append(_Property(name, _TYPES[kind], _TYPES[count]))
             case ["property", kind, name] if elements and kind in _TYPES:
                 elements[-1].properties.append(_Property(name, _TYPES[kind]))

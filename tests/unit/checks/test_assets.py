@@ -127,7 +127,10 @@ BROKEN: dict[str, tuple[str | bytes, str]] = {
     "list.gltf": ("[1, 2]", "SC412"),
     "deep.gltf": ("[" * 100_000, "SC412"),
     "empty.gltf": ("", "SC412"),
-    "nothing.gltf": ('{"asset": {"version": "2.0"}}', "SC413"),
+    "nothing.gltf": ('{"asset": {"version": "2.0"}, "scenes": [{}]}', "SC413"),
+    "no_scene.gltf": ('{"asset": {"version": "2.0"}}', "SC412"),
+    "list_type.ply": (ply().replace(b"list uchar int", b"list uchar itn"), "SC412"),
+    "list_count.ply": (ply().replace(b"list uchar int", b"list float int"), "SC412"),
 }
 
 
