@@ -119,8 +119,8 @@ class _Walk:
             event: NodeEvent = get()
             root = self._opened(event)
             self._fill(event, root)
-        except (yaml.YAMLError, _Enough):
-            pass
+        except (yaml.YAMLError, _Enough, RecursionError):
+            pass  # with the limit of depth raised; the places above are still found
         return root
 
     def _node(self, event: NodeEvent) -> _Node:

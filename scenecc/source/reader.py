@@ -29,7 +29,7 @@ from scenecc.source.parsing import (
     next_event,
 )
 from scenecc.source.positions import first_keys
-from scenecc.source.scalars import PlainKeys, PlainValues
+from scenecc.source.scalars import SCENE_KEYED, PlainKeys, PlainValues
 from scenecc.source.syntax import report_syntax
 from scenecc.source.tags import Refused, check_collection_tag, kind, scalar_value, shown_scalar
 
@@ -281,6 +281,8 @@ class _Reader:
             hint = "keys are strings; an expression `${…}` must be quoted"
         if isinstance(key, str):
             return key
+        if isinstance(key, int) and not isinstance(key, bool) and self._open[-1][0] == SCENE_KEYED:
+            return str(key)
         self._faults.at("SC005", f"a key is {kind(key)}, not a string", event, path=self._path(), hint=hint)
         return None
 

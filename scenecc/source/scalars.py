@@ -19,6 +19,9 @@ _NUMBER = re.compile(
     r"|(?P<inf>[-+]?\.(?:inf|Inf|INF))"
     r"|(?P<nan>\.(?:nan|NaN|NAN))"
 )
+SCENE_KEYED = "per_scene"
+"""The one key whose mapping is by scene index: there an integer key stands for its digits."""
+
 _COORDINATE = re.compile(r"-?[0-9]{1,20}\.[0-9]{3,}").fullmatch
 """A decimal of many digits: the most frequent plain scalar that is new to the reader, worth a shorter way."""
 

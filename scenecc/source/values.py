@@ -9,7 +9,7 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, NoReturn, cast
 
 from scenecc.diagnostics import Origin, Path, Sink
-from scenecc.source.scalars import MAX_INTEGER_CHARS
+from scenecc.source.scalars import MAX_INTEGER_CHARS, SCENE_KEYED
 
 if TYPE_CHECKING:
     from scenecc.source.limits import Limits
@@ -110,10 +110,10 @@ class _Copier:
 
     def _entries(self, mapping: Mapping[Any, Any], path: Path) -> Iterable[tuple[str, _Copy]]:
         for key, value in mapping.items():
-            if not isinstance(key, str):
+            name = _key(key, path)
+            if name is None:
                 self._report("SC005", f"the key {_shown(key)} is not a string", path, hint="keys are strings")
                 continue
-            name = str.__str__(key)
             below = (*path, name)
             self._check_text(name, below)
             yield name, self.copy(value, below)
@@ -171,6 +171,13 @@ class _Copier:
         hint = "`limits={'text_bytes': N}` raises the limit"
         self._report("SC601", message, path, hint=hint)
         raise _Stopped
+
+
+def _key(key: object, path: Path) -> str | None:
+    """A key as a text would give it; None if it is no string."""
+    if isinstance(key, int) and not isinstance(key, bool) and path[-1:] == (SCENE_KEYED,):
+        return str(int.__int__(key))
+    return str.__str__(key) if isinstance(key, str) else None
 
 
 def _article(name: str) -> str:

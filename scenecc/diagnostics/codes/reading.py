@@ -50,7 +50,7 @@ ROWS: tuple[Code, ...] = (
         title="a key is not a string",
         cause="A key that reads as a number, a boolean, null, a list or a mapping can name nothing in a scene.",
         example="scenecc: 1\nentities:\n  12:\n    shapes: [{type: sphere, radius: 0.1}]\n",
-        cure='Quote it if it is a name: `"12":`. (The keys of `per_scene` are scene indices and quoted too.)',
+        cure='Quote it if it is a name: `"12":`. Only in the mapping of `per_scene` do integers stand for scenes.',
     ),
     Code(
         code="SC006",
