@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import yaml
 
+from scenecc.source.collector import collector_paused
 from scenecc.source.parsing import (
     AliasEvent,
     Event,
@@ -30,22 +31,26 @@ Place = tuple[int, int]
 """0-based line and column."""
 
 
-@dataclass(slots=True)
 class _Node:
     """A node, and the nodes below it by key or index; an alias is the node that it names."""
 
-    span: Span
-    entries: dict[str, _Entry] = field(default_factory=dict[str, "_Entry"])
-    items: list[_Node] = field(default_factory=list["_Node"])
-    is_block: bool = False
-    text: str = ""
+    __slots__ = ("entries", "is_block", "items", "span", "text")
+
+    def __init__(self, span: Span, text: str = "") -> None:
+        self.span = span
+        self.text = text
+        self.entries: Mapping[str, _Entry] = _NO_ENTRIES
+        self.items: Sequence[_Node] = ()
+        self.is_block = False
 
 
-@dataclass(frozen=True, slots=True)
-class _Entry:
+class _Entry(NamedTuple):
     key: Span
     node: _Node
     merged: bool = False
+
+
+_NO_ENTRIES: Mapping[str, _Entry] = {}
 
 
 class Positions:
@@ -53,7 +58,8 @@ class Positions:
 
     def __init__(self, lines: Lines) -> None:
         self._lines = lines
-        self._root = _Walk(lines.text).root()
+        with collector_paused():
+            self._root = _Walk(lines.text).root()
 
     def find(self, path: Path, at: At) -> Location:
         """The place of the node at a path, through aliases and merges; of the deepest one that exists."""
@@ -118,7 +124,8 @@ class _Walk:
                 return root
             event: NodeEvent = get()
             root = self._opened(event)
-            self._fill(event, root)
+            if not isinstance(event, ScalarEvent):
+                self._fill(event, root)
         except (yaml.YAMLError, _Enough, RecursionError):
             pass  # with the limit of depth raised; the places above are still found
         return root
@@ -127,38 +134,38 @@ class _Walk:
         if isinstance(event, AliasEvent):
             return self._anchors.get(event.anchor or "", _Node(_span(event, event)))
         node = self._opened(event)
-        self._fill(event, node)
+        if not isinstance(event, ScalarEvent):
+            self._fill(event, node)
         return node
 
     def _opened(self, event: NodeEvent) -> _Node:
-        node = _Node(_span(event, event))
+        node = _Node(_span(event, event), event.value if isinstance(event, ScalarEvent) else "")
         if event.anchor is not None:
             self._anchors[event.anchor] = node
         return node
 
     def _fill(self, start: NodeEvent, node: _Node) -> None:
-        """Reads what is in a node, up to and with its end."""
-        if isinstance(start, ScalarEvent):
-            node.text = start.value
-            return
+        """Reads what is in a collection, up to and with its end."""
         get = self._get
         event: NodeEvent = get()
         if isinstance(start, MappingStartEvent):
+            node.entries = entries = dict[str, _Entry]()
             while not isinstance(event, MappingEndEvent):
-                self._entry(event, node)
+                self._entry(event, entries)
                 event = get()
         else:
+            node.items = items = list[_Node]()
             while not isinstance(event, SequenceEndEvent):
-                node.items.append(self._node(event))
+                items.append(self._node(event))
                 event = get()
         node.is_block = not start.flow_style
         node.span = _span(start, event)
 
-    def _entry(self, event: NodeEvent, node: _Node) -> None:
+    def _entry(self, event: NodeEvent, entries: dict[str, _Entry]) -> None:
         """Reads a key and its value. On a duplicate the first entry stays."""
         span = _span(event, event)
         key = self._node(event).text
-        known = node.entries.get(key)
+        known = entries.get(key)
         is_merge = isinstance(event, ScalarEvent) and event.value == "<<" and event.implicit[0]
         first = None if known is None or known.merged or is_merge else known
         if first is not None:
@@ -169,9 +176,9 @@ class _Walk:
         if is_merge:
             for source in value.items or [value]:
                 for name, entry in source.entries.items():
-                    node.entries.setdefault(name, _Entry(entry.key, entry.node, merged=True))
+                    entries.setdefault(name, _Entry(entry.key, entry.node, merged=True))
         elif first is None:
-            node.entries[key] = _Entry(span, value)
+            entries[key] = _Entry(span, value)
 
 
 def _span(first: Event, last: Event) -> Span:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Generator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scenecc.source.collector import collector_paused
 from scenecc.source.document import Document
 from scenecc.source.faults import Faults
 from scenecc.source.limits import Limits
@@ -47,7 +46,7 @@ def read_text(
         return None
     lines = Lines(name, decoded)
     faults = Faults(lines, sink)
-    with _collector_paused():
+    with collector_paused():
         data = read_yaml(faults, limits)
     return None if data is None or faults.any else Document(name, path, data, lines)
 
@@ -60,15 +59,3 @@ def read_dict(data: Mapping[str, Any], sink: Sink, limits: Limits = _DEFAULT) ->
     """
     plain = plain_mapping(data, sink, limits)
     return None if plain is None else Document(None, None, plain, None)
-
-
-@contextmanager
-def _collector_paused() -> Generator[None]:
-    """Without the garbage collector, which would look through all the new containers again and again."""
-    was_enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_enabled:
-            gc.enable()
