@@ -165,16 +165,13 @@ def _plain(value: Any) -> Any:
 
 
 def _differences(where: str, a: Any, b: Any) -> list[str]:
-    if type(a) is not type(b):
-        return [f"{where}: {a!r} against {b!r}"]
-    if isinstance(a, dict):
-        if a.keys() != b.keys():
-            return [f"{where}: {sorted(a)} against {sorted(b)}"]
-        return [line for key in a for line in _differences(f"{where}.{key}", a[key], b[key])]
-    if isinstance(a, list):
-        if len(a) != len(b):
-            return [f"{where}: {len(a)} against {len(b)}"]
-        return [line for i, (x, y) in enumerate(zip(a, b, strict=True)) for line in _differences(f"{where}[{i}]", x, y)]
-    if isinstance(a, tuple) and len(a) == 2 and isinstance(a[1], dict):
-        return _differences(f"{where}({a[0]})", a[1], b[1])
-    return [] if a == b else [f"{where}: {a!r} against {b!r}"]
+    match a, b:
+        case dict(), dict() if a.keys() == b.keys():
+            return [line for key in a for line in _differences(f"{where}.{key}", a[key], b[key])]
+        case list(), list() if len(a) == len(b):
+            pairs = enumerate(zip(a, b, strict=True))
+            return [line for i, (x, y) in pairs for line in _differences(f"{where}[{i}]", x, y)]
+        case (str(), dict()), (str(), dict()):
+            return _differences(f"{where}({a[0]})", a[1], b[1])
+        case _:
+            return [] if a == b else [f"{where}: {a!r} against {b!r}"]

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from numpy.typing import ArrayLike, NDArray
+    from typing_extensions import Self
 
     from scenecc.plan import ScenePlan
 
@@ -62,7 +63,9 @@ class EntityBatch:
         self._check_open()
         return np.array([entity.get_pose().__getstate__() for entity in self._objs], dtype=np.float32)
 
-    def set_pose(self, pose: ArrayLike | sapien.Pose | Sequence[sapien.Pose], scene_idxs: Sequence[int] | None = None) -> None:
+    def set_pose(
+        self, pose: ArrayLike | sapien.Pose | Sequence[sapien.Pose], scene_idxs: Sequence[int] | None = None
+    ) -> None:
         """Moves the entity at once, in all of its scenes or in those named; velocities stay.
 
         Args:
@@ -121,7 +124,9 @@ class EntityBatch:
             return range(len(self._objs))
         missing = [index for index in scene_idxs if index not in self._row_of]
         if missing:
-            raise KeyError(f"'{self._name}' is not in scene {missing[0]} of this batch; it is in {list(self._scene_idxs)}")
+            raise KeyError(
+                f"'{self._name}' is not in scene {missing[0]} of this batch; it is in {list(self._scene_idxs)}"
+            )
         return [self._row_of[index] for index in scene_idxs]
 
     def _moving(self, what: str) -> list[Any]:
@@ -154,7 +159,13 @@ class SceneBatch:
     """
 
     def __init__(
-        self, plan: ScenePlan, scene_idxs: tuple[int, ...], scenes: list[Any], entities: dict[str, EntityBatch], *, render: bool
+        self,
+        plan: ScenePlan,
+        scene_idxs: tuple[int, ...],
+        scenes: list[Any],
+        entities: dict[str, EntityBatch],
+        *,
+        render: bool,
     ) -> None:
         self._plan = plan
         self._scene_idxs = scene_idxs
@@ -173,7 +184,7 @@ class SceneBatch:
         state = "closed" if self._closed else f"{len(self._entities)} entities"
         return f"SceneBatch({self._plan.name!r}, {len(self)} scenes, {state})"
 
-    def __enter__(self) -> SceneBatch:
+    def __enter__(self) -> Self:
         self._check_open()
         return self
 

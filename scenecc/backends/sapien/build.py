@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from scenecc.backends.sapien.assets_on_disk import refresh
 from scenecc.backends.sapien.batch import EntityBatch, SceneBatch
 from scenecc.backends.sapien.engine import physx, render, sapien
 from scenecc.backends.sapien.failure import EngineFailure
@@ -47,7 +48,7 @@ def build_scenes(
     return SceneBatch(plan, scene_idxs, scenes, entities, render=rendered), turns
 
 
-def new_scene(plan: ScenePlan, *, rendered: bool) -> Any:  # noqa: ANN401 - a sapien.Scene
+def new_scene(plan: ScenePlan, *, rendered: bool) -> Any:
     """An empty scene with systems of its own."""
     systems: list[Any] = [physx.PhysxCpuSystem()]
     if rendered:
@@ -63,6 +64,7 @@ def prepare(plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sink, *, rendere
 
     All that fail are reported, not only the first.
     """
+    refresh(plan, rendered=rendered)
     resources = Resources(plan)
     turns: list[Turn] = []
     failed = False

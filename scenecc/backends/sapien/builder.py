@@ -86,22 +86,22 @@ class BatchActorBuilder(sapien.ActorBuilder):
         entity.set_pose(pose)
         return entity, component
 
-    def build_entity(self) -> Any:  # noqa: ANN401 - a sapien.Entity
+    def build_entity(self) -> Any:
         """The entity of `row`, at its pose."""
         entity, _ = self.make(self.row)
         self.initial_pose = entity.pose
         return entity
 
-    def build_physx_component(self, link_parent: None = None) -> Any:  # noqa: ANN401 - a PhysxRigidBaseComponent
+    def build_physx_component(self, link_parent: None = None) -> Any:
         """The physical component of `row`; None for the body type none."""
         del link_parent
         return None if self._component is None else self._make_physx_component(self.row)
 
-    def build_render_component(self) -> Any:  # noqa: ANN401 - a RenderBodyComponent
+    def build_render_component(self) -> Any:
         """The render component of `row`."""
         return self._make_render_component(self.row)
 
-    def _make_physx_component(self, row: int) -> Any:  # noqa: ANN401
+    def _make_physx_component(self, row: int) -> Any:
         component = self._component()
         if self.physx_body_type == "kinematic":
             component.set_kinematic(True)
@@ -116,7 +116,7 @@ class BatchActorBuilder(sapien.ActorBuilder):
         component.set_name(self.name)
         return component
 
-    def _make_render_component(self, row: int) -> Any:  # noqa: ANN401
+    def _make_render_component(self, row: int) -> Any:
         component = render.RenderBodyComponent()
         for shape in self._visuals:
             attach(component, shape, row)

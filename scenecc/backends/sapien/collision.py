@@ -60,8 +60,10 @@ def _plane(geometry: Plane, build: Build) -> Callable[[int], Any]:
 
 
 def _convex_mesh(geometry: ConvexMesh, build: Build) -> Callable[[int], Any]:
-    file = build.resources.meshes(taken(geometry.file, build.rows))
-    return caller(physx.PhysxCollisionShapeConvexMesh, [file, vectors(taken(geometry.scale, build.rows)), build.material])
+    file = build.resources.meshes(taken(geometry.file, build.rows), "SC801")
+    return caller(
+        physx.PhysxCollisionShapeConvexMesh, [file, vectors(taken(geometry.scale, build.rows)), build.material]
+    )
 
 
 def _convex_parts(geometry: ConvexParts, build: Build) -> Callable[[int], Any]:
@@ -71,7 +73,7 @@ def _convex_parts(geometry: ConvexParts, build: Build) -> Callable[[int], Any]:
 
 
 def _triangle_mesh(geometry: TriangleMesh, build: Build) -> Callable[[int], Any]:
-    file = build.resources.meshes(taken(geometry.file, build.rows))
+    file = build.resources.meshes(taken(geometry.file, build.rows), "SC801")
     scale = vectors(taken(geometry.scale, build.rows))
     return caller(physx.PhysxCollisionShapeTriangleMesh, [file, scale, build.material, [geometry.sdf]])
 

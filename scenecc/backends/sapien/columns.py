@@ -40,8 +40,7 @@ def vectors(data: NDArray[Any]) -> Column:
 
 def poses(data: NDArray[Any]) -> Column:
     """`sapien.Pose` objects. The quaternion is passed on as it is: normalising it again would change bits."""
-    rounded = np.ascontiguousarray(data, dtype=np.float32)
-    return [sapien.Pose(row[:3], row[3:]) for row in rounded]
+    return [sapien.Pose(row[:3], row[3:]) for row in data.astype(np.float32, copy=False)]
 
 
 def side_by_side(columns: Sequence[Column]) -> list[tuple[Any, ...]]:

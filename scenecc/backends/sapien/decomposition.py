@@ -64,9 +64,9 @@ def cache_folder() -> Path:
 
 def coacd_arguments(params: CoacdParams) -> dict[str, Any]:
     """Arguments of `coacd.run_coacd`: the plan's, and SAPIEN's own defaults for those left out."""
-    from sapien.wrapper.coacd import do_coacd
+    from sapien.wrapper import coacd
 
-    parameters = inspect.signature(do_coacd).parameters
+    parameters = inspect.signature(coacd.do_coacd).parameters
     given = asdict(params)
     return {name: parameters[name].default if value is None else value for name, value in given.items()}
 
@@ -89,7 +89,7 @@ def _run(mesh: Path, arguments: dict[str, Any], result: Path) -> None:
         try:
             complaint = _attempt(mesh, arguments | {"preprocess_mode": mode}, name)
             if not complaint:
-                os.replace(name, result)
+                Path(name).replace(result)
                 return
         finally:
             Path(name).unlink(missing_ok=True)
@@ -101,8 +101,11 @@ def _attempt(mesh: Path, arguments: dict[str, Any], output: str) -> str:
     request = json.dumps({"mesh": str(mesh.absolute()), "arguments": arguments, "output": output})
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     command = [sys.executable, "-m", "scenecc.backends.sapien.coacd_worker"]
-    done = subprocess.run(command, input=request, env=environment, capture_output=True, text=True, check=False)
-    if done.returncode == 0 and os.path.getsize(output):
+    # Our own module in this interpreter; the request goes in as data.
+    done = subprocess.run(  # noqa: S603
+        command, input=request, env=environment, capture_output=True, text=True, check=False
+    )
+    if done.returncode == 0 and Path(output).stat().st_size:
         return ""
     words = done.stderr.strip().splitlines()
     return words[-1] if words else f"it ended with status {done.returncode}"

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import warnings
+from typing import Any
 
 with warnings.catch_warnings():
     # SAPIEN warns at import where it finds no system libvulkan; physics needs none, and a user can do nothing with it.
     warnings.simplefilter("ignore")
     import sapien
-    import sapien.render as render
-    from sapien import physx
+    import sapien.physx
+    import sapien.render
+
+# The stubs of these two leave most argument types open, so they are taken as untyped: the engine's edge.
+physx: Any = sapien.physx
+render: Any = sapien.render
 
 __all__ = ["physx", "render", "sapien"]

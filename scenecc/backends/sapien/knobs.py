@@ -99,17 +99,11 @@ BODY_KNOBS = Knobs(
         "angular_damping": Knob(_Body.set_angular_damping, "angular_damping", scalars),
         "max_linear_velocity": Knob(_Body.set_max_linear_velocity, "max_linear_velocity", scalars),
         "max_angular_velocity": Knob(_Body.set_max_angular_velocity, "max_angular_velocity", scalars),
-        "max_depenetration_velocity": Knob(
-            _Body.set_max_depenetration_velocity, "max_depenetration_velocity", scalars
-        ),
+        "max_depenetration_velocity": Knob(_Body.set_max_depenetration_velocity, "max_depenetration_velocity", scalars),
         "max_contact_impulse": Knob(_Body.set_max_contact_impulse, "max_contact_impulse", scalars),
         "sleep_threshold": Knob(_Body.set_sleep_threshold, "sleep_threshold", scalars),
-        "solver_position_iterations": Knob(
-            _Body.set_solver_position_iterations, "solver_position_iterations", scalars
-        ),
-        "solver_velocity_iterations": Knob(
-            _Body.set_solver_velocity_iterations, "solver_velocity_iterations", scalars
-        ),
+        "solver_position_iterations": Knob(_Body.set_solver_position_iterations, "solver_position_iterations", scalars),
+        "solver_velocity_iterations": Knob(_Body.set_solver_velocity_iterations, "solver_velocity_iterations", scalars),
         "linear_velocity": Knob(_Body.set_linear_velocity, "linear_velocity", vectors, (0.0, 0.0, 0.0)),
         "angular_velocity": Knob(_Body.set_angular_velocity, "angular_velocity", vectors, (0.0, 0.0, 0.0)),
     }

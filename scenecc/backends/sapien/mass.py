@@ -30,7 +30,7 @@ def _given(inertial: Inertial, rows: NDArray[np.intp]) -> Callable[[Any, int], N
     com = _full(poses(taken(inertial.com, rows)), len(rows))
     inertia = _full(vectors(taken(inertial.inertia, rows)), len(rows))
 
-    def step(component: Any, row: int) -> None:  # noqa: ANN401 - a PhysxRigidBodyComponent
+    def step(component: Any, row: int) -> None:
         component.set_mass(mass[row])
         component.set_cmass_local_pose(com[row])
         component.set_inertia(inertia[row])
@@ -41,7 +41,7 @@ def _given(inertial: Inertial, rows: NDArray[np.intp]) -> Callable[[Any, int], N
 def _scaled(value: Value, rows: NDArray[np.intp]) -> Callable[[Any, int], None]:
     mass = _full(scalars(taken(value, rows)), len(rows))
 
-    def step(component: Any, row: int) -> None:  # noqa: ANN401 - a PhysxRigidBodyComponent
+    def step(component: Any, row: int) -> None:
         # In float64, and rounded once by the engine: "Numbers" in the language's description.
         inertia = component.get_inertia().astype(np.float64) * (mass[row] / component.get_mass())
         component.set_mass(mass[row])

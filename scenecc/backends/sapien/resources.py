@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import fields
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from scenecc.backends.sapien.assets_on_disk import crashes_the_reader
 from scenecc.backends.sapien.decomposition import decompose
 from scenecc.backends.sapien.engine import physx, render
 from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.plan import Texture
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.columns import Column
@@ -41,26 +44,42 @@ class Resources:
         """`RenderMaterial` a row."""
         return [self._visual_material(i) for i in indices.tolist()]
 
-    def meshes(self, indices: NDArray[np.int64]) -> Column:
-        """Path of a mesh a row."""
-        return [self.path(i) for i in indices.tolist()]
+    def meshes(self, indices: NDArray[np.int64], code: str) -> Column:
+        """Path of a mesh a row.
+
+        Raises:
+            EngineFailure: with `code`, where there is no such file (SAPIEN's own words for it are no help).
+        """
+        paths = {i: self._plan.files[i].path for i in np.unique(indices).tolist()}
+        for path in paths.values():
+            if not path.is_file():
+                raise EngineFailure(code, f"there is no file '{path}'")
+            if crashes_the_reader(path):
+                raise EngineFailure(
+                    code,
+                    f"SAPIEN's reader crashes on this PLY file, whose data begin like a line break: '{path}'",
+                    hint="write it as OBJ, or with its vertices in another order",
+                )
+        return [str(paths[i]) for i in indices.tolist()]
 
     def parts(self, indices: NDArray[np.int64], params: CoacdParams | None) -> Column:
         """Path a row of a mesh whose connected parts are convex; CoACD has cut it where `params` are given."""
+        whole = self.meshes(indices, "SC801")
         if params is None:
-            return self.meshes(indices)
-        return [str(decompose(self._plan.files[i].path, params)) for i in indices.tolist()]
+            return whole
+        cut = {path: str(decompose(Path(path), params)) for path in dict.fromkeys(whole)}
+        return [cut[path] for path in whole]
 
     def path(self, index: int) -> str:
         """Where the plan's file number `index` is on this machine."""
         return str(self._plan.files[index].path)
 
-    def _visual_material(self, index: int) -> Any:  # noqa: ANN401 - a RenderMaterial
+    def _visual_material(self, index: int) -> Any:
         if index not in self._visual:
             self._visual[index] = self._make_visual(self._plan.visual_materials[index])
         return self._visual[index]
 
-    def _make_visual(self, material: VisualMaterial) -> Any:  # noqa: ANN401 - a RenderMaterial
+    def _make_visual(self, material: VisualMaterial) -> Any:
         given = {f.name: value for f in fields(material) if (value := getattr(material, f.name)) is not None}
         made = render.RenderMaterial(**{name: x for name, x in given.items() if not isinstance(x, Texture)})
         for name, texture in given.items():
@@ -68,7 +87,7 @@ class Resources:
                 setattr(made, name, self._texture(texture))
         return made
 
-    def _texture(self, texture: Texture) -> Any:  # noqa: ANN401 - a RenderTexture2D
+    def _texture(self, texture: Texture) -> Any:
         if texture not in self._textures:
             names = ("mipmap_levels", "filter_mode", "address_mode", "srgb")
             given = {name: value for name in names if (value := getattr(texture, name)) is not None}
@@ -80,5 +99,5 @@ class Resources:
         return self._textures[texture]
 
 
-def _physical(material: Any) -> Any:  # noqa: ANN401 - a plan's PhysicalMaterial to a PhysxMaterial
+def _physical(material: Any) -> Any:
     return physx.PhysxMaterial(material.static_friction, material.dynamic_friction, material.restitution)

@@ -15,7 +15,7 @@ UNIT_TOLERANCE = 1e-3
 """How far a quaternion's length may be from 1: as in the scene language."""
 
 
-def pose_rows(pose: Any, count: int) -> list[sapien.Pose]:  # noqa: ANN401 - many forms, told apart here
+def pose_rows(pose: Any, count: int) -> list[sapien.Pose]:
     """`count` poses from (7,), (count, 7), a `sapien.Pose` or a sequence of them. Raises ValueError."""
     if isinstance(pose, sapien.Pose):
         return [pose] * count
@@ -30,12 +30,12 @@ def pose_rows(pose: Any, count: int) -> list[sapien.Pose]:  # noqa: ANN401 - man
     return [sapien.Pose(row[:3], row[3:]) for row in rows]
 
 
-def vector_rows(vector: Any, count: int) -> NDArray[np.float32]:  # noqa: ANN401 - anything like an array
+def vector_rows(vector: Any, count: int) -> NDArray[np.float32]:
     """(count, 3) float32 from (3,) or (count, 3). Raises ValueError."""
     return _rows(vector, 3, count, "a velocity")
 
 
-def _rows(given: Any, width: int, count: int, what: str) -> NDArray[np.float32]:  # noqa: ANN401
+def _rows(given: Any, width: int, count: int, what: str) -> NDArray[np.float32]:
     rows = np.asarray(given, dtype=np.float32)
     if rows.shape not in ((width,), (1, width), (count, width)):
         raise ValueError(f"{what} is ({width},) or ({count}, {width}) here, not {rows.shape}")

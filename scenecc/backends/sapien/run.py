@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Literal
 
 from scenecc.backends.sapien.audit.report import audit as audit_batch
@@ -12,7 +14,7 @@ from scenecc.backends.sapien.machine import render_problem
 from scenecc.backends.sapien.settings import engine_settings
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Generator
 
     from scenecc.backends.sapien.batch import SceneBatch
     from scenecc.diagnostics import Sink
@@ -33,11 +35,11 @@ def run(
     try:
         if device == "cuda":
             raise refusal()
-        rendered = _rendered(render)
+        rendered = _rendered(render=render)
     except EngineFailure as failure:
         report(failure, sink, plan.origin)
         return None
-    with engine_settings(plan.physics):
+    with engine_settings(plan.physics), collector_paused():
         built = build_scenes(plan, scene_idxs, sink, rendered=rendered, progress=progress)
         if built is None:
             return None
@@ -48,7 +50,19 @@ def run(
         return batch
 
 
-def _rendered(render: bool | None) -> bool:
+@contextmanager
+def collector_paused() -> Generator[None]:
+    """No cyclic garbage collection meanwhile: a build makes objects to keep, and walking them is waste."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+def _rendered(*, render: bool | None) -> bool:
     if render is False:
         return False
     problem = render_problem()

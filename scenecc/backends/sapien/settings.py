@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from scenecc.backends.sapien.engine import physx
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Generator
 
     from scenecc.plan import Physics, SdfConfig
 
@@ -32,7 +32,7 @@ _SDF = {
 
 
 @contextmanager
-def engine_settings(physics: Physics) -> Iterator[None]:
+def engine_settings(physics: Physics) -> Generator[None]:
     """Sets SAPIEN's defaults to what the plan names and restores all of them, also after an error.
 
     The default material is not among them: a build hands its own to the shapes that name none. Nor

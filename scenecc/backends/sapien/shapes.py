@@ -54,7 +54,7 @@ class ShapeSteps:
     origin: Origin | None
 
 
-def attach(component: Any, shape: ShapeSteps, row: int) -> None:  # noqa: ANN401 - a body of either kind
+def attach(component: Any, shape: ShapeSteps, row: int) -> None:
     """Makes the shape of a row and gives it to the component; every failure is one.
 
     Raises:
@@ -93,9 +93,7 @@ def cook(shapes: Sequence[ShapeSteps]) -> list[EngineFailure]:
     return failures
 
 
-def collision_steps(
-    structure: BodyStructure, rows: NDArray[np.intp], resources: Resources
-) -> tuple[ShapeSteps, ...]:
+def collision_steps(structure: BodyStructure, rows: NDArray[np.intp], resources: Resources) -> tuple[ShapeSteps, ...]:
     """The colliding shapes of a body, in the order of the plan."""
     groups = [] if structure.collision_groups is None else knob_steps(GROUPS, structure.collision_groups, rows)
     return tuple(_collision(shape, groups, rows, resources) for shape in structure.collisions)
@@ -108,13 +106,13 @@ def visual_steps(structure: BodyStructure, rows: NDArray[np.intp], resources: Re
 
 def split(found: Sequence[Step]) -> tuple[Fixed, tuple[Step, ...]]:
     """Setters with one value for all rows, and setters with a value a row."""
+    if not found:
+        return (), ()
     fixed = tuple((setter, column[0]) for setter, column in found if len(column) == 1)
     return fixed, tuple((setter, column) for setter, column in found if len(column) != 1)
 
 
-def _collision(
-    shape: CollisionShape, groups: list[Step], rows: NDArray[np.intp], resources: Resources
-) -> ShapeSteps:
+def _collision(shape: CollisionShape, groups: list[Step], rows: NDArray[np.intp], resources: Resources) -> ShapeSteps:
     material = resources.physical(None if shape.material is None else taken(shape.material, rows))
     try:
         make = COLLISION[type(shape.geometry)](shape.geometry, Build(rows, material, resources))
@@ -156,9 +154,9 @@ def _samples(geometry: CollisionGeometry | VisualGeometry, rows: NDArray[np.intp
     return tuple(first.tolist())
 
 
-def _set_front_face(shape: Any, face: str) -> None:  # noqa: ANN401 - a RenderShape
+def _set_front_face(shape: Any, face: str) -> None:
     shape.set_front_face(face)
 
 
-def _set_name(shape: Any, name: str) -> None:  # noqa: ANN401 - a RenderShape
+def _set_name(shape: Any, name: str) -> None:
     shape.set_name(name)

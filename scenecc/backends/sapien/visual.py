@@ -65,7 +65,7 @@ def _plane(geometry: VisualPlane, look: Look) -> Callable[[int], Any]:
 
 
 def _mesh(geometry: Mesh, look: Look) -> Callable[[int], Any]:
-    file = look.resources.meshes(taken(geometry.file, look.rows))
+    file = look.resources.meshes(taken(geometry.file, look.rows), "SC807")
     material: Column = [None] if look.material is None else look.material
     return caller(render.RenderShapeTriangleMesh, [file, vectors(taken(geometry.scale, look.rows)), material])
 

@@ -17,8 +17,6 @@ from scenecc.plan import ConvexParts
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
     from scenecc.backends.sapien.audit.meshes import Meshes
     from scenecc.backends.sapien.turn import Part, Turn
 
@@ -48,9 +46,7 @@ def look_at_poses(turns: Sequence[Turn], scenes: Sequence[Any], scene_idxs: Sequ
         sweep.tell(body, "pose", shown(whole[order[i]]), shown(found[i]))
 
 
-def _look_at_counts(
-    turns: Sequence[Turn], packed: Sequence[Any], number_of: dict[int, int], sweep: Sweep
-) -> None:
+def _look_at_counts(turns: Sequence[Turn], packed: Sequence[Any], number_of: dict[int, int], sweep: Sweep) -> None:
     counted: dict[int, list[tuple[Turn, int]]] = {}
     for turn in turns:
         for body, index in enumerate(turn.scene_idxs):

@@ -19,8 +19,8 @@ from scenecc.backends.sapien.knobs import BODY_KNOBS
 if TYPE_CHECKING:
     from scenecc.backends.sapien.audit.defaults import Defaults
     from scenecc.backends.sapien.audit.meshes import Meshes
-    from scenecc.backends.sapien.turn import Turn
     from scenecc.backends.sapien.resources import Resources
+    from scenecc.backends.sapien.turn import Turn
     from scenecc.plan import BodyStructure, Inertial, ScenePlan
 
 _TYPES = {
@@ -43,7 +43,7 @@ class BodyAudit:
         self._shapes = ShapeAudit(plan, defaults, meshes, sweep)
         self._visuals = VisualAudit(plan, defaults, sweep)
 
-    def look_at(self, turn: Turn, structure: BodyStructure, number: int, scene: Any) -> None:  # noqa: ANN401
+    def look_at(self, turn: Turn, structure: BodyStructure, number: int, scene: Any) -> None:
         """The body that is number `number` of its entity, in `scene`; its pose is looked at elsewhere."""
         entity, row = turn.objs[number], int(turn.rows[number])
         place = Place(turn, number, structure.origin)
@@ -67,7 +67,7 @@ class BodyAudit:
         for look in looks:
             self._visuals.look_at(structure, look, row, place)
 
-    def _body(self, structure: BodyStructure, body: Any, row: int, place: Place) -> None:  # noqa: ANN401
+    def _body(self, structure: BodyStructure, body: Any, row: int, place: Place) -> None:
         kind = _TYPES[structure.body_type]
         if type(body) is not kind:
             self._sweep.tell(place, "type", kind.__name__, type(body).__name__)
@@ -85,12 +85,12 @@ class BodyAudit:
         said = {knob.get: given(value.row(row)) for knob, value in BODY_KNOBS.said(structure)}
         return defaults | said if said else defaults
 
-    def _given_mass(self, inertial: Inertial, body: Any, row: int, place: Place) -> None:  # noqa: ANN401
+    def _given_mass(self, inertial: Inertial, body: Any, row: int, place: Place) -> None:
         self._stored(inertial.mass.row(row), inertial.inertia.row(row), body, place)
         if not same_local_pose(inertial.com.row(row), body.cmass_local_pose):
             self._sweep.tell(place, "cmass_local_pose", shown(inertial.com.row(row)), shown(body.cmass_local_pose))
 
-    def _mass(self, structure: BodyStructure, body: Any, row: int, place: Place) -> None:  # noqa: ANN401
+    def _mass(self, structure: BodyStructure, body: Any, row: int, place: Place) -> None:
         """The engine computes mass and inertia again, on a body that has nothing but the shapes."""
         reference = self._reference(structure, row)
         if structure.mass is not None:
@@ -98,19 +98,19 @@ class BodyAudit:
             self._stored(mass, reference.inertia.astype(np.float64) * (mass / reference.mass), body, place)
         elif body.mass != reference.mass:
             self._sweep.tell(place, "mass", shown(reference.mass), shown(body.mass))
-        elif (body.inertia != reference.inertia).any():
+        elif body.inertia.tobytes() != reference.inertia.tobytes():
             self._sweep.tell(place, "inertia", shown(reference.inertia), shown(body.inertia))
         found, wanted = body.cmass_local_pose, reference.cmass_local_pose
         if found.__getstate__() != wanted.__getstate__():
             self._sweep.tell(place, "cmass_local_pose", shown(wanted), shown(found))
 
-    def _stored(self, mass: Any, inertia: Any, body: Any, place: Place) -> None:  # noqa: ANN401
+    def _stored(self, mass: Any, inertia: Any, body: Any, place: Place) -> None:
         if body.mass != stored(mass):
             self._sweep.tell(place, "mass", shown(mass), shown(body.mass))
         if (body.inertia != stored(inertia)).any():
             self._sweep.tell(place, "inertia", shown(inertia), shown(body.inertia))
 
-    def _reference(self, structure: BodyStructure, row: int) -> Any:  # noqa: ANN401 - a PhysxRigidDynamicComponent
+    def _reference(self, structure: BodyStructure, row: int) -> Any:
         body, rows = physx.PhysxRigidDynamicComponent(), np.array([row])
         build = Build(rows, [self._defaults.material], self._resources)
         for shape in structure.collisions:

@@ -41,7 +41,7 @@ class Defaults:
     paint: Expected
 
 
-def fresh(default_material: Any, *, rendered: bool) -> Defaults:  # noqa: ANN401 - a PhysxMaterial
+def fresh(default_material: Any, *, rendered: bool) -> Defaults:
     """Reads the defaults off objects that nothing else has touched."""
     shape = _table(SHAPE_KNOBS, physx.PhysxCollisionShapeSphere(1.0, default_material))
     shape[GROUPS.get] = list(GROUPS.default)

@@ -34,7 +34,7 @@ class Difference:
     origin: Origin | None = None
 
 
-def same(expected: Any, found: object) -> bool:  # noqa: ANN401 - whatever a property holds
+def same(expected: Any, found: object) -> bool:
     """Equal as the engine stores it: floats as float32, all others exactly."""
     if isinstance(found, float):
         return expected == found or bool(np.float32(expected) == np.float32(found))

@@ -31,10 +31,11 @@ class Meshes:
         self._resources = resources
         self._known: dict[Hashable, Any] = {}
 
-    def hull(self, file: int) -> Any:  # noqa: ANN401 - a PhysxCollisionShapeConvexMesh
+    def hull(self, file: int) -> Any:
         """The convex hull of a file."""
         return self._once(
-            ("hull", file), lambda: physx.PhysxCollisionShapeConvexMesh(self._resources.path(file), _UNIT, self._material)
+            ("hull", file),
+            lambda: physx.PhysxCollisionShapeConvexMesh(self._resources.path(file), _UNIT, self._material),
         )
 
     def parts(self, file: int, params: CoacdParams | None) -> list[Any]:
@@ -43,7 +44,7 @@ class Meshes:
         load = physx.PhysxCollisionShapeConvexMesh.load_multiple
         return self._once(("parts", path), lambda: load(path, _UNIT, self._material))
 
-    def triangles(self, file: int, *, sdf: bool) -> Any:  # noqa: ANN401 - a PhysxCollisionShapeTriangleMesh
+    def triangles(self, file: int, *, sdf: bool) -> Any:
         """The triangles of a file. `sdf` as the plan has it: what PhysX has cooked of the file is found again."""
         make = physx.PhysxCollisionShapeTriangleMesh
         key = ("triangles", file, sdf)
@@ -62,16 +63,16 @@ class Meshes:
         return self._once(("triangle volume", file), lambda: enclosed(self.triangles(file, sdf=True)))
 
     @cached_property
-    def _material(self) -> Any:  # noqa: ANN401 - a PhysxMaterial
+    def _material(self) -> Any:
         return self._resources.default_material
 
-    def _once(self, key: Hashable, make: Callable[[], Any]) -> Any:  # noqa: ANN401
+    def _once(self, key: Hashable, make: Callable[[], Any]) -> Any:
         if key not in self._known:
             self._known[key] = make()
         return self._known[key]
 
 
-def enclosed(shape: Any) -> float:  # noqa: ANN401 - a mesh shape
+def enclosed(shape: Any) -> float:
     """[m³] inside a closed mesh: the sum of signed tetrahedra from the origin to each triangle."""
     vertices: NDArray[np.float64] = shape.vertices.astype(np.float64)
     a, b, c = (vertices[shape.triangles[:, i]] for i in range(3))

@@ -17,12 +17,10 @@ TIMESTEP = 0.01
 """SAPIEN's [s]."""
 
 
-def scene_differences(plan: ScenePlan, scene: Any) -> Iterator[Difference]:  # noqa: ANN401 - a sapien.Scene
+def scene_differences(plan: ScenePlan, scene: Any) -> Iterator[Difference]:
     """What differs in the time step and in the configuration that the scene's system took over."""
     present, physics = physx.get_scene_config(), plan.physics
-    expected = {
-        name: getattr(present, name) if (value := getattr(physics, name)) is None else value for name in SCENE
-    }
+    expected = {name: getattr(present, name) if (value := getattr(physics, name)) is None else value for name in SCENE}
     for name, value in expected.items():
         if not same(value, found := getattr(scene.physx_system.config, name)):
             yield Difference(name, shown(value), shown(found), physics.origin)

@@ -42,7 +42,7 @@ class ShapeAudit:
             for material in plan.physical_materials
         ]
 
-    def look_at(self, structure: BodyStructure, body: Any, row: int, place: Place) -> None:  # noqa: ANN401
+    def look_at(self, structure: BodyStructure, body: Any, row: int, place: Place) -> None:
         """All shapes of a body."""
         found, counts = body.collision_shapes, part_counts(structure, row, self._meshes)
         if len(found) != sum(counts):
@@ -80,7 +80,7 @@ class ShapeAudit:
             said[GROUPS.get] = given(structure.collision_groups.row(row))
         return defaults | said if said else defaults
 
-    def _mesh(self, shape: CollisionShape, part: Any, number: int, row: int, place: Place) -> None:  # noqa: ANN401
+    def _mesh(self, shape: CollisionShape, part: Any, number: int, row: int, place: Place) -> None:
         match shape.geometry:
             case ConvexMesh(file=file):
                 reference = self._meshes.hull(int(file.row(row)))
@@ -95,12 +95,9 @@ class ShapeAudit:
                 self._sweep.tell(place, name, "those of the file", "others")
 
 
-def look_at_pose(
-    pose: Value | None, part: Any, row: int, place: Place, sweep: Sweep, defaults: Defaults  # noqa: ANN401
-) -> None:
+def look_at_pose(pose: Value | None, part: Any, row: int, place: Place, sweep: Sweep, defaults: Defaults) -> None:
     """The pose of a shape, colliding or seen, in its body."""
     if pose is None:
         sweep.expect(defaults.pose, part, place)
     elif not same_local_pose(pose.row(row), part.local_pose):
         sweep.tell(place, "local_pose", shown(pose.row(row)), shown(part.local_pose))
-

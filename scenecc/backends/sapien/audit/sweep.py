@@ -67,7 +67,7 @@ class Sweep:
                     yield place, Difference(name, shown(value), shown(found[number]), place.origin)
 
 
-def given(data: Any) -> Any:  # noqa: ANN401 - a row of a value
+def given(data: Any) -> Any:
     """A row of the plan as the engine gives it back: float32 arrays, lists, or plain Python rounded to float32."""
     if data.dtype.kind != "f":
         return data.tolist()
@@ -75,7 +75,7 @@ def given(data: Any) -> Any:  # noqa: ANN401 - a row of a value
     return rounded if rounded.ndim else rounded.item()
 
 
-def _wrong(expected: Any, found: Sequence[Any]) -> list[int]:  # noqa: ANN401
+def _wrong(expected: Any, found: Sequence[Any]) -> list[int]:
     """Which of the values read differ."""
     if isinstance(found[0], np.ndarray):
         return np.flatnonzero((np.array(found) != expected).any(axis=1)).tolist()

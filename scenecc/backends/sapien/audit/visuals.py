@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
     from scenecc.plan import BodyStructure, ScenePlan, VisualShape
 
-_TEXTURES = tuple(f"{name}_texture" for name in ("base_color", "normal", "roughness", "metallic", "emission", "transmission"))
+_TEXTURES = tuple(
+    f"{name}_texture" for name in ("base_color", "normal", "roughness", "metallic", "emission", "transmission")
+)
 _NOTHING_SAID = VisualMaterial()
 
 
@@ -31,7 +33,7 @@ class VisualAudit:
         self._defaults = defaults
         self._sweep = sweep
 
-    def look_at(self, structure: BodyStructure, component: Any, row: int, place: Place) -> None:  # noqa: ANN401
+    def look_at(self, structure: BodyStructure, component: Any, row: int, place: Place) -> None:
         """A render component and all its shapes."""
         said = {knob.get: given(value.row(row)) for knob, value in RENDER_KNOBS.said(structure)}
         self._sweep.expect(self._defaults.look | said, component, place)
@@ -42,7 +44,7 @@ class VisualAudit:
         for shape, made in zip(structure.visuals, found, strict=True):
             self._shape(shape, made, row, Place(place.turn, place.number, shape.origin))
 
-    def _shape(self, shape: VisualShape, found: Any, row: int, place: Place) -> None:  # noqa: ANN401 - a RenderShape
+    def _shape(self, shape: VisualShape, found: Any, row: int, place: Place) -> None:
         kind, sizes = VISUAL_SIZES[type(shape.geometry)]
         if type(found) is not kind:
             self._sweep.tell(place, "type", kind.__name__, type(found).__name__)
@@ -59,11 +61,13 @@ class VisualAudit:
                 if not same(wanted, actual):
                     self._sweep.tell(place, name, wanted.tolist(), actual.tolist())
         if shape.material is not None or not isinstance(shape.geometry, Mesh):
-            asked = _NOTHING_SAID if shape.material is None else self._plan.visual_materials[int(shape.material.row(row))]
+            asked = (
+                _NOTHING_SAID if shape.material is None else self._plan.visual_materials[int(shape.material.row(row))]
+            )
             for part in found.parts:
                 self._paint(asked, part.material, place)
 
-    def _paint(self, asked: VisualMaterial, found: Any, place: Place) -> None:  # noqa: ANN401 - a RenderMaterial
+    def _paint(self, asked: VisualMaterial, found: Any, place: Place) -> None:
         said = {name: value for name in PAINT if (value := getattr(asked, name)) is not None}
         self._compare(self._defaults.paint | said, found, place)
         for name in _TEXTURES:
@@ -73,7 +77,7 @@ class VisualAudit:
             if wanted != actual:
                 self._sweep.tell(place, name, wanted, actual)
 
-    def _compare(self, expected: Mapping[str, Any], found: Any, place: Place) -> None:  # noqa: ANN401
+    def _compare(self, expected: Mapping[str, Any], found: Any, place: Place) -> None:
         for name, value in expected.items():
             actual = getattr(found, name)
             # Colours come back as lists of floats.

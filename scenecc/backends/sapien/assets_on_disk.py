@@ -1,0 +1,145 @@
+"""What SAPIEN remembers of files, and whether it is still true.
+
+PhysX's meshes and the renderer's models and images are kept for the life of the process by path. A
+file that was written again keeps its path, and would be built as it was.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import time
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scenecc.backends.sapien.engine import physx, render
+from scenecc.plan import ConvexMesh, ConvexParts, Mesh, Texture, TriangleMesh
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from scenecc.plan import CollisionGeometry, ScenePlan, VisualGeometry
+
+Signature = tuple[tuple[int, int, int, int], ...]
+"""Change time, modification time, size and inode of a file and of those that it names."""
+
+_NAMES = re.compile(rb"^\s*(?:mtllib|map_\S+|bump|norm|disp|decal|refl)\s+(?:-\S+\s+\S+\s+)*(\S.*?)\s*$", re.MULTILINE)
+_HEAD = 1 << 20
+"""Bytes of an OBJ or a material library in which names are looked for; they stand at the top."""
+_MARGIN = 2_000_000_000
+"""Nanoseconds by which the start of the process may be off: the kernel tells its boot time in whole seconds."""
+
+
+class Remembered:
+    """Files that the engine has in one of its caches, as they were when it read them."""
+
+    def __init__(self, clear: Callable[[], None]) -> None:
+        self._clear = clear
+        self._signatures: dict[str, Signature] = {}
+
+    def refresh(self, paths: Iterable[Path]) -> None:
+        """Empties the cache if one of the files that are about to be read is not what the cache may hold.
+
+        A file seen for the first time may have been read by others in this process. What they read is
+        still true if the file has not changed since the process started.
+        """
+        present = {str(path): signature(path) for path in paths}
+        known = self._signatures
+        if any(known[p] != s if p in known else _newest(s) > _started() - _MARGIN for p, s in present.items()):
+            self._clear()
+            known.clear()
+        known.update(present)
+
+
+MESHES = Remembered(physx.clear_cache)
+"""What PhysX has cooked."""
+
+LOOKS = Remembered(lambda: render.clear_cache(models=True, images=True))
+"""What the renderer has loaded."""
+
+
+def refresh(plan: ScenePlan, *, rendered: bool) -> None:
+    """To be called before the plan's files are read: nothing that has changed is taken from a cache."""
+    if not plan.files:
+        return
+    bodies = [structure for entity in plan.entities for structure in entity.structures]
+    MESHES.refresh(_paths(plan, (shape.geometry for body in bodies for shape in body.collisions)))
+    if rendered:
+        textures = (getattr(m, f.name) for m in plan.visual_materials for f in fields(m))
+        images = [plan.files[texture.file].path for texture in textures if isinstance(texture, Texture)]
+        LOOKS.refresh([*_paths(plan, (shape.geometry for body in bodies for shape in body.visuals)), *images])
+
+
+def _paths(plan: ScenePlan, geometries: Iterable[CollisionGeometry | VisualGeometry]) -> list[Path]:
+    used: set[int] = set()
+    for geometry in geometries:
+        if isinstance(geometry, (ConvexMesh, ConvexParts, TriangleMesh, Mesh)):
+            used.update(geometry.file.data.tolist())
+    return [plan.files[index].path for index in sorted(used)]
+
+
+def signature(path: Path) -> Signature:
+    """Tells one state of a file, and of the files that it names, from another; empty for a missing file."""
+    found: list[tuple[int, int, int, int]] = []
+    for each in (path, *_named_by(path)):
+        try:
+            status = each.stat()
+        except OSError:
+            continue
+        found.append((status.st_ctime_ns, status.st_mtime_ns, status.st_size, status.st_ino))
+    return tuple(found)
+
+
+def crashes_the_reader(path: Path) -> bool:
+    """Whether it is a binary PLY on which SAPIEN's reader ends the whole process.
+
+    After the header the reader skips line breaks, also one that is the first byte of the data (one file
+    in 128), and then reads indices out of the middle of numbers.
+    """
+    if path.suffix.lower() != ".ply":
+        return False
+    with path.open("rb") as file:
+        head = file.read(_HEAD)
+    _, header_end, data = head.partition(b"end_header\n")
+    return bool(header_end) and b"format binary" in head[:200] and data[:1] in (b"\n", b"\r")
+
+
+def _named_by(path: Path) -> list[Path]:
+    """Buffers and images of a glTF, material libraries of an OBJ and their images. Others hold all in one file."""
+    try:
+        match path.suffix.lower():
+            case ".gltf":
+                document = json.loads(path.read_bytes())
+                items = [item for key in ("buffers", "images") for item in document.get(key, [])]
+                return [path.parent / item["uri"] for item in items if not item.get("uri", "data:").startswith("data:")]
+            case ".obj":
+                libraries = _names_in(path)
+                return libraries + [image for library in libraries for image in _names_in(library)]
+            case _:
+                return []
+    except (OSError, ValueError, AttributeError, TypeError, KeyError):
+        # Not a file of that kind: the engine will say so.
+        return []
+
+
+def _names_in(path: Path) -> list[Path]:
+    if not path.is_file():
+        return []
+    with path.open("rb") as file:
+        return [path.parent / os.fsdecode(name) for name in _NAMES.findall(file.read(_HEAD))]
+
+
+def _newest(state: Signature) -> int:
+    return max((max(change, modification) for change, modification, _, _ in state), default=0)
+
+
+def _started() -> int:
+    """When this process started [ns since the epoch]; 0, which trusts no file, where the system does not tell."""
+    try:
+        ticks = int(Path("/proc/self/stat").read_text().rsplit(")", 1)[1].split()[19])
+        running = time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK")
+    except (OSError, AttributeError, ValueError, IndexError):
+        return 0
+    return time.time_ns() - int(running * 1e9)

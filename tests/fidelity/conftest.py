@@ -1,0 +1,45 @@
+"""Meshes for the tests, made where they are used and never committed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@pytest.fixture(scope="session")
+def meshes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """A convex mesh, another one, one of two separate parts, and a non-convex one."""
+    import trimesh
+
+    folder = tmp_path_factory.mktemp("meshes")
+    rock = trimesh.creation.icosphere(subdivisions=2, radius=0.1)
+    rock.vertices = rock.vertices * [1.0, 0.8, 0.6]
+    wedge = trimesh.creation.cylinder(radius=0.1, height=0.15, sections=5)
+    left, right = trimesh.creation.box((0.1, 0.1, 0.1)), trimesh.creation.icosphere(subdivisions=1, radius=0.07)
+    left.apply_translation([-0.1, 0, 0])
+    right.apply_translation([0.1, 0, 0.02])
+    ring = trimesh.creation.torus(0.12, 0.04, major_sections=12, minor_sections=8)
+    # SAPIEN crashes on what CoACD makes of `ring`; this one it can read.
+    hoop = trimesh.creation.torus(0.13, 0.04, major_sections=12, minor_sections=8)
+    pair = trimesh.util.concatenate([left, right])
+    made = {"rock": rock, "wedge": wedge, "pair": pair, "ring": ring, "hoop": hoop}
+    paths = {name: folder / f"{name}.obj" for name in made}
+    for name, mesh in made.items():
+        mesh.export(paths[name])
+    return paths
+
+
+@pytest.fixture(scope="session")
+def image(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small texture."""
+    from PIL import Image
+
+    path = tmp_path_factory.mktemp("images") / "checks.png"
+    squares = np.indices((16, 16)).sum(axis=0) // 4 % 2 * 255
+    Image.fromarray(np.stack([squares, 255 - squares, squares // 2], axis=-1).astype(np.uint8)).save(path)
+    return path
