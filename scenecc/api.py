@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from scenecc.diagnostics import Diagnostic, Sink
-from scenecc.front import Compiled, Options, Source, compile_source
+from scenecc.front import Compiled, Options, Source, compile_source, select_scenes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -187,6 +187,7 @@ def build_scene(
     *,
     num_scenes: int | None = None,
     seed: int | None = None,
+    scenes: str | None = None,
     backend: Backend = "cpu",
     dry_run: bool = False,
     render: bool | None = None,
@@ -202,6 +203,7 @@ def build_scene(
         source: as for `validate`.
         num_scenes: in place of the file's.
         seed: in place of the file's.
+        scenes: which to build, as `scene_idxs` of a file: `0:4`, `::2`, `0,2`; every one by default.
         backend: where PhysX runs.
         dry_run: compile only; no engine is started.
         render: as for `load_scene`.
@@ -219,15 +221,18 @@ def build_scene(
     sink = Sink()
     options = Options.of(num_scenes, seed, None, None, asset_roots, allow_outside_assets, limits)
     compiled = _compiled(source, options, sink)
+    scene_idxs = None if scenes is None else select_scenes(scenes, compiled.plan.num_scenes, sink)
+    if sink.failed:
+        raise SceneError(sink.diagnostics())
     timings = dict(compiled.timings)
     batch = None
     if not dry_run:
         started = time.perf_counter()
         batch = _instantiated(
-            compiled.plan, sink, backend=backend, scene_idxs=None, render=render, audit=audit, progress=progress
+            compiled.plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit, progress=progress
         )
         timings["build"] = time.perf_counter() - started
-    return Build(compiled.plan, batch, sink.diagnostics(), timings, summarize(compiled.plan, batch))
+    return Build(compiled.plan, batch, sink.diagnostics(), timings, summarize(compiled.plan, batch, scene_idxs))
 
 
 def emit(

@@ -75,6 +75,18 @@ class Compiled:
     timings: dict[str, float]
 
 
+def select_scenes(scenes: str, num_scenes: int, sink: Sink) -> tuple[int, ...] | None:
+    """The scenes that a command line selects, in the notation of a file; None where that was reported."""
+    from scenecc.lower.selection import select
+
+    found = Sink()
+    items = [int(item) if item.strip().isdecimal() else item for item in scenes.split(",")]
+    chosen = select(items, num_scenes, Origin(None), found)
+    for diagnostic in found.diagnostics():
+        sink.report("SC908", diagnostic.message, Location("--scenes"), hint=diagnostic.hint)
+    return chosen
+
+
 class _Clock:
     """The seconds of each stage."""
 

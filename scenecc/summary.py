@@ -32,20 +32,29 @@ class SummaryRow:
     scene_idxs: tuple[int, ...]
 
 
-def summarize(plan: ScenePlan, batch: SceneBatch | None) -> list[SummaryRow]:
-    """A row an entity, in build order. `batch`: the live scenes; None after a dry run."""
-    return [_row(entity, batch) for entity in plan.entities]
+def summarize(plan: ScenePlan, batch: SceneBatch | None, scene_idxs: tuple[int, ...] | None = None) -> list[SummaryRow]:
+    """A row an entity, in build order.
+
+    Args:
+        plan: the whole plan.
+        batch: the live scenes; None after a dry run.
+        scene_idxs: the scenes that were asked for; None: all of them.
+    """
+    asked = range(plan.num_scenes) if scene_idxs is None else set(scene_idxs)
+    present = [(entity, tuple(index for index in entity.scene_idxs if index in asked)) for entity in plan.entities]
+    return [_row(entity, idxs, batch) for entity, idxs in present if idxs]
 
 
-def _row(entity: Entity, batch: SceneBatch | None) -> SummaryRow:
-    structure = entity.structures[entity.pick[0] if entity.pick else 0]
+def _row(entity: Entity, scene_idxs: tuple[int, ...], batch: SceneBatch | None) -> SummaryRow:
+    row = entity.scene_idxs.index(scene_idxs[0])
+    structure = entity.structures[entity.pick[row] if entity.pick else 0]
     return SummaryRow(
         name=entity.name,
         body_type="|".join(dict.fromkeys(s.body_type for s in entity.structures)),
         shape_count=max(len(structure.collisions), len(structure.visuals)),
         mass=None if batch is None else _mass(batch, entity.name),
-        size=extent(structure),
-        scene_idxs=entity.scene_idxs,
+        size=extent(structure, row),
+        scene_idxs=scene_idxs,
     )
 
 

@@ -52,6 +52,9 @@ def build(
     *,
     num_scenes: NumScenes = None,
     seed: Seed = None,
+    scenes: Annotated[
+        str | None, typer.Option("--scenes", metavar="IDXS", help="Build some of the scenes only: 0:4 or 0,2 or ::2.")
+    ] = None,
     backend: Annotated[Backend, typer.Option("--backend", help="Where PhysX runs.")] = Backend.cpu,
     steps: Annotated[int, typer.Option("--steps", metavar="N", min=0, help="Simulate N steps once it is built.")] = 0,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Compile only: no engine is started.")] = False,
@@ -90,6 +93,7 @@ def build(
                 sys.stdin.buffer if scene == STDIN else scene,
                 num_scenes=num_scenes,
                 seed=seed,
+                scenes=scenes,
                 backend=backend.value,
                 dry_run=dry_run,
                 render=render,
@@ -130,11 +134,11 @@ def _summary(result: Build, timings: dict[str, float]) -> str:
 
     plan = result.plan
     done = "planned" if result.batch is None else "built"
-    scenes = f"{plan.num_scenes} scene{'' if plan.num_scenes == 1 else 's'}"
-    return (
-        table(result.summary, color=wants_color(sys.stdout))
-        + f"\n{plan.name}: {done} {scenes}\n{stage_times(timings)}\n"
-    )
+    count = plan.num_scenes if result.batch is None else len(result.batch.scenes)
+    some = f"{count} of " if count < plan.num_scenes else ""
+    scenes = f"{some}{plan.num_scenes} scene{'' if plan.num_scenes == 1 else 's'}"
+    rows = table(result.summary, color=wants_color(sys.stdout))
+    return f"{rows}\n{plan.name}: {done} {scenes}\n{stage_times(timings)}\n"
 
 
 def _finish(diagnostics: list[Diagnostic], form: Format) -> NoReturn:

@@ -49,6 +49,26 @@ def test_the_number_of_scenes_is_overridden(run, scene: Path) -> None:
     assert run("build", scene, "--num-scenes", "2").returncode == 1, "scene 2 does not exist then"
 
 
+def test_some_of_the_scenes_are_built(run, scene: Path) -> None:
+    done = run("build", scene, "--scenes", "1:3,3")
+    assert done.returncode == 0
+    assert "built 3 of 4 scenes" in done.stdout
+    assert {name: cells[-1].strip() for name, cells in rows(done.stdout).items()} == {
+        "name": "scenes",
+        "floor": "1–3",
+        "cube": "1–3",
+        "post": "2",
+    }
+    assert "post" not in rows(run("build", scene, "--scenes", "1").stdout)
+
+
+@pytest.mark.parametrize("scenes", ["4", "2:9", "1,1", "0:0", "some", "", "-1"])
+def test_scenes_that_are_not_there_are_wrong_usage(run, scene: Path, scenes: str) -> None:
+    done = run("build", scene, f"--scenes={scenes}", "--dry-run")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "SC908" in done.stderr
+
+
 def test_steps_are_timed(run, scene: Path) -> None:
     done = run("build", scene, "--steps", "5", "--audit", "full", "--no-render")
     assert done.returncode == 0

@@ -73,4 +73,15 @@ ROWS: tuple[Code, ...] = (
         example="$ scenecc build scene.yaml -o plan.json && scenecc build plan.json --num-scenes 9",
         cure="Compile the scene file again with the number of scenes and the seed that are meant.",
     ),
+    Code(
+        code="SC908",
+        severity="error",
+        title="--scenes selects scenes that are not there",
+        cause=(
+            "`scenecc build --scenes` takes what `scene_idxs` takes in a file: indices and slices, with commas between "
+            "them. This one is no slice, selects a scene twice or none, or goes beyond the number of scenes."
+        ),
+        example="$ scenecc build scene.yaml --num-scenes 4 --scenes 2:9",
+        cure="Select scenes from 0 to one less than their number: `--scenes 2:4`, `--scenes 0,3` or `--scenes ::2`.",
+    ),
 )
