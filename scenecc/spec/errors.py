@@ -54,6 +54,9 @@ def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: 
                 judged_otherwise.add(entity)
                 _not_yet(NOT_YET[key], origin.child(*entity, key), "key", sink)
             continue
+        if path[-1:] == ("name",) and "repeat" in (follow(data, path[:-1]) or ()):
+            # The name of the copies: `repeat` itself is reported.
+            continue
         if later := _value_of_later(error, path, data):
             feature, where = later
             _not_yet(feature, origin.child(*where), "value", sink)
@@ -150,7 +153,7 @@ def suggest(word: str, known: Iterable[str]) -> str | None:
 def _missing(path: Path, found: Any, place: Origin, sink: Sink) -> None:
     parent = type(place)(place.file, place.path[:-1], place.copy, place.parent)
     if isinstance(path[-1], int):
-        sink.report("SC106", f"{_named(path[:-1])} has {len(found)} values, which are too few", parent)
+        sink.report("SC106", f"{_named(path[:-1])} has too few values: {len(found)}", parent)
         return
     sink.report("SC102", f"{_named(path[:-1])} lacks the key `{path[-1]}`", parent, at="key")
 

@@ -9,7 +9,7 @@ NOT_YET: dict[str, str] = {
     "params": "parameters",
     "draws": "shared draws",
     "include": "includes",
-    "repeat": "repetition",
+    "repeat": "repetitions",
     "if": "conditions",
     "hidden": "hidden objects",
     "use": "prefabs",
@@ -23,7 +23,7 @@ NOT_YET: dict[str, str] = {
     "constraints": "constraints",
     "lights": "lights",
     "cameras": "cameras",
-    "environment": "the environment",
+    "environment": "environment settings",
 }
 """Keys of the language that come later, and what they belong to."""
 
