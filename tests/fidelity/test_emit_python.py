@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from plugins.sample_plans import SAMPLES
+from plugins.sample_plans import ROOT, SAMPLES
 
+from scenecc import compile_scene
 from scenecc.backends.sapien import instantiate
 from scenecc.diagnostics import Sink
 from scenecc.emit import emit
@@ -98,6 +99,11 @@ def assert_same(plan: ScenePlan, folder: Path, *, render: bool = False) -> None:
 @pytest.mark.parametrize("name", [name for name in SAMPLES if name != "decomposed"])
 def test_the_script_builds_what_the_backend_builds(name: str, tmp_path: Path) -> None:
     assert_same(SAMPLES[name](), tmp_path)
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "scenes").glob("*.yaml")), ids=lambda file: file.stem)
+def test_so_do_the_scenes_that_ship(file: Path, tmp_path: Path) -> None:
+    assert_same(compile_scene(file, num_scenes=4), tmp_path)
 
 
 @pytest.mark.render

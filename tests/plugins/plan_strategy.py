@@ -99,9 +99,10 @@ def _nodes(draw: st.DrawFn, cls: type, scope: _Scope) -> Any:
         )
         return AssetFile(uri, Path("/files") / uri)
     made: dict[str, Any] = {}
+    full = draw(st.sampled_from([False, False, True]))
     for slot in slots(cls):
         strategy = _of(slot.kind, scope, slot.name)
-        made[slot.name] = draw(st.none() | strategy if slot.nullable else strategy)
+        made[slot.name] = draw(st.none() | strategy if slot.nullable and not full else strategy)
     return cls(**made)
 
 

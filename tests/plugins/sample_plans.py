@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from scenecc.plan import (
     AssetFile,
     BodyStructure,
+    BodyType,
     Box,
     Capsule,
     CoacdParams,
+    CollisionGeometry,
     CollisionShape,
     ConvexMesh,
     ConvexParts,
@@ -54,7 +57,7 @@ def poses(*points: tuple[float, float, float]) -> Value:
 
 
 def indices(*rows: int) -> Value:
-    return per_scene(rows, INT) if len(rows) > 1 else constant(rows[0], INT)
+    return per_scene(rows, INT)
 
 
 def files(*names: str) -> tuple[AssetFile, ...]:
@@ -72,7 +75,7 @@ def entity(name: str, at: Value, body: BodyStructure, scene_idxs: tuple[int, ...
     return Entity(name, scene_idxs, at, (body,))
 
 
-def solid(*geometries, body_type="dynamic", **knobs) -> BodyStructure:
+def solid(*geometries: CollisionGeometry, body_type: BodyType = "dynamic", **knobs: Any) -> BodyStructure:
     return BodyStructure(body_type, collisions=tuple(CollisionShape(g) for g in geometries), **knobs)
 
 

@@ -26,8 +26,8 @@ def package_file(package: str, path: str) -> Path:
 _ASSET_FILE = '''\
 def asset_file(path: str) -> Path:
     """A file in one of the folders that the environment variable SCENECC_ASSET_PATH lists."""
-    folders = [folder for folder in os.environ.get("SCENECC_ASSET_PATH", "").split(os.pathsep) if folder]
-    for folder in folders:
+    folders = os.environ.get("SCENECC_ASSET_PATH", "").split(os.pathsep)
+    for folder in filter(None, folders):
         if (Path(folder) / path).is_file():
             return Path(folder) / path
     raise FileNotFoundError(f"{path} is in no folder of SCENECC_ASSET_PATH: {folders}")

@@ -68,7 +68,7 @@ def write(plan: ScenePlan, sink: Sink, base: Path | None) -> str | None:
         tables.materials.write(source, tables.files)
         source.append(blocks)
         source.line()
-        source.line("return scenes")
+        source.line("return [scene]" if plan.num_scenes == 1 else "return scenes")
     source.lines(_MAIN)
     return source.text
 
@@ -121,15 +121,22 @@ def _write_imports(source: Source, files: Files, settings: Settings) -> None:
 
 
 def _write_scenes(source: Source, plan: ScenePlan) -> None:
+    if plan.num_scenes == 1:
+        _write_scene(source, plan)
+        return
     source.line("scenes: list[sapien.Scene] = []")
     with source.block(f"for _ in range({plan.num_scenes}):"):
-        source.line("systems = [physx.PhysxCpuSystem()]")
-        with source.block("if render:"):
-            source.line("systems.append(sapien.render.RenderSystem())")
-        source.line("scene = sapien.Scene(systems)")
-        if plan.physics.timestep is not None:
-            source.line(f"scene.timestep = {number(float(plan.physics.timestep))}")
+        _write_scene(source, plan)
         source.line("scenes.append(scene)")
+
+
+def _write_scene(source: Source, plan: ScenePlan) -> None:
+    source.line("systems = [physx.PhysxCpuSystem()]")
+    with source.block("if render:"):
+        source.line("systems.append(sapien.render.RenderSystem())")
+    source.line("scene = sapien.Scene(systems)")
+    if plan.physics.timestep is not None:
+        source.line(f"scene.timestep = {number(float(plan.physics.timestep))}")
 
 
 def _write_entity(source: Source, entity: Entity, num_scenes: int, tables: _Tables) -> None:
@@ -147,7 +154,8 @@ def _write_entity(source: Source, entity: Entity, num_scenes: int, tables: _Tabl
         scenes = _selected(source, columns, entity, rows, num_scenes)
         columns.write(source)
         if not looped:
-            source.line(f"scene = {scenes}")
+            if num_scenes > 1:
+                source.line(f"scene = {scenes}")
             source.append(inner)
             continue
         with source.block(f"for i, scene in enumerate({scenes}):" if columns.vary else f"for scene in {scenes}:"):

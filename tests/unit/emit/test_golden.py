@@ -1,0 +1,75 @@
+"""What is emitted for known plans, in tests/golden. SCENECC_UPDATE_GOLDEN=1 writes it anew; read the diff."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from plugins.sample_plans import ROOT, SAMPLES
+
+from scenecc.diagnostics import Sink
+from scenecc.emit import EMITTERS, emit
+from scenecc.emit.python.layout import WIDTH
+from scenecc.plan.from_json import plan_from_json
+
+if TYPE_CHECKING:
+    from scenecc.plan import ScenePlan
+
+GOLDEN = ROOT / "tests" / "golden"
+SUFFIXES = {"json": ".json", "python": ".py"}
+SCENES = sorted((ROOT / "scenes").glob("*.yaml"))
+UPDATE = bool(os.environ.get("SCENECC_UPDATE_GOLDEN"))
+
+
+def plan_of(name: str) -> ScenePlan:
+    if name in SAMPLES:
+        return SAMPLES[name]()
+    from scenecc import compile_scene
+
+    return compile_scene(ROOT / "scenes" / f"{name.removeprefix('scene_')}.yaml")
+
+
+NAMES = [*SAMPLES, *(f"scene_{path.stem}" for path in SCENES)]
+
+
+@pytest.mark.parametrize("target", EMITTERS)
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_emitted_is_what_was_reviewed(name: str, target: str) -> None:
+    sink = Sink()
+    text = emit(plan_of(name), target, sink, base=GOLDEN)
+    assert text is not None, sink.diagnostics()
+    file = GOLDEN / f"{name}{SUFFIXES[target]}"
+    if UPDATE:
+        file.write_text(text, encoding="utf-8")
+    assert file.read_text(encoding="utf-8") == text
+
+
+def test_there_are_no_others() -> None:
+    assert {file.name for file in GOLDEN.iterdir() if file.suffix in SUFFIXES.values()} == {
+        name + suffix for name in NAMES for suffix in SUFFIXES.values()
+    }
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_golden_plan_is_read_again(name: str) -> None:
+    sink = Sink()
+    text = (GOLDEN / f"{name}.json").read_text(encoding="utf-8")
+    found = plan_from_json(text, base=GOLDEN, sink=sink)
+    assert found is not None, sink.diagnostics()
+    assert emit(found, "json", sink) == text
+    assert [file.path.resolve() for file in found.files] == [file.path.resolve() for file in plan_of(name).files]
+
+
+@pytest.mark.parametrize(
+    "arguments", [["format", "--check"], ["check", "--select", "E,F,I,W"]], ids=["format", "check"]
+)
+def test_the_scripts_are_formatted_and_clean(arguments: list[str]) -> None:
+    pytest.importorskip("ruff")
+    files = [str(file) for file in sorted(GOLDEN.glob("*.py"))]
+    command = [sys.executable, "-m", "ruff", *arguments, "--isolated", "--line-length", str(WIDTH), *files]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=Path(files[0]).parent)
+    assert done.returncode == 0, done.stdout
