@@ -141,13 +141,14 @@ def connected(mesh: Part) -> tuple[Part, ...]:
     """The parts of a mesh that share no vertex. Vertices in the same place are still two."""
     label = np.arange(len(mesh.vertices))
     while True:
-        lowest = label[mesh.faces].min(axis=1)
-        after = label.copy()
-        np.minimum.at(after, mesh.faces.ravel(), np.repeat(lowest, 3))
-        after = after[after]
-        if np.array_equal(after, label):
+        # The lowest of the trees that meet in a triangle takes the others, root and all: their number halves at least.
+        roots = label[mesh.faces]
+        lowest = roots.min(axis=1)
+        if bool((roots == lowest[:, None]).all()):
             break
-        label = after
+        np.minimum.at(label, roots.ravel(), np.repeat(lowest, 3))
+        while not np.array_equal(label, label[label]):
+            label = label[label]
     order = np.argsort(label[mesh.faces[:, 0]], kind="stable")
     starts = np.flatnonzero(np.diff(label[mesh.faces[order, 0]])) + 1
     return tuple(part(mesh.vertices, mesh.faces[rows]) for rows in np.split(order, starts))

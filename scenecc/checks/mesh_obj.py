@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from array import array
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +14,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 _MAPS = re.compile(r"(?i)(map_\w+|bump|norm|disp|decal|refl)\s+(.*)")
+_VERTEX = re.compile(r"v +" + r" +".join([r"([-+]?[0-9]+\.?[0-9]*(?:[eE][-+]?[0-9]{1,3})?)"] * 3))
+_TRIANGLE = re.compile(r"f +" + r" +".join([r"([1-9][0-9]{0,8})(?:/[0-9/]*)?"] * 3))
+"""What nearly all lines of an OBJ are; all others are read word by word."""
 _OPTION_WORDS = {"-mm": 2} | dict.fromkeys(
     ("-blendu", "-blendv", "-boost", "-texres", "-clamp", "-bm", "-imfchan", "-type", "-cc"), 1
 )
@@ -29,29 +33,37 @@ def read_obj(data: bytes, reading: Reading) -> MeshData:
         AssetError: a line cannot be read.
     """
     del reading
-    vertices: list[tuple[float, ...]] = []
-    groups: list[list[tuple[int, int, int]]] = [[]]
-    materials: list[str] = []
+    vertices, groups, materials = array("d"), [array("q")], dict[str, None]()
     row = 0
     try:
         for row, line in _lines(data):  # noqa: B007 - the message below names it
-            word, _, rest = line.partition(" ")
-            if word == "v":
-                vertices.append(_vertex(rest))
-            elif word in {"f", "fo"}:
-                groups[-1].extend(_triangles(rest, len(vertices)))
-            elif word in {"o", "g"}:
-                groups.append([])
-            elif word == "mtllib":
-                materials.append(rest.strip())
-            elif word.startswith("f"):
-                # SAPIEN's reader takes it for a face and gives up.
-                groups[-1].extend(_triangles(word[1:], len(vertices)))
+            if (plain := _VERTEX.fullmatch(line)) is not None:
+                vertices.extend(map(float, plain.groups()))
+            elif (plain := _TRIANGLE.fullmatch(line)) is not None:
+                groups[-1].extend(int(index) - 1 for index in plain.groups())
+            else:
+                _other(line, vertices, groups, materials)
     except ValueError as error:
         raise AssetError("SC412", f"the OBJ cannot be read (line {row}): {error}", "export the mesh again") from error
-    points = np.array(vertices, dtype=np.float64).reshape(-1, 3)
-    parts = tuple(part(points, np.array(faces, dtype=np.int64)) for faces in groups if faces)
-    return MeshData(parts, tuple(Reference(name, "material") for name in dict.fromkeys(materials)))
+    points = np.array(vertices).reshape(-1, 3)
+    parts = tuple(part(points, np.array(faces).reshape(-1, 3)) for faces in groups if faces)
+    return MeshData(parts, tuple(Reference(name, "material") for name in materials))
+
+
+def _other(line: str, vertices: array[float], groups: list[array[int]], materials: dict[str, None]) -> None:
+    """A line that is not of the usual two kinds."""
+    word, _, rest = line.partition(" ")
+    if word == "v":
+        vertices.extend(_vertex(rest))
+    elif word in {"f", "fo"}:
+        groups[-1].extend(_triangles(rest, len(vertices) // 3))
+    elif word in {"o", "g"}:
+        groups.append(array("q"))
+    elif word == "mtllib":
+        materials[rest.strip()] = None
+    elif word.startswith("f"):
+        # SAPIEN's reader takes it for a face and gives up.
+        groups[-1].extend(_triangles(word[1:], len(vertices) // 3))
 
 
 def _lines(data: bytes) -> Iterator[tuple[int, str]]:
@@ -76,8 +88,11 @@ def _vertex(text: str) -> tuple[float, ...]:
     return tuple(numbers[:3])
 
 
-def _triangles(text: str, known: int) -> list[tuple[int, int, int]]:
-    """A polygon as a fan. Indices count from 1, negative ones back from the last vertex."""
+def _triangles(text: str, known: int) -> list[int]:
+    """A polygon as a fan, three indices a triangle.
+
+    In the file they count from 1, negative ones back from the last vertex.
+    """
     corners = [integer(corner.split("/", 1)[0]) for corner in text.split("#", 1)[0].split()]
     if not corners:
         raise ValueError("a face without vertices")
@@ -86,8 +101,8 @@ def _triangles(text: str, known: int) -> list[tuple[int, int, int]]:
     index = [corner - 1 if corner > 0 else known + corner for corner in corners]
     if len(index) < 3:
         # No triangle, and yet the engine looks at its indices.
-        return [(index[0], index[0], index[-1])]
-    return [(index[0], index[i], index[i + 1]) for i in range(1, len(index) - 1)]
+        return [index[0], index[0], index[-1]]
+    return [corner for i in range(1, len(index) - 1) for corner in (index[0], index[i], index[i + 1])]
 
 
 def mtl_images(data: bytes) -> tuple[Reference, ...]:

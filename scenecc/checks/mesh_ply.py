@@ -133,6 +133,9 @@ def _binary(data: bytes, start: int, order: str, elements: list[_Element]) -> It
 
 def _lists(data: bytes, start: int, order: str, element: _Element) -> tuple[list[list[float]], int]:
     """The faces' indices, row by row, or of another element with lists nothing, and where it ends."""
+    triangles = _only_triangles(data, start, order, element)
+    if triangles is not None:
+        return triangles
     kinds = [(one, np.dtype(order + one.kind), np.dtype(order + (one.count or "u1"))) for one in element.properties]
     rows: list[list[float]] = []
     for _ in range(element.rows):
@@ -148,6 +151,20 @@ def _lists(data: bytes, start: int, order: str, element: _Element) -> tuple[list
             if one.name in _FACES and element.name == "face":
                 rows.append([float(index) for index in values])
     return rows, start
+
+
+def _only_triangles(data: bytes, start: int, order: str, element: _Element) -> tuple[list[list[float]], int] | None:
+    """The same at once, where each face is three indices and nothing else; None where it is not so."""
+    if element.name != "face" or len(element.properties) != 1:
+        return None
+    one = element.properties[0]
+    dtype = np.dtype([("count", order + str(one.count)), ("index", order + one.kind, 3)])
+    if start + dtype.itemsize * element.rows > len(data):
+        return None
+    table = np.frombuffer(data, dtype, element.rows, start)
+    if not bool((table["count"] == 3).all()):
+        return None
+    return table["index"].tolist(), start + dtype.itemsize * element.rows
 
 
 def _text(data: bytes, elements: list[_Element]) -> Iterator[tuple[str, list[list[float]]]]:

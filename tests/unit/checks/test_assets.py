@@ -31,6 +31,7 @@ from plugins.mesh_files import (
 )
 
 from scenecc.checks.assets import check_assets
+from scenecc.checks.mesh_data import Part, connected
 from scenecc.diagnostics import Origin, Sink
 from scenecc.diagnostics.codes import CODES
 from scenecc.plan import (
@@ -440,3 +441,40 @@ def test_every_code_of_the_band_is_in_the_table() -> None:
     assert [code for code in CODES if code.startswith("SC4")] == [f"SC40{i}" for i in range(1, 8)] + [
         f"SC4{i}" for i in range(10, 22)
     ]
+
+
+def loose_parts(faces: np.ndarray) -> list[set[int]]:
+    """Connected vertices, found the slow way."""
+    parts: list[set[int]] = []
+    for face in faces.tolist():
+        met = [one for one in parts if one & set(face)]
+        parts = [one for one in parts if one not in met] + [set(face).union(*met)]
+    return parts
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_connected_parts(seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    faces = draw.integers(0, 60, (draw.integers(1, 60), 3))
+    used, inverse = np.unique(faces, return_inverse=True)
+    mesh = Part(draw.random((len(used), 3)).astype(np.float32), inverse.reshape(-1, 3))
+    parts = connected(mesh)
+    assert sorted(len(one.vertices) for one in parts) == sorted(map(len, loose_parts(mesh.faces)))
+    assert sum(len(one.faces) for one in parts) == len(faces)
+    corners = np.concatenate([one.vertices[one.faces].reshape(-1, 9) for one in parts])
+    assert sorted(corners.tolist()) == sorted(mesh.vertices[mesh.faces].reshape(-1, 9).tolist())
+
+
+@pytest.mark.parametrize("order", ["along", "against", "mixed"])
+def test_a_long_strip_takes_no_long_time(order: str) -> None:
+    count = 200_000
+    along = {
+        "along": np.arange(count),
+        "against": np.arange(count)[::-1],
+        "mixed": np.random.default_rng(0).permutation(count),
+    }
+    strip = along[order]
+    mesh = Part(np.zeros((count, 3), np.float32), np.stack([strip[:-2], strip[1:-1], strip[2:]], axis=1))
+    start = time.perf_counter()
+    assert len(connected(mesh)) == 1
+    assert time.perf_counter() - start < 5
