@@ -134,7 +134,7 @@ def _summary(result: Build, timings: dict[str, float]) -> str:
 
     plan = result.plan
     done = "planned" if result.batch is None else "built"
-    count = plan.num_scenes if result.batch is None else len(result.batch.scenes)
+    count = plan.num_scenes if result.batch is None else len(result.batch.scene_idxs)
     some = f"{count} of " if count < plan.num_scenes else ""
     scenes = f"{some}{plan.num_scenes} scene{'' if plan.num_scenes == 1 else 's'}"
     rows = table(result.summary, color=wants_color(sys.stdout))
