@@ -62,8 +62,9 @@ def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink:
     """
     for entity in plan.entities:
         for structure in entity.structures:
+            origin = _origin(structure, entity, plan)
             for rule in BODY_RULES:
-                rule(structure, entity.name, _origin(structure, entity, plan), sink)
+                rule(structure, entity.name, origin, sink)
     for index, material in enumerate(plan.physical_materials):
         origin = material_origins.get(index) or _plan_origin(plan).child("physical_materials", index)
         _surface(material, origin, sink)
@@ -124,7 +125,7 @@ def _effective(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> No
     if kind != "dynamic":
         for field in MOVING:
             if getattr(body, field) is not None:
-                _nothing(field, f"{kind} body: {WHY_NOTHING[kind]}", origin, sink)
+                _nothing(field, f"body of type {kind}: {WHY_NOTHING[kind]}", origin, sink)
     if not body.visuals:
         for field in SEEN:
             if getattr(body, field) is not None:

@@ -60,22 +60,22 @@ class Materials:
         self._sink = sink
         self._lowered: dict[str, Surface] = {}
 
-    def surface(self, given: str | Material | None, origin: Origin) -> Surface | None:
+    def surface(self, given: str | Material | None, owner: Origin) -> Surface | None:
         """A reference or an inline material; None where nothing is written.
 
         Args:
             given: as written.
-            origin: of the `material` key's value.
+            owner: of the node that has the key `material`.
         """
         if given is None:
             return None
         if isinstance(given, Material):
-            return self._lower(given, origin)
+            return self._lower(given, owner.child("material"))
         found = self._lowered.get(given)
         if found is None:
-            found = self._lowered[given] = self._by_name(given, origin)
+            found = self._lowered[given] = self._by_name(given, owner)
         elif given not in self._named:
-            self._unknown(given, origin)
+            self._unknown(given, owner)
         return found
 
     def report_unused(self) -> None:
@@ -86,15 +86,15 @@ class Materials:
                 self._lower(material, place)
                 self._sink.report("SC313", f"the material `{name}` is never used", place, at="key")
 
-    def _by_name(self, name: str, origin: Origin) -> Surface:
+    def _by_name(self, name: str, owner: Origin) -> Surface:
         if name in self._named:
             return self._lower(self._named[name], self._origin.child(name))
-        self._unknown(name, origin)
+        self._unknown(name, owner)
         return PLAIN
 
-    def _unknown(self, name: str, origin: Origin) -> None:
+    def _unknown(self, name: str, owner: Origin) -> None:
         hint = suggest(name, self._named) if self._named else "name it under `materials`"
-        self._sink.report("SC301", f"there is no material `{cut(name)}`", origin, hint=hint)
+        self._sink.report("SC301", f"there is no material `{cut(name)}`", owner.child("material"), hint=hint)
 
     def _lower(self, material: Material, origin: Origin) -> Surface:
         physical, visual = material.physical, material.visual

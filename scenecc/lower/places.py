@@ -31,12 +31,16 @@ class Places:
         self._selections = selections
         self._origin = origin
         self._sink = sink
+        self._origins: dict[str, Origin] = {}
         self._world: dict[str, Pose7] = {}
 
     def world(self, name: str) -> Pose7:
         """The world pose of an entity or a frame; the identity where it was reported."""
         found = self._world.get(name)
         if found is not None:
+            return found
+        if self._parent(name) is None:
+            found = self._world[name] = self._local(name)
             return found
         chain = self._chain(name)
         pose = IDENTITY_POSE
@@ -49,12 +53,16 @@ class Places:
     def _chain(self, name: str) -> list[str]:
         """The entity, what it stands relative to, and so on outwards; cut where something was reported."""
         chain = [name]
+        # A frame is wherever somebody stands relative to it, so it passes on whose scenes count.
+        inner = name
         while (parent := self._parent(chain[-1])) is not None:
             if parent in chain:
                 self._cycle(chain[chain.index(parent) :])
                 break
-            if not self._exists_wherever(chain[-1], parent):
+            if not self._exists_wherever(inner, parent):
                 break
+            if self._sections[parent] == "entities":
+                inner = parent
             chain.append(parent)
         return chain
 
@@ -68,7 +76,7 @@ class Places:
         self._sink.report(
             "SC303",
             f"there is no entity or frame `{cut(parent)}`",
-            self._place(name).child("pose", "relative_to"),
+            self.origin(name).child("pose", "relative_to"),
             hint=suggest(str(parent), [other for other in self._placed if other != name]),
         )
         return None
@@ -81,8 +89,8 @@ class Places:
         self._sink.report(
             "SC311",
             f"`{parent}` is not in scene {min(missing)}, where `{name}` stands relative to it",
-            self._place(name).child("pose", "relative_to"),
-            related=[(f"where `{parent}` is", self._place(parent).child("scene_idxs"), "value")],
+            self.origin(name).child("pose", "relative_to"),
+            related=[(f"where `{parent}` is", self.origin(parent).child("scene_idxs"), "value")],
         )
         return False
 
@@ -94,12 +102,16 @@ class Places:
         self._sink.report(
             "SC304",
             "poses stand relative to one another in a circle: " + " → ".join([*ordered, ordered[0]]),
-            self._place(ordered[0]).child("pose", "relative_to"),
-            related=[("and here", self._place(name).child("pose", "relative_to"), "value") for name in ordered[1:]],
+            self.origin(ordered[0]).child("pose", "relative_to"),
+            related=[("and here", self.origin(name).child("pose", "relative_to"), "value") for name in ordered[1:]],
         )
 
     def _local(self, name: str) -> Pose7:
-        return lower_pose(self._placed[name].pose, self._place(name).child("pose"), self._sink)
+        return lower_pose(self._placed[name].pose, self.origin(name), ("pose",), self._sink)
 
-    def _place(self, name: str) -> Origin:
-        return self._origin.child(self._sections[name], name)
+    def origin(self, name: str) -> Origin:
+        """The node of an entity or a frame."""
+        found = self._origins.get(name)
+        if found is None:
+            found = self._origins[name] = self._origin.child(self._sections[name], name)
+        return found

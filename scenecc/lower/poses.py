@@ -10,7 +10,7 @@ from scenecc.lower.rotations import IDENTITY, Quat, Vec3
 from scenecc.spec.pose import AxisAngle, PoseMapping
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Origin, Path, Sink
 
 Pose7 = tuple[float, float, float, float, float, float, float]
 
@@ -22,41 +22,48 @@ UNTOUCHED, NORMALISED = 1e-5, 1e-3
 RIGID = 1e-3
 """How far a matrix may be from a rigid motion (LANGUAGE, Poses)."""
 
-ROTATIONS = ("q", "rpy", "rpy_deg", "axis_angle", "look_at")
+ROTATIONS = frozenset(("q", "rpy", "rpy_deg", "axis_angle", "look_at"))
 AXES: dict[str, Vec3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
-def lower_pose(pose: Vec3 | PoseMapping | None, origin: Origin, sink: Sink) -> Pose7:
+def lower_pose(pose: Vec3 | PoseMapping | None, owner: Origin, at: Path, sink: Sink) -> Pose7:
     """Seven numbers; the identity where nothing is written or what is written was reported.
 
     `relative_to` is not looked at: that is a matter of the document.
+
+    Args:
+        pose: as written.
+        owner: of the node that has the pose.
+        at: where the pose is in it (most poses are never spoken of, and need no origin of their own).
+        sink: takes the diagnostics.
     """
     if pose is None:
         return IDENTITY_POSE
     if isinstance(pose, tuple):
         return (*pose, 1.0, 0.0, 0.0, 0.0)
-    forms = [name for name in ROTATIONS if getattr(pose, name) is not None]
+    forms = ROTATIONS & pose.model_fields_set
     if pose.matrix is not None:
-        return _from_matrix(pose, forms, origin, sink)
+        return _from_matrix(pose, forms, owner.child(*at), sink)
     if len(forms) > 1:
-        _too_many(forms, origin, sink)
+        _too_many(_ordered(forms), owner.child(*at), sink)
         return IDENTITY_POSE
     p = pose.p or (0.0, 0.0, 0.0)
-    q = _rotation(pose, forms[0], p, origin.child(forms[0]), sink) if forms else IDENTITY
-    return (*p, *(q or IDENTITY))
+    for form in forms:
+        return (*p, *(_rotation(pose, form, p, owner, (*at, form), sink) or IDENTITY))
+    return (*p, *IDENTITY)
 
 
-def lower_local_pose(pose: Vec3 | PoseMapping | None, origin: Origin, what: str, sink: Sink) -> Pose7:
+def lower_local_pose(pose: Vec3 | PoseMapping | None, owner: Origin, at: Path, what: str, sink: Sink) -> Pose7:
     """As `lower_pose`, of something that stands in the frame of its body and of nothing else."""
     if isinstance(pose, PoseMapping) and pose.relative_to is not None:
         sink.report(
             "SC115",
             f"`relative_to` does nothing here: {what} stands in the frame of its body",
-            origin.child("relative_to"),
+            owner.child(*at, "relative_to"),
             at="key",
             hint="leave `relative_to` out",
         )
-    return lower_pose(pose, origin, sink)
+    return lower_pose(pose, owner, at, sink)
 
 
 def compose(outer: Pose7, inner: Pose7) -> Pose7:
@@ -87,11 +94,11 @@ def direction(axis: str | Vec3) -> Vec3:
     return AXES[axis] if isinstance(axis, str) else axis
 
 
-def _rotation(pose: PoseMapping, form: str, p: Vec3, origin: Origin, sink: Sink) -> Quat | None:
+def _rotation(pose: PoseMapping, form: str, p: Vec3, owner: Origin, at: Path, sink: Sink) -> Quat | None:
     match form:
         case "q":
             assert pose.q is not None
-            return _quaternion(pose.q, origin, sink)
+            return _quaternion(pose.q, owner, at, sink)
         case "rpy":
             assert pose.rpy is not None
             return rotations.from_rpy(*pose.rpy)
@@ -101,13 +108,13 @@ def _rotation(pose: PoseMapping, form: str, p: Vec3, origin: Origin, sink: Sink)
             return rotations.from_rpy(math.radians(roll), math.radians(pitch), math.radians(yaw))
         case "axis_angle":
             assert pose.axis_angle is not None
-            return _axis_angle(pose.axis_angle, origin, sink)
+            return _axis_angle(pose.axis_angle, owner.child(*at), sink)
         case _:
             assert pose.look_at is not None
-            return _looking(pose.look_at, p, origin, sink)
+            return _looking(pose.look_at, p, owner.child(*at), sink)
 
 
-def _quaternion(q: Quat, origin: Origin, sink: Sink) -> Quat | None:
+def _quaternion(q: Quat, owner: Origin, at: Path, sink: Sink) -> Quat | None:
     off = abs(math.hypot(*q) - 1)
     if off <= UNTOUCHED:
         return q
@@ -116,7 +123,7 @@ def _quaternion(q: Quat, origin: Origin, sink: Sink) -> Quat | None:
     sink.report(
         "SC112",
         f"the quaternion's length is {math.hypot(*q):.6g}, not 1",
-        origin,
+        owner.child(*at),
         hint="write [w, x, y, z] of length 1 (within 0.001), or use rpy, rpy_deg or axis_angle",
     )
     return None
@@ -149,10 +156,10 @@ def _looking(target: Vec3, p: Vec3, origin: Origin, sink: Sink) -> Quat | None:
     return q
 
 
-def _from_matrix(pose: PoseMapping, forms: list[str], origin: Origin, sink: Sink) -> Pose7:
+def _from_matrix(pose: PoseMapping, forms: frozenset[str], origin: Origin, sink: Sink) -> Pose7:
     matrix = pose.matrix
     assert matrix is not None
-    others = [*(["p"] if pose.p is not None else []), *forms]
+    others = [*(["p"] if pose.p is not None else []), *_ordered(forms)]
     if others:
         sink.report("SC111", f"`matrix` stands alone, not beside {_listed(others)}", origin.child(others[0]), at="key")
         return IDENTITY_POSE
@@ -176,6 +183,11 @@ def _too_many(forms: list[str], origin: Origin, sink: Sink) -> None:
         at="key",
         related=[("the other rotation", origin.child(forms[0]), "key")],
     )
+
+
+def _ordered(forms: frozenset[str]) -> list[str]:
+    """In the order in which the language names them."""
+    return [name for name in PoseMapping.model_fields if name in forms]
 
 
 def _listed(names: list[str]) -> str:

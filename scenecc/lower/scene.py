@@ -12,7 +12,7 @@ from scenecc.lower.places import WORLD, Places
 from scenecc.lower.selection import select
 from scenecc.lower.shapes import Shapes
 from scenecc.lower.tables import FileResolver, Tables
-from scenecc.plan import Entity, GpuMemory, PhysicalMaterial, Physics, ScenePlan, SdfConfig, constant
+from scenecc.plan import Entity, GpuMemory, PhysicalMaterial, Physics, ScenePlan, SdfConfig, literal
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -109,17 +109,14 @@ def _entities(scene: SceneFile, num_scenes: int, origin: Origin, bodies: Bodies,
     places = Places(scene.frames, scene.entities, selections, origin, sink)
     for name in scene.frames:
         places.world(name)
-    return tuple(
-        Entity(
-            name,
-            selections.get(name, everywhere),
-            constant(places.world(name)),
-            (bodies.lower(body, place := origin.child("entities", name)),),
-            None,
-            place,
+    entities: list[Entity] = []
+    for name, body in scene.entities.items():
+        place = places.origin(name)
+        structure = bodies.lower(body, place)
+        entities.append(
+            Entity(name, selections.get(name, everywhere), literal(places.world(name)), (structure,), None, place)
         )
-        for name, body in scene.entities.items()
-    )
+    return tuple(entities)
 
 
 def _within(scene: SceneFile, num_scenes: int, bounds: Bounds, origin: Origin, sink: Sink) -> bool:

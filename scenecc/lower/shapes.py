@@ -3,37 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from scenecc import plan
 from scenecc.lower.materials import PLAIN, Materials, Surface, colored
 from scenecc.lower.poses import IDENTITY_POSE, Pose7, direction, lower_local_pose, turned
 from scenecc.lower.rotations import IDENTITY, Quat, shortest_from_x
-from scenecc.plan import CollisionShape, Value, VisualShape, constant
-from scenecc.spec import shape_keys as keys
-from scenecc.spec import shapes as spec
+from scenecc.plan import CollisionShape, Value, VisualShape, literal
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.tables import Tables
+    from scenecc.spec import shape_keys as keys
+    from scenecc.spec import shapes as spec
+    from scenecc.spec.body import Body
 
 AXIS_TURNS: dict[str, Quat] = {
     "x": IDENTITY,
     "y": shortest_from_x((0.0, 1.0, 0.0)),
     "z": shortest_from_x((0.0, 0.0, 1.0)),
 }
-
-COLLISION_NUMBERS = ("contact_offset", "rest_offset", "patch_radius", "min_patch_radius")
-
-
-@dataclass(frozen=True, slots=True)
-class BodyDefaults:
-    """What a body says for the shapes that say nothing."""
-
-    surface: Surface | None
-    color: Any
-    density: float | None
 
 
 class Shapes:
@@ -44,10 +33,72 @@ class Shapes:
         self._materials = materials
         self._sink = sink
 
-    def collision(self, shape: Any, body: BodyDefaults, origin: Origin) -> CollisionShape | None:
-        """The colliding side of a shape from `shapes` or `collisions`; None where it was reported."""
-        geometry = _COLLISION_GEOMETRY[shape.type](shape, self._tables, origin)
-        if isinstance(shape, keys.ConvexPartsKeys) and shape.decomposition == "none" and shape.decomposition_params:
+    def both(
+        self, shape: Any, body: Body, default: Surface, origin: Origin
+    ) -> tuple[CollisionShape | None, VisualShape | None]:
+        """The two sides of a shape from `shapes`; None where one was reported.
+
+        Args:
+            shape: as written.
+            body: that has the shape.
+            default: of the shapes that name no material.
+            origin: of the shape.
+        """
+        type_ = shape.type
+        make = _VISUAL_GEOMETRY[type_]
+        collides = self._geometry(shape, origin)
+        seen = collides if make is _COLLISION_GEOMETRY[type_] else make(shape, self._tables, origin)
+        surface, pose = self._surface(shape, default, origin), self._pose(shape, origin)
+        return (
+            collides and self._colliding(collides, shape, body, surface, pose, origin),
+            seen and self._seen(seen, shape, body, surface, pose, origin),
+        )
+
+    def collision(self, shape: Any, body: Body, default: Surface, origin: Origin) -> CollisionShape | None:
+        """A shape from `collisions`; otherwise as `both`."""
+        geometry = self._geometry(shape, origin)
+        surface, pose = self._surface(shape, default, origin), self._pose(shape, origin)
+        return geometry and self._colliding(geometry, shape, body, surface, pose, origin)
+
+    def visual(self, shape: Any, body: Body, default: Surface, origin: Origin) -> VisualShape | None:
+        """A shape from `visuals`; otherwise as `both`."""
+        geometry = _VISUAL_GEOMETRY[shape.type](shape, self._tables, origin)
+        surface, pose = self._surface(shape, default, origin), self._pose(shape, origin)
+        return geometry and self._seen(geometry, shape, body, surface, pose, origin)
+
+    def _colliding(
+        self, geometry: Any, shape: Any, body: Body, surface: Surface, pose: Value | None, origin: Origin
+    ) -> CollisionShape:
+        density = shape.density
+        if density is None:
+            density = surface.density if surface.density is not None else body.density
+        return CollisionShape(
+            geometry,
+            pose,
+            surface.physical,
+            None if density is None else literal(density),
+            None if shape.contact_offset is None else literal(shape.contact_offset),
+            None if shape.rest_offset is None else literal(shape.rest_offset),
+            None if shape.patch_radius is None else literal(shape.patch_radius),
+            None if shape.min_patch_radius is None else literal(shape.min_patch_radius),
+            origin,
+        )
+
+    def _seen(
+        self, geometry: Any, shape: Any, body: Body, surface: Surface, pose: Value | None, origin: Origin
+    ) -> VisualShape:
+        visual = surface.visual
+        color = shape.color
+        if color is None and not (shape.material is not None and visual is not None and visual.base_color):
+            # A material that the shape itself names is closer to it than the body's colour.
+            color = body.color
+        visual = colored(visual, color)
+        material = None if visual is None else self._tables.visual_materials.value(visual)
+        return VisualShape(geometry, pose, material, shape.name, shape.front_face, origin)
+
+    def _geometry(self, shape: Any, origin: Origin) -> Any:
+        """What collides; None where it was reported."""
+        if shape.type == "convex_parts" and shape.decomposition == "none" and shape.decomposition_params:
             self._sink.report(
                 "SC115",
                 "`decomposition_params` does nothing without a decomposition",
@@ -55,63 +106,43 @@ class Shapes:
                 at="key",
                 hint="set decomposition: coacd, or leave it out",
             )
-        if geometry is None:
-            return None
-        surface = self._surface(shape, body, origin)
-        density = shape.density
-        if density is None:
-            density = surface.density if surface.density is not None else body.density
-        return CollisionShape(
-            geometry,
-            self._pose(shape, origin),
-            surface.physical,
-            None if density is None else constant(density),
-            *(None if (n := getattr(shape, name)) is None else constant(n) for name in COLLISION_NUMBERS),
-            origin,
-        )
+        return _COLLISION_GEOMETRY[shape.type](shape, self._tables, origin)
 
-    def visual(self, shape: Any, body: BodyDefaults, origin: Origin) -> VisualShape | None:
-        """The visible side of a shape from `shapes` or `visuals`; None where it was reported."""
-        geometry = _VISUAL_GEOMETRY[shape.type](shape, self._tables, origin)
-        if geometry is None:
-            return None
-        visual = self._surface(shape, body, origin).visual
-        color = shape.color
-        if color is None and not (shape.material is not None and visual is not None and visual.base_color):
-            # A material that the shape itself names is closer to it than the body's colour.
-            color = body.color
-        visual = colored(visual, color)
-        return VisualShape(
-            geometry,
-            self._pose(shape, origin),
-            None if visual is None else self._tables.visual_materials.value(visual),
-            shape.name,
-            shape.front_face,
-            origin,
-        )
-
-    def _surface(self, shape: keys.ShapeKeys, body: BodyDefaults, origin: Origin) -> Surface:
+    def _surface(self, shape: keys.ShapeKeys, default: Surface, origin: Origin) -> Surface:
         if shape.material is None:
-            return body.surface or PLAIN
-        return self._materials.surface(shape.material, origin.child("material")) or PLAIN
+            return default
+        return self._materials.surface(shape.material, origin) or PLAIN
 
     def _pose(self, shape: Any, origin: Origin) -> Value | None:
-        pose = lower_local_pose(shape.pose, origin.child("pose"), "a shape", self._sink)
-        pose = self._turned(shape, pose, origin)
-        return None if pose == IDENTITY_POSE else constant(pose)
+        turn = _TURNS.get(shape.type)
+        if shape.pose is None and turn is None:
+            return None
+        pose = lower_local_pose(shape.pose, origin, ("pose",), "a shape", self._sink)
+        if turn is not None:
+            pose = turn(shape, pose, origin, self._sink)
+        return None if pose == IDENTITY_POSE else literal(pose)
 
-    def _turned(self, shape: Any, pose: Pose7, origin: Origin) -> Pose7:
-        """With `axis`, or `normal` and `offset`, put before the pose."""
-        if isinstance(shape, keys.CapsuleKeys | keys.CylinderKeys):
-            return turned(pose, AXIS_TURNS[shape.axis])
-        if isinstance(shape, keys.PlaneKeys):
-            normal = direction(shape.normal)
-            if not any(normal):
-                self._sink.report("SC114", "a normal of length 0 has no direction", origin.child("normal"))
-                return pose
-            return turned(pose, shortest_from_x(normal), shape.offset)
+
+def _axis_first(shape: keys.CapsuleKeys | keys.CylinderKeys, pose: Pose7, _origin: Origin, _sink: Sink) -> Pose7:
+    return turned(pose, AXIS_TURNS[shape.axis])
+
+
+def _normal_first(shape: keys.PlaneKeys, pose: Pose7, origin: Origin, sink: Sink) -> Pose7:
+    normal = direction(shape.normal)
+    if not any(normal):
+        sink.report("SC114", "a normal of length 0 has no direction", origin.child("normal"))
         return pose
+    return turned(pose, shortest_from_x(normal), shape.offset)
 
+
+Turn = Callable[[Any, Pose7, "Origin", "Sink"], Pose7]
+
+_TURNS: dict[str, Turn] = {
+    "capsule": _axis_first,
+    "cylinder": _axis_first,
+    "plane": _normal_first,
+}
+"""What `axis`, or `normal` and `offset`, put before the pose."""
 
 Geometry = Callable[[Any, "Tables", "Origin"], Any]
 
@@ -142,7 +173,7 @@ def _visual_plane(shape: spec.PlaneShape | spec.PlaneVisual, tables: Tables, _or
 
 def _file(shape: keys.FileKeys, tables: Tables, origin: Origin) -> Value | None:
     index = tables.file(shape.file, origin.child("file"))
-    return None if index is None else constant(index, int)
+    return None if index is None else literal(index, "int64")
 
 
 def _scale(shape: Any, tables: Tables) -> Value:

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-import numpy as np
-
-from scenecc.plan import AssetFile, PhysicalMaterial, Value, VisualMaterial, constant
+from scenecc.plan import AssetFile, PhysicalMaterial, Value, VisualMaterial, literal
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
@@ -29,7 +27,7 @@ class Table(Generic[Row]):
         """The row's index; it is added where it is new."""
         index = self._indices.setdefault(row, len(self._indices))
         if index == len(self._values):
-            self._values.append(constant(index, np.int64))
+            self._values.append(literal(index, "int64"))
         return index
 
     def value(self, row: Row) -> Value:
@@ -77,5 +75,5 @@ class Tables:
         """A positive size as a value; equal sizes share one. (0.0 and -0.0 would be one key.)"""
         found = self._sizes.get(size)
         if found is None:
-            found = self._sizes[size] = constant(size)
+            found = self._sizes[size] = literal(size)
         return found

@@ -23,7 +23,7 @@ from scenecc.plan.geometry import (
 from scenecc.plan.material import AssetFile, PhysicalMaterial, Rgba, Texture, VisualMaterial
 from scenecc.plan.physics import GpuMemory, Physics, SdfConfig
 from scenecc.plan.scene import Entity, ScenePlan
-from scenecc.plan.value import Value, constant, per_scene
+from scenecc.plan.value import Value, constant, literal, per_scene
 
 __all__ = [
     "AssetFile",
@@ -57,5 +57,6 @@ __all__ = [
     "VisualPlane",
     "VisualShape",
     "constant",
+    "literal",
     "per_scene",
 ]

@@ -10,21 +10,23 @@ WRONG_KIND = "wrong_kind"
 """The error type of a node that fits no branch; its message says what would."""
 
 
+_KINDS: dict[type, str] = {
+    bool: "#flag",
+    int: "#number",
+    float: "#number",
+    str: "#word",
+    list: "#list",
+    tuple: "#list",
+    dict: "#mapping",
+}
+
+
 def kind(value: Any) -> str | None:
-    """The tag of a node's kind. Tags start with `#`, which no key that leads to a union does."""
-    match value:
-        case bool():
-            return "#flag"
-        case int() | float():
-            return "#number"
-        case str():
-            return "#word"
-        case list() | tuple():
-            return "#list"
-        case dict():
-            return "#mapping"
-        case _:
-            return None
+    """The tag of a node's kind. Tags start with `#`, which no key that leads to a union does.
+
+    Documents hold plain data, so its exact type tells a node's kind.
+    """
+    return _KINDS.get(type(value))
 
 
 def by_kind(expected: str) -> Discriminator:
