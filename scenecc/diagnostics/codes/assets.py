@@ -3,10 +3,9 @@
 from scenecc.diagnostics.codes.row import Code
 
 
-def _scene(shape: str, *, visual: bool = False) -> str:
+def _scene(shape: str) -> str:
     """A whole scene file around one shape."""
-    kind = "visuals" if visual else "shapes"
-    return f"scenecc: 1\nentities:\n  thing:\n    body_type: static\n    {kind}:\n      - {shape}\n"
+    return f"scenecc: 1\nentities:\n  thing:\n    body_type: static\n    shapes:\n      - {shape}\n"
 
 
 ROWS: tuple[Code, ...] = (
@@ -79,7 +78,7 @@ ROWS: tuple[Code, ...] = (
         "Meshes are OBJ, glTF (`.gltf`, `.glb`), STL or PLY, textures PNG, JPEG, BMP, TGA, HDR, EXR or KTX, "
         "by the suffix of the file. Other formats, and glTF with compressed meshes, could not be checked before "
         "the engine gets them, and SAPIEN drops in silence what it cannot load.",
-        "$ scenecc validate scene.yaml  # with `file: bowl.fbx`",
+        _scene("{type: triangle_mesh, file: pkg://scenecc/py.typed}"),
         "Convert the mesh to GLB or OBJ, the image to PNG.",
     ),
     Code(
