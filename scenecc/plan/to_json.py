@@ -60,14 +60,14 @@ def _members(node: object, indent: str) -> list[tuple[str, str]]:
     ]
 
 
-def _text(kind: Kind, item: Any, indent: str) -> str:  # noqa: ANN401 - what `kind` says
+def _text(kind: Kind, item: Any, indent: str) -> str:
     """One item as JSON. `indent`: what its inner lines start with, one step included."""
     match kind:
         case Quantity():
             text = _value(item, indent)
         case Plain():
             # By the field's type, not the item's: a plan with the integer 1 equals one with 1.0, and -0.0 equals 0.0.
-            text = _dumps(item + 0.0 if kind.type is float else item)
+            text = _dumps(item + 0.0 if kind.type is float else int(item) if kind.type is int else item)
         case Choice():
             text = _dumps(item)
         case Numbers():
@@ -80,8 +80,7 @@ def _text(kind: Kind, item: Any, indent: str) -> str:  # noqa: ANN401 - what `ki
             members = [("type", _dumps(type_name(item.__class__))), *_members(item, indent)]
             text = _joined("{}", _keyed(members), indent)
         case Many(Plain()):
-            numbers: tuple[int, ...] = item
-            text = _array(_dumps(numbers), indent)
+            text = _array(_dumps([int(number) for number in item]), indent)
         case Many():
             text = _joined("[]", [_text(kind.item, one, indent + _STEP) for one in item], indent)
     return text

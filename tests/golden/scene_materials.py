@@ -201,7 +201,7 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
     builder.add_box_collision(half_size=[0.1, 0.1, 0.1], material=crate_physical, density=300)
     if render:
         builder.add_box_visual(half_size=[0.1, 0.1, 0.1], material=crate_look)
-    builder.initial_pose = sapien.Pose([0.5, 0.4, 0.1])
+    builder.initial_pose = sapien.Pose([0.5, 0.6, 0.1])
     builder.build(name="crate")
 
     return [scene]

@@ -113,6 +113,8 @@ def ball(value: Any = 0.1, **options: Any) -> ScenePlan:
 def test_equal_plans_give_equal_text() -> None:
     assert plan_to_json(ball(timestep=1)) == plan_to_json(ball(timestep=1.0))
     assert plan_to_json(ball(gravity=(0, -0.0, 0))) == plan_to_json(ball(gravity=(0.0, 0.0, 0.0)))
+    counted = dataclasses.replace(ball(), num_scenes=np.int64(2), seed=np.int32(0))  # pyright: ignore[reportArgumentType]
+    assert plan_to_json(counted) == plan_to_json(ball())
     here, there = ball(), dataclasses.replace(ball(), origin=Origin("x", ("y",)))
     assert plan_to_json(here) == plan_to_json(there)
 
