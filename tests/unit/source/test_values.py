@@ -62,7 +62,7 @@ def _is_plain(value: Any) -> bool:
     return type(value) in (str, int, float, bool)
 
 
-@pytest.mark.parametrize(("value", "plain"), TAKEN, ids=lambda value: repr(value)[:30])
+@pytest.mark.parametrize(("value", "plain"), TAKEN, ids=lambda value: repr(value).partition(" at 0x")[0][:30])
 def test_taken(value: Any, plain: Any, sink: TakingSink) -> None:
     document = read_dict({"x": [value]}, sink)
     assert document is not None
@@ -96,7 +96,7 @@ REFUSED: list[tuple[Any, str, str]] = [
 ]
 
 
-@pytest.mark.parametrize(("data", "code", "path"), REFUSED, ids=lambda value: repr(value)[:30])
+@pytest.mark.parametrize(("data", "code", "path"), REFUSED, ids=lambda value: repr(value).partition(" at 0x")[0][:30])
 def test_refused(data: Any, code: str, path: str) -> None:
     sink = Sink()
     assert read_dict(data, sink) is None
