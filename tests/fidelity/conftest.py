@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import struct
+import zlib
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,10 +38,16 @@ def meshes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 @pytest.fixture(scope="session")
 def image(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A small texture."""
-    from PIL import Image
-
+    """A small texture: 16 by 16 pixels, three channels, eight bits each."""
+    squares = (np.indices((16, 16)).sum(axis=0) // 4 % 2 * 255).astype(np.uint8)
+    pixels = np.stack([squares, 255 - squares, squares // 2], axis=-1)
+    rows = b"".join(b"\0" + row.tobytes() for row in pixels)
     path = tmp_path_factory.mktemp("images") / "checks.png"
-    squares = np.indices((16, 16)).sum(axis=0) // 4 % 2 * 255
-    Image.fromarray(np.stack([squares, 255 - squares, squares // 2], axis=-1).astype(np.uint8)).save(path)
+    header = struct.pack(">IIBBBBB", 16, 16, 8, 2, 0, 0, 0)
+    chunks = [(b"IHDR", header), (b"IDAT", zlib.compress(rows)), (b"IEND", b"")]
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(*chunk) for chunk in chunks))
     return path
+
+
+def _chunk(kind: bytes, data: bytes) -> bytes:
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))

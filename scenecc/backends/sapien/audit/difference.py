@@ -70,6 +70,5 @@ def shown(value: object) -> str:
     array = plain(value)
     if array.size > 8:
         return f"{array.shape} numbers"
-    if array.ndim:
-        return "[" + ", ".join(f"{x:.9g}" for x in array.ravel().tolist()) + "]"
-    return f"{array.item():.9g}" if array.dtype.kind == "f" else str(array.item())
+    # numpy's own words for a float32 are the shortest that tell it from its neighbours.
+    return "[" + ", ".join(map(str, array.ravel())) + "]" if array.ndim else str(array[()])
