@@ -221,7 +221,7 @@ def type_name(cls: type) -> str:
     return _TYPE_NAMES.get(cls.__name__) or re.sub(r"(?<=[a-z])(?=[A-Z])", "_", cls.__name__).lower()
 
 
-def _slot(cls: type, name: str, hint: Any, *, required: bool) -> Slot:  # noqa: ANN401 - a type hint may be anything
+def _slot(cls: type, name: str, hint: Any, *, required: bool) -> Slot:
     members = get_args(hint) if get_origin(hint) in {Union, types.UnionType} else (hint,)
     some = tuple(member for member in members if member is not type(None))
     kind: Kind
@@ -233,7 +233,7 @@ def _slot(cls: type, name: str, hint: Any, *, required: bool) -> Slot:  # noqa: 
     return Slot(name, kind, required, nullable=len(some) < len(members))
 
 
-def _kind(cls: type, name: str, hint: Any) -> Kind:  # noqa: ANN401 - a type hint may be anything
+def _kind(cls: type, name: str, hint: Any) -> Kind:
     kind: Kind
     if hint is _plan.Value:
         kind = _row(QUANTITIES, cls, name)
