@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from scenecc.plan.extent import extent
 
@@ -48,17 +50,30 @@ def summarize(plan: ScenePlan, batch: SceneBatch | None, scene_idxs: tuple[int, 
 def _row(entity: Entity, scene_idxs: tuple[int, ...], batch: SceneBatch | None) -> SummaryRow:
     row = entity.scene_idxs.index(scene_idxs[0])
     structure = entity.structures[entity.pick[row] if entity.pick else 0]
+    body = None if batch is None else _rigid_body(batch.entities[entity.name].objs[0])
     return SummaryRow(
         name=entity.name,
         body_type="|".join(dict.fromkeys(s.body_type for s in entity.structures)),
         shape_count=max(len(structure.collisions), len(structure.visuals)),
-        mass=None if batch is None else _mass(batch, entity.name),
-        size=extent(structure, row),
+        mass=getattr(body, "mass", None),
+        size=extent(structure, row) or (None if body is None else _mesh_size(body)),
         scene_idxs=scene_idxs,
     )
 
 
-def _mass(batch: SceneBatch, name: str) -> float | None:
-    """What the engine holds in the first scene; a body that cannot move has none."""
-    components = batch.entities[name].objs[0].components
-    return next((component.mass for component in components if hasattr(component, "mass")), None)
+def _rigid_body(obj: Any) -> Any:
+    """The physical component of an entity of the engine; None where it is only seen."""
+    return next((component for component in obj.components if hasattr(component, "collision_shapes")), None)
+
+
+def _mesh_size(body: Any) -> tuple[float, float, float] | None:
+    """Extents of a body that collides by meshes alone: their corners are known once the engine has read them."""
+    shapes = body.collision_shapes
+    if not shapes or not all(hasattr(shape, "vertices") for shape in shapes):
+        return None
+    corners: list[Any] = []
+    for shape in shapes:
+        matrix = shape.local_pose.to_transformation_matrix()
+        corners.append((shape.vertices * shape.scale) @ matrix[:3, :3].T + matrix[:3, 3])
+    x, y, z = np.ptp(np.concatenate(corners), axis=0).tolist()
+    return (x, y, z)
