@@ -28,7 +28,12 @@ def _allow_notes(schema: dict[str, Any]) -> None:
 class Model(BaseModel):
     """A mapping of the language: unknown keys refused, nothing coerced, nothing changed later."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, json_schema_extra=_allow_notes)
+    # Deferred: a document is one model, and what builds it builds all that it holds. Each for itself as well, and
+    # from annotations that are text, took a third of the time of a small check; so does a union written out at every
+    # use of it, hence the aliases (`TypeAliasType`) of those that are used often.
+    model_config = ConfigDict(
+        extra="forbid", strict=True, frozen=True, defer_build=True, json_schema_extra=_allow_notes
+    )
 
 
 class _LeftOut:

@@ -1,7 +1,5 @@
 """Bodies: shapes, mass and the knobs of a rigid body."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field, Strict, Tag

@@ -1,20 +1,22 @@
 """Materials: how a surface rubs and how it looks."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field, StringConstraints, Tag
+from typing_extensions import TypeAliasType
 
 from scenecc.spec.base import Maybe, Model, Name, NonNegative, PositiveInt, Text, Unit, key
 from scenecc.spec.unions import by_kind
 
 ColorText = Annotated[str, StringConstraints(pattern=r"^#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{8})$")]
 ColorList = Annotated[list[Unit], Field(min_length=3, max_length=4)]
-Color = Annotated[
-    Annotated[ColorText, Tag("#word")] | Annotated[ColorList, Tag("#list")],
-    by_kind('three or four numbers, or "#rrggbb" or "#rrggbbaa"'),
-]
+Color = TypeAliasType(
+    "Color",
+    Annotated[
+        Annotated[ColorText, Tag("#word")] | Annotated[ColorList, Tag("#list")],
+        by_kind('three or four numbers, or "#rrggbb" or "#rrggbbaa"'),
+    ],
+)
 """Three or four numbers in 0..1, or "#rrggbb" or "#rrggbbaa"."""
 
 Radiance = Annotated[
@@ -43,10 +45,13 @@ class TextureMapping(Model):
     srgb: Maybe[bool] = key("Whether 8-bit values are sRGB: true for colours, false for the rest.", default=True)
 
 
-Texture = Annotated[
-    Annotated[Text, Tag("#word")] | Annotated[TextureMapping, Tag("#mapping")],
-    by_kind("a file, or a mapping with `file`"),
-]
+Texture = TypeAliasType(
+    "Texture",
+    Annotated[
+        Annotated[Text, Tag("#word")] | Annotated[TextureMapping, Tag("#mapping")],
+        by_kind("a file, or a mapping with `file`"),
+    ],
+)
 
 
 class Visual(Model):
@@ -75,8 +80,11 @@ class Material(Model):
     visual: Maybe[Visual] = key("How it looks.")
 
 
-MaterialRef = Annotated[
-    Annotated[Name, Tag("#word")] | Annotated[Material, Tag("#mapping")],
-    by_kind("a name from `materials`, or a mapping with `physical` or `visual`"),
-]
+MaterialRef = TypeAliasType(
+    "MaterialRef",
+    Annotated[
+        Annotated[Name, Tag("#word")] | Annotated[Material, Tag("#mapping")],
+        by_kind("a name from `materials`, or a mapping with `physical` or `visual`"),
+    ],
+)
 """A name from `materials`, or the same mapping inline."""

@@ -1,7 +1,5 @@
 """Settings of the simulation."""
 
-from __future__ import annotations
-
 from pydantic import Field
 
 from scenecc.spec.base import (

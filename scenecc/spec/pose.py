@@ -1,10 +1,9 @@
 """Poses: where something is, and how it is turned."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field, Strict, Tag
+from typing_extensions import TypeAliasType
 
 from scenecc.spec.base import Finite, Maybe, Model, Name, Vec3, Vec4, key
 from scenecc.spec.unions import by_kind
@@ -45,8 +44,11 @@ class PoseMapping(Model):
     relative_to: Maybe[Name] = key("The entity, frame or camera in whose frame this pose stands.")
 
 
-Pose = Annotated[
-    Annotated[Vec3, Tag("#list")] | Annotated[PoseMapping, Tag("#mapping")],
-    by_kind("[x, y, z] or a mapping with p, q, rpy, …"),
-]
+Pose = TypeAliasType(
+    "Pose",
+    Annotated[
+        Annotated[Vec3, Tag("#list")] | Annotated[PoseMapping, Tag("#mapping")],
+        by_kind("[x, y, z] or a mapping with p, q, rpy, …"),
+    ],
+)
 """[x, y, z] or a mapping."""

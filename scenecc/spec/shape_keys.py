@@ -1,10 +1,9 @@
 """The keys of shapes: those of every shape in a list, and those of each type."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field, Strict, Tag
+from typing_extensions import TypeAliasType
 
 from scenecc.spec.base import (
     Finite,
@@ -24,15 +23,22 @@ from scenecc.spec.material import Color, MaterialRef
 from scenecc.spec.pose import AxisName, Pose
 from scenecc.spec.unions import by_kind
 
-Scale = Annotated[
-    Annotated[Positive, Tag("#number")] | Annotated[Positive3, Tag("#list")], by_kind("a number or [x, y, z]")
-]
+Scale = TypeAliasType(
+    "Scale",
+    Annotated[
+        Annotated[Positive, Tag("#number")] | Annotated[Positive3, Tag("#list")], by_kind("a number or [x, y, z]")
+    ],
+)
 """One number or [x, y, z], positive."""
 
-MirrorScale = Annotated[
-    Annotated[Finite, Tag("#number")] | Annotated[tuple[Finite, Finite, Finite], Strict(strict=False), Tag("#list")],
-    by_kind("a number or [x, y, z]"),
-]
+MirrorScale = TypeAliasType(
+    "MirrorScale",
+    Annotated[
+        Annotated[Finite, Tag("#number")]
+        | Annotated[tuple[Finite, Finite, Finite], Strict(strict=False), Tag("#list")],
+        by_kind("a number or [x, y, z]"),
+    ],
+)
 """One number or [x, y, z]; negative mirrors, zero is refused by a check."""
 
 

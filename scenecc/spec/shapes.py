@@ -3,8 +3,6 @@
 `shapes` become a collision and a visual shape, `collisions` only collide, `visuals` are only seen.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field

@@ -21,7 +21,7 @@ _KINDS: dict[type, str] = {
 }
 
 
-def kind(value: Any) -> str | None:
+def kind(value: object) -> str | None:
     """The tag of a node's kind. Tags start with `#`, which no key that leads to a union does.
 
     Documents hold plain data, so its exact type tells a node's kind.

@@ -10,6 +10,7 @@ import typing
 from typing import Annotated, Any
 
 from pydantic import BaseModel, Tag
+from typing_extensions import TypeAliasType
 
 from scenecc.diagnostics import Path, PathKey
 
@@ -65,9 +66,11 @@ def model_at(root: type[BaseModel], loc: tuple[PathKey, ...]) -> type[BaseModel]
 
 
 def _bare(annotation: Any) -> Any:
-    """Without `Annotated` and without the None of a key that may be left out."""
+    """Without aliases, `Annotated` and the None of a key that may be left out."""
     while True:
-        if typing.get_origin(annotation) is Annotated:
+        if isinstance(annotation, TypeAliasType):
+            annotation = annotation.__value__
+        elif typing.get_origin(annotation) is Annotated:
             annotation = typing.get_args(annotation)[0]
         elif _is_union(annotation) and len(_branches(annotation)) == 1:
             annotation = _branches(annotation)[0]
