@@ -14,6 +14,8 @@ import typer
 from scenecc.cli.build import build
 from scenecc.cli.emit import emit
 from scenecc.cli.explain import explain
+from scenecc.cli.output import print_err
+from scenecc.cli.report import Status
 from scenecc.cli.schema import schema
 from scenecc.cli.validate import validate
 
@@ -34,7 +36,15 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):
             # A name that the terminal cannot show is shown escaped.
             stream.reconfigure(errors="backslashreplace")
-    _application()(prog_name="scenecc")
+    try:
+        _application()(prog_name="scenecc")
+    except MemoryError:
+        sys.exit(_fault("out of memory"))
+    except Exception:  # noqa: BLE001 - the process's edge: its status must not blame the scene
+        import traceback
+
+        traceback.print_exc()
+        sys.exit(_fault("this is a fault of scenecc, not of your scene"))
 
 
 def _application() -> typer.Typer:
@@ -69,6 +79,11 @@ def _scenecc(
       scenecc explain SC101
     """
     del version
+
+
+def _fault(message: str) -> Status:
+    print_err(f"scenecc: {message}\n")
+    return Status.machine
 
 
 def _interrupt(signum: int, frame: FrameType | None) -> NoReturn:

@@ -33,7 +33,7 @@ def explain(
     if text is None:
         near = nearest_codes(code)
         hint = f"did you mean {' or '.join(near)}?" if near else "`scenecc explain` without a code lists them all"
-        unknown = usage_error("SC905", f"there is no code `{code}`", file="CODE", hint=hint)
+        unknown = usage_error("SC905", f"there is no code `{code}`", file="scenecc", hint=hint)
         print_asides([unknown], Format.text)
         raise typer.Exit(status([unknown]))
     print_out(text)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from scenecc.cli import app
 from scenecc.cli.app import COMMANDS
 from scenecc.version import VERSION
 
@@ -114,6 +115,23 @@ def test_ctrl_c_ends_with_130_and_no_traceback(delay: float) -> None:
     process.send_signal(signal.SIGINT)
     out, errors = process.communicate(timeout=60)
     assert (process.returncode, out, errors) == (130, b"", b"")
+
+
+@pytest.mark.parametrize(
+    ("error", "message"), [(MemoryError(), "out of memory"), (ZeroDivisionError("here"), "ZeroDivisionError: here")]
+)
+def test_a_fault_of_the_machine_or_of_scenecc_blames_no_scene(
+    error: Exception, message: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail() -> None:
+        raise error
+
+    monkeypatch.setattr(app, "_application", fail)
+    monkeypatch.setattr(app.signal, "signal", lambda *_: None)
+    with pytest.raises(SystemExit) as ended:
+        app.main()
+    assert ended.value.code == 3
+    assert message in capsys.readouterr().err
 
 
 def _wait_until_signals_are_set_up(pid: int) -> None:
