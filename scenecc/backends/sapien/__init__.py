@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Literal
 
 from scenecc.diagnostics import Location
@@ -85,6 +86,6 @@ def _engine_problem() -> tuple[str, str] | None:
     except ImportError as error:
         return f"SAPIEN cannot be imported: {error}", INSTALL
     found = str(sapien.__version__)
-    if found.split(".")[:2] != ["3", "0"] or int(found.split(".")[2]) < 3:
+    if not re.match(r"3\.0\.([3-9]|[1-9]\d)", found):
         return f"this is SAPIEN {found}; scenecc builds with 3.0, from 3.0.3 on", INSTALL
     return None

@@ -48,9 +48,13 @@ class Remembered:
         present = {str(path): signature(path) for path in paths}
         known = self._signatures
         if any(known[p] != s if p in known else _newest(s) > _started() - _MARGIN for p, s in present.items()):
-            self._clear()
-            known.clear()
+            self.forget()
         known.update(present)
+
+    def forget(self) -> None:
+        """Empties the cache."""
+        self._clear()
+        self._signatures.clear()
 
 
 MESHES = Remembered(physx.clear_cache)
@@ -102,8 +106,7 @@ def crashes_the_reader(path: Path) -> bool:
         return False
     with path.open("rb") as file:
         head = file.read(_HEAD)
-    _, header_end, data = head.partition(b"end_header\n")
-    return bool(header_end) and b"format binary" in head[:200] and data[:1] in (b"\n", b"\r")
+    return re.match(rb"ply\s.*?\bformat binary_.*?\bend_header\r?\n[\r\n]", head, re.DOTALL) is not None
 
 
 def _named_by(path: Path) -> list[Path]:

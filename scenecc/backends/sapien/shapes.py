@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scenecc.backends.sapien.assets_on_disk import MESHES
 from scenecc.backends.sapien.collision import COLLISION, Build
 from scenecc.backends.sapien.columns import taken
+from scenecc.backends.sapien.engine_log import DROPPED_PART, engine_log
 from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.backends.sapien.knobs import GROUPS, SHAPE_KNOBS, SHAPE_POSE, VISUAL_POSE, Step, knob_steps
 from scenecc.backends.sapien.visual import VISUAL, Look, front_face
@@ -79,18 +81,29 @@ def refused(shape: ShapeSteps, error: Exception) -> EngineFailure:
 
 def cook(shapes: Sequence[ShapeSteps]) -> list[EngineFailure]:
     """Has the engine read and cook every file once, so that all that fail are known before any scene is built."""
-    failures: list[EngineFailure] = []
-    for shape in shapes:
-        for row in shape.samples:
-            try:
-                made = shape.make(row)
-            except (RuntimeError, TypeError, ValueError) as error:
-                failures.append(refused(shape, error))
-                continue
-            if shape.many and not made:
-                words = "the engine finds no convex part in this mesh"
-                failures.append(EngineFailure(shape.code, words, origin=shape.origin))
-    return failures
+    tried = [_cooking_failure(shape, row) for shape in shapes for row in shape.samples]
+    return [failure for failure in tried if failure is not None]
+
+
+def _cooking_failure(shape: ShapeSteps, row: int) -> EngineFailure | None:
+    try:
+        if shape.many:
+            _cook_parts(shape, row)
+        else:
+            shape.make(row)
+    except (RuntimeError, TypeError, ValueError) as error:
+        return refused(shape, error)
+    return None
+
+
+def _cook_parts(shape: ShapeSteps, row: int) -> None:
+    """SAPIEN leaves out the parts that it cannot cook and says so in its log alone, so that is where to look."""
+    with engine_log() as log:
+        shape.make(row)
+    if (dropped := log.text.count(DROPPED_PART)) > 0:
+        # The next one to ask would get what is left of the parts from the cache, without a word.
+        MESHES.forget()
+        raise ValueError(f"{dropped} of the mesh's parts cannot be cooked")
 
 
 def collision_steps(structure: BodyStructure, rows: NDArray[np.intp], resources: Resources) -> tuple[ShapeSteps, ...]:

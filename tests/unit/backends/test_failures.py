@@ -1,0 +1,278 @@
+"""What the engine or the machine cannot do is told at the shape that asked, and nothing is left behind."""
+
+from __future__ import annotations
+
+import builtins
+import json
+import os
+import subprocess
+import sys
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scenecc.backends.sapien import build, instantiate
+from scenecc.backends.sapien.coacd_worker import LINE_BREAKS, ply
+from scenecc.diagnostics import Diagnostic, Origin, Sink
+from scenecc.plan import (
+    BodyStructure,
+    CoacdParams,
+    CollisionShape,
+    ConvexMesh,
+    ConvexParts,
+    Entity,
+    Physics,
+    ScenePlan,
+    TriangleMesh,
+    constant,
+    per_scene,
+)
+
+PlanOf = Callable[..., ScenePlan]
+
+
+def mesh(geometry: type, index: int = 0, **more: Any) -> CollisionShape:
+    origin = Origin("scene.yaml", ("entities", "body", "shapes", index))
+    return CollisionShape(geometry(constant(index, int), constant([1, 1, 1]), **more), origin=origin)
+
+
+def complaints(plan: ScenePlan, **options: Any) -> list[Diagnostic]:
+    sink = Sink()
+    batch = instantiate(plan, sink, **{"render": False, **options})
+    assert batch is None
+    assert sink.failed
+    return sink.diagnostics()
+
+
+@pytest.fixture
+def text(tmp_path: Path) -> Path:
+    path = tmp_path / "notes.obj"
+    path.write_text("these are words, no mesh\n")
+    return path
+
+
+@pytest.mark.parametrize("geometry", [ConvexMesh, ConvexParts, TriangleMesh])
+@pytest.mark.parametrize("there", [True, False])
+def test_a_mesh_that_cannot_be_cooked(
+    geometry: type, there: bool, text: Path, tmp_path: Path, plan_of_shapes: PlanOf
+) -> None:
+    """SAPIEN's own builder builds a milligram without a shape here."""
+    path = text if there else tmp_path / "missing.obj"
+    (told,) = complaints(plan_of_shapes(mesh(geometry), files=(path,), kind="static"))
+    assert (told.code, told.path) == ("SC801", "entities.body.shapes[0]")
+    assert ("engine cannot make" if there else f"no file '{path}'") in told.message
+
+
+def test_all_that_cannot_be_cooked_are_told(text: Path, tmp_path: Path, plan_of_shapes: PlanOf) -> None:
+    other = tmp_path / "others.obj"
+    other.write_text("more words\n")
+    told = complaints(plan_of_shapes(mesh(ConvexMesh, 0), mesh(ConvexMesh, 1), files=(text, other)))
+    assert [d.path for d in told] == ["entities.body.shapes[0]", "entities.body.shapes[1]"]
+
+
+def test_nothing_is_built_where_a_mesh_fails(
+    text: Path, plan_of_shapes: PlanOf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(build, "new_scene", lambda *_, **__: pytest.fail("a scene was made"))
+    complaints(plan_of_shapes(mesh(ConvexMesh), files=(text,)))
+
+
+def test_a_file_that_fails_in_some_scenes_only(text: Path, tmp_path: Path) -> None:
+    good = tmp_path / "good.obj"
+    good.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n")
+    origin = Origin("scene.yaml", ("entities", "body"))
+    shape = CollisionShape(ConvexMesh(per_scene([0, 1], np.int64), constant([1, 1, 1])), origin=origin)
+    entity = Entity("body", (0, 1), constant([0, 0, 0, 1, 0, 0, 0]), (BodyStructure("dynamic", (shape,)),))
+    from scenecc.plan import AssetFile
+
+    files = (AssetFile("good.obj", good), AssetFile("notes.obj", text))
+    plan = ScenePlan("test", 2, (entity,), Physics(), files=files)
+    assert [d.code for d in complaints(plan)] == ["SC801"]
+    batch = instantiate(plan, Sink(), render=False, scene_idxs=[0])
+    assert batch is not None
+
+
+def test_a_refusal_in_the_middle_tears_down(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
+    from scenecc.backends.sapien import shapes
+
+    made: list[Any] = []
+    new_scene = build.new_scene
+    monkeypatch.setattr(build, "new_scene", lambda *a, **k: made.append(new_scene(*a, **k)) or made[-1])
+    caller = shapes.ShapeSteps
+
+    def steps(make: Any, *rest: Any) -> Any:
+        def refuse(row: int) -> Any:
+            if row == 2:
+                raise RuntimeError("out of luck")
+            return make(row)
+
+        return caller(refuse, *rest)
+
+    monkeypatch.setattr(shapes, "ShapeSteps", steps)
+    (told,) = complaints(plan)
+    assert (told.code, told.path) == ("SC801", "entities.table.shapes[0]")
+    assert "out of luck" in told.message
+    assert len(made) == 4
+    assert all(scene.entities == [] for scene in made)
+
+
+def test_no_render_device(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
+    from scenecc.backends.sapien import run
+
+    monkeypatch.setattr(run, "render_problem", lambda: "failed to find a rendering device")
+    (told,) = complaints(plan, render=True)
+    assert told.code == "SC803"
+    batch = instantiate(plan, Sink(), render=None)
+    assert batch is not None
+    assert not batch.render
+
+
+def test_cuda_without_the_library(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    (told,) = complaints(plan, device="cuda")
+    assert told.code == "SC804"
+    assert str(tmp_path / ".sapien" / "physx") in told.message
+    assert "downloads nothing" in (told.hint or "")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_cuda_with_the_library(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    from scenecc.backends.sapien import cuda
+
+    monkeypatch.setenv("HOME", str(tmp_path))
+    cuda.library().parent.mkdir(parents=True)
+    cuda.library().write_bytes(b"")
+    monkeypatch.setattr(cuda.ctypes, "CDLL", lambda name: None)
+    (told,) = complaints(plan, device="cuda")
+    assert told.code == "SC804"
+    assert "does not run scenes on the GPU yet" in told.message
+
+    def no_driver(name: str) -> None:
+        raise OSError(name)
+
+    monkeypatch.setattr(cuda.ctypes, "CDLL", no_driver)
+    (told,) = complaints(plan, device="cuda")
+    assert "no CUDA driver" in told.message
+
+
+def test_sapien_is_missing(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
+    real = builtins.__import__
+
+    def absent(name: str, *rest: Any) -> Any:
+        if name == "sapien" or name.startswith("scenecc.backends.sapien.engine"):
+            raise ModuleNotFoundError("No module named 'sapien'")
+        return real(name, *rest)
+
+    monkeypatch.setattr(builtins, "__import__", absent)
+    (told,) = complaints(plan)
+    assert told.code == "SC805"
+    assert "No module named 'sapien'" in told.message
+    assert "pip install" in (told.hint or "")
+
+
+@pytest.mark.parametrize(
+    ("version", "good"), [("3.0.3", True), ("3.0.4.dev1", True), ("3.0.2", False), ("2.2.2", False), ("3.1.0", False)]
+)
+def test_version_of_sapien(version: str, good: bool, plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
+    import sapien
+
+    monkeypatch.setattr(sapien, "__version__", version)
+    sink = Sink()
+    assert (instantiate(plan, sink, render=False) is not None) == good
+    assert [d.code for d in sink.diagnostics()] == ([] if good else ["SC805"])
+
+
+def test_importing_the_backend_loads_no_engine_and_warns_of_nothing() -> None:
+    code = (
+        "import sys, warnings; warnings.simplefilter('error')\n"
+        "import scenecc.backends.sapien as backend\n"
+        "assert 'sapien' not in sys.modules\n"
+        "backend.SceneBatch\n"
+        "assert 'sapien' in sys.modules\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_coacd_missing(text: Path, plan_of_shapes: PlanOf, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    from scenecc.backends.sapien import decomposition
+
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(decomposition.importlib.util, "find_spec", lambda name: None)
+    (told,) = complaints(plan_of_shapes(mesh(ConvexParts, coacd=CoacdParams()), files=(text,)))
+    assert (told.code, told.path) == ("SC806", "entities.body.shapes[0]")
+    assert "scenecc[convex]" in (told.hint or "")
+
+
+def test_coacd_fails(text: Path, plan_of_shapes: PlanOf, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    pytest.importorskip("coacd")
+    cache = tmp_path / "cache"
+    monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
+    (told,) = complaints(plan_of_shapes(mesh(ConvexParts, coacd=CoacdParams(preprocess_mode="on")), files=(text,)))
+    assert told.code == "SC806"
+    assert [path for path in cache.rglob("*") if path.is_file()] == []
+
+
+def test_coacd_cache_that_cannot_be_written(
+    text: Path, plan_of_shapes: PlanOf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("coacd")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(text))
+    (told,) = complaints(plan_of_shapes(mesh(ConvexParts, coacd=CoacdParams()), files=(text,)))
+    assert told.code == "SC806"
+    assert "XDG_CACHE_HOME" in (told.hint or "")
+
+
+def test_ply_of_parts_never_starts_like_a_line_break() -> None:
+    """SAPIEN's reader would end the process on such a file."""
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]], dtype="<f4")
+    faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    for byte in LINE_BREAKS:
+        vertices[0, 0] = np.frombuffer(bytes([byte, 0, 0, 61]), "<f4")[0]
+        data = ply([(vertices, faces)]).partition(b"end_header\n")[2]
+        assert data[0] not in LINE_BREAKS
+        points = np.frombuffer(data[:48], "<f4").reshape(4, 3)
+        indices = np.frombuffer(data[48:], np.dtype([("n", "u1"), ("i", "<i4", 3)]))["i"]
+        assert np.array_equal(points[indices], vertices[faces])
+
+
+def test_a_ply_on_which_the_reader_crashes_is_refused(tmp_path: Path, plan_of_shapes: PlanOf) -> None:
+    header = (
+        b"ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+        b"property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    path = tmp_path / "bad.ply"
+    path.write_bytes(header + b"\n" + bytes(35) + b"\x03" + np.array([0, 1, 2], "<i4").tobytes())
+    (told,) = complaints(plan_of_shapes(mesh(ConvexMesh), files=(path,)))
+    assert told.code == "SC801"
+    assert "crashes" in told.message
+
+
+def test_the_worker_is_only_asked_in_json(tmp_path: Path) -> None:
+    """Nothing of a mesh's name reaches a shell or an argument list."""
+    pytest.importorskip("coacd")
+    name = tmp_path / "$(touch pwned).obj"
+    name.write_text("")
+    request = json.dumps({"mesh": str(name), "arguments": {}, "output": str(tmp_path / "out.ply")})
+    done = subprocess.run(
+        [sys.executable, "-m", "scenecc.backends.sapien.coacd_worker"],
+        input=request,
+        text=True,
+        capture_output=True,
+        check=False,
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+    )
+    assert done.returncode != 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == [name.name]
+
+
+def test_no_warning_reaches_the_user(plan: ScenePlan) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        batch = instantiate(plan, Sink(), audit="full")
+    assert batch is not None

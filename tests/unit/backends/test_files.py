@@ -1,0 +1,154 @@
+"""Files that change on disk while the process lives, and parts of a file that SAPIEN would leave out."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from scenecc.backends.sapien import assets_on_disk, instantiate
+from scenecc.backends.sapien.engine import physx
+from scenecc.diagnostics import Sink
+from scenecc.plan import CollisionShape, ConvexMesh, ConvexParts, ScenePlan, TriangleMesh, constant
+
+PlanOf = Callable[..., ScenePlan]
+
+
+def shape(geometry: type, **more: Any) -> CollisionShape:
+    return CollisionShape(geometry(constant(0, int), constant([1, 1, 1]), **more))
+
+
+def extent(plan: ScenePlan) -> float:
+    """Largest x of the built shape's vertices."""
+    sink = Sink()
+    batch = instantiate(plan, sink, render=False, audit="full")
+    assert batch is not None, sink.diagnostics()
+    (made,) = batch.entities["body"].objs[0].components[0].collision_shapes
+    return float(made.vertices[:, 0].max())
+
+
+def write(path: Path, half: float, *, keep_times: bool = False) -> None:
+    before = path.stat() if path.exists() else None
+    trimesh.creation.box((2 * half, 1, 1)).export(path)
+    if keep_times and before is not None:
+        os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+
+
+@pytest.mark.parametrize("geometry", [ConvexMesh, ConvexParts, TriangleMesh])
+def test_a_mesh_written_again_is_built_as_it_is_now(geometry: type, tmp_path: Path, plan_of_shapes: PlanOf) -> None:
+    path = tmp_path / "box.obj"
+    plan = plan_of_shapes(shape(geometry), files=(path,), kind="static")
+    for half in (0.25, 0.5, 0.75):
+        write(path, half)
+        assert extent(plan) == half
+
+
+def test_also_with_its_old_date_and_size(tmp_path: Path, plan_of_shapes: PlanOf) -> None:
+    path = tmp_path / "box.obj"
+    plan = plan_of_shapes(shape(ConvexMesh), files=(path,))
+    write(path, 0.25)
+    assert extent(plan) == 0.25
+    write(path, 0.75, keep_times=True)
+    assert extent(plan) == 0.75
+
+
+def test_also_where_others_had_read_it_before(tmp_path: Path, plan_of_shapes: PlanOf) -> None:
+    path = tmp_path / "box.obj"
+    write(path, 0.25)
+    other = physx.PhysxCollisionShapeConvexMesh(str(path), [1, 1, 1], physx.get_default_material())
+    write(path, 0.5)
+    assert extent(plan_of_shapes(shape(ConvexMesh), files=(path,))) == 0.5
+    assert other.vertices[:, 0].max() == 0.25
+
+
+def test_another_file_under_the_same_name(tmp_path: Path, plan_of_shapes: PlanOf) -> None:
+    first, second, link = tmp_path / "a.obj", tmp_path / "b.obj", tmp_path / "box.obj"
+    write(first, 0.25)
+    write(second, 0.5)
+    plan = plan_of_shapes(shape(ConvexMesh), files=(link,))
+    for target, half in ((first, 0.25), (second, 0.5)):
+        link.unlink(missing_ok=True)
+        link.symlink_to(target)
+        assert extent(plan) == half
+
+
+def test_a_mesh_that_did_not_change_stays_cooked(
+    tmp_path: Path, plan_of_shapes: PlanOf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "box.obj"
+    write(path, 0.25)
+    plan = plan_of_shapes(shape(ConvexMesh), files=(path,))
+    extent(plan)
+    monkeypatch.setattr(assets_on_disk.MESHES, "_clear", lambda: pytest.fail("the cache was emptied"))
+    assert extent(plan) == 0.25
+
+
+def test_files_from_before_the_process_are_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "box.obj"
+    write(path, 0.25)
+    cleared: list[int] = []
+    started = assets_on_disk._started()
+    assert 0 < started < path.stat().st_mtime_ns
+    assets_on_disk.Remembered(lambda: cleared.append(1)).refresh([path])
+    assert cleared == [1]
+    later = path.stat().st_ctime_ns + 10 * assets_on_disk._MARGIN
+    monkeypatch.setattr(assets_on_disk, "_started", lambda: later)
+    assets_on_disk.Remembered(lambda: cleared.append(2)).refresh([path])
+    assert cleared == [1]
+
+
+@pytest.mark.parametrize("name", ["buffer.bin", "skin.png"])
+def test_what_a_gltf_names_counts_as_the_file(name: str, tmp_path: Path) -> None:
+    path = tmp_path / "thing.gltf"
+    path.write_text('{"buffers": [{"uri": "buffer.bin"}], "images": [{"uri": "skin.png"}, {"uri": "data:,x"}]}')
+    for each in ("buffer.bin", "skin.png"):
+        (tmp_path / each).write_text("1")
+    before = assets_on_disk.signature(path)
+    assert len(before) == 3
+    (tmp_path / name).write_text("12")
+    assert assets_on_disk.signature(path) != before
+
+
+def test_what_an_obj_names_counts_as_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "thing.obj"
+    path.write_text("mtllib thing.mtl\nv 0 0 0\n")
+    (tmp_path / "thing.mtl").write_text("newmtl a\nmap_Kd -s 1 1 wood grain.png\n")
+    (tmp_path / "wood grain.png").write_text("1")
+    before = assets_on_disk.signature(path)
+    (tmp_path / "thing.mtl").write_text("newmtl b\nmap_Kd wood grain.png\n")
+    changed = assets_on_disk.signature(path)
+    assert changed != before
+    assert len(changed) == 3
+    (tmp_path / "wood grain.png").write_text("12")
+    assert assets_on_disk.signature(path) != changed
+
+
+@pytest.mark.parametrize("content", ["", "[]", "{", '{"buffers": 3}', '{"images": [{"uri": 3}]}'])
+def test_a_broken_gltf_is_left_to_the_engine(content: str, tmp_path: Path) -> None:
+    path = tmp_path / "thing.gltf"
+    path.write_text(content)
+    assert len(assets_on_disk.signature(path)) == 1
+
+
+def test_a_part_that_sapien_would_leave_out(
+    tmp_path: Path, plan_of_shapes: PlanOf, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Its loader drops parts that cannot be cooked, with a line in its log; asked again, without one."""
+    good = trimesh.creation.box((1, 1, 1))
+    corners = np.vstack([np.zeros((1, 3)), 1e-7 * np.eye(3)])
+    speck = trimesh.Trimesh(corners, [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]], process=False)
+    path = tmp_path / "parts.ply"
+    trimesh.util.concatenate([good, speck]).export(path)
+    plan = plan_of_shapes(shape(ConvexParts), files=(path,))
+    for _ in range(2):
+        sink = Sink()
+        assert instantiate(plan, sink, render=False) is None
+        (told,) = sink.diagnostics()
+        assert told.code == "SC801"
+        assert "1 of the mesh's parts" in told.message
+    assert "component" in capfd.readouterr().err
