@@ -63,6 +63,8 @@ class Options:
         """
         if num_scenes is not None and (isinstance(num_scenes, bool) or num_scenes < 1):
             raise ValueError(f"num_scenes is at least 1, not {num_scenes!r}")
+        if seed is not None and (isinstance(seed, bool) or seed < 0):
+            raise ValueError(f"seed is at least 0, not {seed!r}")
         given = tuple(what for what, value in (("parameters", params), ("shared draws", draws)) if value)
         return cls(num_scenes, seed, given, asset_roots(roots), allow_outside_assets, make_limits(limits))
 

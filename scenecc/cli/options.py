@@ -49,7 +49,9 @@ SceneArgument = Annotated[
 NumScenes = Annotated[
     int | None, typer.Option("--num-scenes", metavar="N", min=1, help="How many scenes, in place of the file's.")
 ]
-Seed = Annotated[int | None, typer.Option("--seed", metavar="S", help="Seed of every draw, in place of the file's.")]
+Seed = Annotated[
+    int | None, typer.Option("--seed", min=0, metavar="S", help="Seed of every draw, in place of the file's.")
+]
 AssetRoots = Annotated[
     list[Path] | None,
     typer.Option("--asset-root", metavar="DIR", help="Where asset:// looks; may be given several times."),

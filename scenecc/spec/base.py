@@ -87,6 +87,12 @@ Unit = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 PositiveInt = Annotated[int, Field(ge=1)]
 NonNegativeInt = Annotated[int, Field(ge=0)]
 
+MOST = 2**31 - 1
+"""The engine's integers have 32 bits."""
+
+Count = Annotated[int, Field(ge=1, le=MOST)]
+CountOrNone = Annotated[int, Field(ge=0, le=MOST)]
+
 # YAML gives lists; strict tuples would refuse them.
 Vec2 = Annotated[tuple[Finite, Finite], Strict(strict=False)]
 Vec3 = Annotated[tuple[Finite, Finite, Finite], Strict(strict=False)]

@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from scenecc.spec.base import AnyText, Maybe, Model, Name, PositiveInt, Text, key
+from scenecc.spec.base import AnyText, Maybe, Model, Name, NonNegativeInt, PositiveInt, Text, key
 from scenecc.spec.body import Body, CollisionGroup, Frame
 from scenecc.spec.material import Material
 from scenecc.spec.physics import Physics
@@ -20,7 +20,7 @@ class SceneFile(Model):
     name: Maybe[Text] = key("For people; left out: the file's stem.")
     description: AnyText = Field(default="", description="For people.")
     num_scenes: PositiveInt = Field(default=1, description="How many parallel scenes.")
-    seed: int = Field(default=0, description="Seed of every draw.")
+    seed: NonNegativeInt = Field(default=0, description="Seed of every draw.")
     physics: Physics = Field(default_factory=Physics, description="Settings of the simulation.")
     materials: dict[Name, Material] = Field(default_factory=dict, description="Named materials.")
     collision_groups: dict[Name, CollisionGroup] = Field(

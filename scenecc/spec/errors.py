@@ -119,7 +119,12 @@ def _bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
         words, limit = "greater than", 0
     elif abs(limit) in {SMALLEST, LARGEST}:
         hint = "the engine computes in single precision, which ends there"
-    sink.report("SC104", f"{_named(path)} must be {words} {limit:g}, not {show(found)}", place, hint=hint)
+    sink.report(
+        "SC104",
+        f"{_named(path)} must be {words} {limit if isinstance(limit, int) else f'{limit:g}'}, not {show(found)}",
+        place,
+        hint=hint,
+    )
 
 
 def _not_yet(feature: str, place: Origin, at: At, sink: Sink) -> None:

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, StringConstraints, Tag
 from typing_extensions import TypeAliasType
 
-from scenecc.spec.base import Maybe, Model, Name, NonNegative, PositiveInt, Text, Unit, key
+from scenecc.spec.base import Maybe, Model, Name, NonNegative, Text, Unit, key
 from scenecc.spec.unions import by_kind
 
 ColorText = Annotated[str, StringConstraints(pattern=r"^#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{8})$")]
@@ -39,7 +39,7 @@ class TextureMapping(Model):
     """An image and how it is sampled."""
 
     file: Text = Field(description="The image.")
-    mipmap_levels: Maybe[PositiveInt] = key("Levels of detail.", default=1)
+    mipmap_levels: Maybe[Annotated[int, Field(ge=1, le=32)]] = key("Levels of detail.", default=1)
     filter_mode: Maybe[Literal["nearest", "linear"]] = key("Between texels.", default="linear")
     address_mode: Maybe[Literal["repeat", "border", "edge", "mirror"]] = key("Outside 0..1.", default="repeat")
     srgb: Maybe[bool] = key("Whether 8-bit values are sRGB: true for colours, false for the rest.", default=True)

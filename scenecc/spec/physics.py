@@ -1,19 +1,23 @@
 """Settings of the simulation."""
 
+from typing import Annotated
+
 from pydantic import Field
 
 from scenecc.spec.base import (
+    Count,
     Finite,
     Maybe,
     Model,
     NonNegative,
-    NonNegativeInt,
     Positive,
-    PositiveInt,
     Vec3,
     key,
 )
 from scenecc.spec.body import Iterations, VelocityIterations
+
+THREADS = 256
+"""More would only exhaust the machine: each is a thread of the process."""
 
 
 class DefaultMaterial(Model):
@@ -28,21 +32,21 @@ class Sdf(Model):
     """How signed distance fields are cooked: `sapien.physx.set_sdf_config`."""
 
     spacing: Maybe[Positive] = key("Distance between samples [m].", default=0.01)
-    subgrid_size: Maybe[PositiveInt] = key("Cells along an edge of a subgrid.", default=6)
-    num_threads_for_construction: Maybe[PositiveInt] = key("Threads that cook.", default=4)
+    subgrid_size: Maybe[Count] = key("Cells along an edge of a subgrid.", default=6)
+    num_threads_for_construction: Maybe[Annotated[int, Field(ge=1, le=THREADS)]] = key("Threads that cook.", default=4)
 
 
 class GpuMemory(Model):
     """Capacities of PhysX on the GPU: `sapien.physx.set_gpu_memory_config`."""
 
-    temp_buffer_capacity: Maybe[PositiveInt] = key("[bytes]", default=2**24)
-    max_rigid_contact_count: Maybe[PositiveInt] = key("Contacts.", default=2**19)
-    max_rigid_patch_count: Maybe[PositiveInt] = key("Contact patches.", default=81920)
-    heap_capacity: Maybe[PositiveInt] = key("[bytes]", default=2**26)
-    found_lost_pairs_capacity: Maybe[PositiveInt] = key("Pairs.", default=2**18)
-    found_lost_aggregate_pairs_capacity: Maybe[PositiveInt] = key("Pairs.", default=1024)
-    total_aggregate_pairs_capacity: Maybe[PositiveInt] = key("Pairs.", default=1024)
-    collision_stack_size: Maybe[PositiveInt] = key("[bytes]", default=2**22)
+    temp_buffer_capacity: Maybe[Count] = key("[bytes]", default=2**24)
+    max_rigid_contact_count: Maybe[Count] = key("Contacts.", default=2**19)
+    max_rigid_patch_count: Maybe[Count] = key("Contact patches.", default=81920)
+    heap_capacity: Maybe[Count] = key("[bytes]", default=2**26)
+    found_lost_pairs_capacity: Maybe[Count] = key("Pairs.", default=2**18)
+    found_lost_aggregate_pairs_capacity: Maybe[Count] = key("Pairs.", default=1024)
+    total_aggregate_pairs_capacity: Maybe[Count] = key("Pairs.", default=1024)
+    collision_stack_size: Maybe[Count] = key("[bytes]", default=2**22)
 
 
 class Physics(Model):
@@ -58,7 +62,7 @@ class Physics(Model):
         "Results that do not depend on what else is in the scene.", default=False
     )
     enable_friction_every_iteration: Maybe[bool] = key("Friction in every solver iteration.", default=True)
-    cpu_workers: Maybe[NonNegativeInt] = key("Threads of a scene; 0: the caller's.", default=0)
+    cpu_workers: Maybe[Annotated[int, Field(ge=0, le=THREADS)]] = key("Threads of a scene; 0: the caller's.", default=0)
     default_material: Maybe[DefaultMaterial] = key("The material of shapes that name none.")
     contact_offset: Maybe[Positive] = key("Of shapes that name none [m].", default=0.01)
     rest_offset: Maybe[Finite] = key("Of shapes that name none [m].", default=0)

@@ -6,15 +6,16 @@ from pydantic import Field, Strict, Tag
 from typing_extensions import TypeAliasType
 
 from scenecc.spec.base import (
+    MOST,
+    Count,
+    CountOrNone,
     Finite,
     Maybe,
     Model,
     NonNegative,
-    NonNegativeInt,
     Positive,
     Positive2,
     Positive3,
-    PositiveInt,
     Text,
     Vec3,
     key,
@@ -145,16 +146,18 @@ class CoacdKeys(Model):
     """CoACD's arguments, as `sapien.wrapper.coacd.do_coacd` names them."""
 
     threshold: Maybe[Annotated[float, Field(ge=0.01, le=1)]] = key("Concavity at which to stop.", default=0.05)
-    max_convex_hull: Maybe[int] = key("At most so many parts; -1: as many as it takes.", default=-1)
+    max_convex_hull: Maybe[Annotated[int, Field(ge=-1, le=MOST)]] = key(
+        "At most so many parts; -1: as many as it takes.", default=-1
+    )
     preprocess_mode: Maybe[Literal["auto", "on", "off"]] = key("Make the mesh manifold first.", default="auto")
-    preprocess_resolution: Maybe[PositiveInt] = key("Resolution of that.", default=30)
-    resolution: Maybe[PositiveInt] = key("Samples for the concavity.", default=2000)
-    mcts_nodes: Maybe[PositiveInt] = key("Child nodes of the search.", default=20)
-    mcts_iterations: Maybe[PositiveInt] = key("Iterations of the search.", default=150)
-    mcts_max_depth: Maybe[PositiveInt] = key("Depth of the search.", default=3)
+    preprocess_resolution: Maybe[Count] = key("Resolution of that.", default=30)
+    resolution: Maybe[Count] = key("Samples for the concavity.", default=2000)
+    mcts_nodes: Maybe[Count] = key("Child nodes of the search.", default=20)
+    mcts_iterations: Maybe[Count] = key("Iterations of the search.", default=150)
+    mcts_max_depth: Maybe[Count] = key("Depth of the search.", default=3)
     pca: Maybe[bool] = key("Align to principal axes first.", default=False)
     merge: Maybe[bool] = key("Merge parts afterwards.", default=True)
-    seed: Maybe[NonNegativeInt] = key("Seed of the search.", default=0)
+    seed: Maybe[CountOrNone] = key("Seed of the search.", default=0)
 
 
 class ConvexPartsKeys(FileKeys):
