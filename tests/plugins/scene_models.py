@@ -1,0 +1,109 @@
+"""The models of the language, looked at from outside: their keys, and what a key may hold."""
+
+from __future__ import annotations
+
+import types
+import typing
+from collections.abc import Iterator
+from typing import Annotated, Any
+
+from pydantic import BaseModel, Tag
+from pydantic.fields import FieldInfo
+from typing_extensions import TypeAliasType
+
+from scenecc.spec.unions import kind
+
+Key = tuple[type[BaseModel], str]
+"""A key of a model."""
+
+
+def parts(annotation: Any) -> tuple[Any, list[Any]]:
+    """A type without aliases and `Annotated`, and all that was said about it."""
+    said: list[Any] = []
+    while True:
+        if isinstance(annotation, TypeAliasType):
+            annotation = annotation.__value__
+        elif typing.get_origin(annotation) is Annotated:
+            annotation, *more = typing.get_args(annotation)
+            for item in more:
+                said += item.metadata if isinstance(item, FieldInfo) else [item]
+        else:
+            return annotation, said
+
+
+def branches(annotation: Any) -> list[Any]:
+    """The branches of a union, without the None of a key that may be left out; empty for anything else."""
+    annotation, _ = parts(annotation)
+    if typing.get_origin(annotation) not in (typing.Union, types.UnionType):
+        return []
+    return [branch for branch in typing.get_args(annotation) if branch is not type(None)]
+
+
+def is_model(annotation: Any) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
+
+
+def all_keys(annotation: Any) -> set[Key]:
+    """Every key that can be written below a type."""
+    found: set[Key] = set()
+    todo = [annotation]
+    while todo:
+        bare, _ = parts(todo.pop())
+        if is_model(bare):
+            fields = bare.model_fields
+            new = {(bare, name) for name in fields} - found
+            found |= new
+            todo += [fields[name].annotation for _, name in new]
+        else:
+            todo += [arg for arg in typing.get_args(bare) if typing.get_origin(bare) is not typing.Literal]
+    return found
+
+
+def choices(annotation: Any) -> set[tuple[Key, Any]]:
+    """Every word of every key that takes one of a few."""
+    found: set[tuple[Key, Any]] = set()
+    for model, name in all_keys(annotation):
+        todo = [model.model_fields[name].annotation]
+        while todo:
+            bare, _ = parts(todo.pop())
+            if typing.get_origin(bare) is typing.Literal:
+                found |= {((model, name), word) for word in typing.get_args(bare)}
+            elif not is_model(bare):
+                todo += typing.get_args(bare)
+    return found
+
+
+def written(annotation: Any, node: Any) -> Iterator[tuple[Key, Any]]:
+    """The keys that a document writes, each with its value."""
+    bare, _ = parts(annotation)
+    if options := branches(bare):
+        yield from written(_branch(options, node), node)
+    elif is_model(bare):
+        for name, value in node.items():
+            yield (bare, name), value
+            yield from written(bare.model_fields[name].annotation, value)
+    elif isinstance(node, (list, tuple)):
+        items = [arg for arg in typing.get_args(bare) if arg is not Ellipsis]
+        for i, item in enumerate(node):
+            yield from written(items[i if len(items) == len(node) else 0], item)
+    elif isinstance(node, dict):
+        for item in node.values():
+            yield from written(typing.get_args(bare)[1], item)
+
+
+def _branch(options: list[Any], node: Any) -> Any:
+    """The branch that a node is read by: that of its `type`, else that of its kind of node."""
+    if len(options) == 1:
+        return options[0]
+    for option in options:
+        bare, said = parts(option)
+        tags = [item.tag for item in said if isinstance(item, Tag)]
+        if tags and tags[0] == kind(node):
+            return option
+        if (
+            not tags
+            and isinstance(node, dict)
+            and typing.get_args(bare.model_fields["type"].annotation) == (node.get("type"),)
+        ):
+            return option
+    raise AssertionError(f"no branch for {node!r}")

@@ -1,0 +1,199 @@
+"""Any valid scene compiles and comes back; any mutation of one gives diagnostics and never an exception."""
+
+from __future__ import annotations
+
+import copy
+import io
+import json
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from plugins.scene_models import all_keys, choices, written
+from plugins.scene_strategy import FOLDER, document, documents, nodes, randoms
+
+from scenecc import compile_scene, emit, load_scene, validate
+from scenecc.diagnostics.codes import CODES
+from scenecc.spec.document import SceneFile
+
+slow_to_draw = settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _beside_the_assets() -> Iterator[None]:
+    """A dict names its files from the current folder."""
+    before = Path.cwd()
+    os.chdir(FOLDER)
+    yield
+    os.chdir(before)
+
+
+def shown(found: list[Any]) -> list[str]:
+    return [str(diagnostic) for diagnostic in found]
+
+
+@given(documents())
+@slow_to_draw
+def test_a_valid_scene_has_no_error(scene: dict[str, Any]) -> None:
+    found = [diagnostic for diagnostic in validate(scene) if diagnostic.severity == "error"]
+    assert not found, shown(found)
+
+
+def test_every_key_and_choice_of_the_language_is_generated() -> None:
+    random, keys, words = Random(0), set(), set()
+    for _ in range(400):
+        for key, value in written(SceneFile, document(random)):
+            keys.add(key)
+            words.update((key, item) for item in (value if isinstance(value, list) else [value]) if _is_word(item))
+    assert not sorted(f"{model.__name__}.{name}" for model, name in all_keys(SceneFile) - keys)
+    assert not sorted(f"{model.__name__}.{name}: {word}" for (model, name), word in choices(SceneFile) - words)
+
+
+def _is_word(item: Any) -> bool:
+    return isinstance(item, (str, int)) and not isinstance(item, bool)
+
+
+@given(documents())
+@slow_to_draw
+def test_a_plan_comes_back_from_its_json(scene: dict[str, Any]) -> None:
+    plan = compile_scene(scene)
+    text = emit(plan, "json")
+    again = compile_scene(text)
+    assert again == plan
+    assert emit(again, "json") == text
+
+
+@given(documents())
+@slow_to_draw
+def test_a_scene_read_back_from_yaml_gives_the_same_plan(scene: dict[str, Any]) -> None:
+    plan = compile_scene(scene)
+    for text in (yaml_text(scene), json.dumps(scene, ensure_ascii=False)):
+        assert compile_scene(io.StringIO(text)) == plan
+
+
+class _Quoting(yaml.SafeDumper):
+    """Quotes every text: PyYAML writes by the rules of YAML 1.1, by which other words are numbers."""
+
+    def ignore_aliases(self, data: object) -> bool:
+        return True
+
+
+_Quoting.add_representer(str, lambda dumper, text: dumper.represent_scalar("tag:yaml.org,2002:str", text, style='"'))
+
+
+def yaml_text(scene: dict[str, Any]) -> str:
+    return yaml.dump(scene, Dumper=_Quoting, sort_keys=False, allow_unicode=True)
+
+
+@given(documents())
+@settings(slow_to_draw, max_examples=40)
+def test_a_valid_scene_is_built_as_it_is_written(scene: dict[str, Any]) -> None:
+    for node in nodes(scene):
+        # CoACD takes seconds, and distance fields tenths of one.
+        if node.pop("decomposition", None):
+            node.pop("decomposition_params", None)
+        if node.get("type") == "triangle_mesh" and node.pop("sdf", None):
+            node["type"] = "convex_mesh"
+    with load_scene(scene, render=False, audit="full") as batch:
+        assert list(batch.entities) == list(scene["entities"])
+        batch.step()
+
+
+JUNK: list[Any] = [0, -1, 1e300, float("nan"), True, "", "x", "${x}", None, [], [1, 2], {}, {"uniform": [0, 1]}, 10**99]
+
+
+def mutated(scene: dict[str, Any], random: Random) -> dict[str, Any]:
+    """The scene with one to three things done to it."""
+    scene = copy.deepcopy(scene)
+    for _ in range(random.randint(1, 3)):
+        containers = list(_containers(scene))
+        container = random.choice(containers)
+        keys = list(container) if isinstance(container, dict) else list(range(len(container)))
+        change = random.choice(["delete", "rename", "replace", "swap", "insert"])
+        if change == "insert" or not keys:
+            if isinstance(container, dict):
+                container[random.choice(["x", "mass", "pose", "type", "q", "use", "x-note", "shapes"])] = _junk(random)
+            else:
+                container.insert(random.randint(0, len(container)), _junk(random))
+            continue
+        key = random.choice(keys)
+        other = random.choice(containers)
+        if change == "delete":
+            del container[key]
+        elif change == "rename" and isinstance(container, dict):
+            container[random.choice([key + "x", key[1:], key.upper(), "type"])] = container.pop(key)
+        elif change == "swap" and other:
+            place = random.choice(list(other) if isinstance(other, dict) else list(range(len(other))))
+            one, two = copy.deepcopy(container[key]), copy.deepcopy(other[place])
+            other[place] = one
+            if isinstance(container, dict) or key < len(container):
+                container[key] = two
+        else:
+            container[key] = _junk(random)
+    return scene
+
+
+def _junk(random: Random) -> Any:
+    return copy.deepcopy(random.choice(JUNK))
+
+
+def _containers(node: Any) -> Iterator[Any]:
+    if isinstance(node, (dict, list)):
+        yield node
+        for item in node.values() if isinstance(node, dict) else node:
+            yield from _containers(item)
+
+
+def mutations() -> st.SearchStrategy[dict[str, Any]]:
+    return randoms().map(lambda random: mutated(document(random), random))
+
+
+@given(mutations())
+@settings(slow_to_draw, max_examples=200)
+def test_a_mutated_scene_gives_diagnostics_at_places_that_exist(scene: dict[str, Any]) -> None:
+    for diagnostic in validate(scene):
+        assert diagnostic.code in CODES
+        path = parsed(diagnostic.path)
+        assert exists(scene, path) or exists(scene, path[:-1]), str(diagnostic)
+
+
+@given(mutations())
+@slow_to_draw
+def test_a_mutated_scene_gives_the_same_as_a_dict_and_as_a_text(scene: dict[str, Any]) -> None:
+    by_dict, by_text = validate(scene), validate(io.StringIO(yaml_text(scene)))
+    assert {(d.code, d.path) for d in by_text} == {(d.code, d.path) for d in by_dict}
+    assert all(d.line is not None for d in by_text)
+
+
+_STEP = re.compile(r'\.?([^.\[\]"]+)|\[(\d+)\]|\["((?:[^"\\]|\\.)*)"\]')
+
+
+def parsed(path: str) -> list[str | int]:
+    """A dotted path as keys and indices."""
+    keys: list[str | int] = []
+    end = 0
+    for match in _STEP.finditer(path):
+        assert match.start() == end, path
+        end = match.end()
+        name, index, quoted = match.groups()
+        keys.append(int(index) if index else name or re.sub(r"\\(.)", r"\1", quoted))
+    assert end == len(path), path
+    return keys
+
+
+def exists(node: Any, path: list[str | int]) -> bool:
+    for key in path:
+        if isinstance(key, str):
+            if not isinstance(node, dict) or key not in node:
+                return False
+        elif not isinstance(node, (list, tuple)) or key >= len(node):
+            return False
+        node = node[key]
+    return True
