@@ -34,7 +34,7 @@ UP = [0.7071068, 0, -0.7071068, 0]
 TURNED = [0.9238795, 0.2209424, 0.2209424, 0.2209424]
 SCENES = 3
 
-Hand = Callable[[Any, int], None]
+Hand = Callable[[Any, int], object]
 """What a person does to a builder, for the scene of an index."""
 
 
@@ -99,7 +99,7 @@ def _scene(case: Case, index: int, *, rendered: bool) -> Any:
     import sapien
     from sapien import physx
 
-    scene = sapien.Scene() if rendered else sapien.Scene([physx.PhysxCpuSystem()])
+    scene: Any = sapien.Scene() if rendered else sapien.Scene([physx.PhysxCpuSystem()])
     ground = scene.create_actor_builder()
     ground.add_plane_collision(pose=sapien.Pose([0, 0, 0], UP))
     ground.build_static(name="ground")
@@ -112,7 +112,7 @@ def _scene(case: Case, index: int, *, rendered: bool) -> Any:
     body = builder.build(name="body")
     case.component(body.components[-1], index)
 
-    cap = scene.create_actor_builder()
+    cap: Any = scene.create_actor_builder()
     cap.add_box_collision(half_size=[0.05, 0.06, 0.07])
     cap.initial_pose = sapien.Pose([0.02, 0.01, 0.9])
     cap.build(name="cap")
@@ -126,6 +126,11 @@ def built(plan: ScenePlan, **options: Any) -> SceneBatch:
     assert not sink.diagnostics(), "\n".join(str(d) for d in sink.diagnostics())
     assert batch is not None
     return batch
+
+
+def component(batch: SceneBatch, name: str, scene: int = 0) -> Any:
+    """The first component of an entity in a scene; untyped, as the engine's stubs know only its base."""
+    return batch.entities[name].objs[scene].components[0]
 
 
 def flags(items: list[Any]) -> Value:

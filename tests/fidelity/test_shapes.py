@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 import sapien
 from fidelity.compare import assert_same_scene, assert_same_trajectory
-from fidelity.hand import SCENES, Case, box_shape, built, by_hand, counts, plan_of
+from fidelity.hand import SCENES, Case, box_shape, built, by_hand, component, counts, plan_of
 
 from scenecc.backends.sapien.collision import COLLISION
 from scenecc.plan import (
@@ -182,7 +182,7 @@ def test_coacd_gives_the_parts_that_sapien_gives(
     )
     batch, hand = built(plan_of(case, scenes=1)), by_hand(case, scenes=1)
     assert_same_scene(batch.scenes[0], hand[0])
-    assert len(batch.entities["body"].objs[0].components[0].collision_shapes) > 1
+    assert len(component(batch, "body").collision_shapes) > 1
     assert sorted(path.name for path in tmp_path.iterdir() if path.is_file()) == ["ring.obj"]
 
 

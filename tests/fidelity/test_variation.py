@@ -80,7 +80,7 @@ def varied(meshes: dict[str, Path]) -> ScenePlan:
 
 
 def by_hand(i: int, meshes: dict[str, Path]) -> Any:
-    scene = sapien.Scene([physx.PhysxCpuSystem()])
+    scene: Any = sapien.Scene([physx.PhysxCpuSystem()])
     builder = scene.create_actor_builder()
     builder.add_plane_collision(pose=sapien.Pose([0, 0, 0], UP))
     builder.build_static(name="ground")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import sapien
 from fidelity.compare import assert_same_scene, assert_same_trajectory
-from fidelity.hand import SCENES, Case, box_shape, built, by_hand, counts, plan_of
+from fidelity.hand import SCENES, Case, box_shape, built, by_hand, component, counts, plan_of
 
 from scenecc.plan import (
     BodyStructure,
@@ -159,8 +159,8 @@ def test_front_face() -> None:
         VisualShape(Box(constant(SIZES)), front_face=face) for face in ("clockwise", "counterclockwise", None)
     )
     batch = built(plan_of(case(seen(*boxes), lambda b, _: None)), render=True)
-    for entity in batch.entities["body"].objs:
-        faces = [shape.front_face for shape in entity.components[0].render_shapes]
+    for scene in range(SCENES):
+        faces = [shape.front_face for shape in component(batch, "body", scene).render_shapes]
         assert faces == ["clockwise", "counterclockwise", "counterclockwise"]
 
 
@@ -207,7 +207,7 @@ def test_tiled_plane_repeats_its_texture() -> None:
         look,
         visual_materials=(OAK,),
     )
-    shape = built(plan_of(it), render=True).entities["body"].objs[0].components[0].render_shapes[0]
+    shape = component(built(plan_of(it), render=True), "body").render_shapes[0]
     part = shape.parts[0]
     assert part.vertices.tolist() == [[-0.5, -0.25, 0], [0.5, -0.25, 0], [0.5, 0.25, 0], [-0.5, 0.25, 0]]
     assert part.get_vertex_uv().tolist() == [[-1.5, -0.5], [2.5, -0.5], [2.5, 1.5], [-1.5, 1.5]]
@@ -232,7 +232,7 @@ def test_none_is_only_seen() -> None:
         (goal,) = scene.entities
         assert [type(c).__name__ for c in goal.components] == ["RenderBodyComponent"]
     batch.step(3)
-    assert (batch.entities["goal"].pose == np.float32([0, 0, 1, 1, 0, 0, 0])).all()
+    assert (batch.entities["goal"].pose == np.array([0, 0, 1, 1, 0, 0, 0], np.float32)).all()
 
 
 def test_render_false_leaves_visuals_out(meshes: Meshes) -> None:

@@ -53,7 +53,7 @@ def new_scene(plan: ScenePlan, *, rendered: bool) -> Any:
     systems: list[Any] = [physx.PhysxCpuSystem()]
     if rendered:
         systems.append(render.RenderSystem())
-    scene = sapien.Scene(systems)
+    scene: Any = sapien.Scene(systems)
     if plan.physics.timestep is not None:
         scene.set_timestep(plan.physics.timestep)
     return scene

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import importlib
 import importlib.util
 import inspect
 import json
@@ -64,9 +65,8 @@ def cache_folder() -> Path:
 
 def coacd_arguments(params: CoacdParams) -> dict[str, Any]:
     """Arguments of `coacd.run_coacd`: the plan's, and SAPIEN's own defaults for those left out."""
-    from sapien.wrapper import coacd
-
-    parameters = inspect.signature(coacd.do_coacd).parameters
+    do_coacd: Any = importlib.import_module("sapien.wrapper.coacd").do_coacd
+    parameters = inspect.signature(do_coacd).parameters
     given = asdict(params)
     return {name: parameters[name].default if value is None else value for name, value in given.items()}
 

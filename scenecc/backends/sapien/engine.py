@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import warnings
 from typing import Any
 
@@ -9,11 +10,9 @@ with warnings.catch_warnings():
     # SAPIEN warns at import where it finds no system libvulkan; physics needs none, and a user can do nothing with it.
     warnings.simplefilter("ignore")
     import sapien
-    import sapien.physx
-    import sapien.render
 
 # The stubs of these two leave most argument types open, so they are taken as untyped: the engine's edge.
-physx: Any = sapien.physx
-render: Any = sapien.render
+physx: Any = importlib.import_module("sapien.physx")
+render: Any = importlib.import_module("sapien.render")
 
 __all__ = ["physx", "render", "sapien"]

@@ -6,8 +6,6 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from scenecc.backends.sapien.assets_on_disk import crashes_the_reader
 from scenecc.backends.sapien.decomposition import decompose
 from scenecc.backends.sapien.engine import physx, render
@@ -15,6 +13,7 @@ from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.plan import Texture
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.columns import Column
@@ -50,7 +49,8 @@ class Resources:
         Raises:
             EngineFailure: with `code`, where there is no such file (SAPIEN's own words for it are no help).
         """
-        paths = {i: self._plan.files[i].path for i in np.unique(indices).tolist()}
+        files = self._plan.files
+        paths: dict[int, Path] = {i: files[i].path for i in set(map(int, indices))}
         for path in paths.values():
             if not path.is_file():
                 raise EngineFailure(code, f"there is no file '{path}'")

@@ -19,10 +19,12 @@ def pose_rows(pose: Any, count: int) -> list[sapien.Pose]:
     """`count` poses from (7,), (count, 7), a `sapien.Pose` or a sequence of them. Raises ValueError."""
     if isinstance(pose, sapien.Pose):
         return [pose] * count
-    if isinstance(pose, (list, tuple)) and pose and all(isinstance(one, sapien.Pose) for one in pose):
-        if len(pose) not in (1, count):
-            raise ValueError(f"{len(pose)} poses for {count} scenes")
-        return list(pose) * (count if len(pose) == 1 else 1)
+    if isinstance(pose, (list, tuple)):
+        items: list[Any] = [*pose]  # pyright: ignore[reportUnknownArgumentType]
+        if items and all(isinstance(item, sapien.Pose) for item in items):
+            if len(items) != count:
+                raise ValueError(f"{len(items)} poses for {count} scenes")
+            return items
     rows = _rows(pose, 7, count, "a pose")
     lengths = np.linalg.norm(rows[:, 3:].astype(np.float64), axis=1)
     if (np.abs(lengths - 1) > UNIT_TOLERANCE).any():

@@ -80,7 +80,7 @@ def take_turn(
         return Turn(entity, present, rows, parts, makes[0], []), failures
     by_scene: dict[int, tuple[Make, int]] = {}
     for part, make in zip(parts, makes, strict=True):
-        by_scene.update((present[number], (make, row)) for row, number in enumerate(part.numbers.tolist()))
+        by_scene.update((present[number], (make, row)) for row, number in enumerate(map(int, part.numbers)))
     return Turn(entity, present, rows, parts, None, [by_scene.get(index) for index in scene_idxs]), failures
 
 
@@ -96,5 +96,5 @@ def _parts(entity: Entity, rows: NDArray[np.intp]) -> tuple[Part, ...]:
     if entity.pick is None:
         return (Part(entity.structures[0], np.arange(len(rows)), rows),)
     picks = np.array(entity.pick, dtype=np.intp)[rows]
-    chosen = [(pick, np.flatnonzero(picks == pick)) for pick in np.unique(picks).tolist()]
+    chosen = [(pick, np.flatnonzero(picks == pick)) for pick in sorted(set(map(int, picks)))]
     return tuple(Part(entity.structures[pick], numbers, rows[numbers]) for pick, numbers in chosen)

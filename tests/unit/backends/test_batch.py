@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -39,7 +40,7 @@ def test_what_it_says_of_itself(batch: SceneBatch, plan: ScenePlan) -> None:
 def test_pose_is_read_as_float32_rows(batch: SceneBatch) -> None:
     pose = batch.entities["cube"].pose
     assert pose.dtype == np.float32
-    assert (pose == np.float32([[0.1 * i, 0, 1 + i, 1, 0, 0, 0] for i in range(4)])).all()
+    assert (pose == np.array([[0.1 * i, 0, 1 + i, 1, 0, 0, 0] for i in range(4)], np.float32)).all()
 
 
 @pytest.mark.parametrize("name", ["cube", "arm", "table", "marker"])
@@ -48,11 +49,11 @@ def test_set_pose_in_all_its_forms(name: str, batch: SceneBatch) -> None:
     one, rows = np.array([1, 2, 3, 0, 1, 0, 0.0]), np.tile([1, 2, 3, 0.5, 0.5, 0.5, 0.5], (4, 1))
     rows[:, 0] = range(4)
     entity.set_pose(one)
-    assert (entity.pose == np.float32(one)).all()
+    assert (entity.pose == np.array(one, np.float32)).all()
     entity.set_pose(rows)
-    assert (entity.pose == np.float32(rows)).all()
+    assert (entity.pose == np.array(rows, np.float32)).all()
     entity.set_pose(sapien.Pose([4, 5, 6]))
-    assert (entity.pose == np.float32([4, 5, 6, 1, 0, 0, 0])).all()
+    assert (entity.pose == np.array([4, 5, 6, 1, 0, 0, 0], np.float32)).all()
     entity.set_pose([sapien.Pose([i, 0, 0]) for i in range(4)])
     assert entity.pose[:, 0].tolist() == [0, 1, 2, 3]
     entity.set_pose([7, 8, 9, 1, 0, 0, 0], scene_idxs=[3, 1])
@@ -71,7 +72,7 @@ def test_set_pose_in_all_its_forms(name: str, batch: SceneBatch) -> None:
         ([sapien.Pose()] * 3, "3 poses for 4"),
     ],
 )
-def test_set_pose_refuses(pose: object, words: str, batch: SceneBatch) -> None:
+def test_set_pose_refuses(pose: Any, words: str, batch: SceneBatch) -> None:
     before = batch.entities["cube"].pose
     with pytest.raises(ValueError, match=words.replace("(", r"\(").replace(")", r"\)")):
         batch.entities["cube"].set_pose(pose)
@@ -85,7 +86,7 @@ def test_set_pose_in_a_scene_that_has_no_such_entity(batch: SceneBatch) -> None:
 
 def test_velocities(batch: SceneBatch) -> None:
     cube = batch.entities["cube"]
-    assert (cube.linear_velocity == np.float32([1, 0, 0.5])).all()
+    assert (cube.linear_velocity == np.array([1, 0, 0.5], np.float32)).all()
     assert (cube.angular_velocity == 0).all()
     cube.linear_velocity = [0, 0, 2]
     cube.angular_velocity = np.arange(12).reshape(4, 3)

@@ -8,6 +8,7 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 import sapien
+from fidelity.hand import component
 from sapien import physx
 
 from scenecc.backends.sapien import instantiate
@@ -97,12 +98,13 @@ def test_it_is_an_actor_builder(plan: ScenePlan) -> None:
     assert isinstance(builder, sapien.ActorBuilder)
     builder.row = 2
     scene = sapien.Scene([physx.PhysxCpuSystem()])
-    entity = builder.set_scene(scene).build()
+    entity: Any = builder.set_scene(scene).build()
     assert scene.entities == [entity]
     assert entity.name == "cube"
-    assert entity.pose.p.tolist() == np.float32([0.2, 0, 3]).tolist()
+    assert entity.pose.p.tolist() == np.array([0.2, 0, 3], np.float32).tolist()
     assert len(entity.components[0].collision_shapes) == 2
-    assert builder.build_physx_component().mass == entity.components[0].mass
+    again: Any = builder.build_physx_component()
+    assert again.mass == entity.components[0].mass
     assert builder_of(plan, "marker").build_physx_component() is None
 
 
@@ -115,16 +117,17 @@ def test_shapes_cannot_be_added_unheard(add: Any, plan: ScenePlan) -> None:
 def test_shapes_are_never_shared_between_bodies(plan: ScenePlan) -> None:
     batch = instantiate(plan, Sink(), render=False)
     assert batch is not None
-    shapes = [s for e in batch.entities.values() for o in e.objs for c in o.components for s in c.collision_shapes]
+    components: list[Any] = [c for e in batch.entities.values() for o in e.objs for c in o.components]
+    shapes = [shape for component in components for shape in component.collision_shapes]
     assert len(set(map(id, shapes))) == len(shapes) == 4 * 5
 
 
 def test_materials_are_shared_as_in_a_script(plan: ScenePlan) -> None:
     batch = instantiate(plan, Sink(), render=False)
     assert batch is not None
-    material = batch.entities["cube"].objs[0].components[0].collision_shapes[0].physical_material
+    material = component(batch, "cube").collision_shapes[0].physical_material
     material.static_friction = 0.75
-    other = batch.entities["cube"].objs[3].components[0].collision_shapes[0].physical_material
+    other = component(batch, "cube", 3).collision_shapes[0].physical_material
     assert other.static_friction == 0.75
 
 
@@ -138,9 +141,8 @@ def test_values_are_rounded_once(plan: ScenePlan) -> None:
     )
     batch = instantiate(replace(plan, entities=(entity,)), Sink(), render=False, audit="full")
     assert batch is not None
-    obj = batch.entities["cube"].objs[0]
-    assert obj.pose.p[0] == np.float32(third)
-    assert obj.components[0].collision_shapes[0].half_size[0] == np.float32(third)
+    assert batch.entities["cube"].objs[0].pose.p[0] == np.float32(third)
+    assert component(batch, "cube").collision_shapes[0].half_size[0] == np.float32(third)
 
 
 def test_a_quaternion_is_passed_untouched(plan: ScenePlan) -> None:
@@ -148,4 +150,4 @@ def test_a_quaternion_is_passed_untouched(plan: ScenePlan) -> None:
     entity = replace(plan.entities[1], pose=constant([0, 0, 0, *almost]))
     batch = instantiate(replace(plan, entities=(entity,)), Sink(), render=False, audit="full")
     assert batch is not None
-    assert batch.entities["cube"].objs[0].pose.q.tolist() == np.float32(almost).tolist()
+    assert batch.entities["cube"].objs[0].pose.q.tolist() == np.array(almost, np.float32).tolist()

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from fidelity.hand import component
 
 from scenecc.backends.sapien import assets_on_disk, instantiate
 from scenecc.backends.sapien.engine import physx
@@ -28,7 +29,7 @@ def extent(plan: ScenePlan) -> float:
     sink = Sink()
     batch = instantiate(plan, sink, render=False, audit="full")
     assert batch is not None, sink.diagnostics()
-    (made,) = batch.entities["body"].objs[0].components[0].collision_shapes
+    (made,) = component(batch, "body").collision_shapes
     return float(made.vertices[:, 0].max())
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from fidelity.hand import component
 from sapien import physx
 
 from scenecc.backends.sapien import build, instantiate
@@ -63,7 +64,7 @@ def others_settings() -> Iterator[None]:
     body, sdf = physx.get_body_config(), physx.get_sdf_config()
     material = physx.get_default_material()
     numbers = material.static_friction, material.dynamic_friction, material.restitution
-    physx.set_scene_config(gravity=[0, 0, -1], bounce_threshold=1.5, enable_tgs=False, cpu_workers=3)
+    physx.set_scene_config(gravity=down, bounce_threshold=1.5, enable_tgs=False, cpu_workers=3)
     physx.set_shape_config(0.03, 0.002)
     physx.set_body_config(7, 3, 0.1)
     physx.set_sdf_config(0.03, 5, 3)
@@ -106,10 +107,10 @@ def test_what_the_plan_does_not_name_stays(plan: ScenePlan, others_settings: Non
     config = batch.scenes[0].physx_system.config
     assert config.gravity.tolist() == [0, 0, -1]
     assert config.enable_ccd
-    shape = batch.entities["table"].objs[0].components[0].collision_shapes[0]
+    shape = component(batch, "table").collision_shapes[0]
     assert shape.contact_offset == pytest.approx(0.03)
     assert shape.physical_material.static_friction == pytest.approx(0.55)
-    assert batch.entities["cube"].objs[0].components[0].solver_position_iterations == 7
+    assert component(batch, "cube").solver_position_iterations == 7
 
 
 @pytest.mark.parametrize("error", [RuntimeError("engine"), KeyboardInterrupt()])

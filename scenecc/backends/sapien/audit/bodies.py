@@ -29,21 +29,21 @@ def look_at_poses(turns: Sequence[Turn], scenes: Sequence[Any], scene_idxs: Sequ
     number_of = {index: number for number, index in enumerate(scene_idxs)}
     # SAPIEN packs q, then p, of each entity of a scene in the order in which they were added.
     packed = [np.frombuffer(scene.pack_poses(), dtype=np.float32).reshape(-1, 7) for scene in scenes]
-    place = np.array([number_of[index] for turn in turns for index in turn.scene_idxs], dtype=np.intp)
-    if np.bincount(place, minlength=len(scenes)).tolist() != [len(rows) for rows in packed]:
+    scene = np.array([number_of[index] for turn in turns for index in turn.scene_idxs], dtype=np.intp)
+    if np.bincount(scene, minlength=len(scenes)).tolist() != [len(rows) for rows in packed]:
         _look_at_counts(turns, packed, number_of, sweep)
         return
     wanted = [taken(turn.entity.pose, turn.rows).astype(np.float32) for turn in turns]
     whole = np.concatenate([np.broadcast_to(w, (len(t.rows), 7)) for w, t in zip(wanted, turns, strict=True)])
     # Entities come turn by turn here and scene by scene there; a stable sort by scene keeps the turns' order.
-    order = np.argsort(place, kind="stable")
+    order = np.argsort(scene, kind="stable")
     found = np.concatenate(packed)[:, [4, 5, 6, 0, 1, 2, 3]]
     starts = np.cumsum([0, *(len(turn.rows) for turn in turns)])
     for i in np.flatnonzero((found != whole[order]).any(axis=1)).tolist():
-        which = int(np.searchsorted(starts, order[i], side="right")) - 1
-        turn = turns[which]
-        body = Place(turn, int(order[i] - starts[which]), turn.entity.origin)
-        sweep.tell(body, "pose", shown(whole[order[i]]), shown(found[i]))
+        body = int(order[i])
+        which = int(np.searchsorted(starts, body, side="right")) - 1
+        place = Place(turns[which], body - int(starts[which]), turns[which].entity.origin)
+        sweep.tell(place, "pose", shown(whole[body]), shown(found[i]))
 
 
 def _look_at_counts(turns: Sequence[Turn], packed: Sequence[Any], number_of: dict[int, int], sweep: Sweep) -> None:
@@ -60,16 +60,17 @@ def _look_at_counts(turns: Sequence[Turn], packed: Sequence[Any], number_of: dic
 
 def look_at_all(turn: Turn, part: Part, meshes: Meshes, sweep: Sweep) -> None:
     """Shape count and mass of all bodies of one structure."""
-    components = [turn.components[number] for number in part.numbers.tolist()]
+    components: list[Any] = [turn.components[number] for number in part.numbers]
     _counts(turn, part, components, meshes, sweep)
     if part.structure.body_type != "static":
         _masses(turn, part, components, meshes, sweep)
 
 
 def _counts(turn: Turn, part: Part, components: list[Any], meshes: Meshes, sweep: Sweep) -> None:
-    found = np.array(list(map(len, map(_shapes_of, components))))
+    shapes: list[list[Any]] = list(map(_shapes_of, components))
+    found = np.array(list(map(len, shapes)))
     if any(isinstance(shape.geometry, ConvexParts) for shape in part.structure.collisions):
-        expected = np.array([sum(part_counts(part.structure, row, meshes)) for row in part.rows.tolist()])
+        expected = np.array([sum(part_counts(part.structure, row, meshes)) for row in map(int, part.rows)])
     else:
         expected = np.full(len(found), len(part.structure.collisions))
     for i in np.flatnonzero(found != expected).tolist():
@@ -78,7 +79,7 @@ def _counts(turn: Turn, part: Part, components: list[Any], meshes: Meshes, sweep
 
 
 def _masses(turn: Turn, part: Part, components: list[Any], meshes: Meshes, sweep: Sweep) -> None:
-    found = np.array(list(map(_mass_of, components)), dtype=np.float32)
+    found = np.array([*map(_mass_of, components)], dtype=np.float32)
     expected, exact = expected_mass(part.structure, part.rows, meshes)
     if exact:
         wrong = found != expected

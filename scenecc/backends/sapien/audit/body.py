@@ -15,6 +15,7 @@ from scenecc.backends.sapien.collision import COLLISION, Build
 from scenecc.backends.sapien.columns import poses, taken
 from scenecc.backends.sapien.engine import physx, render
 from scenecc.backends.sapien.knobs import BODY_KNOBS
+from scenecc.plan import ConvexParts
 
 if TYPE_CHECKING:
     from scenecc.backends.sapien.audit.defaults import Defaults
@@ -114,8 +115,9 @@ class BodyAudit:
         body, rows = physx.PhysxRigidDynamicComponent(), np.array([row])
         build = Build(rows, [self._defaults.material], self._resources)
         for shape in structure.collisions:
-            made = COLLISION[type(shape.geometry)](shape.geometry, build)(0)
-            for part in made if isinstance(made, list) else [made]:
+            made: Any = COLLISION[type(shape.geometry)](shape.geometry, build)(0)
+            parts: list[Any] = made if isinstance(shape.geometry, ConvexParts) else [made]
+            for part in parts:
                 if shape.pose is not None:
                     part.set_local_pose(poses(taken(shape.pose, rows))[0])
                 if shape.density is not None:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from scenecc.backends.sapien.audit.defaults import PAINT, Defaults
 from scenecc.backends.sapien.audit.difference import same, shown
@@ -80,8 +79,7 @@ class VisualAudit:
     def _compare(self, expected: Mapping[str, Any], found: Any, place: Place) -> None:
         for name, value in expected.items():
             actual = getattr(found, name)
-            # Colours come back as lists of floats.
-            if not same(value, np.array(actual) if isinstance(actual, list) else actual):
+            if not same(value, actual):
                 self._sweep.tell(place, name, shown(value), shown(actual))
 
     def _path(self, file: int) -> str:
@@ -91,5 +89,5 @@ class VisualAudit:
 def _front_face(shape: VisualShape, row: int) -> str:
     if shape.front_face is not None:
         return shape.front_face
-    mirrored = isinstance(shape.geometry, Mesh) and np.prod(shape.geometry.scale.row(row)) < 0
+    mirrored = isinstance(shape.geometry, Mesh) and math.prod(shape.geometry.scale.row(row).tolist()) < 0
     return "clockwise" if mirrored else "counterclockwise"
