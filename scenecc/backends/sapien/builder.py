@@ -8,6 +8,7 @@ import numpy as np
 
 from scenecc.backends.sapien.columns import poses, taken
 from scenecc.backends.sapien.engine import physx, render, sapien
+from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.backends.sapien.knobs import BODY_KNOBS, RENDER_KNOBS
 from scenecc.backends.sapien.mass import mass_step
 from scenecc.backends.sapien.shapes import attach, collision_steps, cook, split, visual_steps
@@ -15,7 +16,6 @@ from scenecc.backends.sapien.shapes import attach, collision_steps, cook, split,
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from scenecc.backends.sapien.failure import EngineFailure
     from scenecc.backends.sapien.resources import Resources
     from scenecc.plan import BodyStructure, Entity
 
@@ -25,6 +25,9 @@ _COMPONENTS: dict[str, Any] = {
     "static": physx.PhysxRigidStaticComponent,
     "none": None,
 }
+
+
+REFUSED = "SC808"
 
 
 class BatchActorBuilder(sapien.ActorBuilder):
@@ -47,11 +50,14 @@ class BatchActorBuilder(sapien.ActorBuilder):
         rendered: bool,
     ) -> None:
         super().__init__()
+        if structure.body_type in ("static", "none"):
+            _refuse_what_cannot_be(structure)
         # Shapes come from the plan alone: SAPIEN's add_* methods append to these, and must not do so unheard.
         self.collision_records = self.visual_records = ()  # pyright: ignore[reportAttributeAccessIssue]
         self.name = entity.name
         self.physx_body_type = structure.body_type
         self.row = 0
+        self._origin = structure.origin
         self._component = _COMPONENTS[structure.body_type]
         self._collisions = collision_steps(structure, rows, resources)
         self._visuals = visual_steps(structure, rows, resources) if rendered else ()
@@ -69,8 +75,15 @@ class BatchActorBuilder(sapien.ActorBuilder):
         """A new entity, not yet in a scene, and its physical component (None where it has none).
 
         Raises:
-            EngineFailure: the engine cannot make one of its shapes.
+            EngineFailure: the engine cannot make one of its shapes, or refuses a value.
         """
+        try:
+            return self._make(row)
+        except (RuntimeError, TypeError, ValueError) as error:
+            words = str(error).partition("\n")[0]
+            raise EngineFailure(REFUSED, f"the engine refuses this body: {words}", origin=self._origin) from error
+
+    def _make(self, row: int) -> tuple[Any, Any]:
         entity = sapien.Entity()
         component = None
         if self._visuals:
@@ -127,3 +140,13 @@ class BatchActorBuilder(sapien.ActorBuilder):
             setter(component, values[row])
         component.set_name(self.name)
         return component
+
+
+def _refuse_what_cannot_be(structure: BodyStructure) -> None:
+    """These types have no component that could hold it, and nothing is dropped unheard."""
+    said = [knob.get for knob, _ in BODY_KNOBS.said(structure)]
+    said += [name for name in ("mass", "inertial") if getattr(structure, name) is not None]
+    if structure.body_type == "none":
+        said += [name for name in ("collisions", "collision_groups") if getattr(structure, name)]
+    if said:
+        raise EngineFailure(REFUSED, f"a body of type {structure.body_type} has no {said[0]}", origin=structure.origin)

@@ -10,7 +10,7 @@ from scenecc.backends.sapien.audit.report import audit as audit_batch
 from scenecc.backends.sapien.build import build_scenes, report
 from scenecc.backends.sapien.cuda import refusal
 from scenecc.backends.sapien.failure import EngineFailure
-from scenecc.backends.sapien.machine import render_problem
+from scenecc.backends.sapien.machine import new_render_system, render_problem
 from scenecc.backends.sapien.settings import engine_settings
 
 if TYPE_CHECKING:
@@ -39,10 +39,13 @@ def run(
     except EngineFailure as failure:
         report(failure, sink, plan.origin)
         return None
+    # Without a system that holds it, SAPIEN's renderer is started and ended again for every single material.
+    renderer = new_render_system() if rendered else None
     with engine_settings(plan.physics), collector_paused():
         built = build_scenes(plan, scene_idxs, sink, rendered=rendered, progress=progress)
         if built is None:
             return None
+        del renderer
         batch, turns = built
         if audit != "off" and not audit_batch(batch, turns, sink, audit):
             batch.close()

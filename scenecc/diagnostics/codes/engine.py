@@ -65,4 +65,14 @@ ROWS: tuple[Code, ...] = (
         "$ scenecc build scene.yaml    # where an image is replaced by something unreadable after the check",
         "Look at the file that the message names.",
     ),
+    Code(
+        "SC808",
+        "error",
+        "the engine refuses a body",
+        "A plan that was written or changed by hand asks a body for something that its type does not have in the "
+        "engine (a damping of a static body), or for a value that the engine does not take. Plans compiled from scene "
+        "files are checked before.",
+        "$ scenecc build plan.json    # a plan whose static body was given a `linear_damping`",
+        "Take the property out of the plan, or compile the plan from the scene file again.",
+    ),
 )

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from scenecc.backends.sapien.coacd_worker import LINE_BREAKS, ply
 from scenecc.diagnostics import Diagnostic, Origin, Sink
 from scenecc.plan import (
     BodyStructure,
+    Box,
     CoacdParams,
     CollisionShape,
     ConvexMesh,
@@ -118,6 +120,27 @@ def test_a_refusal_in_the_middle_tears_down(plan: ScenePlan, monkeypatch: pytest
     assert "out of luck" in told.message
     assert len(made) == 4
     assert all(scene.entities == [] for scene in made)
+
+
+@pytest.mark.parametrize(
+    ("kind", "said"),
+    [
+        ("static", {"linear_damping": constant(0.5)}),
+        ("static", {"mass": constant(1.0)}),
+        ("none", {"linear_damping": constant(0.5)}),
+        ("none", {"mass": constant(1.0)}),
+        ("none", {"collision_groups": constant([1, 1, 0, 0], np.int64)}),
+        ("none", {"collisions": (CollisionShape(Box(constant([1, 1, 1]))),)}),
+        ("dynamic", {"solver_position_iterations": constant(-1, np.int64)}),
+    ],
+)
+def test_what_a_body_type_does_not_have(kind: Any, said: dict[str, Any], plan_of_shapes: PlanOf) -> None:
+    """Scene files are checked for this before; a plan may come from elsewhere."""
+    plan = plan_of_shapes(kind=kind)
+    (entity,) = plan.entities
+    body = replace(entity.structures[0], **said)
+    (told,) = complaints(replace(plan, entities=(replace(entity, structures=(body,)),)))
+    assert (told.code, told.path) == ("SC808", "entities.body")
 
 
 def test_no_render_device(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:

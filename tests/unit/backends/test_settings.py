@@ -64,6 +64,7 @@ def others_settings() -> Iterator[None]:
     body, sdf = physx.get_body_config(), physx.get_sdf_config()
     material = physx.get_default_material()
     numbers = material.static_friction, material.dynamic_friction, material.restitution
+    down: Any = [0, 0, -1]
     physx.set_scene_config(gravity=down, bounce_threshold=1.5, enable_tgs=False, cpu_workers=3)
     physx.set_shape_config(0.03, 0.002)
     physx.set_body_config(7, 3, 0.1)
