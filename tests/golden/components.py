@@ -154,6 +154,7 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
     for scene in scenes:
         builder = scene.create_actor_builder()
         builder.add_box_collision(half_size=[0.1, 0.1, 0.1])
+        builder.add_sphere_collision(radius=0.11)
         builder.initial_pose = sapien.Pose([4, 0, 0.6])
         entity = builder.build(name="fell")
         body = entity.find_component_by_type(physx.PhysxRigidDynamicComponent)

@@ -305,7 +305,11 @@ def components() -> ScenePlan:
         entity("whole", pose(1, 0, 0.6), whole),
         entity("given", pose(2, 0, 0.6), given),
         entity("weighed", pose(3, 0, 0.6), weighed),
-        entity("fell", pose(4, 0, 0.6), solid(Box(constant([0.1] * 3)), angular_velocity=constant([1, 2, 3]))),
+        entity(
+            "fell",
+            pose(4, 0, 0.6),
+            solid(Box(constant([0.1] * 3)), Sphere(constant(0.11)), angular_velocity=constant([1, 2, 3])),
+        ),
     )
     return ScenePlan("components", 2, entities, Physics(), files=files("mug.obj", "bowl.obj"))
 

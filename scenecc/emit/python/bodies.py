@@ -249,7 +249,7 @@ def _front_face(shape: VisualShape, columns: Columns) -> Node | None:
         return string(shape.front_face)
     if not isinstance(shape.geometry, Mesh):
         return None
-    mirrored = np.prod(columns.of_rows(shape.geometry.scale), axis=1) < 0
+    mirrored = np.count_nonzero(columns.of_rows(shape.geometry.scale) < 0, axis=1) % 2 == 1
     if not mirrored.any():
         return None
     return columns.words(["clockwise" if m else "counterclockwise" for m in mirrored.tolist()], "front_face")

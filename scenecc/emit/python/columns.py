@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.emit.python.names import Names
-    from scenecc.plan import Value
+    from scenecc.plan import BodyStructure, Entity, Value
 
 IDENTITY = np.array([0, 0, 0, 1, 0, 0, 0], dtype=np.float64)
 
@@ -43,6 +43,13 @@ def _numbers(item: float | list[Any]) -> Node:
     if not isinstance(item, list):
         return number(item)
     return list_of([_numbers(one) for one in item])
+
+
+def variants(entity: Entity) -> list[tuple[int, BodyStructure, NDArray[np.intp]]]:
+    """The structures that some scene has: index, structure, and the entity's rows that have it."""
+    pick = np.array(entity.pick if entity.pick is not None else (0,) * len(entity.scene_idxs))
+    found = ((index, structure, np.flatnonzero(pick == index)) for index, structure in enumerate(entity.structures))
+    return [(index, structure, rows) for index, structure, rows in found if len(rows)]
 
 
 @dataclass(slots=True)

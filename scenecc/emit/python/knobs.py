@@ -80,7 +80,7 @@ def write_offsets(source: Source, shapes: tuple[CollisionShape, ...], columns: C
         [(name, columns.value(getattr(shape, name), name, numbers)) for name in given(shape, OFFSETS)]
         for shape in shapes
     ]
-    if len(wanted) > 1 and all(one == wanted[0] for one in wanted):
+    if len(wanted) > 1 and wanted[0] and all(one == wanted[0] for one in wanted):
         with source.block("for shape in body.collision_shapes:"):
             for name, node in wanted[0]:
                 source.statement(node, assign=f"shape.{name}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import TYPE_CHECKING, Literal
 
-from scenecc.emit.python.columns import number
+from scenecc.emit.python.columns import number, variants
 from scenecc.emit.python.layout import Group, Node, Source, call, list_of, string
 from scenecc.plan import Texture
 
@@ -24,8 +24,9 @@ class Materials:
         self._plan = plan
         self._physical = _named(_users(plan, "physical"), "physical", names)
         self._looks = _named(_users(plan, "look"), "look", names)
-        shapes = [shape for entity in plan.entities for body in entity.structures for shape in body.collisions]
-        self._default = plan.physics.default_material if any(shape.material is None for shape in shapes) else None
+        bodies = [body for entity in plan.entities for _, body, _ in variants(entity)]
+        needed = any(shape.material is None for body in bodies for shape in body.collisions)
+        self._default = plan.physics.default_material if needed else None
 
     def physical(self, index: int) -> str:
         """The variable of a physical material."""
@@ -60,10 +61,12 @@ def _users(plan: ScenePlan, sort: _Sort) -> dict[int, set[str]]:
     """Table index to the names of the entities that have it, in order of first use."""
     users: dict[int, set[str]] = {}
     for entity in plan.entities:
-        for structure in entity.structures:
+        for _, structure, rows in variants(entity):
             for shape in structure.collisions if sort == "physical" else structure.visuals:
-                for index in shape.material.data.tolist() if shape.material is not None else ():
-                    users.setdefault(index, set()).add(entity.name)
+                if shape.material is not None:
+                    data = shape.material.data[rows] if shape.material.varies else shape.material.data
+                    for index in data.tolist():
+                        users.setdefault(index, set()).add(entity.name)
     return users
 
 

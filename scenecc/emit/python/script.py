@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from scenecc.diagnostics import Location
 from scenecc.emit.python.bodies import Body, write_body
-from scenecc.emit.python.columns import Columns, number
+from scenecc.emit.python.columns import Columns, number, variants
 from scenecc.emit.python.files import Files
 from scenecc.emit.python.knobs import BODY_KNOBS, LOOK_KNOBS, given
 from scenecc.emit.python.layout import Source, list_of
@@ -23,6 +21,7 @@ from scenecc.plan.uris import rebased
 if TYPE_CHECKING:
     from pathlib import Path
 
+    import numpy as np
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Sink
@@ -140,11 +139,7 @@ def _write_scene(source: Source, plan: ScenePlan) -> None:
 
 
 def _write_entity(source: Source, entity: Entity, num_scenes: int, tables: _Tables) -> None:
-    pick = np.array(entity.pick if entity.pick is not None else (0,) * len(entity.scene_idxs))
-    for index, structure in enumerate(entity.structures):
-        rows = np.flatnonzero(pick == index)
-        if not len(rows):
-            continue
+    for index, structure, rows in variants(entity):
         columns = Columns(entity.name, rows, tables.names)
         looped = len(rows) > 1
         inner = Source(depth=source.depth + looped)
