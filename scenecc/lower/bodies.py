@@ -42,6 +42,8 @@ KNOBS: dict[str, Knob] = {
 }
 """Key of the language → field of the plan, and how one's value becomes the other's."""
 
+_KNOB_NAMES = frozenset(KNOBS)
+
 
 class Bodies:
     """Lowers the bodies of a document."""
@@ -55,12 +57,8 @@ class Bodies:
     def lower(self, body: Body, origin: Origin) -> BodyStructure:
         """A body's structure; shapes that were reported are missing in it."""
         default = self._materials.surface(body.material, origin) or PLAIN
-        collisions: list[Any] = []
-        visuals: list[Any] = []
-        for i, shape in enumerate(body.shapes):
-            collision, visual = self._shapes.both(shape, body, default, origin.child("shapes", i))
-            collisions.append(collision)
-            visuals.append(visual)
+        both = [self._shapes.both(s, body, default, origin.child("shapes", i)) for i, s in enumerate(body.shapes)]
+        collisions, visuals = [c for c, _ in both], [v for _, v in both]
         for i, shape in enumerate(body.collisions):
             collisions.append(self._shapes.collision(shape, body, default, origin.child("collisions", i)))
         for i, shape in enumerate(body.visuals):
@@ -76,13 +74,10 @@ class Bodies:
 
     def _knobs(self, body: Body, origin: Origin) -> dict[str, Value]:
         given = body.model_fields_set
-        # Few of the knobs are given, so the given keys are gone through and not the knobs.
         knobs: dict[str, Value] = {}
-        for name in given:
-            knob = KNOBS.get(name)
-            if knob is not None:
-                field, make = knob
-                knobs[field] = make(getattr(body, name))
+        for name in _KNOB_NAMES & given:
+            field, make = KNOBS[name]
+            knobs[field] = make(getattr(body, name))
         if body.collision_group is not None:
             if "collision_bits" in given:
                 self._both_groups(origin)

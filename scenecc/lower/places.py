@@ -39,8 +39,9 @@ class Places:
         found = self._world.get(name)
         if found is not None:
             return found
-        if self._parent(name) is None:
-            found = self._world[name] = self._local(name)
+        pose = self._placed[name].pose
+        if not isinstance(pose, PoseMapping) or pose.relative_to is None:
+            found = self._world[name] = lower_pose(pose, self.origin(name), ("pose",), self._sink)
             return found
         chain = self._chain(name)
         pose = IDENTITY_POSE

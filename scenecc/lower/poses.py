@@ -76,13 +76,12 @@ def compose(outer: Pose7, inner: Pose7) -> Pose7:
     return (p[0] + moved[0], p[1] + moved[1], p[2] + moved[2], *turned)
 
 
-def turned(pose: Pose7, rotation: Quat, along: float = 0.0) -> Pose7:
-    """A pose with a rotation, and a step along the turned x axis, put before it.
+def turned(pose: Pose7, rotation: Quat, step: Vec3 = (0.0, 0.0, 0.0)) -> Pose7:
+    """A pose with a rotation and a step, both in its own frame, put before it.
 
     A pose that does not turn passes the rotation on untouched, and the other way round.
     """
-    step = rotations.rotate(rotation, (along, 0.0, 0.0)) if along else (0.0, 0.0, 0.0)
-    if rotation == IDENTITY and not along:
+    if rotation == IDENTITY and not any(step):
         return pose
     if pose[3:] == IDENTITY:
         return (pose[0] + step[0], pose[1] + step[1], pose[2] + step[2], *rotation)

@@ -75,7 +75,7 @@ def shortest_from_x(target: Vec3) -> Quat:
     if y == 0 and z == 0:
         return IDENTITY if x > 0 else (0.0, 0.0, 0.0, 1.0)
     # Half way between +x and the target: q = (1 + cos, x × target), normalised.
-    return normalized((1 + x, 0.0, -z, y))
+    return normalized((1 + x, 0.0, 0.0 - z, y))
 
 
 def from_matrix(m: Matrix3) -> Quat:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -132,7 +133,11 @@ def _normal_first(shape: keys.PlaneKeys, pose: Pose7, origin: Origin, sink: Sink
     if not any(normal):
         sink.report("SC114", "a normal of length 0 has no direction", origin.child("normal"))
         return pose
-    return turned(pose, shortest_from_x(normal), shape.offset)
+    # Along the normal itself: turned from x, a step along z would be off by the rotation's rounding.
+    length = math.hypot(*normal)
+    x, y, z = normal
+    step = (x / length * shape.offset, y / length * shape.offset, z / length * shape.offset)
+    return turned(pose, shortest_from_x(normal), step)
 
 
 Turn = Callable[[Any, Pose7, "Origin", "Sink"], Pose7]
