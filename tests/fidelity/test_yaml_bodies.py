@@ -1,0 +1,216 @@
+"""Every body type, knob and physics setting of the language, written in YAML, against hand-written SAPIEN."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from fidelity.compare import assert_same_scene, assert_same_trajectory
+from fidelity.yaml_cases import SCENES, assert_same, by_hand, compare, document, load
+from sapien import Pose, physx
+
+from scenecc.spec.body import Body
+from scenecc.spec.physics import Physics
+
+SHAPES = """
+shapes:
+  - {type: box, half_size: [0.05, 0.06, 0.07]}
+  - {type: box, half_size: [0.02, 0.02, 0.2], density: 300}
+"""
+
+
+def shapes(builder: Any) -> None:
+    builder.add_box_collision(half_size=[0.05, 0.06, 0.07])
+    builder.add_box_collision(half_size=[0.02, 0.02, 0.2], density=300)
+
+
+def scaled(component: Any, mass: float) -> None:
+    """A mass and the inertia that belongs to it (`component.mass = m` alone leaves the inertia of the old one)."""
+    before, inertia = float(component.mass), np.asarray(component.inertia, np.float64)
+    component.mass = mass
+    component.inertia = inertia * (mass / before)
+
+
+KNOBS: dict[str, tuple[str, Any]] = {
+    "mass": ("2.5", lambda c: scaled(c, 2.5)),
+    "gravity": ("false", lambda c: c.set_disable_gravity(True)),
+    "linear_damping": ("0.7", lambda c: c.set_linear_damping(0.7)),
+    "angular_damping": ("0", lambda c: c.set_angular_damping(0)),
+    "linear_velocity": ("[1, -0.5, 2]", lambda c: c.set_linear_velocity([1, -0.5, 2])),
+    "angular_velocity": ("[3, 0, -1]", lambda c: c.set_angular_velocity([3, 0, -1])),
+    "locked_axes": (
+        "[ry, x, z]",
+        lambda c: c.set_locked_motion_axes([True, False, True, False, True, False]),
+    ),
+    "max_linear_velocity": ("0.5", lambda c: c.set_max_linear_velocity(0.5)),
+    "max_angular_velocity": ("0.5", lambda c: c.set_max_angular_velocity(0.5)),
+    "max_depenetration_velocity": ("0.1", lambda c: c.set_max_depenetration_velocity(0.1)),
+    "max_contact_impulse": ("0.05", lambda c: c.set_max_contact_impulse(0.05)),
+    "sleep_threshold": ("0.5", lambda c: c.set_sleep_threshold(0.5)),
+    "solver_position_iterations": ("3", lambda c: c.set_solver_position_iterations(3)),
+    "solver_velocity_iterations": ("5", lambda c: c.set_solver_velocity_iterations(5)),
+}
+ELSEWHERE = {
+    "pose": "every case",
+    "body_type": "test_body_type",
+    "scene_idxs": "test_yaml_scenes.py",
+    **dict.fromkeys(("shapes", "collisions", "visuals"), "test_yaml_shapes.py"),
+    "inertial": "test_inertial",
+    **dict.fromkeys(("material", "density"), "test_defaults_of_a_body"),
+    **dict.fromkeys(("collision_group", "collision_bits"), "test_collision_groups"),
+    **dict.fromkeys(("color", "visibility", "shading_mode"), "what is seen: test_visuals.py"),
+}
+
+
+def test_every_key_of_a_body_is_compared() -> None:
+    assert set(KNOBS) | set(ELSEWHERE) == set(Body.model_fields)
+
+
+@pytest.mark.parametrize("name", KNOBS)
+def test_knob(name: str) -> None:
+    value, component = KNOBS[name]
+    compare(f"{name}: {value}{SHAPES}", shapes, component)
+
+
+@pytest.mark.parametrize("kind", ["dynamic", "kinematic", "static"])
+def test_body_type(kind: str) -> None:
+    compare(f"body_type: {kind}{SHAPES}", shapes, kind=kind)
+
+
+def test_none_has_no_physics() -> None:
+    with load(document("body_type: none\nvisuals: [{type: sphere, radius: 1}]")) as batch:
+        assert all(
+            not [c for c in entity.components if "Physx" in type(c).__name__] for entity in batch.entities["body"].objs
+        )
+
+
+def test_inertial() -> None:
+    compare(
+        "inertial: {mass: 1.7, com: {p: [0.01, -0.02, 0.03], q: [0.6, 0.8, 0, 0]}, inertia: [0.011, 0.012, 0.0021]}"
+        + SHAPES,
+        lambda b: (
+            shapes(b),
+            b.set_mass_and_inertia(1.7, Pose([0.01, -0.02, 0.03], [0.6, 0.8, 0, 0]), [0.011, 0.012, 0.0021]),
+        ),
+    )
+
+
+def test_defaults_of_a_body() -> None:
+    """A shape's own density goes before its material's, that before the body's material's, that before the body's."""
+    rubber, ice = (0.9, 0.8, 0.5), (0.1, 0.05, 0)
+
+    def builder(b: Any) -> None:
+        named, other = physx.PhysxMaterial(*rubber), physx.PhysxMaterial(*ice)
+        b.add_sphere_collision(radius=0.1, material=named, density=250)
+        b.add_sphere_collision(Pose([0.1, 0, 0]), radius=0.05, material=other, density=900)
+        b.add_sphere_collision(Pose([0, 0.1, 0]), radius=0.05, material=other, density=100)
+        b.add_sphere_collision(Pose([0, 0, 0.1]), radius=0.05, material=physx.PhysxMaterial(0.4, 0.3, 0.1), density=250)
+
+    compare(
+        """
+        material: rubber
+        density: 250
+        shapes:
+          - {type: sphere, radius: 0.1}
+          - {type: sphere, radius: 0.05, pose: [0.1, 0, 0], material: ice}
+          - {type: sphere, radius: 0.05, pose: [0, 0.1, 0], material: ice, density: 100}
+          - {type: sphere, radius: 0.05, pose: [0, 0, 0.1], material: {physical: {static_friction: 0.4}}}
+        """,
+        builder,
+        rest="""
+        materials:
+          rubber: {physical: {static_friction: 0.9, dynamic_friction: 0.8, restitution: 0.5}}
+          ice: {physical: {static_friction: 0.1, dynamic_friction: 0.05, restitution: 0, density: 900}}
+        """,
+    )
+
+
+def test_collision_groups() -> None:
+    """The one group of the file: bit 1, and it ignores itself; `cap` has no group and SAPIEN's own bits."""
+    compare(
+        f"collision_group: debris{SHAPES}",
+        lambda b: (setattr(b, "collision_groups", [2, 1, 0, 0]), shapes(b)),
+        rest="collision_groups: {debris: {ignore: [debris]}}\n",
+    )
+    compare(
+        f"collision_bits: [4, 0xfffffff0, 3, 9]{SHAPES}",
+        lambda b: (setattr(b, "collision_groups", [4, 0xFFFFFFF0, 3, 9]), shapes(b)),
+    )
+
+
+def test_everything_at_once() -> None:
+    moving = {name: value for name, value in KNOBS.items() if name not in ("mass", "gravity")}
+    body = "\n".join(f"{name}: {value}" for name, (value, _) in moving.items())
+
+    def component(c: Any) -> None:
+        for _, set_by_hand in moving.values():
+            set_by_hand(c)
+
+    compare(body + SHAPES, shapes, component)
+
+
+SETTINGS: dict[str, tuple[str, Any]] = {
+    "timestep": ("0.004", None),
+    "gravity": ("[1, 0, -3]", lambda: physx.set_scene_config(gravity=[1, 0, -3])),
+    "bounce_threshold": ("0.1", lambda: physx.set_scene_config(bounce_threshold=0.1)),
+    "enable_pcm": ("false", lambda: physx.set_scene_config(enable_pcm=False)),
+    "enable_tgs": ("false", lambda: physx.set_scene_config(enable_tgs=False)),
+    "enable_ccd": ("true", lambda: physx.set_scene_config(enable_ccd=True)),
+    "enable_enhanced_determinism": ("true", lambda: physx.set_scene_config(enable_enhanced_determinism=True)),
+    "enable_friction_every_iteration": ("false", lambda: physx.set_scene_config(enable_friction_every_iteration=False)),
+    "cpu_workers": ("1", lambda: physx.set_scene_config(cpu_workers=1)),
+    "default_material": (
+        "{static_friction: 0.9, dynamic_friction: 0.8, restitution: 0.6}",
+        lambda: physx.set_default_material(0.9, 0.8, 0.6),
+    ),
+    "contact_offset": ("0.03", lambda: physx.set_shape_config(contact_offset=0.03)),
+    "rest_offset": ("-0.002", lambda: physx.set_shape_config(rest_offset=-0.002)),
+    "solver_position_iterations": ("3", lambda: physx.set_body_config(solver_position_iterations=3)),
+    "solver_velocity_iterations": ("5", lambda: physx.set_body_config(solver_velocity_iterations=5)),
+    "sleep_threshold": ("0.5", lambda: physx.set_body_config(sleep_threshold=0.5)),
+}
+NOT_HERE = {"sdf": "needs a distance field", "scene_spacing": "needs a GPU", "gpu_memory": "needs a GPU"}
+
+
+@pytest.fixture
+def engine_defaults() -> Iterator[None]:
+    """Puts back what a person sets for the whole process."""
+    scene, shape, body = physx.get_scene_config(), physx.get_shape_config(), physx.get_body_config()
+    material = physx.get_default_material()
+    friction = material.static_friction, material.dynamic_friction, material.restitution
+    yield
+    physx.set_scene_config(scene)
+    physx.set_shape_config(shape)
+    physx.set_body_config(body)
+    physx.set_default_material(*friction)
+
+
+def test_every_setting_is_compared() -> None:
+    assert set(SETTINGS) | set(NOT_HERE) == set(Physics.model_fields)
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_setting(name: str, engine_defaults: None) -> None:
+    value, set_by_hand = SETTINGS[name]
+    with load(document(SHAPES, f"physics: {{{name}: {value}}}\n")) as batch:
+        if set_by_hand:
+            set_by_hand()
+        hand = [by_hand(shapes) for _ in range(SCENES)]
+        if name == "timestep":
+            for scene in hand:
+                scene.timestep = 0.004
+        assert_same(batch, hand)
+
+
+def test_half_a_material_takes_the_rest_from_the_default(engine_defaults: None) -> None:
+    text = document(
+        "shapes: [{type: sphere, radius: 0.1, material: {physical: {restitution: 0}}}]",
+        "physics: {default_material: {static_friction: 0.9, dynamic_friction: 0.8, restitution: 0.6}}\n",
+    )
+    with load(text) as batch:
+        physx.set_default_material(0.9, 0.8, 0.6)
+        hand = by_hand(lambda b: b.add_sphere_collision(radius=0.1, material=physx.PhysxMaterial(0.9, 0.8, 0)))
+        assert_same_scene(batch.scenes[0], hand)
+        assert_same_trajectory(batch.scenes[:1], [hand])
