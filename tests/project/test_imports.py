@@ -1,0 +1,74 @@
+"""What is loaded, and so paid for, by those who only check a scene."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HEAVY = ("sapien", "trimesh", "numpy", "coacd", "mani_skill", "jsonschema")
+"""None of these is needed to check a scene without meshes: an engine, a mesh library, arrays."""
+
+SCENE = """\
+scenecc: 1
+num_scenes: 4
+materials:
+  wood: {physical: {static_friction: 0.6, dynamic_friction: 0.5}, visual: {base_color: [0.6, 0.4, 0.3]}}
+entities:
+  table:
+    body_type: static
+    scene_idxs: [0, "2:"]
+    shapes:
+      - {type: plane}
+      - {type: box, half_size: [1, 1, 0.1], material: wood}
+  ball:
+    scene_idxs: [0, "2:"]
+    pose: {p: [0, 0, 1], rpy_deg: [0, 30, 0], relative_to: table}
+    mass: 0.5
+    linear_velocity: [1, 0, 0]
+    shapes:
+      - {type: sphere, radius: 0.1, density: 500}
+      - {type: capsule, radius: 0.05, half_length: 0.1, axis: z}
+"""
+
+BROKEN = SCENE + "      - {type: box, half_size: [1, 1]}\n"
+
+
+def loaded(code: str, *arguments: str) -> set[str]:
+    """The heavy packages that are loaded once a program has run."""
+    report = f"\nimport sys\nprint(*({set(HEAVY)!r} & set(sys.modules)))\n"
+    ran = subprocess.run([sys.executable, "-c", code + report, *arguments], capture_output=True, text=True, check=True)
+    return set(ran.stdout.splitlines()[-1].split()) if ran.stdout.strip() else set()
+
+
+def test_importing_the_package_loads_nothing_heavy() -> None:
+    assert loaded("import scenecc, scenecc.api, scenecc.cli") == set()
+
+
+@pytest.mark.parametrize("text", [SCENE, BROKEN], ids=["valid", "broken"])
+def test_validating_a_scene_without_meshes_loads_nothing_heavy(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text(text)
+    code = "import sys, scenecc\nfound = scenecc.validate(sys.argv[1])\nassert len(found) == int(sys.argv[2]), found"
+    assert loaded(code, str(file), "0" if text is SCENE else "1") == set()
+
+
+def test_the_command_that_validates_loads_nothing_heavy(tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text(SCENE)
+    code = (
+        "import sys\nfrom scenecc.cli import main\nsys.argv = ['scenecc', 'validate', sys.argv[1]]\n"
+        "try:\n    main()\nexcept SystemExit as ended:\n    assert not ended.code, ended.code\n"
+    )
+    assert loaded(code, str(file)) == set()
+
+
+def test_building_a_scene_does_load_an_engine() -> None:
+    """The test itself sees what is loaded."""
+    scene = {"scenecc": 1, "entities": {"ball": {"shapes": [{"type": "sphere", "radius": 0.1}]}}}
+    code = (
+        f"import warnings\nwarnings.simplefilter('ignore')\nimport scenecc\nscenecc.load_scene({scene!r}, render=False)"
+    )
+    assert loaded(code) >= {"sapien", "numpy"}
