@@ -9,10 +9,12 @@ from scenecc.diagnostics import Origin
 from scenecc.plan import Mesh, Plane, TriangleMesh
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from scenecc.diagnostics import Sink
-    from scenecc.plan import BodyStructure, Entity, PhysicalMaterial, ScenePlan
+    from scenecc.plan import BodyStructure, CollisionShape, Entity, PhysicalMaterial, ScenePlan
+
+    Found = tuple[Entity, BodyStructure, CollisionShape]
 
 CONTACT_OFFSET, REST_OFFSET = 0.01, 0.0
 """SAPIEN's own (`sapien.physx.get_shape_config()`)."""
@@ -157,7 +159,7 @@ def _mass(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
             at="key",
             related=[("the mass", origin.child("mass"), "key")],
         )
-    elif body.collisions and all(s.density is not None and not s.density.data.any() for s in body.collisions):
+    elif body.collisions and all(s.density is not None and not any(s.density.numbers()) for s in body.collisions):
         sink.report(
             "SC510",
             f"`{name}` has densities of 0 only, so there is nothing that `mass` could scale",
@@ -170,8 +172,8 @@ def _inertia(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None
     """No principal moment of a real body is above the sum of the other two."""
     if body.inertial is None:
         return
-    moments = body.inertial.inertia.data
-    if (2 * moments.max(axis=1) > moments.sum(axis=1) * (1 + 1e-9)).any():
+    moments = iter(body.inertial.inertia.numbers())
+    if any(2 * max(row) > sum(row) * (1 + 1e-9) for row in zip(moments, moments, moments, strict=True)):
         sink.report(
             "SC506",
             f"no body has the inertia of `{name}`: one moment is above the sum of the others",
@@ -195,7 +197,7 @@ def _meshes_that_move(body: BodyStructure, name: str, origin: Origin, sink: Sink
 
 def _mirrored(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
     for shape in body.visuals:
-        if isinstance(shape.geometry, Mesh) and not shape.geometry.scale.data.all():
+        if isinstance(shape.geometry, Mesh) and not all(shape.geometry.scale.numbers()):
             place = (shape.origin or origin).child("scale")
             sink.report("SC104", f"a scale of 0 leaves nothing of a mesh of `{name}`", place)
 
@@ -236,17 +238,19 @@ def _offsets(plan: ScenePlan, sink: Sink) -> None:
             for shape in structure.collisions:
                 if shape.contact_offset is None and shape.rest_offset is None:
                     continue
-                contacts = contact if shape.contact_offset is None else shape.contact_offset.data
-                rests = rest if shape.rest_offset is None else shape.rest_offset.data
-                bad = contacts <= rests
-                if bad if isinstance(bad, bool) else bad.any():
+                contacts = (contact,) if shape.contact_offset is None else shape.contact_offset.numbers()
+                rests = (rest,) if shape.rest_offset is None else shape.rest_offset.numbers()
+                bad = next((pair for pair in _by_row(contacts, rests) if pair[0] <= pair[1]), None)
+                if bad is not None:
                     key = "rest_offset" if shape.rest_offset is not None else "contact_offset"
                     origin = shape.origin or _origin(structure, entity, plan)
-                    _offset(_first(contacts), _first(rests), origin.child(key), sink)
+                    _offset(*bad, origin.child(key), sink)
 
 
-def _first(number: object) -> float:
-    return float(number if isinstance(number, float | int) else number.flat[0])  # type: ignore[attr-defined]
+def _by_row(a: tuple[float, ...], b: tuple[float, ...]) -> Iterator[tuple[float, float]]:
+    """Pairs of two columns, each of one number in all or of one a row."""
+    rows = max(len(a), len(b))
+    return zip(a * rows if len(a) == 1 else a, b * rows if len(b) == 1 else b, strict=True)
 
 
 def _offset(contact: float, rest: float, origin: Origin, sink: Sink) -> None:
@@ -260,7 +264,8 @@ def _offset(contact: float, rest: float, origin: Origin, sink: Sink) -> None:
 
 def _sdf_on_planes(plan: ScenePlan, sink: Sink) -> None:
     """On the CPU PhysX lets a signed distance field fall through a plane."""
-    moving, planes = [], []
+    moving: list[Found] = []
+    planes: list[Found] = []
     for entity in plan.entities:
         for structure in entity.structures:
             for shape in structure.collisions:

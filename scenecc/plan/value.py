@@ -27,7 +27,7 @@ class Value:
     __slots__ = ("_literal", "data")
 
     data: NDArray[Any]
-    _literal: tuple[object, DTypeLike]
+    _literal: tuple[float | tuple[float, ...], DTypeLike]
 
     def __init__(self, data: NDArray[Any]) -> None:
         _put(self, "data", data)
@@ -69,6 +69,13 @@ class Value:
     def varies(self) -> bool:
         """Whether the scenes do not all have the same."""
         return self.data.shape[0] != 1
+
+    def numbers(self) -> tuple[float, ...]:
+        """All numbers of all rows, one after another; for a `literal`'s own no array is made."""
+        if not hasattr(self, "_literal"):
+            return tuple(self.data.ravel().tolist())
+        item, _ = self._literal
+        return item if isinstance(item, tuple) else (item,)
 
     def row(self, index: int) -> Any:
         """What the entity's scene number `index` (a row, not a scene index) has."""
