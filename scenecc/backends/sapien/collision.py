@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from scenecc.backends.sapien.columns import Column, caller, scalars, taken, vectors
 from scenecc.backends.sapien.engine import physx
@@ -21,8 +20,7 @@ if TYPE_CHECKING:
 Make = "Callable[[int], Any]"
 
 
-@dataclass(frozen=True, slots=True)
-class Build:
+class Build(NamedTuple):
     """What a row of the table is given.
 
     Attributes:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -34,9 +33,8 @@ if TYPE_CHECKING:
 Fixed = tuple[tuple["Callable[[Any, Any], Any]", Any], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class ShapeSteps:
-    """How one shape of the plan is made, row by row.
+class ShapeSteps(NamedTuple):
+    """How one shape of the plan is made, row by row. A plain tuple: there is one for every shape of a plan.
 
     Attributes:
         make: a row to a new shape (`many`: to a list of shapes).

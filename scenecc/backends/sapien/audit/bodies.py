@@ -17,6 +17,8 @@ from scenecc.plan import ConvexParts
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
     from scenecc.backends.sapien.audit.meshes import Meshes
     from scenecc.backends.sapien.turn import Part, Turn
 
@@ -34,7 +36,7 @@ def look_at_poses(turns: Sequence[Turn], scenes: Sequence[Any], scene_idxs: Sequ
         _look_at_counts(turns, packed, number_of, sweep)
         return
     wanted = [taken(turn.entity.pose, turn.rows).astype(np.float32) for turn in turns]
-    whole = np.concatenate([np.broadcast_to(w, (len(t.rows), 7)) for w, t in zip(wanted, turns, strict=True)])
+    whole = np.concatenate([_spread(rows, len(turn.rows)) for rows, turn in zip(wanted, turns, strict=True)])
     # Entities come turn by turn here and scene by scene there; a stable sort by scene keeps the turns' order.
     order = np.argsort(scene, kind="stable")
     found = np.concatenate(packed)[:, [4, 5, 6, 0, 1, 2, 3]]
@@ -44,6 +46,10 @@ def look_at_poses(turns: Sequence[Turn], scenes: Sequence[Any], scene_idxs: Sequ
         which = int(np.searchsorted(starts, body, side="right")) - 1
         place = Place(turns[which], body - int(starts[which]), turns[which].entity.origin)
         sweep.tell(place, "pose", shown(whole[body]), shown(found[i]))
+
+
+def _spread(rows: NDArray[np.float32], count: int) -> NDArray[np.float32]:
+    return rows if len(rows) == count else np.broadcast_to(rows, (count, 7))
 
 
 def _look_at_counts(turns: Sequence[Turn], packed: Sequence[Any], number_of: dict[int, int], sweep: Sweep) -> None:

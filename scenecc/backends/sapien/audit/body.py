@@ -11,16 +11,13 @@ from scenecc.backends.sapien.audit.mass import stored
 from scenecc.backends.sapien.audit.shapes import ShapeAudit
 from scenecc.backends.sapien.audit.sweep import Expected, Place, Sweep, given
 from scenecc.backends.sapien.audit.visuals import VisualAudit
-from scenecc.backends.sapien.collision import COLLISION, Build
-from scenecc.backends.sapien.columns import poses, taken
+from scenecc.backends.sapien.columns import poses
 from scenecc.backends.sapien.engine import physx, render
 from scenecc.backends.sapien.knobs import BODY_KNOBS
-from scenecc.plan import ConvexParts
 
 if TYPE_CHECKING:
     from scenecc.backends.sapien.audit.defaults import Defaults
     from scenecc.backends.sapien.audit.meshes import Meshes
-    from scenecc.backends.sapien.resources import Resources
     from scenecc.backends.sapien.turn import Turn
     from scenecc.plan import BodyStructure, Inertial, ScenePlan
 
@@ -34,10 +31,8 @@ _TYPES = {
 class BodyAudit:
     """Looks at bodies; what differs is in the sweep afterwards."""
 
-    def __init__(
-        self, plan: ScenePlan, resources: Resources, defaults: Defaults, meshes: Meshes, sweep: Sweep, *, rendered: bool
-    ) -> None:
-        self._resources = resources
+    def __init__(self, plan: ScenePlan, defaults: Defaults, meshes: Meshes, sweep: Sweep, *, rendered: bool) -> None:
+        self._meshes = meshes
         self._defaults = defaults
         self._sweep = sweep
         self._rendered = rendered
@@ -112,14 +107,11 @@ class BodyAudit:
             self._sweep.tell(place, "inertia", shown(inertia), shown(body.inertia))
 
     def _reference(self, structure: BodyStructure, row: int) -> Any:
-        body, rows = physx.PhysxRigidDynamicComponent(), np.array([row])
-        build = Build(rows, [self._defaults.material], self._resources)
+        body = physx.PhysxRigidDynamicComponent()
         for shape in structure.collisions:
-            made: Any = COLLISION[type(shape.geometry)](shape.geometry, build)(0)
-            parts: list[Any] = made if isinstance(shape.geometry, ConvexParts) else [made]
-            for part in parts:
+            for part in self._meshes.fresh(shape.geometry, row):
                 if shape.pose is not None:
-                    part.set_local_pose(poses(taken(shape.pose, rows))[0])
+                    part.set_local_pose(poses(shape.pose.row(row)[None])[0])
                 if shape.density is not None:
                     part.set_density(float(shape.density.row(row)))
                 body.attach(part)

@@ -59,8 +59,8 @@ def plain(value: object) -> NDArray[Any]:
     """Numbers of the plan or of the engine as an array: float32, integers or booleans."""
     if isinstance(value, sapien.Pose):
         return np.array(pose_state(value), dtype=np.float32)
-    array = np.asarray(value)
-    return array.astype(np.float32) if array.dtype.kind == "f" else array
+    array: NDArray[Any] = np.asarray(value)
+    return array.astype(np.float32, copy=False) if array.dtype.kind == "f" else array
 
 
 def pose_state(pose: sapien.Pose) -> tuple[float, ...]:

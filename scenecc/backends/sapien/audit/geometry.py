@@ -59,7 +59,7 @@ def _no_scale(geometry: TiledPlane, row: int) -> Sizes:
     return {"scale": np.ones(3)}
 
 
-COLLISION_SIZES: dict[type[CollisionGeometry], tuple[type, Callable[[Any, int], Sizes]]] = {
+COLLISION_SIZES: dict[type[CollisionGeometry], tuple[Any, Callable[[Any, int], Sizes]]] = {
     Box: (physx.PhysxCollisionShapeBox, _half_size),
     Sphere: (physx.PhysxCollisionShapeSphere, _radius),
     Capsule: (physx.PhysxCollisionShapeCapsule, _radius_and_length),
@@ -71,7 +71,7 @@ COLLISION_SIZES: dict[type[CollisionGeometry], tuple[type, Callable[[Any, int], 
 }
 """Geometry to the engine's type and to the properties that the entity's row must have."""
 
-VISUAL_SIZES: dict[type[VisualGeometry], tuple[type, Callable[[Any, int], Sizes]]] = {
+VISUAL_SIZES: dict[type[VisualGeometry], tuple[Any, Callable[[Any, int], Sizes]]] = {
     Box: (render.RenderShapeBox, _half_size),
     Sphere: (render.RenderShapeSphere, _radius),
     Capsule: (render.RenderShapeCapsule, _radius_and_length),

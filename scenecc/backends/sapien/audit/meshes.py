@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scenecc.backends.sapien.audit.geometry import COLLISION_SIZES
 from scenecc.backends.sapien.engine import physx
+from scenecc.plan import ConvexMesh, ConvexParts, TriangleMesh
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable
@@ -15,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.resources import Resources
-    from scenecc.plan import CoacdParams
+    from scenecc.plan import CoacdParams, CollisionGeometry
 
 _UNIT = (1.0, 1.0, 1.0)
 
@@ -40,7 +42,7 @@ class Meshes:
 
     def parts(self, file: int, params: CoacdParams | None) -> list[Any]:
         """The convex parts of a file."""
-        path = self._resources.parts(np.array([file]), params)[0]
+        path = self._parts_path(file, params)
         load = physx.PhysxCollisionShapeConvexMesh.load_multiple
         return self._once(("parts", path), lambda: load(path, _UNIT, self._material))
 
@@ -49,6 +51,21 @@ class Meshes:
         make = physx.PhysxCollisionShapeTriangleMesh
         key = ("triangles", file, sdf)
         return self._once(key, lambda: make(self._resources.path(file), _UNIT, self._material, sdf))
+
+    def fresh(self, geometry: CollisionGeometry, row: int) -> list[Any]:
+        """New shapes of an entity's row, of the engine's own density and without a pose."""
+        kind, sizes = COLLISION_SIZES[type(geometry)]
+        given: dict[str, Any] = {**sizes(geometry, row), "material": self._material}
+        match geometry:
+            case ConvexMesh(file=file):
+                given["filename"] = self._resources.path(int(file.row(row)))
+            case TriangleMesh(file=file, sdf=sdf):
+                given |= {"filename": self._resources.path(int(file.row(row))), "sdf": sdf}
+            case ConvexParts(file=file, coacd=coacd):
+                return kind.load_multiple(filename=self._parts_path(int(file.row(row)), coacd), **given)
+            case _:
+                pass
+        return [kind(**given)]
 
     def hull_volume(self, file: int) -> float:
         """[m³] of the hull of a file, unscaled."""
@@ -61,6 +78,9 @@ class Meshes:
     def triangle_volume(self, file: int) -> float:
         """[m³] that the triangles of a file, cooked with a distance field, enclose; unscaled."""
         return self._once(("triangle volume", file), lambda: enclosed(self.triangles(file, sdf=True)))
+
+    def _parts_path(self, file: int, params: CoacdParams | None) -> str:
+        return self._once(("path", file, params), lambda: self._resources.parts(np.array([file]), params)[0])
 
     @cached_property
     def _material(self) -> Any:

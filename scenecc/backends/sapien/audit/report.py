@@ -49,7 +49,7 @@ def _look_at_bodies(batch: SceneBatch, turns: list[Turn], sweep: Sweep, level: L
     resources = Resources(batch.plan)
     meshes = Meshes(resources)
     defaults = fresh(resources.default_material, rendered=batch.render)
-    bodies = BodyAudit(batch.plan, resources, defaults, meshes, sweep, rendered=batch.render)
+    bodies = BodyAudit(batch.plan, defaults, meshes, sweep, rendered=batch.render)
     scene_of = dict(zip(batch.scene_idxs, batch.scenes, strict=True))
     look_at_poses(turns, batch.scenes, batch.scene_idxs, sweep)
     for turn in turns:

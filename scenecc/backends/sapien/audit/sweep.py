@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,8 +21,7 @@ Expected = dict[str, Any]
 """Properties by name, floats already rounded to float32 (see `given`). What most objects share is one dictionary."""
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
+class Place(NamedTuple):
     """A body: its entity, its number there, and the node that asked for what is looked at."""
 
     turn: Turn
