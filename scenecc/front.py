@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike, fspath
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, Union
+from typing import IO, TYPE_CHECKING, Any, TypeGuard, Union
 
 from scenecc.diagnostics import Location, Origin, Sink
 from scenecc.source import Document, Limits, make_limits, read_dict, read_text
@@ -155,25 +155,26 @@ def _as_plan(source: Source) -> ScenePlan | None:
     return source if isinstance(source, ScenePlan) else None
 
 
+def _is_stream(source: Source) -> TypeGuard[IO[str] | IO[bytes]]:
+    return hasattr(source, "read")
+
+
 def _read(source: Source, limits: Limits, sink: Sink) -> _Input | None:
     """Reads a source that is no plan yet."""
     path: Path | None = None
     if isinstance(source, Mapping):
-        if _PLAN_KEY in source:
-            text = json.dumps(source, default=str)
-            return _Input(Document(None, None, {}, None), text)
         document = read_dict(source, sink, limits)
-        return document and _Input(document)
+        return document and _Input(document, json.dumps(document.data) if _PLAN_KEY in source else None)
     if isinstance(source, str) and _PLAN_TEXT.match(source):
         name, content = "<plan>", source
     elif isinstance(source, str | PathLike):
         name, path = fspath(source), Path(source).absolute()
         content = read_bytes(name, sink, limits)
-    elif hasattr(source, "read"):
+    elif _is_stream(source):
         name = getattr(source, "name", None)
         name = name if isinstance(name, str) else "<stream>"
         content = read_some(source, name, sink, limits)
-    else:
+    else:  # pyright: ignore[reportUnreachable] - callers without a type checker
         raise TypeError(f"a scene is a path, a stream, a mapping or a plan, not {type(source).__name__}")
     text = None if content is None else decode(content, name, sink, limits)
     if text is None:

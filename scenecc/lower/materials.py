@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scenecc.plan import PhysicalMaterial, Rgba, Texture, Value, VisualMaterial
 from scenecc.spec.errors import cut, suggest
@@ -113,7 +113,8 @@ class Materials:
         return self._tables.physical(row, origin)
 
     def _visual(self, given: Visual, origin: Origin) -> VisualMaterial:
-        textures = {
+        parts: dict[str, Any] = {name: getattr(given, name) for name in NUMBERS}
+        parts |= {
             name: self._texture(texture, origin.child(name))
             for name in TEXTURES
             if (texture := getattr(given, name)) is not None
@@ -121,8 +122,7 @@ class Materials:
         return VisualMaterial(
             base_color=rgba(given.base_color) if given.base_color is not None else None,
             emission=rgba(given.emission) if given.emission is not None else None,
-            **{name: getattr(given, name) for name in NUMBERS},
-            **textures,
+            **parts,
         )
 
     def _texture(self, given: str | TextureMapping, origin: Origin) -> Texture | None:

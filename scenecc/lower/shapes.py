@@ -182,7 +182,7 @@ def _file(shape: keys.FileKeys, tables: Tables, origin: Origin) -> Value | None:
 
 
 def _scale(shape: Any, tables: Tables) -> Value:
-    scale = shape.scale
+    scale: float | tuple[float, float, float] = shape.scale
     return tables.size(scale if isinstance(scale, tuple) else (scale, scale, scale))
 
 
@@ -197,7 +197,8 @@ def _convex_parts(shape: Any, tables: Tables, origin: Origin) -> plan.ConvexPart
         return None
     coacd = None
     if shape.decomposition == "coacd":
-        coacd = plan.CoacdParams(**(shape.decomposition_params.model_dump() if shape.decomposition_params else {}))
+        given: keys.CoacdKeys = shape.decomposition_params or keys.CoacdKeys()
+        coacd = plan.CoacdParams(**given.model_dump())
     return plan.ConvexParts(file, _scale(shape, tables), coacd)
 
 

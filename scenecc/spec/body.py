@@ -74,9 +74,9 @@ class Body(EntityKeys, BodyKnobs):
         default="dynamic",
         description="dynamic: moved by forces; kinematic: moved by you; static: never moves; none: only seen.",
     )
-    shapes: list[ShapeSpec] = Field(default_factory=list, description="Shapes that collide and are seen.")
-    collisions: list[CollisionSpec] = Field(default_factory=list, description="Shapes that only collide.")
-    visuals: list[VisualSpec] = Field(default_factory=list, description="Shapes that are only seen.")
+    shapes: list[ShapeSpec] = Field(default=[], description="Shapes that collide and are seen.")
+    collisions: list[CollisionSpec] = Field(default=[], description="Shapes that only collide.")
+    visuals: list[VisualSpec] = Field(default=[], description="Shapes that are only seen.")
     material: Maybe[MaterialRef] = key("For the shapes that name none.")
     color: Maybe[Color] = key("Base colour of the shapes that name none.")
     density: Maybe[NonNegative] = key("For the shapes whose material gives none either [kg/m³].", default=1000)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.spec.base import EXPRESSION, LARGEST, SMALLEST
 from scenecc.spec.document import SceneFile
 from scenecc.spec.features import LEFT_OUT, NOT_YET, OTHER_KIND, VARIATION_FORMS
+from scenecc.spec.plain import is_mapping, is_sequence
 from scenecc.spec.unions import WRONG_KIND
 from scenecc.spec.walk import KEY_MARK, document_path, follow, model_at, step
 
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
 
 _LISTED = 30
 """How many known words a hint lists."""
+
+_LONGEST = 60
+"""How long a word may be to be compared with the known ones [characters]."""
 
 _KINDS: dict[str, str] = {
     "float_type": "a number",
@@ -46,13 +50,17 @@ _BOUNDS: dict[str, tuple[str, str]] = {
 def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: Origin, sink: Sink) -> None:
     """Reports each error at its place in the document."""
     judged_otherwise: set[Path] = set()
-    for error in errors:
-        path = document_path(error["loc"], data)
+    located = [(error, document_path(error["loc"], data)) for error in errors]
+    misspelt = _misspelt(located)
+    for error, path in located:
         entity = path[:2]
         if len(path) > 1 and path[0] == "entities" and (key := _other_kind(step(data["entities"], path[1]))):
             if entity not in judged_otherwise:
                 judged_otherwise.add(entity)
                 _not_yet(NOT_YET[key], origin.child(*entity, key), "key", sink)
+            continue
+        if error["type"] == "missing" and path in misspelt:
+            # The unknown key beside it is told, with this one as its hint.
             continue
         if path[-1:] == ("name",) and "repeat" in (follow(data, path[:-1]) or ()):
             # The name of the copies: `repeat` itself is reported.
@@ -64,8 +72,17 @@ def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: 
         _report(error, path, origin.child(*path), sink)
 
 
+def _misspelt(located: Iterable[tuple[ErrorDetails, Path]]) -> set[Path]:
+    """The paths of keys that unknown ones beside them were probably meant to be."""
+    meant: set[Path] = set()
+    for error, path in located:
+        if error["type"] == "extra_forbidden" and (near := _nearest(str(path[-1]), _known(error))):
+            meant.add((*path[:-1], near))
+    return meant
+
+
 def _other_kind(entity: Any) -> str | None:
-    return next((key for key in OTHER_KIND if key in entity), None) if isinstance(entity, dict) else None
+    return next((key for key in OTHER_KIND if key in entity), None) if is_mapping(entity) else None
 
 
 def _report(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
@@ -100,7 +117,7 @@ def _value_of_later(error: ErrorDetails, path: Path, data: dict[str, Any]) -> tu
         found = follow(data, path)
     elif error["loc"][-1] == KEY_MARK:
         return None
-    if isinstance(found, dict):
+    if is_mapping(found):
         if not VARIATION_FORMS.isdisjoint(found):
             return "values that differ from scene to scene", path
         found, path = found.get("type"), (*path, "type")
@@ -138,9 +155,13 @@ def _unknown_key(error: ErrorDetails, key: str, place: Origin, sink: Sink) -> No
     if key in NOT_YET:
         _not_yet(NOT_YET[key], place, "key", sink)
         return
+    sink.report("SC101", f"unknown key `{cut(key)}`", place, at="key", hint=suggest(key, _known(error)))
+
+
+def _known(error: ErrorDetails) -> tuple[str, ...]:
+    """The keys that the mapping of an unknown one may have."""
     model = model_at(SceneFile, error["loc"])
-    known = tuple(model.model_fields) if model else ()
-    sink.report("SC101", f"unknown key `{cut(key)}`", place, at="key", hint=suggest(key, known))
+    return tuple(model.model_fields) if model else ()
 
 
 def suggest(word: str, known: Iterable[str]) -> str | None:
@@ -148,11 +169,16 @@ def suggest(word: str, known: Iterable[str]) -> str | None:
     known = tuple(known)
     if not known:
         return None
-    near = difflib.get_close_matches(word, known, n=1, cutoff=0.6)
-    if near:
-        return f"did you mean `{near[0]}`?"
+    if near := _nearest(word, known):
+        return f"did you mean `{near}`?"
     more = f" and {len(known) - _LISTED} more" if len(known) > _LISTED else ""
     return "known here: " + ", ".join(known[:_LISTED]) + more
+
+
+def _nearest(word: str, known: Iterable[str]) -> str | None:
+    # What is not longer than a key could be one; a stranger's megabyte is not compared.
+    near = difflib.get_close_matches(word, known, n=1, cutoff=0.6) if len(word) <= _LONGEST else []
+    return near[0] if near else None
 
 
 def _missing(path: Path, found: Any, place: Origin, sink: Sink) -> None:
@@ -183,8 +209,8 @@ def _choice(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
             return
         sink.report("SC105", f"{_named(path)} cannot be {show(found)}", place, hint=suggest(found, choices))
         return
-    tag = found.get("type") if isinstance(found, dict) else None
-    if not isinstance(found, dict):
+    tag = found.get("type") if is_mapping(found) else None
+    if not is_mapping(found):
         _wrong_kind("a mapping", path, found, place, sink)
     elif "type" not in found:
         sink.report("SC102", f"{_named(path)} lacks the key `type`", place)
@@ -231,19 +257,13 @@ def _reads_as_number(text: str) -> bool:
 
 def describe(found: Any) -> str:
     """A value with its kind, as a message names it."""
-    match found:
-        case bool():
-            return str(found).lower()
-        case str():
-            return f"the text {show(found)}"
-        case int() | float():
-            return f"the number {show(found)}"
-        case list() | tuple():
-            return f"a list of {len(found)}"
-        case dict():
-            return "a mapping"
-        case _:
-            return show(found)
+    if isinstance(found, str):
+        return f"the text {show(found)}"
+    if isinstance(found, int | float) and not isinstance(found, bool):
+        return f"the number {show(found)}"
+    if is_sequence(found):
+        return f"a list of {len(found)}"
+    return "a mapping" if is_mapping(found) else show(found)
 
 
 def show(found: Any, width: int = 60) -> str:

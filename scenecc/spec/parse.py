@@ -9,6 +9,7 @@ from pydantic import ValidationError
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.document import SceneFile
 from scenecc.spec.errors import report_errors
+from scenecc.spec.plain import is_mapping, is_sequence
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
@@ -39,7 +40,7 @@ def parse(data: dict[str, Any], origin: Origin, sink: Sink) -> SceneFile | None:
 
 
 def _keys(node: Any) -> list[str]:
-    return list(node) if isinstance(node, dict) else []
+    return list(node) if is_mapping(node) else []
 
 
 def _is_note(segment: object) -> bool:
@@ -48,10 +49,6 @@ def _is_note(segment: object) -> bool:
 
 def without_notes(node: Any) -> Any:
     """A copy without the keys that start with `x-`, at any depth."""
-    match node:
-        case dict():
-            return {key: without_notes(item) for key, item in node.items() if not key.startswith(NOTE_PREFIX)}
-        case list():
-            return [without_notes(item) for item in node]
-        case _:
-            return node
+    if is_mapping(node):
+        return {key: without_notes(item) for key, item in node.items() if not key.startswith(NOTE_PREFIX)}
+    return [without_notes(item) for item in node] if is_sequence(node) else node

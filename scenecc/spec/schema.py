@@ -9,6 +9,7 @@ from pydantic_core import core_schema
 
 from scenecc.spec.base import LARGEST, NAME_PATTERN, NOTES, SMALLEST
 from scenecc.spec.document import SceneFile
+from scenecc.spec.plain import is_mapping, is_sequence
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -35,14 +36,10 @@ def json_schema() -> dict[str, Any]:
 
 def _tidied(node: Any) -> Any:
     """Without titles that repeat a key and the range of single precision, and with names checked as names."""
-    match node:
-        case dict():
-            out = {key: _tidied(item) for key, item in node.items() if not _is_noise(key, item)}
-            return _named(out) if "patternProperties" in out and "properties" not in out else out
-        case list():
-            return [_tidied(item) for item in node]
-        case _:
-            return node
+    if is_mapping(node):
+        out = {key: _tidied(item) for key, item in node.items() if not _is_noise(key, item)}
+        return _named(out) if "patternProperties" in out and "properties" not in out else out
+    return [_tidied(item) for item in node] if is_sequence(node) else node
 
 
 def _is_noise(key: str, item: Any) -> bool:

@@ -13,6 +13,7 @@ from pydantic import BaseModel, Tag
 from typing_extensions import TypeAliasType
 
 from scenecc.diagnostics import Path, PathKey
+from scenecc.spec.plain import is_mapping, is_sequence
 
 KEY_MARK = "[key]"
 """What pydantic appends to the place of a mapping's key."""
@@ -29,7 +30,7 @@ def document_path(loc: tuple[PathKey, ...], data: Any) -> Path:
     for segment in loc:
         if segment == KEY_MARK or (isinstance(segment, str) and segment.startswith("#")):
             continue
-        if after_index and isinstance(node, dict) and node.get("type") == segment:
+        if after_index and is_mapping(node) and node.get("type") == segment:
             after_index = False
             continue
         path.append(segment)
@@ -40,13 +41,9 @@ def document_path(loc: tuple[PathKey, ...], data: Any) -> Path:
 
 def step(node: Any, segment: PathKey) -> Any:
     """One step down plain data; None where there is nothing."""
-    match node, segment:
-        case dict(), str():
-            return node.get(segment)
-        case ((list() | tuple()), int()) if 0 <= segment < len(node):
-            return node[segment]
-        case _:
-            return None
+    if isinstance(segment, str):
+        return node.get(segment) if is_mapping(node) else None
+    return node[segment] if is_sequence(node) and 0 <= segment < len(node) else None
 
 
 def follow(node: Any, path: Path) -> Any:
