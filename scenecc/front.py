@@ -13,6 +13,7 @@ from typing import IO, TYPE_CHECKING, Any, TypeGuard, Union
 
 from scenecc.diagnostics import Location, Origin, Sink
 from scenecc.source import Document, Limits, make_limits, read_dict, read_text
+from scenecc.source.collector import collector_paused
 from scenecc.source.lines import Lines
 from scenecc.source.paths import AssetScope, Refusal, asset_roots, resolve, resolve_named
 from scenecc.source.text import decode, read_bytes, read_some
@@ -110,6 +111,7 @@ class _Input:
     plan_text: str | None = None
 
 
+@collector_paused()  # a stage makes containers by the hundred thousand, and all of them stay
 def compile_source(source: Source, options: Options, sink: Sink) -> Compiled | None:
     """The plan of a source; None where an error was reported.
 
