@@ -96,6 +96,11 @@ class Sink:
         """Whether any error was reported."""
         return self._failed
 
+    @property
+    def reported(self) -> int:
+        """How many findings there are."""
+        return len(self._reports)
+
     def report(
         self,
         code: str,

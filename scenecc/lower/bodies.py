@@ -8,7 +8,7 @@ from scenecc.lower.materials import PLAIN
 from scenecc.lower.poses import lower_local_pose
 from scenecc.plan import BodyStructure, Inertial, literal
 from scenecc.spec.body import MOTION_AXES, Body
-from scenecc.spec.errors import cut, suggest
+from scenecc.spec.errors import cut, suggest_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -109,7 +109,7 @@ class Bodies:
         )
 
     def _unknown_group(self, name: str, origin: Origin) -> None:
-        hint = suggest(name, self._groups) if self._groups else "name it under `collision_groups`"
+        hint = suggest_name(name, self._groups, self._sink) if self._groups else "name it under `collision_groups`"
         self._sink.report(
             "SC302", f"there is no collision group `{cut(name)}`", origin.child("collision_group"), hint=hint
         )

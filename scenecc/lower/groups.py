@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scenecc.spec.errors import cut, suggest
+from scenecc.spec.errors import cut, suggest_name
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
@@ -48,7 +48,12 @@ def _ignored(groups: dict[str, CollisionGroup], origin: Origin, sink: Sink) -> d
         for i, other in enumerate(group.ignore):
             if other not in groups:
                 place = origin.child(name, "ignore", i)
-                sink.report("SC302", f"there is no collision group `{cut(other)}`", place, hint=suggest(other, groups))
+                sink.report(
+                    "SC302",
+                    f"there is no collision group `{cut(other)}`",
+                    place,
+                    hint=suggest_name(other, groups, sink),
+                )
                 continue
             ignored[name].add(other)
             ignored[other].add(name)

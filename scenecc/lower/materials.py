@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.plan import PhysicalMaterial, Rgba, Texture, Value, VisualMaterial
-from scenecc.spec.errors import cut, suggest
+from scenecc.spec.errors import cut, suggest_name
 from scenecc.spec.material import Material, Physical, TextureMapping, Visual
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ class Materials:
         return PLAIN
 
     def _unknown(self, name: str, owner: Origin) -> None:
-        hint = suggest(name, self._named) if self._named else "name it under `materials`"
+        hint = suggest_name(name, self._named, self._sink) if self._named else "name it under `materials`"
         self._sink.report("SC301", f"there is no material `{cut(name)}`", owner.child("material"), hint=hint)
 
     def _lower(self, material: Material, origin: Origin) -> Surface:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scenecc.lower.poses import IDENTITY_POSE, Pose7, compose, lower_pose
-from scenecc.spec.errors import cut, suggest
+from scenecc.spec.errors import cut, suggest_name
 from scenecc.spec.pose import PoseMapping
 
 if TYPE_CHECKING:
@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from scenecc.spec.body import Body, Frame
 
 WORLD = "world"
+
+_SHOWN = 20
+"""How many members of a circle are named."""
 
 
 class Places:
@@ -33,6 +36,8 @@ class Places:
         self._sink = sink
         self._origins: dict[str, Origin] = {}
         self._world: dict[str, Pose7] = {}
+        # For each that is placed: itself if it is an entity, else the first entity that the frame stands relative to.
+        self._around: dict[str, str | None] = {}
 
     def world(self, name: str) -> Pose7:
         """The world pose of an entity or a frame; the identity where it was reported."""
@@ -42,30 +47,36 @@ class Places:
         pose = self._placed[name].pose
         if not isinstance(pose, PoseMapping) or pose.relative_to is None:
             found = self._world[name] = lower_pose(pose, self.origin(name), ("pose",), self._sink)
+            self._around[name] = name if self._sections[name] == "entities" else None
             return found
         chain = self._chain(name)
-        pose = IDENTITY_POSE
+        pose = self._world.get(chain[-1], IDENTITY_POSE)
+        around: str | None = None
         for member in reversed(chain):
-            known = self._world.get(member)
-            pose = compose(pose, self._local(member)) if known is None else known
-            self._world[member] = pose
+            if member in self._world:
+                around = self._around[member]
+                continue
+            pose = self._world[member] = compose(pose, self._local(member))
+            # A frame is wherever somebody stands relative to it, so it passes on whose scenes count.
+            if self._sections[member] == "entities":
+                if around is not None:
+                    self._exists_wherever(member, around)
+                around = member
+            self._around[member] = around
         return pose
 
     def _chain(self, name: str) -> list[str]:
-        """The entity, what it stands relative to, and so on outwards; cut where something was reported."""
-        chain = [name]
-        # A frame is wherever somebody stands relative to it, so it passes on whose scenes count.
-        inner = name
-        while (parent := self._parent(chain[-1])) is not None:
+        """What is not placed yet, from the name outwards, and the first that is; cut where something was reported."""
+        chain = {name: None}
+        outermost = name
+        while outermost not in self._world and (parent := self._parent(outermost)) is not None:
             if parent in chain:
-                self._cycle(chain[chain.index(parent) :])
+                members = list(chain)
+                self._cycle(members[members.index(parent) :])
                 break
-            if not self._exists_wherever(inner, parent):
-                break
-            if self._sections[parent] == "entities":
-                inner = parent
-            chain.append(parent)
-        return chain
+            chain[parent] = None
+            outermost = parent
+        return list(chain)
 
     def _parent(self, name: str) -> str | None:
         pose = self._placed[name].pose
@@ -78,33 +89,35 @@ class Places:
             "SC303",
             f"there is no entity or frame `{cut(parent)}`",
             self.origin(name).child("pose", "relative_to"),
-            hint=suggest(str(parent), [other for other in self._placed if other != name]),
+            hint=suggest_name(str(parent), (other for other in self._placed if other != name), self._sink),
         )
         return None
 
-    def _exists_wherever(self, name: str, parent: str) -> bool:
-        """Whether the parent is in every scene that the child is in; frames are in all."""
+    def _exists_wherever(self, name: str, parent: str) -> None:
+        """Reports a scene that the one entity is in and the other is not."""
         mine, others = self._selections.get(name), self._selections.get(parent)
-        if mine is None or others is None or (missing := set(mine).difference(others)) == set():
-            return True
+        if mine is others or mine is None or others is None or not (missing := set(mine).difference(others)):
+            return
         self._sink.report(
             "SC311",
             f"`{parent}` is not in scene {min(missing)}, where `{name}` stands relative to it",
             self.origin(name).child("pose", "relative_to"),
             related=[(f"where `{parent}` is", self.origin(parent).child("scene_idxs"), "value")],
         )
-        return False
 
     def _cycle(self, members: list[str]) -> None:
         # One report for a cycle, at the member that stands first in the file.
-        names = list(self._placed)
-        start = members.index(min(members, key=names.index))
+        rank = {name: i for i, name in enumerate(self._placed)}
+        start = members.index(min(members, key=rank.__getitem__))
         ordered = members[start:] + members[:start]
+        shown = [*ordered[:_SHOWN], "…"] if len(ordered) > _SHOWN else ordered
         self._sink.report(
             "SC304",
-            "poses stand relative to one another in a circle: " + " → ".join([*ordered, ordered[0]]),
+            "poses stand relative to one another in a circle: " + " → ".join([*map(cut, shown), cut(ordered[0])]),
             self.origin(ordered[0]).child("pose", "relative_to"),
-            related=[("and here", self.origin(name).child("pose", "relative_to"), "value") for name in ordered[1:]],
+            related=[
+                ("and here", self.origin(name).child("pose", "relative_to"), "value") for name in ordered[1:_SHOWN]
+            ],
         )
 
     def _local(self, name: str) -> Pose7:

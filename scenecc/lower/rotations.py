@@ -74,6 +74,10 @@ def shortest_from_x(target: Vec3) -> Quat:
     x, y, z = target[0] / length, target[1] / length, target[2] / length
     if y == 0 and z == 0:
         return IDENTITY if x > 0 else (0.0, 0.0, 0.0, 1.0)
+    if x == -1:
+        # Opposite as far as the numbers go, and what is left of y and z may be too small to square.
+        across = math.hypot(y, z)
+        return (0.0, 0.0, -z / across, y / across)
     # Half way between +x and the target: q = (1 + cos, x × target), normalised.
     return normalized((1 + x, 0.0, 0.0 - z, y))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from scenecc.spec.base import EXPRESSION, LARGEST, SMALLEST
@@ -24,6 +25,9 @@ _LISTED = 30
 
 _LONGEST = 60
 """How long a word may be to be compared with the known ones [characters]."""
+
+_GUESSES, _NAMES = 20, 1000
+"""After how many reports no name is guessed any more, and among how many names."""
 
 _KINDS: dict[str, str] = {
     "float_type": "a number",
@@ -179,6 +183,11 @@ def _nearest(word: str, known: Iterable[str]) -> str | None:
     # What is not longer than a key could be one; a stranger's megabyte is not compared.
     near = difflib.get_close_matches(word, known, n=1, cutoff=0.6) if len(word) <= _LONGEST else []
     return near[0] if near else None
+
+
+def suggest_name(word: str, names: Iterable[str], sink: Sink) -> str | None:
+    """`suggest` among a document's own names, of which there may be many: comparing letters takes its time."""
+    return suggest(word, islice(names, _NAMES)) if sink.reported < _GUESSES else None
 
 
 def _missing(path: Path, found: Any, place: Origin, sink: Sink) -> None:
