@@ -56,6 +56,10 @@ def read_ply(data: bytes, reading: Reading) -> MeshData:
     del reading
     try:
         order, elements, start = _header(data)
+        if order and data[start : start + 1] in {b"\n", b"\r"}:
+            # SAPIEN's reader skips it as a part of the header, reads every index shifted, and ends the process.
+            hint = "export it as GLB or as a text PLY"
+            raise AssetError("SC412", "its data begins with the byte of a line break, which crashes SAPIEN", hint)
         found = dict(_binary(data, start, order, elements) if order else _text(data[start:], elements))
         triangles = _triangles(found.get("face", []))
     except (ValueError, IndexError, OverflowError) as error:

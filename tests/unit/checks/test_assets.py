@@ -106,6 +106,10 @@ BROKEN: dict[str, tuple[str | bytes, str]] = {
     "text_word.stl": (stl_text().replace(b"endloop", b"endlop"), "SC412"),
     "cut.ply": (ply()[:-1], "SC412"),
     "longer.ply": (ply() + b"x", "SC412"),
+    "line_break.ply": (
+        ply().partition(b"end_header\n")[0] + b"end_header\n\n" + ply().partition(b"end_header\n")[2][1:],
+        "SC412",
+    ),
     "text_cut.ply": (ply(kind="ascii")[:-10], "SC412"),
     "index.ply": (ply(faces=FACES + 3), "SC412"),
     "negative_index.ply": (ply(faces=FACES - 1), "SC412"),
