@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
 
-_SLICE = re.compile(r"^\s*(-?\d{0,9})\s*:\s*(-?\d{0,9})\s*(?::\s*(-?\d{0,9})\s*)?$")
+_SLICE = re.compile(r"^\s*(-?[0-9]{0,9})\s*:\s*(-?[0-9]{0,9})\s*(?::\s*(-?[0-9]{0,9})\s*)?$")
 
 
 def select(given: str | list[int | str] | None, num_scenes: int, origin: Origin, sink: Sink) -> tuple[int, ...] | None:

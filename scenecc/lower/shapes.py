@@ -197,8 +197,8 @@ def _convex_parts(shape: Any, tables: Tables, origin: Origin) -> plan.ConvexPart
         return None
     coacd = None
     if shape.decomposition == "coacd":
-        given: keys.CoacdKeys = shape.decomposition_params or keys.CoacdKeys()
-        coacd = plan.CoacdParams(**given.model_dump())
+        given: keys.CoacdKeys | None = shape.decomposition_params
+        coacd = plan.CoacdParams(**given.model_dump()) if given else plan.CoacdParams()
     return plan.ConvexParts(file, _scale(shape, tables), coacd)
 
 
