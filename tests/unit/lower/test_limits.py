@@ -1,0 +1,62 @@
+"""What one file may ask for."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+from unit.lower.scenes import BALL, codes, scene
+
+
+@pytest.mark.parametrize(
+    ("limits", "expected"),
+    [
+        ({"objects": 3}, []),
+        ({"objects": 2}, [("SC604", "entities")]),
+        ({"scenes": 5}, []),
+        ({"scenes": 4}, [("SC605", "num_scenes")]),
+        ({"objects_times_scenes": 15}, []),
+        ({"objects_times_scenes": 14}, [("SC606", "num_scenes")]),
+    ],
+    ids=str,
+)
+def test_the_border_of_each_limit(limits: dict[str, int], expected: list[tuple[str, str]]) -> None:
+    document = scene({"shapes": [*BALL, *BALL]}, num_scenes=5)
+    document["entities"]["marker"] = {"body_type": "none", "visuals": BALL}
+    assert codes(document, limits=limits) == expected
+
+
+@pytest.mark.parametrize("count", [65_537, 10**11, 10**99])
+def test_many_scenes_are_refused_at_once(count: int) -> None:
+    started = time.perf_counter()
+    assert codes(scene(num_scenes=count)) == [("SC605", "num_scenes")]
+    assert codes(scene(), num_scenes=count) == [("SC605", "num_scenes")]
+    assert time.perf_counter() - started < 0.5
+
+
+def test_few_bodies_in_many_scenes_are_refused_before_any_selection_is_made() -> None:
+    entities = {f"b{i}": {"shapes": BALL} for i in range(200)}
+    started = time.perf_counter()
+    document = {"scenecc": 1, "num_scenes": 65_536, "entities": entities}
+    assert codes(document) == [("SC606", "num_scenes")]
+    assert time.perf_counter() - started < 1
+
+
+def test_a_thousand_misspelt_names_take_no_time() -> None:
+    entities = {f"entity_{i}": {"shapes": BALL, "pose": {"relative_to": f"entyti_{i}"}} for i in range(1000)}
+    started = time.perf_counter()
+    assert len(codes({"scenecc": 1, "entities": entities})) == 1000
+    assert time.perf_counter() - started < 5
+
+
+def test_a_circle_of_thousands_is_one_short_diagnostic() -> None:
+    from scenecc import validate
+
+    count = 5000
+    frames = {f"f{i}": {"pose": {"relative_to": f"f{(i + 1) % count}"}} for i in range(count)}
+    started = time.perf_counter()
+    (found,) = validate({"scenecc": 1, "frames": frames})
+    assert found.code == "SC304"
+    assert len(found.message) < 500
+    assert len(found.related) < 50
+    assert time.perf_counter() - started < 5
