@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from scenecc.plan import BodyStructure, Entity
+    from scenecc.plan import BodyStructure, Entity, Value
 
 DEFAULT_GROUPS = (1, 1, 0, 0)
 _ID = 0xFFFF
+
+Reach = tuple[tuple[int, ...], "tuple[int, ...] | None", "Value | None"]
+"""The scenes of an entity, those of its rows that have a structure (None: all), and the structure's groups."""
 
 
 def meet(a: Entity, a_structure: BodyStructure, b: Entity, b_structure: BodyStructure) -> bool:
@@ -22,6 +25,14 @@ def meet(a: Entity, a_structure: BodyStructure, b: Entity, b_structure: BodyStru
         if collide(_groups(a_structure, row_a), _groups(b_structure, row_b)):
             return True
     return False
+
+
+def reach(entity: Entity, structure: BodyStructure) -> Reach:
+    """All that `meet` looks at: bodies of one reach meet the same others."""
+    rows = None
+    if entity.pick is not None:
+        rows = tuple(row for row in range(len(entity.scene_idxs)) if _picked(entity, structure, row))
+    return entity.scene_idxs, rows, structure.collision_groups
 
 
 def collide(a: Sequence[int], b: Sequence[int]) -> bool:

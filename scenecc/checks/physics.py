@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scenecc.checks.collide import meet
+from scenecc.checks.collide import Reach, meet, reach
 from scenecc.diagnostics import Origin
 from scenecc.plan import Mesh, Plane, TriangleMesh
 
@@ -265,7 +265,8 @@ def _offset(contact: float, rest: float, origin: Origin, sink: Sink) -> None:
 def _sdf_on_planes(plan: ScenePlan, sink: Sink) -> None:
     """On the CPU PhysX lets a signed distance field fall through a plane."""
     moving: list[Found] = []
-    planes: list[Found] = []
+    # Of planes that the same bodies meet one stands for all: a file may hold thousands of both.
+    planes: dict[Reach, Found] = {}
     for entity in plan.entities:
         for structure in entity.structures:
             for shape in structure.collisions:
@@ -273,16 +274,22 @@ def _sdf_on_planes(plan: ScenePlan, sink: Sink) -> None:
                     case TriangleMesh(sdf=True) if structure.body_type == "dynamic":
                         moving.append((entity, structure, shape))
                     case Plane():
-                        planes.append((entity, structure, shape))
+                        planes.setdefault(reach(entity, structure), (entity, structure, shape))
                     case _:
                         pass
+    met: dict[Reach, Found | None] = {}
     for entity, structure, shape in moving:
-        for other, plane_structure, plane in planes:
-            if meet(entity, structure, other, plane_structure):
-                sink.report(
-                    "SC509",
-                    f"`{entity.name}` would fall through the plane of `{other.name}`",
-                    shape.origin or _origin(structure, entity, plan),
-                    hint="on the CPU a signed distance field meets boxes, not planes: make the ground a box",
-                    related=[("the plane", plane.origin or _origin(plane_structure, other, plan), "value")],
-                )
+        key = reach(entity, structure)
+        if key not in met:
+            met[key] = next((plane for plane in planes.values() if meet(entity, structure, *plane[:2])), None)
+        found = met[key]
+        if found is None:
+            continue
+        other, other_structure, plane = found
+        sink.report(
+            "SC509",
+            f"`{entity.name}` would fall through the plane of `{other.name}`",
+            shape.origin or _origin(structure, entity, plan),
+            hint="on the CPU a signed distance field meets boxes, not planes: make the ground a box",
+            related=[("the plane", plane.origin or _origin(other_structure, other, plan), "value")],
+        )
