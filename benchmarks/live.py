@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import statistics
+from importlib import import_module
+from typing import Any
 
 from benchmarks.paired import Row, alternating, best, ratios, timed
 from benchmarks.sources import mjcf_text, plain_scene_text
@@ -14,7 +16,7 @@ BOXES = 2_000
 def run(repetitions: int) -> list[Row]:
     """2000 boxes, one scene, default audit, the collector as users have it."""
     try:
-        import mujoco
+        mujoco: Any = import_module("mujoco")
     except ImportError:
         return [Row("live", _what("MuJoCo"), (), 0.3, 0.2, "mujoco is not installed")]
     from scenecc import load_scene
