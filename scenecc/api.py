@@ -32,7 +32,7 @@ __all__ = [
     "build_scene",
     "check_limits",
     "compile_scene",
-    "emit",
+    "emit_scene",
     "json_schema",
     "load_scene",
     "validate",
@@ -235,7 +235,7 @@ def build_scene(
     return Build(compiled.plan, batch, sink.diagnostics(), timings, summarize(compiled.plan, batch, scene_idxs))
 
 
-def emit(
+def emit_scene(
     source: Source,
     target: str,
     *,

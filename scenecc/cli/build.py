@@ -111,7 +111,7 @@ def build(
             timings |= _step(result.batch, steps)
     diagnostics = list(result.diagnostics)
     if output is not None:
-        reason = write(output, api.emit(result.plan, "json", base=base_folder(output)))
+        reason = write(output, api.emit_scene(result.plan, "json", base=base_folder(output)))
         if reason is not None:
             diagnostics.append(usage_error("SC904", reason, file=output))
     if form is Format.text:

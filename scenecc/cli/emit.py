@@ -66,7 +66,7 @@ def emit(
         _refuse(faults)
     warnings: list[Diagnostic] = []
     try:
-        text = api.emit(
+        text = api.emit_scene(
             sys.stdin.buffer if scene == STDIN else scene,
             target.value,
             base=base_folder(output),

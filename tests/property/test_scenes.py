@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from plugins.scene_models import all_keys, choices, written
 from plugins.scene_strategy import FOLDER, document, documents, nodes, randoms
 
-from scenecc import compile_scene, emit, load_scene, validate
+from scenecc import compile_scene, emit_scene, load_scene, validate
 from scenecc.diagnostics.codes import CODES
 from scenecc.spec.document import SceneFile
 
@@ -64,10 +64,10 @@ def _is_word(item: Any) -> bool:
 @slow_to_draw
 def test_a_plan_comes_back_from_its_json(scene: dict[str, Any]) -> None:
     plan = compile_scene(scene)
-    text = emit(plan, "json")
+    text = emit_scene(plan, "json")
     again = compile_scene(text)
     assert again == plan
-    assert emit(again, "json") == text
+    assert emit_scene(again, "json") == text
 
 
 @given(documents())
