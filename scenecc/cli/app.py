@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import io
 import signal
 import sys
@@ -25,16 +24,11 @@ COMMANDS: Final[tuple[Callable[..., Any], ...]] = (build, validate, emit, schema
 
 _INTERRUPTED = 130
 
-_COLLECT_AFTER = 100_000
-"""Objects made, less those freed, until the garbage collector looks at them; Python's own number is 700."""
-
 _EPILOG = "Exit status: 0 fine, 1 the scene is at fault, 2 wrong usage, 3 the engine or the machine is at fault."
 
 
 def main() -> None:
     """Runs the command line of this process. Ends it: 0, 1, 2, 3, or 130 when interrupted."""
-    # What a command imports and reads stays until the process ends: looking through it again and again finds nothing.
-    gc.set_threshold(_COLLECT_AFTER, 50, 100)
     signal.signal(signal.SIGINT, _interrupt)
     # A closed pipe (`scenecc validate . | head`) ends this process as it ends any other.
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
