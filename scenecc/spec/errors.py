@@ -26,6 +26,9 @@ _LISTED = 30
 _LONGEST = 60
 """How long a word may be to be compared with the known ones [characters]."""
 
+_STRUCTURE = {("type",), ("body_type",), ("scene_idxs",)}
+"""Where no version of the language lets a value differ from scene to scene."""
+
 _GUESSES, _NAMES = 20, 1000
 """After how many reports no name is guessed any more, and among how many names."""
 
@@ -122,7 +125,7 @@ def _value_of_later(error: ErrorDetails, path: Path, data: dict[str, Any]) -> tu
     elif error["loc"][-1] == KEY_MARK:
         return None
     if is_mapping(found):
-        if not VARIATION_FORMS.isdisjoint(found):
+        if not VARIATION_FORMS.isdisjoint(found) and path[-1:] not in _STRUCTURE:
             return "values that differ from scene to scene", path
         found, path = found.get("type"), (*path, "type")
         if not kind.startswith("union_tag"):

@@ -6,6 +6,7 @@ which names exist, is mended afterwards: the rules across fields, one a function
 
 from __future__ import annotations
 
+import copy
 import math
 import typing
 from collections.abc import Callable, Iterator
@@ -63,7 +64,7 @@ def _between(low: float, high: float) -> Make:
 
 
 def _one_of(*options: Any) -> Make:
-    return lambda random: random.choice(options)
+    return lambda random: copy.deepcopy(random.choice(options))
 
 
 def _three(component: Make) -> Make:

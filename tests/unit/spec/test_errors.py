@@ -1,0 +1,135 @@
+"""What a user is told about the shape of a document: one diagnostic a mistake, and a hint that helps."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from scenecc import validate
+from scenecc.spec.features import LEFT_OUT, NOT_YET, VARIATION_FORMS
+
+BALL: dict[str, Any] = {"type": "sphere", "radius": 0.1}
+
+
+def only(document: dict[str, Any]) -> Any:
+    (found,) = validate({"scenecc": 1, **document})
+    return found
+
+
+def body(**keys: Any) -> dict[str, Any]:
+    return {"entities": {"body": {"shapes": [BALL], **keys}}}
+
+
+@pytest.mark.parametrize(
+    ("document", "meant"),
+    [
+        ({"entitys": {}}, "entities"),
+        ({"physics": {"time_step": 1}}, "timestep"),
+        ({"physics": {"sdf": {"space": 1}}}, "spacing"),
+        ({"physics": {"gpu_memory": {"heap_capacit": 1}}}, "heap_capacity"),
+        (body(lineardamping=1), "linear_damping"),
+        (body(pose={"rpy_degs": [0, 0, 0]}), "rpy_deg"),
+        (body(pose={"axis_angle": {"axis": "z", "angle": 1, "angel_deg": 1}}), "angle_deg"),
+        (body(inertial={"mass": 1, "inertia": [1, 1, 1], "coms": [0, 0, 0]}), "com"),
+        (body(material={"visuals": {}}), "visual"),
+        (body(material={"visual": {"rougness": 1}}), "roughness"),
+        (body(material={"visual": {"normal_texture": {"file": "a.png", "mipmap_level": 1}}}), "mipmap_levels"),
+        (body(shapes=[{**BALL, "colour": [1, 1, 1]}]), "color"),
+        (body(collisions=[{**BALL, "contactoffset": 1}]), "contact_offset"),
+        (body(visuals=[{**BALL, "frontface": "clockwise"}]), "front_face"),
+        ({"materials": {"oak": {"physical": {"densty": 1}}}}, "density"),
+        ({"collision_groups": {"a": {"ignores": []}}}, "ignore"),
+        (body(body_type="dynamik"), "dynamic"),
+        (body(shapes=[{**BALL, "type": "spheer"}]), "sphere"),
+        (body(locked_axes=["rxx"]), "rx"),
+    ],
+    ids=str,
+)
+def test_the_nearest_known_word_is_suggested(document: dict[str, Any], meant: str) -> None:
+    found = [diagnostic for diagnostic in validate({"scenecc": 1, **document}) if diagnostic.severity == "error"]
+    assert [diagnostic.hint for diagnostic in found] == [f"did you mean `{meant}`?"]
+
+
+def test_where_nothing_is_near_the_known_keys_are_listed() -> None:
+    assert (
+        only(body(pose={"zzz": 1})).hint == "known here: p, q, rpy, rpy_deg, axis_angle, look_at, matrix, relative_to"
+    )
+
+
+@pytest.mark.parametrize("key", NOT_YET)
+def test_a_key_of_a_later_version_is_refused_by_name(key: str) -> None:
+    for document in ({key: {}}, body(**{key: 1})):
+        found = only(document)
+        assert found.code == "SC109"
+        assert found.message == f"{NOT_YET[key]} are not supported yet"
+
+
+@pytest.mark.parametrize("key", LEFT_OUT)
+def test_a_key_that_the_language_leaves_out_is_refused_by_name(key: str) -> None:
+    assert {only(document).code for document in ({key: {}}, body(**{key: 1}))} == {"SC110"}
+
+
+@pytest.mark.parametrize("form", sorted(VARIATION_FORMS))
+@pytest.mark.parametrize(
+    "path",
+    [
+        ("mass",),
+        ("pose",),
+        ("color",),
+        ("material",),
+        ("gravity",),
+        ("linear_velocity", 1),
+        ("pose", "p"),
+        ("pose", "axis_angle"),
+        ("inertial",),
+        ("inertial", "com"),
+        ("material", "visual", "normal_texture"),
+        ("shapes", 0, "radius"),
+        ("shapes", 0),
+    ],
+    ids=str,
+)
+def test_a_varying_value_is_one_diagnostic_where_it_stands(form: str, path: tuple[Any, ...]) -> None:
+    value: Any = {form: [1, 2], "weights": [1, 2], "clip": [0, 1]}
+    document: Any = {
+        "pose": {"p": [0, 0, 0]},
+        "linear_velocity": [0, 0, 0],
+        "inertial": {"mass": 1, "inertia": [1, 1, 1]},
+        "material": {"visual": {}},
+        "shapes": [dict(BALL)],
+    }
+    node = document
+    for key in path[:-1]:
+        node = node.setdefault(key, {}) if isinstance(node, dict) else node[key]
+    node[path[-1]] = value
+    found = only({"entities": {"body": document}})
+    assert found.code == "SC109"
+    assert found.path.endswith(str(path[-1]) if isinstance(path[-1], str) else f"[{path[-1]}]")
+
+
+@pytest.mark.parametrize(
+    "keys", [{"body_type": {"cycle": [1]}}, {"scene_idxs": {"cycle": [1]}}, {"shapes": [{"type": {"choice": [1]}}]}]
+)
+def test_structure_never_varies(keys: dict[str, Any]) -> None:
+    assert only(body(**keys)).code == "SC103"
+
+
+def test_an_entity_or_a_material_may_be_named_like_a_form() -> None:
+    document = {
+        "materials": {"choice": {"physical": {"density": 1}}},
+        "frames": {"uniform": {"pose": [0, 0, 1]}},
+        "entities": {"cycle": {"material": "choice", "pose": {"relative_to": "uniform"}, "shapes": [BALL]}},
+    }
+    assert validate({"scenecc": 1, **document}) == []
+    document["entities"]["cycle"]["poze"] = 1
+    assert only(document).code == "SC101"
+
+
+def test_a_strangers_words_are_cut() -> None:
+    word = "x" * 100_000
+    for document in ({"y" + word: 1}, body(body_type=word), body(material=word), {"entities": {word + " ": {}}}):
+        assert all(
+            len(diagnostic.message) + len(diagnostic.hint or "") < 1000
+            for diagnostic in validate({"scenecc": 1, **document})
+        )
