@@ -1,6 +1,6 @@
 """Bodies: shapes, mass and the knobs of a rigid body."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, Strict, Tag
 
@@ -67,6 +67,11 @@ class BodyKnobs(Model):
     solver_velocity_iterations: Maybe[VelocityIterations] = key("0 to 255.", default=1)
 
 
+def _none() -> list[Any]:
+    # `default=[]` would be copied in depth for every body.
+    return []
+
+
 class Body(EntityKeys, BodyKnobs):
     """One rigid body a scene: shapes, mass, knobs."""
 
@@ -74,9 +79,15 @@ class Body(EntityKeys, BodyKnobs):
         default="dynamic",
         description="dynamic: moved by forces; kinematic: moved by you; static: never moves; none: only seen.",
     )
-    shapes: list[ShapeSpec] = Field(default=[], description="Shapes that collide and are seen.")
-    collisions: list[CollisionSpec] = Field(default=[], description="Shapes that only collide.")
-    visuals: list[VisualSpec] = Field(default=[], description="Shapes that are only seen.")
+    shapes: list[ShapeSpec] = Field(
+        default_factory=_none, description="Shapes that collide and are seen.", json_schema_extra={"default": []}
+    )
+    collisions: list[CollisionSpec] = Field(
+        default_factory=_none, description="Shapes that only collide.", json_schema_extra={"default": []}
+    )
+    visuals: list[VisualSpec] = Field(
+        default_factory=_none, description="Shapes that are only seen.", json_schema_extra={"default": []}
+    )
     material: Maybe[MaterialRef] = key("For the shapes that name none.")
     color: Maybe[Color] = key("Base colour of the shapes that name none.")
     density: Maybe[NonNegative] = key("For the shapes whose material gives none either [kg/m³].", default=1000)
