@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
+from scenecc.diagnostics.frozen import frozen
+
 PathKey = str | int
 """One step into a document: a mapping's key or a sequence's index."""
 
@@ -15,7 +17,7 @@ At = Literal["value", "key"]
 """Which half of a mapping's entry is meant. A sequence's item has only a value."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Origin:
     """The node of a document that asked for something.
 

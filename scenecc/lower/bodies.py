@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from scenecc.lower.groups import Bits
     from scenecc.lower.materials import Materials
     from scenecc.lower.shapes import Shapes
-    from scenecc.plan import Value
+    from scenecc.plan import CollisionShape, Value, VisualShape
 
 Knob = tuple[str, "Callable[[Any], Value]"]
 
@@ -57,16 +57,24 @@ class Bodies:
     def lower(self, body: Body, origin: Origin) -> BodyStructure:
         """A body's structure; shapes that were reported are missing in it."""
         default = self._materials.surface(body.material, origin) or PLAIN
-        both = [self._shapes.both(s, body, default, origin.child("shapes", i)) for i, s in enumerate(body.shapes)]
-        collisions, visuals = [c for c, _ in both], [v for _, v in both]
+        collisions: list[CollisionShape] = []
+        visuals: list[VisualShape] = []
+        for i, shape in enumerate(body.shapes):
+            collides, seen = self._shapes.both(shape, body, default, origin.child("shapes", i))
+            if collides is not None:
+                collisions.append(collides)
+            if seen is not None:
+                visuals.append(seen)
         for i, shape in enumerate(body.collisions):
-            collisions.append(self._shapes.collision(shape, body, default, origin.child("collisions", i)))
+            if (collides := self._shapes.collision(shape, body, default, origin.child("collisions", i))) is not None:
+                collisions.append(collides)
         for i, shape in enumerate(body.visuals):
-            visuals.append(self._shapes.visual(shape, body, default, origin.child("visuals", i)))
+            if (seen := self._shapes.visual(shape, body, default, origin.child("visuals", i))) is not None:
+                visuals.append(seen)
         return BodyStructure(
             body_type=body.body_type,
-            collisions=tuple(filter(None, collisions)),
-            visuals=tuple(filter(None, visuals)),
+            collisions=tuple(collisions),
+            visuals=tuple(visuals),
             inertial=self._inertial(body, origin),
             origin=origin,
             **self._knobs(body, origin),

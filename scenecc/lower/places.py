@@ -39,15 +39,14 @@ class Places:
         # For each that is placed: itself if it is an entity, else the first entity that the frame stands relative to.
         self._around: dict[str, str | None] = {}
 
-    def world(self, name: str) -> Pose7:
-        """The world pose of an entity or a frame; the identity where it was reported."""
-        found = self._world.get(name)
-        if found is not None:
-            return found
+    def world(self, name: str, owner: Origin) -> Pose7:
+        """The world pose of an entity or a frame; the identity where it was reported. `owner`: its node."""
         pose = self._placed[name].pose
         if not isinstance(pose, PoseMapping) or pose.relative_to is None:
-            found = self._world[name] = lower_pose(pose, self.origin(name), ("pose",), self._sink)
-            self._around[name] = name if self._sections[name] == "entities" else None
+            # Most stand in the world, and few of these are asked for again.
+            return lower_pose(pose, owner, ("pose",), self._sink)
+        found = self._world.get(name)
+        if found is not None:
             return found
         chain = self._chain(name)
         pose = self._world.get(chain[-1], IDENTITY_POSE)

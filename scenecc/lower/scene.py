@@ -108,14 +108,13 @@ def _entities(scene: SceneFile, num_scenes: int, origin: Origin, bodies: Bodies,
             selections[name] = selected
     places = Places(scene.frames, scene.entities, selections, origin, sink)
     for name in scene.frames:
-        places.world(name)
+        places.world(name, origin.child("frames", name))
     entities: list[Entity] = []
     for name, body in scene.entities.items():
-        place = places.origin(name)
-        structure = bodies.lower(body, place)
-        entities.append(
-            Entity(name, selections.get(name, everywhere), literal(places.world(name)), (structure,), None, place)
-        )
+        place = origin.child("entities", name)
+        pose = literal(places.world(name, place))
+        structures = (bodies.lower(body, place),)
+        entities.append(Entity(name, selections.get(name, everywhere), pose, structures, None, place))
     return tuple(entities)
 
 

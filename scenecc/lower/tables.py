@@ -22,6 +22,7 @@ class Table(Generic[Row]):
     def __init__(self) -> None:
         self._indices: dict[Row, int] = {}
         self._values: list[Value] = []
+        self._known: dict[int, tuple[Row, Value]] = {}
 
     def index(self, row: Row) -> int:
         """The row's index; it is added where it is new."""
@@ -32,7 +33,11 @@ class Table(Generic[Row]):
 
     def value(self, row: Row) -> Value:
         """The row's index as a value that is the same in every scene."""
-        return self._values[self.index(row)]
+        known = self._known.get(id(row))
+        if known is None:
+            # By identity, since hashing a material takes longer than all else here; kept, so that its id stays its own.
+            known = self._known[id(row)] = (row, self._values[self.index(row)])
+        return known[1]
 
     @property
     def rows(self) -> tuple[Row, ...]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
+from scenecc.diagnostics.frozen import frozen
+
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
     from scenecc.plan.geometry import CollisionGeometry, VisualGeometry
@@ -13,7 +15,7 @@ if TYPE_CHECKING:
 BodyType = Literal["dynamic", "kinematic", "static", "none"]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class CollisionShape:
     """A shape that collides.
 
@@ -36,7 +38,7 @@ class CollisionShape:
     origin: Origin | None = field(default=None, compare=False)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class VisualShape:
     """A shape that is seen.
 
@@ -72,7 +74,7 @@ class Inertial:
     inertia: Value
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class BodyStructure:
     """Everything about a body that `ActorBuilder` is told before it builds, and its knobs.
 

@@ -9,11 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
+from scenecc.diagnostics.frozen import frozen
+
 if TYPE_CHECKING:
     from scenecc.plan.value import Value
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Box:
     """`half_size`: (·, 3), along x, y and z [m]."""
 

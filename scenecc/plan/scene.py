@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from scenecc.diagnostics.frozen import frozen
+
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
     from scenecc.plan.body import BodyStructure
@@ -13,7 +15,7 @@ if TYPE_CHECKING:
     from scenecc.plan.value import Value
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Entity:
     """One logical object: a body in each of its scenes.
 

@@ -82,10 +82,15 @@ class Value:
         return self.data[index if self.data.shape[0] != 1 else 0]
 
 
+_new = object.__new__
+_put_literal: Any = Value.__dict__["_literal"].__set__
+"""The slot's own setter, which is quicker than `object.__setattr__`."""
+
+
 def literal(item: float | tuple[float, ...], dtype: DTypeLike = "float64") -> Value:
     """As `constant`, of a number or a flat tuple of numbers; the array is made when it is first asked for."""
-    value = Value.__new__(Value)
-    _put(value, "_literal", (item, dtype))
+    value = _new(Value)
+    _put_literal(value, (item, dtype))
     return value
 
 

@@ -76,7 +76,8 @@ def decode(text: str | bytes, name: str | None, sink: Sink, limits: Limits) -> s
     try:
         size = len(decoded) if decoded.isascii() else len(decoded.encode())
     except UnicodeEncodeError as error:
-        report_character(lines, error.start, sink)
+        # The place is in the text with its byte order mark, if it has one.
+        report_character(lines, error.start - (len(decoded) - len(lines.text)), sink)
         return None
     if size > limits.text_bytes:
         _too_long(name, sink, limits)

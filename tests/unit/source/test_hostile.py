@@ -80,6 +80,7 @@ HOSTILE: dict[str, tuple[Callable[[], str | bytes], str]] = {
     "Latin-1": (lambda: "a: ü\n".encode("latin-1"), "SC002"),
     "bytes of a surrogate": (lambda: b"a: \xed\xa0\x80", "SC002"),
     "a surrogate": (lambda: "a: \ud800", "SC002"),
+    "a surrogate behind a byte order mark": (lambda: "\ufeff\ud800", "SC002"),
     "an escaped surrogate": (lambda: 'a: "\\ud800"', "SC003"),
     "an overlong form": (lambda: b"a: \xc0\xaf", "SC002"),
     "next line": (lambda: "a: x\x85b: 1", "SC002"),
