@@ -45,6 +45,8 @@ MOVING = (
 )
 """What only a dynamic body has: PhysX moves no other by forces."""
 
+_ID_BITS = 0xFFFF
+
 SEEN = ("visibility", "shading_mode")
 
 WHY_NOTHING = {
@@ -149,9 +151,21 @@ def _nothing(field: str, what: str, origin: Origin, sink: Sink) -> None:
 
 
 def _mass(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
-    if body.mass is None or body.body_type != "dynamic":
+    if body.body_type != "dynamic":
         return
-    if body.inertial is not None:
+    weightless = body.collisions and all(
+        s.density is not None and not any(s.density.numbers()) for s in body.collisions
+    )
+    if body.mass is None:
+        if weightless and body.inertial is None:
+            sink.report(
+                "SC511",
+                f"`{name}` has densities of 0 only: it would weigh a milligram",
+                origin,
+                at="key",
+                hint="give a density, or `inertial`",
+            )
+    elif body.inertial is not None:
         sink.report(
             "SC111",
             "`mass` and `inertial` exclude each other",
@@ -159,13 +173,20 @@ def _mass(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
             at="key",
             related=[("the mass", origin.child("mass"), "key")],
         )
-    elif body.collisions and all(s.density is not None and not any(s.density.numbers()) for s in body.collisions):
+    elif weightless:
         sink.report(
             "SC510",
             f"`{name}` has densities of 0 only, so there is nothing that `mass` could scale",
             origin.child("mass"),
             hint="give a density, or `inertial` in place of `mass`",
         )
+
+
+def _groups(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
+    """PhysX tells scenes that share one simulation apart by the top 16 bits of the fourth integer."""
+    if body.collision_groups is not None and any(bits > _ID_BITS for bits in body.collision_groups.numbers()[3::4]):
+        message = f"the fourth of the collision bits of `{name}` is above {_ID_BITS}, and its top 16 bits are reserved"
+        sink.report("SC104", message, origin.child(LANGUAGE_KEYS["collision_groups"]))
 
 
 def _inertia(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
@@ -207,6 +228,7 @@ BODY_RULES: tuple[Callable[[BodyStructure, str, Origin, Sink], None], ...] = (
     _planes_stand_still,
     _effective,
     _mass,
+    _groups,
     _inertia,
     _meshes_that_move,
     _mirrored,

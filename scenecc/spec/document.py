@@ -1,13 +1,17 @@
 """A scene file as a whole."""
 
-from typing import Literal
+from typing import Annotated
 
-from pydantic import Field
+from pydantic import Field, WithJsonSchema
 
 from scenecc.spec.base import AnyText, Maybe, Model, Name, NonNegativeInt, PositiveInt, Text, key
 from scenecc.spec.body import Body, CollisionGroup, Frame
 from scenecc.spec.material import Material
 from scenecc.spec.physics import Physics
+
+
+# Not `Literal[1]`, which takes 1.0 and true for 1.
+Version = Annotated[int, Field(ge=1, le=1), WithJsonSchema({"const": 1})]
 
 
 class SceneFile(Model):
@@ -16,7 +20,7 @@ class SceneFile(Model):
     Units are SI, angles radians unless a key ends in `_deg`, quaternions [w, x, y, z], the world z-up.
     """
 
-    scenecc: Literal[1] = Field(description="Version of the language.")
+    scenecc: Version = Field(description="Version of the language.")
     name: Maybe[Text] = key("For people; left out: the file's stem.")
     description: AnyText = Field(default="", description="For people.")
     num_scenes: PositiveInt = Field(default=1, description="How many parallel scenes.")

@@ -94,7 +94,9 @@ def _other_kind(entity: Any) -> str | None:
 
 def _report(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
     kind, found = error["type"], error["input"]
-    if kind == "extra_forbidden":
+    if path == ("scenecc",) and kind != "missing":
+        sink.report("SC100", f"this is scenecc 1; it does not read version {show(found)}", place)
+    elif kind == "extra_forbidden":
         _unknown_key(error, str(path[-1]), place, sink)
     elif kind == "missing":
         _missing(path, found, place, sink)
@@ -212,9 +214,6 @@ def _length(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
 def _choice(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
     found, context = error["input"], error.get("ctx", {})
     if error["type"] == "literal_error":
-        if path == ("scenecc",):
-            sink.report("SC100", f"this is scenecc 1; it does not read version {show(found)}", place)
-            return
         choices = [word.strip("'") for word in context["expected"].replace(" or ", ", ").split(", ")]
         if not isinstance(found, str):
             _wrong_kind("one of " + ", ".join(choices), path, found, place, sink)

@@ -328,11 +328,11 @@ def _moving_shapes(document: dict[str, Any], random: Random) -> None:
 
 
 def _masses(document: dict[str, Any], random: Random) -> None:
-    """A mass has something to scale, and nothing beside it."""
+    """What moves weighs something, and a mass has nothing beside it."""
     for body in _bodies(document):
         if "inertial" in body:
             body.pop("mass", None)
-    if any("mass" in body for body in _bodies(document)):
+    if any(body.get("body_type", "dynamic") == "dynamic" and "inertial" not in body for body in _bodies(document)):
         for node in nodes(document):
             if node.get("density") == 0:
                 node["density"] = 1

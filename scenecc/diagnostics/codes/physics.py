@@ -89,4 +89,13 @@ ROWS: tuple[Code, ...] = (
         "scenecc: 1\nentities:\n  cube:\n    mass: 1\n    density: 0\n    shapes:\n" + _BOX,
         "Give a density, or `inertial` in place of `mass`.",
     ),
+    Code(
+        "SC511",
+        "error",
+        "dynamic body without mass",
+        "All its shapes have a density of 0, and neither `mass` nor `inertial` is given. SAPIEN makes of it a body of "
+        "one milligram.",
+        "scenecc: 1\nentities:\n  cube:\n    density: 0\n    shapes:\n" + _BOX,
+        "Give a density, or `inertial`. (`mass` scales what the densities give, so it needs one, too.)",
+    ),
 )
