@@ -9,7 +9,6 @@ from scenecc.spec.body import Body, CollisionGroup, Frame
 from scenecc.spec.material import Material
 from scenecc.spec.physics import Physics
 
-
 # Not `Literal[1]`, which takes 1.0 and true for 1.
 Version = Annotated[int, Field(ge=1, le=1), WithJsonSchema({"const": 1})]
 
