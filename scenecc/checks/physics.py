@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scenecc.checks.collide import Reach, meet, reach
+from scenecc.checks.mass import inertia_is_real, mass_is_clear, single, weight_can_be_held
 from scenecc.diagnostics import Origin
 from scenecc.plan import Mesh, Plane, TriangleMesh
 
@@ -150,57 +151,11 @@ def _nothing(field: str, what: str, origin: Origin, sink: Sink) -> None:
     sink.report("SC115", f"`{key}` does nothing on a {what}", origin.child(key), at="key", hint=f"leave `{key}` out")
 
 
-def _mass(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
-    if body.body_type != "dynamic":
-        return
-    weightless = body.collisions and all(
-        s.density is not None and not any(s.density.numbers()) for s in body.collisions
-    )
-    if body.mass is None:
-        if weightless and body.inertial is None:
-            sink.report(
-                "SC511",
-                f"`{name}` has densities of 0 only: it would weigh a milligram",
-                origin,
-                at="key",
-                hint="give a density, or `inertial`",
-            )
-    elif body.inertial is not None:
-        sink.report(
-            "SC111",
-            "`mass` and `inertial` exclude each other",
-            origin.child("inertial"),
-            at="key",
-            related=[("the mass", origin.child("mass"), "key")],
-        )
-    elif weightless:
-        sink.report(
-            "SC510",
-            f"`{name}` has densities of 0 only, so there is nothing that `mass` could scale",
-            origin.child("mass"),
-            hint="give a density, or `inertial` in place of `mass`",
-        )
-
-
 def _groups(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
     """PhysX tells scenes that share one simulation apart by the top 16 bits of the fourth integer."""
     if body.collision_groups is not None and any(bits > _ID_BITS for bits in body.collision_groups.numbers()[3::4]):
         message = f"the fourth of the collision bits of `{name}` is above {_ID_BITS}, and its top 16 bits are reserved"
         sink.report("SC104", message, origin.child(LANGUAGE_KEYS["collision_groups"]))
-
-
-def _inertia(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
-    """No principal moment of a real body is above the sum of the other two."""
-    if body.inertial is None:
-        return
-    moments = iter(body.inertial.inertia.numbers())
-    if any(2 * max(row) > sum(row) * (1 + 1e-9) for row in zip(moments, moments, moments, strict=True)):
-        sink.report(
-            "SC506",
-            f"no body has the inertia of `{name}`: one moment is above the sum of the others",
-            origin.child("inertial", "inertia"),
-            hint="each of ixx, iyy, izz is at most the sum of the other two",
-        )
 
 
 def _meshes_that_move(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
@@ -227,9 +182,10 @@ BODY_RULES: tuple[Callable[[BodyStructure, str, Origin, Sink], None], ...] = (
     _has_shapes,
     _planes_stand_still,
     _effective,
-    _mass,
+    mass_is_clear,
+    weight_can_be_held,
+    inertia_is_real,
     _groups,
-    _inertia,
     _meshes_that_move,
     _mirrored,
 )
@@ -252,7 +208,7 @@ def _offsets(plan: ScenePlan, sink: Sink) -> None:
     physics = plan.physics
     contact = CONTACT_OFFSET if physics.contact_offset is None else physics.contact_offset
     rest = REST_OFFSET if physics.rest_offset is None else physics.rest_offset
-    if contact <= rest:
+    if single(contact) <= single(rest):
         key = "rest_offset" if physics.rest_offset is not None else "contact_offset"
         _offset(contact, rest, _physics_origin(plan).child(key), sink)
     for entity in plan.entities:
@@ -262,7 +218,7 @@ def _offsets(plan: ScenePlan, sink: Sink) -> None:
                     continue
                 contacts = (contact,) if shape.contact_offset is None else shape.contact_offset.numbers()
                 rests = (rest,) if shape.rest_offset is None else shape.rest_offset.numbers()
-                bad = next((pair for pair in _by_row(contacts, rests) if pair[0] <= pair[1]), None)
+                bad = next((pair for pair in _by_row(contacts, rests) if single(pair[0]) <= single(pair[1])), None)
                 if bad is not None:
                     key = "rest_offset" if shape.rest_offset is not None else "contact_offset"
                     origin = shape.origin or _origin(structure, entity, plan)

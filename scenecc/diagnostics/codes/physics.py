@@ -93,9 +93,18 @@ ROWS: tuple[Code, ...] = (
         "SC511",
         "error",
         "dynamic body without mass",
-        "All its shapes have a density of 0, and neither `mass` nor `inertial` is given. SAPIEN makes of it a body of "
-        "one milligram.",
+        "All its shapes have a density of 0, or they are so small that together they weigh less than a milligram. "
+        "SAPIEN makes of it a body of one milligram.",
         "scenecc: 1\nentities:\n  cube:\n    density: 0\n    shapes:\n" + _BOX,
         "Give a density, or `inertial`. (`mass` scales what the densities give, so it needs one, too.)",
+    ),
+    Code(
+        "SC512",
+        "error",
+        "mass beyond single precision",
+        "The engine computes in single precision: a mass above 3.4e38 kg is infinite there, and its centre is nowhere.",
+        "scenecc: 1\nentities:\n  cube:\n    density: 1.0e+38\n    shapes:\n"
+        "      - {type: box, half_size: [1.0e+10, 1.0e+10, 1.0e+10]}\n",
+        "Mend the sizes or the densities: lengths are in metres, densities in kg/m³.",
     ),
 )
