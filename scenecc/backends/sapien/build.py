@@ -8,6 +8,7 @@ from scenecc.backends.sapien.assets_on_disk import refresh
 from scenecc.backends.sapien.batch import EntityBatch, SceneBatch
 from scenecc.backends.sapien.engine import physx, render, sapien
 from scenecc.backends.sapien.failure import EngineFailure
+from scenecc.backends.sapien.interrupt import interrupts_wait
 from scenecc.backends.sapien.resources import Resources
 from scenecc.backends.sapien.turn import Turn, take_turn
 from scenecc.diagnostics import Location
@@ -53,7 +54,8 @@ def new_scene(plan: ScenePlan, *, rendered: bool) -> Any:
     systems: list[Any] = [physx.PhysxCpuSystem()]
     if rendered:
         systems.append(render.RenderSystem())
-    scene: Any = sapien.Scene(systems)
+    with interrupts_wait():
+        scene: Any = sapien.Scene(systems)
     if plan.physics.timestep is not None:
         scene.set_timestep(plan.physics.timestep)
     return scene
