@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from scenecc.diagnostics.words import cut, suggest_name
 from scenecc.lower.materials import PLAIN
 from scenecc.lower.poses import lower_local_pose
 from scenecc.plan import BodyStructure, Inertial, literal
 from scenecc.spec.body import MOTION_AXES, Body
-from scenecc.spec.errors import cut, suggest_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scenecc.spec.errors import cut, suggest_name
+from scenecc.diagnostics.words import cut, suggest_name
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from scenecc.diagnostics.words import cut, suggest_name
 from scenecc.plan import PhysicalMaterial, Rgba, Texture, Value, VisualMaterial
-from scenecc.spec.errors import cut, suggest_name
 from scenecc.spec.material import Material, Physical, TextureMapping, Visual
 
 if TYPE_CHECKING:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from scenecc.diagnostics.words import cut, suggest_name
 from scenecc.lower.poses import IDENTITY_POSE, Pose7, compose, lower_pose
-from scenecc.spec.errors import cut, suggest_name
 from scenecc.spec.pose import PoseMapping
 
 if TYPE_CHECKING:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
-from itertools import islice
 from typing import TYPE_CHECKING, Any
 
+from scenecc.diagnostics.words import cut, nearest, show, suggest
 from scenecc.spec.base import EXPRESSION, LARGEST, SMALLEST
 from scenecc.spec.document import SceneFile
 from scenecc.spec.features import LEFT_OUT, NOT_YET, OTHER_KIND, VARIATION_FORMS
+from scenecc.spec.hints import LENGTH_HINTS, LISTED_ELSEWHERE, MISPLACED
 from scenecc.spec.plain import is_mapping, is_sequence
 from scenecc.spec.unions import WRONG_KIND
 from scenecc.spec.walk import KEY_MARK, document_path, follow, model_at, step
@@ -20,17 +20,8 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import At, Origin, Path, Sink
 
-_LISTED = 30
-"""How many known words a hint lists."""
-
-_LONGEST = 60
-"""How long a word may be to be compared with the known ones [characters]."""
-
 _STRUCTURE = {("type",), ("body_type",), ("scene_idxs",)}
 """Where no version of the language lets a value differ from scene to scene."""
-
-_GUESSES, _NAMES = 20, 1000
-"""After how many reports no name is guessed any more, and among how many names."""
 
 _KINDS: dict[str, str] = {
     "float_type": "a number",
@@ -59,6 +50,7 @@ def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: 
     judged_otherwise: set[Path] = set()
     located = [(error, document_path(error["loc"], data)) for error in errors]
     misspelt = _misspelt(located)
+    short = _short(located)
     for error, path in located:
         entity = path[:2]
         if len(path) > 1 and path[0] == "entities" and (key := _other_kind(step(data["entities"], path[1]))):
@@ -76,14 +68,31 @@ def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: 
             feature, where = later
             _not_yet(feature, origin.child(*where), "value", sink)
             continue
+        if error["type"] == "missing" and path[:-1] in short:
+            _wrong_length(path[:-1], short[path[:-1]], len(error["input"]), origin.child(*path[:-1]), sink)
+            continue
         _report(error, path, origin.child(*path), sink)
+
+
+def _short(located: Iterable[tuple[ErrorDetails, Path]]) -> dict[Path, int]:
+    """The lists that are too short, and how many values they must have: each missing one is an error of its own."""
+    lengths: dict[Path, int] = {}
+    for error, path in located:
+        if error["type"] == "missing" and path and isinstance(path[-1], int):
+            lengths[path[:-1]] = max(lengths.get(path[:-1], 0), path[-1] + 1)
+    return lengths
+
+
+def _wrong_length(path: Path, must: int, count: int, place: Origin, sink: Sink) -> None:
+    hint = LENGTH_HINTS.get((str(path[-1]), count)) if path else None
+    sink.report("SC106", f"{_named(path)} must have {must} values, not {count}", place, hint=hint)
 
 
 def _misspelt(located: Iterable[tuple[ErrorDetails, Path]]) -> set[Path]:
     """The paths of keys that unknown ones beside them were probably meant to be."""
     meant: set[Path] = set()
     for error, path in located:
-        if error["type"] == "extra_forbidden" and (near := _nearest(str(path[-1]), _known(error))):
+        if error["type"] == "extra_forbidden" and (near := nearest(str(path[-1]), _known(error))):
             meant.add((*path[:-1], near))
     return meant
 
@@ -99,7 +108,7 @@ def _report(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
     elif kind == "extra_forbidden":
         _unknown_key(error, str(path[-1]), place, sink)
     elif kind == "missing":
-        _missing(path, found, place, sink)
+        _missing(path, place, sink)
     elif kind in _BOUNDS:
         _bound(error, path, place, sink)
     elif kind == "finite_number":
@@ -164,7 +173,9 @@ def _unknown_key(error: ErrorDetails, key: str, place: Origin, sink: Sink) -> No
     if key in NOT_YET:
         _not_yet(NOT_YET[key], place, "key", sink)
         return
-    sink.report("SC101", f"unknown key `{cut(key)}`", place, at="key", hint=suggest(key, _known(error)))
+    known = _known(error)
+    hint = next((hint for beside, hint in MISPLACED.get(key, ()) if beside in known), None) or suggest(key, known)
+    sink.report("SC101", f"unknown key `{cut(key)}`", place, at="key", hint=hint)
 
 
 def _known(error: ErrorDetails) -> tuple[str, ...]:
@@ -173,38 +184,17 @@ def _known(error: ErrorDetails) -> tuple[str, ...]:
     return tuple(model.model_fields) if model else ()
 
 
-def suggest(word: str, known: Iterable[str]) -> str | None:
-    """A hint with the nearest known word, or all of them; None where there is none."""
-    known = tuple(known)
-    if not known:
-        return None
-    if near := _nearest(word, known):
-        return f"did you mean `{near}`?"
-    more = f" and {len(known) - _LISTED} more" if len(known) > _LISTED else ""
-    return "known here: " + ", ".join(known[:_LISTED]) + more
-
-
-def _nearest(word: str, known: Iterable[str]) -> str | None:
-    # What is not longer than a key could be one; a stranger's megabyte is not compared.
-    near = difflib.get_close_matches(word, known, n=1, cutoff=0.6) if len(word) <= _LONGEST else []
-    return near[0] if near else None
-
-
-def suggest_name(word: str, names: Iterable[str], sink: Sink) -> str | None:
-    """`suggest` among a document's own names, of which there may be many: comparing letters takes its time."""
-    return suggest(word, islice(names, _NAMES)) if sink.reported < _GUESSES else None
-
-
-def _missing(path: Path, found: Any, place: Origin, sink: Sink) -> None:
+def _missing(path: Path, place: Origin, sink: Sink) -> None:
     parent = type(place)(place.file, place.path[:-1], place.copy, place.parent)
-    if isinstance(path[-1], int):
-        sink.report("SC106", f"{_named(path[:-1])} has too few values: {len(found)}", parent)
-        return
-    sink.report("SC102", f"{_named(path[:-1])} lacks the key `{path[-1]}`", parent, at="key")
+    hint = "a scene file starts with `scenecc: 1`" if path == ("scenecc",) else None
+    sink.report("SC102", f"{_named(path[:-1])} lacks the key `{path[-1]}`", parent, at="key", hint=hint)
 
 
 def _length(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
     context = error.get("ctx", {})
+    if error["type"] == "too_long" and context.get("field_type") == "Tuple":
+        _wrong_length(path, context["max_length"], len(error["input"]), place, sink)
+        return
     bound = context.get("max_length", context.get("min_length"))
     words = "at most" if "max_length" in context else "at least"
     count = context.get("actual_length")
@@ -229,9 +219,8 @@ def _choice(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
         _wrong_kind("a text", (*path, "type"), tag, place.child("type"), sink)
     else:
         choices = [word.strip("'") for word in context["expected_tags"].split(", ")]
-        sink.report(
-            "SC105", f"there is no shape type {show(tag)} here", place.child("type"), hint=suggest(tag, choices)
-        )
+        hint = LISTED_ELSEWHERE.get(tag) or suggest(tag, choices)
+        sink.report("SC105", f"there is no shape type {show(tag)} here", place.child("type"), hint=hint)
 
 
 def _pattern(error: ErrorDetails, place: Origin, sink: Sink) -> None:
@@ -255,6 +244,8 @@ def _wrong_kind(expected: str, path: Path, found: Any, place: Origin, sink: Sink
     hint = None
     if expected in {"a number", "a whole number"} and isinstance(found, str) and _reads_as_number(found):
         hint = "take the quotes off"
+    elif expected == "true or false" and isinstance(found, str):
+        hint = "YAML 1.2 has only `true` and `false`, without quotes"
     sink.report("SC103", f"{_named(path)} must be {expected}, not {describe(found)}", place, hint=hint)
 
 
@@ -263,7 +254,8 @@ def _reads_as_number(text: str) -> bool:
         float(text)
     except ValueError:
         return False
-    return True
+    # Python reads 1_000, YAML does not.
+    return "_" not in text
 
 
 def describe(found: Any) -> str:
@@ -275,17 +267,6 @@ def describe(found: Any) -> str:
     if is_sequence(found):
         return f"a list of {len(found)}"
     return "a mapping" if is_mapping(found) else show(found)
-
-
-def show(found: Any, width: int = 60) -> str:
-    """A value as a message shows it, cut where it is long."""
-    text = str(found).lower() if isinstance(found, bool) else repr(found)
-    return cut(text, width)
-
-
-def cut(text: str, width: int = 60) -> str:
-    """A text of at most so many characters: a file may come from a stranger."""
-    return text if len(text) <= width else text[: width - 1] + "…"
 
 
 def _named(path: Path) -> str:

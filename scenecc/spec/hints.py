@@ -1,0 +1,32 @@
+"""What was probably meant by mistakes that people often make."""
+
+from __future__ import annotations
+
+_SHAPE = "a shape stands in one of the lists `shapes`, `collisions` and `visuals`: `shapes: [{type: box, …}]`"
+_PHYSICAL = "it stands under `physical`: `material: {physical: {…}}`"
+_VISUAL = "it stands under `visual`: `material: {visual: {…}}`"
+
+MISPLACED: dict[str, tuple[tuple[str, str], ...]] = {
+    **dict.fromkeys(("type", "half_size", "radius", "half_length"), (("body_type", _SHAPE),)),
+    **dict.fromkeys(("static_friction", "dynamic_friction", "restitution"), (("physical", _PHYSICAL),)),
+    **dict.fromkeys(("base_color", "roughness", "metallic", "specular", "emission"), (("visual", _VISUAL),)),
+    "filename": (("file", "did you mean `file`?"),),
+    "color": (("base_color", "did you mean `base_color`?"),),
+}
+"""Unknown key → a key that is known where it stands, and what to say there."""
+
+LISTED_ELSEWHERE: dict[str, str] = {
+    "mesh": "a `mesh` is only seen: write it under `visuals`; a convex_mesh, convex_parts or triangle_mesh collides",
+    "tiled_plane": "a `tiled_plane` is only seen: write it under `visuals`",
+    "convex_parts": "`convex_parts` always collide: write them under `shapes` or `collisions`; a `mesh` is only seen",
+    "triangle_mesh": "a `triangle_mesh` always collides: write it under `shapes` or `collisions`",
+}
+"""Shape type → where it may stand, for the lists that do not have it."""
+
+LENGTH_HINTS: dict[tuple[str, int], str] = {
+    ("pose", 7): "a position and a rotation are {p: [x, y, z], q: [w, x, y, z]}",
+    ("pose", 4): "a matrix is {matrix: [[…], […], […], […]]}, a rotation {q: [w, x, y, z]}",
+    ("pose", 6): "a position and three angles are {p: [x, y, z], rpy: [roll, pitch, yaw]}, or rpy_deg",
+    ("half_size", 1): "one number an axis: [x, y, z]",
+}
+"""Key and the number of its values → what they were probably meant to be."""
