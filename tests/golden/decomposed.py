@@ -1,4 +1,6 @@
-# decomposed: 2 parallel scenes of SAPIEN, written by scenecc.
+# A script of plain SAPIEN calls, written by scenecc.
+#
+# decomposed: 2 parallel scenes.
 #
 # Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.
 

@@ -1,4 +1,6 @@
-# knobs: 2 parallel scenes of SAPIEN, written by scenecc.
+# A script of plain SAPIEN calls, written by scenecc.
+#
+# knobs: 2 parallel scenes.
 # Every key of a body, one example each.
 #
 # Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.

@@ -1,4 +1,6 @@
-# materials: one scene of SAPIEN, written by scenecc.
+# A script of plain SAPIEN calls, written by scenecc.
+#
+# materials: one scene.
 # Surfaces that slide, bounce, shine and carry images.
 #
 # Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.

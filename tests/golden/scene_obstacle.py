@@ -1,4 +1,6 @@
-# obstacle: 4 parallel scenes of SAPIEN, written by scenecc.
+# A script of plain SAPIEN calls, written by scenecc.
+#
+# obstacle: 4 parallel scenes.
 # Four scenes, an obstacle in two of them.
 #
 # Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.

@@ -1,4 +1,6 @@
-# tabletop: one scene of SAPIEN, written by scenecc.
+# A script of plain SAPIEN calls, written by scenecc.
+#
+# tabletop: one scene.
 # A table top, a cube and a goal that is only seen.
 #
 # Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.

@@ -1,4 +1,6 @@
-# tutorial: one scene of SAPIEN, written by scenecc.
+# A script of plain SAPIEN calls, written by scenecc.
+#
+# tutorial: one scene.
 # The actors of SAPIEN's tutorial on a table.
 #
 # Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.

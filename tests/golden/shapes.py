@@ -1,4 +1,6 @@
-# shapes: 2 parallel scenes of SAPIEN, written by scenecc.
+# A script of plain SAPIEN calls, written by scenecc.
+#
+# shapes: 2 parallel scenes.
 # Every shape that there is.
 # Two scenes, both the same.
 #

@@ -1,4 +1,6 @@
-# varied: 4 parallel scenes of SAPIEN, written by scenecc.
+# A script of plain SAPIEN calls, written by scenecc.
+#
+# varied: 4 parallel scenes.
 #
 # Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.
 

@@ -20,15 +20,18 @@ class Names:
 
     def __init__(self) -> None:
         self._taken = {*_SCRIPT, *keyword.kwlist, *keyword.softkwlist, *dir(builtins)}
+        self._last: dict[str, int] = {}
 
     def take(self, wanted: str) -> str:
         """An identifier like `wanted`: what no identifier may hold becomes `_`, and `_2` tells namesakes apart."""
         stem = re.sub(r"[^A-Za-z0-9_]+", "_", wanted[:60]).strip("_") or "unnamed"
         if stem[0].isdigit() or len(stem) == 1:  # a lone l, O or I is taken for a digit
             stem = f"the_{stem}"
-        name, count = stem, 1
+        count = self._last.get(stem, 1)
+        name = stem
         while name in self._taken:
             count += 1
             name = f"{stem}_{count}"
+        self._last[stem] = count
         self._taken.add(name)
         return name

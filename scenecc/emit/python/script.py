@@ -90,7 +90,10 @@ if __name__ == "__main__":
 
 
 def _write_head(source: Source, plan: ScenePlan) -> None:
-    source.comment(f"{plan.name}: {_scenes_word(plan.num_scenes)} of SAPIEN, written by scenecc.")
+    # Python takes a comment in the first two lines that says "coding:" at its word, so these two are never a scene's.
+    source.comment("A script of plain SAPIEN calls, written by scenecc.")
+    source.comment("")
+    source.comment(f"{plan.name}: {_scenes_word(plan.num_scenes)}.")
     for paragraph in plan.description.splitlines():
         for line in textwrap.wrap(paragraph, 96):
             source.comment(line)

@@ -3,14 +3,16 @@ from __future__ import annotations
 import ast
 import dataclasses
 import inspect
+import io
 import subprocess
 import sys
+import tokenize
 from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from plugins.plan_strategy import plans
 from plugins.sample_plans import FLAG, INT, SAMPLES, entity, pose, solid
@@ -162,6 +164,69 @@ def test_hostile_names_are_only_ever_strings(text: str) -> None:
         assert shape_of(hostile) == shape_of(tame)
     strings = {node.value for node in ast.walk(ast.parse(script(hostile))) if isinstance(node, ast.Constant)}
     assert {text, text + "2"} <= strings
+
+
+COOKIE = "coding: utf-7 "
+RUNS = "+AAo-import os+ADs-os.system(+ACI-echo PWNED+ACI-)+AAo-"
+
+
+def code_of(script: bytes) -> str:
+    """What Python runs, without its strings, and with identifiers numbered in order of appearance.
+
+    From bytes: a line that names an encoding counts then, as it does for a file.
+    """
+    numbers: dict[str, str] = {}
+    tree = ast.parse(script)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name):
+            node.id = node.id if node.id in {"physx", "sapien"} else numbers.setdefault(node.id, f"n{len(numbers)}")
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            node.value = ""
+    return ast.dump(tree)
+
+
+def named(name: str, description: str, entities: tuple[str, str]) -> ScenePlan:
+    body = BodyStructure("dynamic", (CollisionShape(Box(constant([1, 1, 1])), material=constant(0, INT)),))
+    first, second = (entity(text, pose(0, 0, 1), body) for text in entities)
+    moved = dataclasses.replace(second, pose=per_scene([[0, 0, z, 1, 0, 0, 0] for z in range(3)]))
+    materials = (PhysicalMaterial(0.1, 0.1, 0.1),)
+    return ScenePlan(name, 3, (first, moved), Physics(), physical_materials=materials, description=description)
+
+
+TEXTS = st.one_of(
+    st.text(max_size=60),
+    st.text(st.sampled_from("\n\r\x0b\x0c\x1c\x1d\x1e\x85\u2028\u2029\x00\x1a#'\"\\ ax+-:="), max_size=40),
+    st.tuples(st.sampled_from(["", "x\n", "\r", "\x0c"]), st.sampled_from([COOKIE, "-*- coding=cp037 -*-", RUNS])).map(
+        "".join
+    ),
+)
+
+
+@given(TEXTS, TEXTS, st.lists(TEXTS, min_size=2, max_size=2, unique=True))
+@example("x coding: utf-7 ", RUNS, ["a", "b"])
+@example("x", COOKIE + RUNS, ["a", "b"])
+@example("x", "", [COOKIE, RUNS])
+def test_no_text_of_a_scene_is_ever_run(name: str, description: str, entities: list[str]) -> None:
+    first, second = entities
+    text = script(named(name, description, (first, second)))
+    written = text.encode()
+    assert tokenize.detect_encoding(io.BytesIO(written).readline)[0] == "utf-8"
+    assert code_of(written) == code_of(script(named("tame", "", ("first", "second"))).encode())
+    comments = [token for token in tokenize.tokenize(io.BytesIO(written).readline) if token.type == tokenize.COMMENT]
+    assert all(token.string.isprintable() for token in comments)
+    assert text.splitlines() == text.removesuffix("\n").split("\n"), "lines are what every reader takes for lines"
+
+
+def test_thousands_of_namesakes_are_quick() -> None:
+    import time
+
+    names = Names()
+    names.take("shared_3")
+    start = time.perf_counter()
+    found = [names.take("shared") for _ in range(20_000)]
+    assert time.perf_counter() - start < 5
+    assert found[:3] == ["shared", "shared_2", "shared_4"]
+    assert len(set(found)) == len(found)
 
 
 @given(st.lists(st.text(max_size=80), max_size=30))
