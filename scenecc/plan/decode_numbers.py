@@ -112,13 +112,11 @@ def _range_fault(kind: Quantity, data: NDArray[Any], table_size: int | None) -> 
 
 
 def _inside(bounds: Bounds, item: float) -> bool:
-    above = item > bounds.low if bounds.open else item >= bounds.low
-    return above and item <= bounds.high and not (bounds.nonzero and item == 0)
+    return bounds.low <= item <= bounds.high and not (bounds.nonzero and item == 0)
 
 
 def _outside(bounds: Bounds, flat: NDArray[Any]) -> NDArray[np.bool_]:
-    above = flat > bounds.low if bounds.open else flat >= bounds.low
-    outside = ~(np.isfinite(flat) & above & (flat <= bounds.high))
+    outside = ~((flat >= bounds.low) & (flat <= bounds.high))
     return outside | (flat == 0) if bounds.nonzero else outside
 
 

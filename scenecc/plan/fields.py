@@ -25,22 +25,25 @@ Table = Literal["files", "physical_materials", "visual_materials"]
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """The numbers that are allowed. `open`: `low` itself is not. `nonzero`: nor is 0."""
+    """The numbers that are allowed, both ends included. `nonzero`: 0 is not."""
 
     low: float = -np.inf
     high: float = np.inf
-    open: bool = False
     nonzero: bool = False
 
     def __str__(self) -> str:
-        low = "" if self.low == -np.inf else f"{'above' if self.open else 'at least'} {self.low:g}"
+        low = "" if self.low == -np.inf else f"at least {self.low:g}"
         high = "" if self.high == np.inf else f"at most {self.high:g}"
         return " and ".join(filter(None, (low, high, "not 0" if self.nonzero else "")))
 
 
-ANY = Bounds()
-POSITIVE = Bounds(0, open=True)
-AT_LEAST_0 = Bounds(0)
+LARGEST = 3.4028234663852886e38
+SMALLEST = 1.1754943508222875e-38
+"""The range of single precision, in which the engine computes; the language has the same."""
+
+ANY = Bounds(-LARGEST, LARGEST)
+POSITIVE = Bounds(SMALLEST, LARGEST)
+AT_LEAST_0 = Bounds(0, LARGEST)
 UNIT = Bounds(0, 1)
 COUNT = Bounds(0, 2**31 - 1)
 
@@ -140,7 +143,7 @@ QUANTITIES: dict[str, Quantity] = {
     "half_length": _POSITIVE,
     "file": _FILE,
     "scale": _POSITIVE3,
-    "Mesh.scale": Quantity(shape=(3,), bounds=Bounds(nonzero=True)),
+    "Mesh.scale": Quantity(shape=(3,), bounds=Bounds(-LARGEST, LARGEST, nonzero=True)),
     "CollisionShape.material": Quantity(np.int64, table="physical_materials"),
     "VisualShape.material": Quantity(np.int64, table="visual_materials"),
     "density": _AT_LEAST_0,
@@ -180,7 +183,7 @@ BOUNDS: dict[str, Bounds] = {
     "bounce_threshold": AT_LEAST_0,
     "contact_offset": POSITIVE,
     "sleep_threshold": AT_LEAST_0,
-    "scene_spacing": AT_LEAST_0,
+    "scene_spacing": POSITIVE,
     "spacing": POSITIVE,
     "solver_position_iterations": Bounds(1, 255),
     "solver_velocity_iterations": Bounds(0, 255),
@@ -191,9 +194,11 @@ BOUNDS: dict[str, Bounds] = {
     "metallic": UNIT,
     "transmission": UNIT,
     "transmission_roughness": UNIT,
-    "ior": POSITIVE,
+    "ior": Bounds(1, LARGEST),
     "mipmap_levels": Bounds(1, 32),
-    "threshold": POSITIVE,
+    "threshold": Bounds(0.01, 1),
+    "cpu_workers": Bounds(0, 256),
+    "num_threads_for_construction": Bounds(1, 256),
     "max_convex_hull": Bounds(-1, 2**31 - 1),
 }
 """Ranges of plain numbers by field; a plain integer that is not here is a count (0 to 2³¹ - 1)."""

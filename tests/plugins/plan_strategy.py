@@ -150,5 +150,5 @@ def _integers(bounds: Bounds) -> st.SearchStrategy[int]:
 def _floats(bounds: Bounds) -> st.SearchStrategy[float]:
     low = None if bounds.low == -math.inf else bounds.low
     high = None if bounds.high == math.inf else bounds.high
-    found = st.floats(low, high, exclude_min=bounds.open, allow_nan=False, allow_infinity=False)
+    found = st.floats(low, high, allow_nan=False, allow_infinity=False)
     return found.filter(bool) if bounds.nonzero else found
