@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
+from urllib.parse import unquote
 
 import numpy as np
 
@@ -180,12 +181,18 @@ def _reporting(
 
 def _named(checker: _Checker, asset: AssetFile, reference: Reference) -> Path:
     """The path of a file that an asset names."""
-    found = checker.resolve_named(reference.uri, asset)
-    if isinstance(found, Path):
-        return found
-    code, message, hint = found
-    outside = code in {"SC402", "SC403"}
-    raise AssetError("SC419" if outside else "SC418", f"it names a file that cannot be used: {message}", hint)
+    found = checker.resolve_named(unquote(reference.uri) if reference.escaped else reference.uri, asset)
+    if not isinstance(found, Path) and found[0] in {"SC402", "SC403"}:
+        raise AssetError("SC419", f"it names a file that cannot be used: {found[1]}", found[2])
+    if reference.escaped:
+        raise AssetError(
+            "SC418",
+            f"it names `{reference.uri[:60]}`, and SAPIEN does not decode percent escapes",
+            "rename the file so that its name needs none, and export the asset again",
+        )
+    if not isinstance(found, Path):
+        raise AssetError("SC418", f"it names a file that cannot be used: {found[1]}", found[2])
+    return found
 
 
 def _check_texture(checker: _Checker, path: Path) -> None:

@@ -18,9 +18,14 @@ Reach = tuple[tuple[int, ...], "tuple[int, ...] | None", "Value | None"]
 
 def meet(a: Entity, a_structure: BodyStructure, b: Entity, b_structure: BodyStructure) -> bool:
     """Whether the two are in one scene with these structures and their collision groups let them collide."""
-    for scene in set(a.scene_idxs).intersection(b.scene_idxs):
-        row_a, row_b = a.scene_idxs.index(scene), b.scene_idxs.index(scene)
-        if not (_picked(a, a_structure, row_a) and _picked(b, b_structure, row_b)):
+    if not any(_varies(*body) for body in ((a, a_structure), (b, b_structure))):
+        # The many bodies that are everywhere share one tuple.
+        together = a.scene_idxs is b.scene_idxs or not set(a.scene_idxs).isdisjoint(b.scene_idxs)
+        return together and collide(_groups(a_structure, 0), _groups(b_structure, 0))
+    rows = {scene: row for row, scene in enumerate(b.scene_idxs)}
+    for row_a, scene in enumerate(a.scene_idxs):
+        row_b = rows.get(scene)
+        if row_b is None or not (_picked(a, a_structure, row_a) and _picked(b, b_structure, row_b)):
             continue
         if collide(_groups(a_structure, row_a), _groups(b_structure, row_b)):
             return True
@@ -39,6 +44,12 @@ def collide(a: Sequence[int], b: Sequence[int]) -> bool:
     """SAPIEN's rule over the four integers of two shapes (`PhysxCollisionShape.set_collision_groups`)."""
     ignored = bool(a[2] & b[2]) and (a[3] & _ID) == (b[3] & _ID)
     return bool((a[0] & b[1]) or (a[1] & b[0])) and not ignored
+
+
+def _varies(entity: Entity, structure: BodyStructure) -> bool:
+    """Whether the entity's scenes differ in what `meet` looks at."""
+    groups = structure.collision_groups
+    return entity.pick is not None or (groups is not None and groups.varies)
 
 
 def _picked(entity: Entity, structure: BodyStructure, row: int) -> bool:

@@ -29,11 +29,15 @@ class AssetError(Exception):
 class Reference:
     """A file that an asset names.
 
-    `kind`: a texture and an OBJ's material file matter to what is seen, a buffer to everything.
+    Attributes:
+        uri: as written.
+        kind: a texture and an OBJ's material file matter to what is seen, a buffer to everything.
+        escaped: it has percent escapes, which SAPIEN does not decode: it would look for a file of that very name.
     """
 
     uri: str
     kind: Literal["material", "image", "buffer"]
+    escaped: bool = False
 
 
 OpenNamed = Callable[[Reference], bytes]

@@ -11,7 +11,7 @@ import binascii
 import json
 import struct
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 from urllib.parse import unquote
 
 import numpy as np
@@ -65,10 +65,10 @@ def read_gltf(data: bytes, reading: Reading) -> MeshData:
         file = _File(document, chunk, reading)
         parts = _parts(file)
         images: list[dict[str, Any]] = document.get("images", [])
-        named = tuple(Reference(unquote(image["uri"]), "image") for image in images if _names_file(image.get("uri")))
+        named = tuple(_reference(image["uri"], "image") for image in images if _names_file(image.get("uri")))
         embedded = tuple(_embedded(file, image) for image in images if not _names_file(image.get("uri")))
         uris = [buffer.get("uri") for buffer in document.get("buffers", [])]
-        buffers = tuple(Reference(unquote(uri), "buffer") for uri in uris if _names_file(uri))
+        buffers = tuple(_reference(uri, "buffer") for uri in uris if _names_file(uri))
     except _MALFORMED as error:
         raise AssetError("SC412", f"the glTF cannot be read: {_said(error)}", "export the file again") from error
     return MeshData(parts, (*buffers, *named), embedded)
@@ -108,6 +108,10 @@ def _split(data: bytes) -> tuple[dict[str, Any], bytes | None]:
 
 def _names_file(uri: object) -> bool:
     return isinstance(uri, str) and not uri.startswith("data:")
+
+
+def _reference(uri: str, kind: Literal["image", "buffer"]) -> Reference:
+    return Reference(uri, kind, escaped=unquote(uri) != uri)
 
 
 def _parts(file: _File) -> tuple[Part, ...]:
@@ -236,7 +240,7 @@ def _buffer(file: _File, number: int) -> bytes:
                 raise ValueError("a buffer has neither a file nor a binary chunk")
             data = file.chunk
         else:
-            data = file.reading.open_named(Reference(unquote(uri), "buffer")) if _names_file(uri) else _data_uri(uri)
+            data = file.reading.open_named(_reference(uri, "buffer")) if _names_file(uri) else _data_uri(uri)
         if _index(buffer["byteLength"]) > len(data):
             raise ValueError("a buffer is shorter than it says")
         file.buffers[number] = data

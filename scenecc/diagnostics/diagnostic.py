@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from scenecc.diagnostics.codes import CODES
 from scenecc.diagnostics.origin import At, Location, Locator, Origin, Path, dotted, nowhere
+
+MAX_REPORTS = 1000
+"""How many errors are told, and how many warnings: a file of nothing but errors must not fill the memory."""
 
 Severity = Literal["error", "warning", "note"]
 
@@ -63,6 +67,9 @@ class Diagnostic:
         return f"{where}: {self.severity} {self.code}: {self.message}{path}"
 
 
+_STOPPED = "SC016"
+"""The code that stands for all errors after the last one that is told."""
+
 RelatedPlace = tuple[str, Origin | Location, At]
 """A message, the place it is about, and which half of it."""
 
@@ -90,6 +97,8 @@ class Sink:
         self._reports: list[_Report] = []
         self._seen: set[tuple[str, str, Origin | Location]] = set()
         self._failed = False
+        self._told: Counter[Severity] = Counter()
+        self._full: set[Severity] = set()
 
     @property
     def failed(self) -> bool:
@@ -114,15 +123,26 @@ class Sink:
     ) -> None:
         """Adds a finding. The same code, message and place twice is one finding.
 
-        `path` is for a place that is a location; an origin brings its own.
+        `path` is for a place that is a location; an origin brings its own. Of each severity `MAX_REPORTS` are
+        kept; an error beyond them is SC016.
         """
+        severity = CODES[code].severity
+        if severity in self._full:
+            return
+        if code == _STOPPED:
+            self._full.add("error")
+        elif self._told[severity] >= MAX_REPORTS:
+            self._full.add(severity)
+            message, hint = f"checking stopped after {MAX_REPORTS} {severity}s", "mend these first"
+            code, related = _STOPPED if severity == "error" else code, ()
         key = (code, message, place)
         if key in self._seen:
             return
         self._seen.add(key)
         path = place.path if isinstance(place, Origin) else path
         self._reports.append(_Report(code, message, place, at, hint, tuple(related), path))
-        self._failed = self._failed or CODES[code].severity == "error"
+        self._told[severity] += 1
+        self._failed = self._failed or severity == "error"
 
     def diagnostics(self) -> list[Diagnostic]:
         """All findings, in the order of their places in each file (errors of the engine last)."""

@@ -9,7 +9,7 @@ from scenecc.lower.bodies import Bodies
 from scenecc.lower.groups import allot
 from scenecc.lower.materials import SAPIEN_DEFAULT, Materials
 from scenecc.lower.places import WORLD, Places
-from scenecc.lower.selection import select
+from scenecc.lower.selection import count, select
 from scenecc.lower.shapes import Shapes
 from scenecc.lower.tables import FileResolver, Tables
 from scenecc.plan import Entity, GpuMemory, PhysicalMaterial, Physics, ScenePlan, SdfConfig, literal
@@ -119,27 +119,26 @@ def _entities(scene: SceneFile, num_scenes: int, origin: Origin, bodies: Bodies,
 
 
 def _within(scene: SceneFile, num_scenes: int, bounds: Bounds, origin: Origin, sink: Sink) -> bool:
-    objects = sum(
-        max(1, len(body.shapes) + len(body.collisions) + len(body.visuals)) for body in scene.entities.values()
-    )
-    asked = (
-        ("SC605", "scenes", num_scenes, bounds.scenes, origin.child("num_scenes"), "scenes"),
-        ("SC604", "objects", objects, bounds.objects, origin.child("entities"), "objects"),
-        (
-            "SC606",
-            "objects times scenes",
-            objects * num_scenes,
-            bounds.objects_times_scenes,
-            origin.child("num_scenes"),
-            "objects_times_scenes",
-        ),
-    )
-    for code, what, count, limit, place, name in asked:
-        if count > limit:
-            hint = f"raise it with --limit {name}={count} or limits={{'{name}': {count}}}"
-            sink.report(code, f"{count} {what} are more than the limit of {limit}", place, hint=hint)
-            return False
-    return True
+    if not _under("SC605", "scenes", num_scenes, bounds.scenes, origin.child("num_scenes"), sink):
+        return False
+    shapes = {
+        name: max(1, len(body.shapes) + len(body.collisions) + len(body.visuals))
+        for name, body in scene.entities.items()
+    }
+    if not _under("SC604", "objects", sum(shapes.values()), bounds.objects, origin.child("entities"), sink):
+        return False
+    built = sum(shapes[name] * count(body.scene_idxs, num_scenes) for name, body in scene.entities.items())
+    place = origin.child("num_scenes")
+    return _under("SC606", "objects times scenes", built, bounds.objects_times_scenes, place, sink)
+
+
+def _under(code: str, what: str, number: int, limit: int, place: Origin, sink: Sink) -> bool:
+    if number <= limit:
+        return True
+    name = what.replace(" ", "_")
+    hint = f"raise it with --limit {name}={number} or limits={{'{name}': {number}}}"
+    sink.report(code, f"{number} {what} are more than the limit of {limit}", place, hint=hint)
+    return False
 
 
 def _names(scene: SceneFile, origin: Origin, sink: Sink) -> None:

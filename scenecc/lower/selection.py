@@ -22,30 +22,42 @@ def select(given: str | list[int | str] | None, num_scenes: int, origin: Origin,
     """
     if given is None:
         return tuple(range(num_scenes))
-    items: list[tuple[int | str, Origin]] = (
-        [(given, origin)] if isinstance(given, str) else [(item, origin.child(i)) for i, item in enumerate(given)]
-    )
     first: dict[int, Origin] = {}
     failed = False
-    for item, place in items:
+    # Of more items than scenes one repeats another or is wrong: what follows tells no more.
+    for i, item in enumerate([given] if isinstance(given, str) else given[: num_scenes + 1]):
+        place = origin if isinstance(given, str) else origin.child(i)
         indices = _indices(item, num_scenes, place, sink)
         if indices is None:
             failed = True
             continue
-        repeated = [index for index in indices if index in first]
-        if repeated:
-            failed = True
-            before = first[repeated[0]]
-            sink.report(
-                "SC308",
-                f"scene {repeated[0]} is selected twice",
-                place,
-                related=[("selected here already", before, "value")],
-            )
-        first.update(dict.fromkeys((index for index in indices if index not in first), place))
+        for index in indices:
+            if index in first:
+                failed = True
+                before = first[index]
+                message = f"scene {index} is selected twice"
+                sink.report("SC308", message, place, related=[("selected here already", before, "value")])
+                break
+            first[index] = place
     if not first and not failed:
         sink.report("SC309", "this selects no scene", origin, hint="leave `scene_idxs` out to select every scene")
     return None if failed or not first else tuple(sorted(first))
+
+
+def count(given: str | list[int | str] | None, num_scenes: int) -> int:
+    """How many scenes `select` would select, at most; wrong items, which it reports, may count."""
+    if given is None:
+        return num_scenes
+    items = [given] if isinstance(given, str) else given[:num_scenes]
+    return min(num_scenes, sum(1 if isinstance(item, int) else _length(item, num_scenes) for item in items))
+
+
+def _length(text: str, num_scenes: int) -> int:
+    match = _SLICE.match(text)
+    if match is None:
+        return 0
+    start, stop, step = (int(part) if part else None for part in match.groups())
+    return 0 if step == 0 else len(range(num_scenes)[start:stop:step])
 
 
 def _indices(item: int | str, num_scenes: int, place: Origin, sink: Sink) -> range | None:

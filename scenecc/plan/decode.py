@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
@@ -60,6 +60,8 @@ class Decoder:
         self._row_count: int | None = None
         self._selections: dict[str, tuple[int, ...]] = {}
         self._object_count = 0
+        self._entity: dict[str, Any] = {}
+        """What is being read; its scenes are counted before its shapes are read."""
 
     def plan(self, data: dict[str, Any]) -> object:
         """The plan, or `BAD`."""
@@ -124,6 +126,7 @@ class Decoder:
             return self._fault("SC705", f"an object is wanted here, not {_shown(data)}", path)
         if cls is Entity:
             self._row_count = None
+            self._entity = data
         its_slots = slots(cls)
         unknown = data.keys() - {slot.name for slot in its_slots}
         for key in sorted(unknown):
@@ -212,12 +215,26 @@ class Decoder:
         if found is None:
             return BAD
         self._row_count = len(found)
-        self._object_count += len(found)
-        if self._object_count > self._object_limit >= self._object_count - len(found):
-            return self._fault("SC712", f"entities times their scenes are more than {self._object_limit}", path)
-        return found
+        before = self._object_count
+        self._object_count += _object_count(self._entity, len(found))
+        if self._object_count > self._object_limit:
+            # What comes after is counted, and no tuple made of it.
+            if before <= self._object_limit:
+                message = f"objects summed over their scenes are more than {self._object_limit}"
+                self._fault("SC712", message, path)
+            return BAD
+        return self._shared(data, found)
 
-    def _indices(self, data: object, path: Keys) -> tuple[int, ...] | None:
+    def _shared(self, data: object, found: Sequence[int]) -> tuple[int, ...]:
+        """Entities share the tuple of a slice: 10 000 of them in 4096 scenes are 40 million indices."""
+        if not isinstance(data, str):
+            return tuple(found)
+        shared = self._selections.get(data)
+        if shared is None:
+            shared = self._selections[data] = tuple(found)
+        return shared
+
+    def _indices(self, data: object, path: Keys) -> Sequence[int] | None:
         message = ""
         if not is_list(data) or not set(map(type, data)) <= {int}:
             self._fault("SC705", 'a list of scene indices or a slice such as "0:8" is wanted here', path)
@@ -232,12 +249,12 @@ class Decoder:
         if message:
             self._fault("SC709", message, path)
             return None
-        return tuple(data)
+        return data
 
     def _scene_count(self) -> int:
         return self._num_scenes if self._num_scenes is not None else self._scene_limit
 
-    def _slice(self, text: str, path: Keys) -> tuple[int, ...] | None:
+    def _slice(self, text: str, path: Keys) -> range | None:
         match = _SLICE.fullmatch(text)
         if match is None:
             self._fault("SC705", f'{_shown(text)} is no slice such as "0:8" or "0:8:2"', path)
@@ -246,8 +263,7 @@ class Decoder:
         if not step or not start < stop <= self._scene_count():
             self._fault("SC709", f"{_shown(text)} selects no scenes out of {self._scene_count()}", path)
             return None
-        # Entities share the tuple: 10 000 of them in 4096 scenes are 40 million indices.
-        return self._selections.setdefault(text, tuple(range(start, stop, step)))
+        return range(start, stop, step)
 
     def _unknown_key(self, key: str, known: list[str], path: Keys) -> None:
         near = difflib.get_close_matches(key[:80], known, n=1)
@@ -260,6 +276,24 @@ class Decoder:
     def _fault(self, code: str, message: str, path: Keys) -> object:
         self._sink.report(code, message, self._origin(path))
         return BAD
+
+
+def _object_count(entity: dict[str, Any], rows: int) -> int:
+    """The entity's shapes (one where it has none) summed over its scenes; what is malformed counts once.
+
+    A shape that collides and is seen is two here and one in a scene file, whose plan must not be above its limit.
+    """
+    structures, pick = entity.get("structures"), entity.get("pick")
+    bodies = structures if is_list(structures) else []
+    shapes = [max(1, _length(body, "collisions"), _length(body, "visuals")) for body in bodies]
+    if is_list(pick):
+        return sum(shapes[item] if type(item) is int and 0 <= item < len(shapes) else 1 for item in pick)
+    return rows * (shapes[0] if shapes else 1)
+
+
+def _length(body: object, key: str) -> int:
+    shapes: object = body.get(key) if is_object(body) else None
+    return len(shapes) if is_list(shapes) else 0
 
 
 def _shown(item: object) -> str:

@@ -25,7 +25,7 @@ class PlanLimits:
     Attributes:
         characters: of text.
         scenes: `num_scenes`.
-        objects: entities times the scenes that they are in.
+        objects: entities, each counted as often as it has shapes, summed over the scenes that they are in.
     """
 
     characters: int = 512 * 2**20

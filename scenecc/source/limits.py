@@ -16,7 +16,7 @@ class Limits:
         depth: mappings and lists inside one another, the document itself counted, aliases followed.
         alias_nodes: nodes reached through aliases and merge keys, each use of an alias counted anew.
         includes: files that include or use one another in a chain.
-        objects: entities, shapes, constraints, lights and cameras after repetition.
+        objects: entities, each counted as often as it has shapes.
         scenes: parallel scenes.
         objects_times_scenes: objects summed over the scenes that they are in.
         asset_bytes: size of one mesh, texture or robot description [bytes].

@@ -51,18 +51,31 @@ def read_bytes(name: str, sink: Sink, limits: Limits) -> bytes | None:
 
 def read_some(stream: IO[str] | IO[bytes], name: str | None, sink: Sink, limits: Limits) -> str | bytes | None:
     """The rest of a stream, unless it is longer than the limit."""
+    text: list[str] = []
+    content = bytearray()
+    left = limits.text_bytes + 1
     try:
-        content = stream.read(limits.text_bytes + 1)
+        # An unbuffered stream gives what it has at the time, and nothing only at its end.
+        while left > 0 and (piece := stream.read(left)):
+            if isinstance(piece, str):
+                text.append(piece)
+            else:
+                content += piece
+            left -= len(piece)
     except UnicodeDecodeError as error:
         _not_text(error, name, sink)
         return None
     except OSError as error:
         sink.report("SC001", f"cannot read: {error.strerror or error}", Location(name))
         return None
-    if len(content) > limits.text_bytes:
+    if left <= 0:
         _too_long(name, sink, limits)
         return None
-    return content
+    if piece is None:
+        hint = "give a stream that waits for its data (os.set_blocking)"
+        sink.report("SC001", "the stream does not block, and its end is not there yet", Location(name), hint=hint)
+        return None
+    return "".join(text) if text else bytes(content)
 
 
 def decode(text: str | bytes, name: str | None, sink: Sink, limits: Limits) -> str | None:

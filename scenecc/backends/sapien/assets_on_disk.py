@@ -87,7 +87,7 @@ def _paths(plan: ScenePlan, geometries: Iterable[CollisionGeometry | VisualGeome
 def signature(path: Path) -> Signature:
     """Tells one state of a file, and of the files that it names, from another; empty for a missing file."""
     found: list[tuple[int, int, int, int]] = []
-    for each in (path, *_named_by(path)):
+    for each in (path, *named_by(path)):
         try:
             status = each.stat()
         except OSError:
@@ -109,12 +109,12 @@ def crashes_the_reader(path: Path) -> bool:
     return re.match(rb"ply\s.*?\bformat binary_.*?\bend_header\r?\n[\r\n]", head, re.DOTALL) is not None
 
 
-def _named_by(path: Path) -> list[Path]:
-    """Buffers and images of a glTF, material libraries of an OBJ and their images. Others hold all in one file."""
+def named_by(path: Path) -> list[Path]:
+    """Buffers and images of a glTF, text or binary, material libraries of an OBJ and their images. Others hold all in one file."""
     try:
         match path.suffix.lower():
-            case ".gltf":
-                document = json.loads(path.read_bytes())
+            case ".gltf" | ".glb":
+                document = json.loads(_gltf_text(path))
                 items = [item for key in ("buffers", "images") for item in document.get(key, [])]
                 return [path.parent / item["uri"] for item in items if not item.get("uri", "data:").startswith("data:")]
             case ".obj":
@@ -125,6 +125,13 @@ def _named_by(path: Path) -> list[Path]:
     except (OSError, ValueError, AttributeError, TypeError, KeyError):
         # Not a file of that kind: the engine will say so.
         return []
+
+
+def _gltf_text(path: Path) -> bytes:
+    """The JSON of a glTF: all of it, or the first chunk of a binary one."""
+    with path.open("rb") as file:
+        head = file.read(20)
+        return file.read(int.from_bytes(head[12:16], "little")) if head[:4] == b"glTF" else head + file.read()
 
 
 def _names_in(path: Path) -> list[Path]:

@@ -16,6 +16,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scenecc.backends.sapien.assets_on_disk import named_by
 from scenecc.backends.sapien.failure import EngineFailure
 
 if TYPE_CHECKING:
@@ -72,7 +73,12 @@ def coacd_arguments(params: CoacdParams) -> dict[str, Any]:
 
 
 def _key(mesh: Path, arguments: dict[str, Any]) -> str:
+    """The mesh's content, that of the files which it names, and what is done with them."""
     digest = hashlib.sha256(mesh.read_bytes())
+    for file in named_by(mesh):
+        # A file that is not there is the engine's to report.
+        content = file.read_bytes() if file.is_file() else b""
+        digest.update(hashlib.sha256(content).digest())
     digest.update(json.dumps([mesh.suffix.lower(), version("coacd"), arguments], sort_keys=True).encode())
     return digest.hexdigest()
 

@@ -274,7 +274,7 @@ def test_an_image_that_is_none(tmp_path: Path) -> None:
 
 def test_gltf_with_files_beside_it(tmp_path: Path) -> None:
     document, body = gltf_document()
-    document["buffers"][0]["uri"] = "the%20data.bin"
+    document["buffers"][0]["uri"] = "the data.bin"
     path = write(tmp_path, "a.gltf", json.dumps(document))
     assert codes(path, "hull") == ["SC418"]
     write(tmp_path, "the data.bin", body[:-1])
@@ -283,6 +283,20 @@ def test_gltf_with_files_beside_it(tmp_path: Path) -> None:
     assert codes(path, *USES) == []
     document["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64.b64encode(body).decode()
     assert codes(write(tmp_path, "b.gltf", json.dumps(document)), *USES) == []
+
+
+@pytest.mark.parametrize("kind", ["buffers", "images"])
+def test_names_with_percent_escapes_are_not_what_sapien_opens(tmp_path: Path, kind: str) -> None:
+    document, body = gltf_document()
+    document["buffers"][0]["uri"] = "data.bin"
+    write(tmp_path, "data.bin", body)
+    for name in ("a b", "a%20b", "50%"):
+        write(tmp_path, name + ".bin", body)
+        write(tmp_path, name + ".png", png())
+        named = {"buffers": {"byteLength": len(body), "uri": name + ".bin"}, "images": {"uri": name + ".png"}}
+        path = write(tmp_path, "a.gltf", json.dumps({**document, kind: [named[kind]]}))
+        assert codes(path, "seen") == (["SC418"] if name == "a%20b" else [])
+        assert codes(path, "hull") == (["SC418"] if name == "a%20b" and kind == "buffers" else [])
 
 
 def changed(change: Any) -> bytes:

@@ -108,3 +108,26 @@ def test_takes_what_is_not_there(sink):
     assert f"reported and never taken:\n  s.yaml: error {ERROR}: twice (a)\n" in out
     assert f"no {ERROR} among: nothing" in out
     assert "1 failed, 3 passed, 2 errors" in out
+
+
+def test_a_thousand_findings_are_told_and_that_there_are_more() -> None:
+    warning = next(row.code for row in CODES.values() if row.severity == "warning")
+    for code, last in ((ERROR, "SC016"), (warning, warning)):
+        sink = Sink()
+        for index in range(100_000):
+            sink.report(code, "wrong", Origin("s.yaml", ("a", index)))
+        found = sink.diagnostics()
+        assert [each.code for each in found] == [code] * 1000 + [last]
+        assert found[-1].path == "a[1000]"
+        assert "stopped after 1000" in found[-1].message
+        assert sink.failed is (code == ERROR)
+
+
+def test_warnings_do_not_take_the_place_of_errors() -> None:
+    warning = next(row.code for row in CODES.values() if row.severity == "warning")
+    sink = Sink()
+    for index in range(2000):
+        sink.report(warning, "odd", Origin("s.yaml", ("a", index)))
+    sink.report(ERROR, "wrong", Origin("s.yaml", ("b",)))
+    assert sink.failed
+    assert ERROR in {found.code for found in sink.diagnostics()}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import pytest
 from unit.lower.scenes import BALL, codes, scene
@@ -60,3 +61,21 @@ def test_a_circle_of_thousands_is_one_short_diagnostic() -> None:
     assert len(found.message) < 500
     assert len(found.related) < 50
     assert time.perf_counter() - started < 5
+
+
+@pytest.mark.parametrize(
+    ("idxs", "counted"),
+    [(None, 12), ("::3", 4), ("2:4", 2), ([0, 5], 2), ([0, "6:"], 7), ("-3:", 3), (["::-1"], 12)],
+    ids=str,
+)
+def test_an_entity_counts_in_the_scenes_that_it_is_in(idxs: Any, counted: int) -> None:
+    keys = {"shapes": [*BALL, *BALL]} | ({} if idxs is None else {"scene_idxs": idxs})
+    document = scene(keys, num_scenes=12)
+    assert codes(document, limits={"objects_times_scenes": 2 * counted}) == []
+    assert codes(document, limits={"objects_times_scenes": 2 * counted - 1}) == [("SC606", "num_scenes")]
+
+
+def test_thousands_of_bodies_of_one_scene_each() -> None:
+    count = 4096
+    entities = {f"b{i}": {"shapes": BALL, "scene_idxs": [i]} for i in range(count)}
+    assert codes({"scenecc": 1, "num_scenes": count, "entities": entities}) == []

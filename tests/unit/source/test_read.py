@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import io
+import os
+import threading
 from pathlib import Path
 from typing import IO, Any
 
 import pytest
 from plugins.diagnostics import TakingSink
 
+from scenecc import compile_scene, validate
 from scenecc.diagnostics import Origin
 from scenecc.source import Document, Limits, read_file, read_text
 from scenecc.source.text import read_some
@@ -71,3 +74,29 @@ def test_a_closed_stream_is_the_callers_mistake(sink: TakingSink) -> None:
     stream.close()
     with pytest.raises(ValueError, match="closed"):
         read_stream(stream, None, sink, Limits())
+
+
+def test_an_unbuffered_pipe_is_read_to_its_end() -> None:
+    body = b"  e%05d: {shapes: [{type: sphere, radius: 1}]}\n"
+    text = b"scenecc: 1\nentities:\n" + b"".join(body % i for i in range(3000))
+    read_end, write_end = os.pipe()
+
+    def feed() -> None:
+        with os.fdopen(write_end, "wb") as file:
+            file.write(text)
+
+    writer = threading.Thread(target=feed)
+    writer.start()
+    with os.fdopen(read_end, "rb", buffering=0) as stream:
+        assert len(compile_scene(stream).entities) == 3000
+    writer.join()
+
+
+@pytest.mark.parametrize("written", [b"", b"scenecc: 1\n"], ids=["nothing", "a part"])
+def test_a_stream_that_does_not_wait_is_not_cut_short(written: bytes) -> None:
+    read_end, write_end = os.pipe()
+    os.write(write_end, written)
+    os.set_blocking(read_end, False)
+    with os.fdopen(read_end, "rb", buffering=0) as stream:
+        assert [found.code for found in validate(stream)] == ["SC001"]
+    os.close(write_end)

@@ -1,0 +1,50 @@
+"""Whether two bodies can touch, scene by scene and in many scenes."""
+
+from __future__ import annotations
+
+import time
+from itertools import product
+
+from scenecc.checks.collide import meet
+from scenecc.plan import BodyStructure, Entity, constant, per_scene
+
+FREE, GHOST = (1, 1, 0, 0), (0, 0, 0, 0)
+
+
+def body(groups: list[tuple[int, ...]] | None = None) -> BodyStructure:
+    return BodyStructure(body_type="dynamic", collision_groups=None if groups is None else per_scene(groups, "int64"))
+
+
+def entity(name: str, scenes: tuple[int, ...], *bodies: BodyStructure, pick: tuple[int, ...] | None = None) -> Entity:
+    return Entity(name, scenes, constant([0.0, 0, 0, 1, 0, 0, 0]), bodies, pick)
+
+
+def test_each_scene_has_its_own_row() -> None:
+    a, b = body([FREE, GHOST, FREE]), body([GHOST, FREE, GHOST])
+    for shift, expected in ((0, False), (1, True)):
+        first = entity("a", (0, 1, 2), a)
+        second = entity("b", tuple(scene + shift for scene in (0, 1, 2)), b)
+        assert meet(first, a, second, b) is expected
+
+
+def test_only_the_structure_that_a_scene_has_counts() -> None:
+    a, other, b = body(), body([GHOST]), body()
+    picked = entity("a", (0, 1), a, other, pick=(1, 0))
+    for scene, expected in ((0, False), (1, True), (2, False)):
+        assert meet(picked, a, entity("b", (scene,), b), b) is expected
+
+
+def test_what_is_the_same_everywhere() -> None:
+    for groups, scenes in product((FREE, GHOST), ((0, 2), (1,))):
+        a, b = body(), body([groups])
+        expected = groups == FREE and scenes == (0, 2)
+        assert meet(entity("a", (0, 2), a), a, entity("b", scenes, b), b) is expected
+
+
+def test_many_scenes_take_no_long_time() -> None:
+    count = 65_536
+    a, b = body([GHOST] * (count - 1) + [FREE]), body([GHOST] * count)
+    scenes = tuple(range(count))
+    started = time.perf_counter()
+    assert not meet(entity("a", scenes, a), a, entity("b", scenes, b), b)
+    assert time.perf_counter() - started < 3

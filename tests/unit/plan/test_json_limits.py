@@ -1,0 +1,56 @@
+"""How much a plan may ask for."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from scenecc import ScenePlan, compile_scene
+from scenecc.diagnostics import Sink
+from scenecc.plan.from_json import PlanLimits, plan_from_json
+from scenecc.plan.to_json import plan_to_json
+
+BALL = {"type": "sphere", "radius": 1}
+
+
+def codes(data: dict[str, Any], limit: int) -> list[str]:
+    sink = Sink()
+    plan_from_json(json.dumps(data), base=Path("/"), sink=sink, limits=PlanLimits(objects=limit))
+    return [found.code for found in sink.diagnostics()]
+
+
+def plan(entities: dict[str, Any], num_scenes: int) -> dict[str, Any]:
+    scene: ScenePlan = compile_scene({"scenecc": 1, "num_scenes": num_scenes, "entities": entities})
+    return json.loads(plan_to_json(scene))
+
+
+@pytest.mark.parametrize(("idxs", "counted"), [(":", 36), ("::3", 12), ([0, 5], 6)], ids=str)
+def test_objects_are_counted_as_in_a_scene_file(idxs: Any, counted: int) -> None:
+    # A shape of `shapes` is two in a plan: one collides, one is seen.
+    shapes = {"shapes": [BALL, BALL], "visuals": [BALL]}
+    data = plan({"a": shapes | {"scene_idxs": idxs}}, 12)
+    assert codes(data, counted) == []
+    assert codes(data, counted - 1) == ["SC712"]
+
+
+def test_an_entity_of_several_structures_counts_those_that_are_picked() -> None:
+    data = plan({"a": {"shapes": [BALL]}}, 3)
+    (entity,) = data["entities"]
+    (structure,) = entity["structures"]
+    entity["structures"] = [structure, structure | {"collisions": structure["collisions"] * 5}]
+    entity["pick"] = [0, 1, 0]
+    assert codes(data, 1 + 5 + 1) == []
+    assert codes(data, 1 + 5 + 0) == ["SC712"]
+
+
+def test_no_scenes_are_listed_beyond_the_limit() -> None:
+    data = plan({"a": {"shapes": [BALL]}}, 65_536)
+    (entity,) = data["entities"]
+    data["entities"] = [entity | {"name": f"e{i}", "scene_idxs": f"{i}:65536"} for i in range(5000)]
+    started = time.perf_counter()
+    assert codes(data, 1_000_000) == ["SC712"]
+    assert time.perf_counter() - started < 3
