@@ -57,6 +57,10 @@ class Bodies:
     def lower(self, body: Body, origin: Origin) -> BodyStructure:
         """A body's structure; shapes that were reported are missing in it."""
         default = self._materials.surface(body.material, origin) or PLAIN
+        if body.color is not None and not (body.shapes or body.visuals):
+            self._nothing("color", "visible", origin)
+        if body.density is not None and not (body.shapes or body.collisions):
+            self._nothing("density", "colliding", origin)
         collisions: list[CollisionShape] = []
         visuals: list[VisualShape] = []
         for i, shape in enumerate(body.shapes):
@@ -91,7 +95,7 @@ class Bodies:
                 self._both_groups(origin)
             bits = self._groups.get(body.collision_group)
             if not (body.shapes or body.collisions):
-                self._nothing_collides(origin)
+                self._nothing("collision_group", "colliding", origin)
             elif bits is None:
                 self._unknown_group(body.collision_group, origin)
             else:
@@ -107,13 +111,13 @@ class Bodies:
             related=[("the group", origin.child("collision_group"), "key")],
         )
 
-    def _nothing_collides(self, origin: Origin) -> None:
+    def _nothing(self, key: str, missing: str, origin: Origin) -> None:
         self._sink.report(
             "SC115",
-            "`collision_group` does nothing on a body without a colliding shape",
-            origin.child("collision_group"),
+            f"`{key}` does nothing on a body without a {missing} shape",
+            origin.child(key),
             at="key",
-            hint="leave `collision_group` out",
+            hint=f"leave `{key}` out",
         )
 
     def _unknown_group(self, name: str, origin: Origin) -> None:

@@ -8,7 +8,7 @@ from scenecc.diagnostics.words import cut, nearest, show, suggest
 from scenecc.spec.base import EXPRESSION, LARGEST, SMALLEST
 from scenecc.spec.document import SceneFile
 from scenecc.spec.features import LEFT_OUT, NOT_YET, OTHER_KIND, VARIATION_FORMS
-from scenecc.spec.hints import LENGTH_HINTS, LISTED_ELSEWHERE, MISPLACED
+from scenecc.spec.hints import LENGTH_HINTS, LISTED_ELSEWHERE, MISPLACED, RENAMED
 from scenecc.spec.plain import is_mapping, is_sequence
 from scenecc.spec.unions import WRONG_KIND
 from scenecc.spec.walk import KEY_MARK, document_path, follow, model_at, step
@@ -92,7 +92,7 @@ def _misspelt(located: Iterable[tuple[ErrorDetails, Path]]) -> set[Path]:
     """The paths of keys that unknown ones beside them were probably meant to be."""
     meant: set[Path] = set()
     for error, path in located:
-        if error["type"] == "extra_forbidden" and (near := nearest(str(path[-1]), _known(error))):
+        if error["type"] == "extra_forbidden" and (near := _meant(str(path[-1]), _known(error))):
             meant.add((*path[:-1], near))
     return meant
 
@@ -174,8 +174,17 @@ def _unknown_key(error: ErrorDetails, key: str, place: Origin, sink: Sink) -> No
         _not_yet(NOT_YET[key], place, "key", sink)
         return
     known = _known(error)
-    hint = next((hint for beside, hint in MISPLACED.get(key, ()) if beside in known), None) or suggest(key, known)
+    hint = next((hint for beside, hint in MISPLACED.get(key, ()) if beside in known), None)
+    if hint is None:
+        meant = _meant(key, known)
+        hint = f"did you mean `{meant}`?" if meant else suggest(key, known)
     sink.report("SC101", f"unknown key `{cut(key)}`", place, at="key", hint=hint)
+
+
+def _meant(key: str, known: tuple[str, ...]) -> str | None:
+    """The known key that an unknown one was probably meant to be."""
+    renamed = RENAMED.get(key)
+    return renamed if renamed in known else nearest(key, known)
 
 
 def _known(error: ErrorDetails) -> tuple[str, ...]:

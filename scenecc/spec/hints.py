@@ -6,12 +6,13 @@ _SHAPE = "a shape stands in one of the lists `shapes`, `collisions` and `visuals
 _PHYSICAL = "it stands under `physical`: `material: {physical: {…}}`"
 _VISUAL = "it stands under `visual`: `material: {visual: {…}}`"
 
+RENAMED = {"filename": "file", "color": "base_color", "position": "p", "quaternion": "q", "friction": "static_friction"}
+"""Unknown key → what it is called here, where letters alone would not tell."""
+
 MISPLACED: dict[str, tuple[tuple[str, str], ...]] = {
     **dict.fromkeys(("type", "half_size", "radius", "half_length"), (("body_type", _SHAPE),)),
     **dict.fromkeys(("static_friction", "dynamic_friction", "restitution"), (("physical", _PHYSICAL),)),
     **dict.fromkeys(("base_color", "roughness", "metallic", "specular", "emission"), (("visual", _VISUAL),)),
-    "filename": (("file", "did you mean `file`?"),),
-    "color": (("base_color", "did you mean `base_color`?"),),
 }
 """Unknown key → a key that is known where it stands, and what to say there."""
 

@@ -306,11 +306,11 @@ def _body_types(document: dict[str, Any], random: Random) -> None:
             for field in MOVING:
                 body.pop(LANGUAGE_KEYS.get(field, field), None)
         if not _shapes(body, "shapes", "visuals"):
-            for name in SEEN:
+            for name in (*SEEN, "color"):
                 body.pop(name, None)
         if not _shapes(body, "shapes", "collisions"):
-            body.pop("collision_bits", None)
-            body.pop("collision_group", None)
+            for name in ("collision_bits", "collision_group", "density"):
+                body.pop(name, None)
 
 
 def _moving_shapes(document: dict[str, Any], random: Random) -> None:

@@ -51,6 +51,45 @@ def test_the_nearest_known_word_is_suggested(document: dict[str, Any], meant: st
     assert [diagnostic.hint for diagnostic in found] == [f"did you mean `{meant}`?"]
 
 
+@pytest.mark.parametrize(
+    ("keys", "code", "path", "words"),
+    [
+        ({"pose": [0, 0, 0, 1, 0, 0, 0]}, "SC106", "entities.body.pose", "{p: [x, y, z], q: [w, x, y, z]}"),
+        ({"pose": [0, 0, 0, 1, 0, 0]}, "SC106", "entities.body.pose", "rpy_deg"),
+        ({"gravity": "yes"}, "SC103", "entities.body.gravity", "`true` and `false`"),
+        ({"mass": "1.5"}, "SC103", "entities.body.mass", "quotes off"),
+        ({"radius": 1}, "SC101", "entities.body.radius", "`shapes`"),
+        ({"material": {"restitution": 0.5}}, "SC101", "entities.body.material.restitution", "`physical`"),
+        ({"material": {"roughness": 0.5}}, "SC101", "entities.body.material.roughness", "`visual`"),
+        ({"collisions": [{"type": "mesh", "file": "a.obj"}]}, "SC105", "entities.body.collisions[0].type", "`visuals`"),
+        (
+            {"visuals": [{"type": "convex_mesh", "filename": "a.obj"}]},
+            "SC101",
+            "entities.body.visuals[0].filename",
+            "file",
+        ),
+    ],
+)
+def test_what_was_probably_meant_is_said(keys: dict[str, Any], code: str, path: str, words: str) -> None:
+    found = only(body(**keys))
+    assert (found.code, found.path) == (code, path)
+    assert words in found.hint
+
+
+def test_a_length_says_how_many_values_it_must_be() -> None:
+    assert only(body(shapes=[{"type": "box", "half_size": [1, 1]}])).message == "`half_size` must have 3 values, not 2"
+    assert only(body(inertial={"mass": 1, "inertia": [1, 1, 1, 1]})).message == "`inertia` must have 3 values, not 4"
+
+
+def test_an_underscore_makes_no_number_so_that_there_are_no_quotes_to_take_off() -> None:
+    assert only(body(mass="1_0")).hint is None
+
+
+def test_a_file_that_says_no_version_is_told_how_it_starts() -> None:
+    (found,) = validate({"entities": {}})
+    assert (found.code, found.hint) == ("SC102", "a scene file starts with `scenecc: 1`")
+
+
 def test_where_nothing_is_near_the_known_keys_are_listed() -> None:
     assert (
         only(body(pose={"zzz": 1})).hint == "known here: p, q, rpy, rpy_deg, axis_angle, look_at, matrix, relative_to"
