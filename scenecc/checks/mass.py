@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.plan import BodyStructure, CollisionShape
+    from scenecc.plan import BodyStructure
 
 DENSITY = 1000.0
 """SAPIEN's own [kg/m³]."""
 
-LIGHTEST = 1e-6
-"""What SAPIEN makes of a smaller mass [kg]."""
+LIGHTEST, LARGEST = 1e-6, 3.4028234663852886e38
+"""What SAPIEN makes of a smaller mass, and the end of single precision [kg]."""
 
 _VOLUME: dict[type, Callable[[Any], float]] = {
     Box: lambda shape: 8 * _product(shape.half_size.numbers()[:3]),
@@ -38,23 +38,9 @@ def _round(shape: Capsule | Cylinder) -> float:
     return math.pi * shape.radius.numbers()[0] ** 2
 
 
-def mass_is_clear(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
-    """What moves has one mass, and one that is not 0."""
-    if body.body_type != "dynamic":
-        return
-    weightless = body.collisions and all(
-        s.density is not None and not any(s.density.numbers()) for s in body.collisions
-    )
-    if body.mass is None:
-        if weightless and body.inertial is None:
-            sink.report(
-                "SC511",
-                f"`{name}` has densities of 0 only: it would weigh a milligram",
-                origin,
-                at="key",
-                hint="give a density, or `inertial`",
-            )
-    elif body.inertial is not None:
+def mass_is_clear(body: BodyStructure, _name: str, origin: Origin, sink: Sink) -> None:
+    """A mass is given once."""
+    if body.mass is not None and body.inertial is not None and body.body_type == "dynamic":
         sink.report(
             "SC111",
             "`mass` and `inertial` exclude each other",
@@ -62,45 +48,41 @@ def mass_is_clear(body: BodyStructure, name: str, origin: Origin, sink: Sink) ->
             at="key",
             related=[("the mass", origin.child("mass"), "key")],
         )
-    elif weightless:
-        sink.report(
-            "SC510",
-            f"`{name}` has densities of 0 only, so there is nothing that `mass` could scale",
-            origin.child("mass"),
-            hint="give a density, or `inertial` in place of `mass`",
-        )
 
 
 def weight_can_be_held(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
-    """What follows from the densities is a mass that SAPIEN keeps as it is."""
-    if body.body_type != "dynamic" or body.inertial is not None:
+    """What follows from the densities of a body that moves is a mass that SAPIEN keeps as it is."""
+    if body.body_type != "dynamic" or body.inertial is not None or not body.collisions:
         return
-    weight = 0.0
+    weight, dense = 0.0, False
     for shape in body.collisions:
-        measure = _VOLUME.get(type(shape.geometry))
-        if measure is None:
-            return
-        weight += measure(shape.geometry) * _density(shape)
-    if math.isinf(single(weight)):
-        sink.report(
-            "SC512",
-            f"`{name}` weighs {weight:.3g} kg by its densities, more than single precision holds",
-            origin,
-            at="key",
-            hint="mend the sizes or the densities: lengths are in metres",
-        )
-    elif 0 < weight < LIGHTEST:
-        sink.report(
-            "SC511",
-            f"`{name}` weighs {weight:.3g} kg by its densities, and SAPIEN would make a milligram of it",
-            origin,
-            at="key",
-            hint="mend the sizes or the densities (lengths are in metres), or give `inertial`",
-        )
+        density = DENSITY if shape.density is None else max(shape.density.numbers())
+        if density:
+            dense = True
+            measure = _VOLUME.get(type(shape.geometry))
+            if measure is None:
+                return
+            weight += measure(shape.geometry) * density
+    if not dense:
+        _weightless(body, name, origin, sink)
+    elif weight > LARGEST:
+        hint = "mend the sizes or the densities: lengths are in metres"
+        message = f"`{name}` weighs {weight:.3g} kg by its densities, more than single precision holds"
+        sink.report("SC512", message, origin, at="key", hint=hint)
+    elif weight < LIGHTEST:
+        hint = "mend the sizes or the densities (lengths are in metres), or give `inertial`"
+        message = f"`{name}` weighs {weight:.3g} kg by its densities, and SAPIEN would make a milligram of it"
+        sink.report("SC511", message, origin, at="key", hint=hint)
 
 
-def _density(shape: CollisionShape) -> float:
-    return DENSITY if shape.density is None else shape.density.numbers()[0]
+def _weightless(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
+    if body.mass is None:
+        message = f"`{name}` has densities of 0 only: it would weigh a milligram"
+        sink.report("SC511", message, origin, at="key", hint="give a density, or `inertial`")
+        return
+    message = f"`{name}` has densities of 0 only, so there is nothing that `mass` could scale"
+    hint = "give a density, or `inertial` in place of `mass`"
+    sink.report("SC510", message, origin.child("mass"), hint=hint)
 
 
 def single(number: float) -> float:
