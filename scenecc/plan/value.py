@@ -68,7 +68,7 @@ class Value:
     @property
     def varies(self) -> bool:
         """Whether the scenes do not all have the same."""
-        return self.data.shape[0] != 1
+        return not hasattr(self, "_literal") and self.data.shape[0] != 1
 
     def numbers(self) -> tuple[float, ...]:
         """All numbers of all rows, one after another; for a `literal`'s own no array is made."""

@@ -33,7 +33,6 @@ class EntityBatch:
         self._components = components
         self._row_of = {index: row for row, index in enumerate(scene_idxs)}
         self._closed = False
-        self._velocities: list[tuple[Any, Any]] | None = None
 
     def __len__(self) -> int:
         return len(self._scene_idxs)

@@ -28,6 +28,15 @@ def taken(value: Value, rows: NDArray[np.intp]) -> NDArray[Any]:
     return value.data if value.data.shape[0] == 1 else value.data[rows]
 
 
+def plain_row(value: Value, row: int) -> Any:
+    """One row as a Python number, or as a tuple or an array of numbers; no array is made where there is none."""
+    if value.varies:
+        found = value.data[row]
+        return found if found.ndim else found.item()
+    first, *others = numbers = value.numbers()
+    return numbers if others else first
+
+
 def scalars(data: NDArray[Any]) -> Column:
     """Python floats, integers or booleans, or lists of them."""
     return data.tolist()

@@ -6,6 +6,7 @@ import gc
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Literal
 
+from scenecc.backends.sapien.audit.defaults import present_defaults
 from scenecc.backends.sapien.audit.report import audit as audit_batch
 from scenecc.backends.sapien.build import build_scenes, report
 from scenecc.backends.sapien.cuda import refusal
@@ -41,13 +42,14 @@ def run(
         return None
     # Without a system that holds it, SAPIEN's renderer is started and ended again for every single material.
     renderer = new_render_system() if rendered else None
+    present = present_defaults(rendered=rendered)
     with engine_settings(plan.physics), collector_paused():
         built = build_scenes(plan, scene_idxs, sink, rendered=rendered, progress=progress)
         if built is None:
             return None
         del renderer
         batch, turns = built
-        if audit != "off" and not audit_batch(batch, turns, sink, audit):
+        if audit != "off" and not audit_batch(batch, turns, present, sink, audit):
             batch.close()
             return None
         return batch

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,8 +13,8 @@ import pytest
 import trimesh
 from fidelity.hand import component
 
-from scenecc.backends.sapien import assets_on_disk, instantiate
-from scenecc.backends.sapien.engine import physx
+from scenecc.backends.sapien import assets_on_disk, engine_log, instantiate
+from scenecc.backends.sapien.engine import physx, sapien
 from scenecc.diagnostics import Sink
 from scenecc.plan import CollisionShape, ConvexMesh, ConvexParts, ScenePlan, TriangleMesh, constant
 
@@ -136,16 +137,20 @@ def test_a_broken_gltf_is_left_to_the_engine(content: str, tmp_path: Path) -> No
     assert len(assets_on_disk.signature(path)) == 1
 
 
+def parts_with_a_speck(path: Path) -> Path:
+    """A box, and a part so small that PhysX refuses to cook it."""
+    good = trimesh.creation.box((1, 1, 1))
+    corners = np.vstack([np.zeros((1, 3)), 1e-7 * np.eye(3)])
+    speck = trimesh.Trimesh(corners, [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]], process=False)
+    trimesh.util.concatenate([good, speck]).export(path)
+    return path
+
+
 def test_a_part_that_sapien_would_leave_out(
     tmp_path: Path, plan_of_shapes: PlanOf, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """Its loader drops parts that cannot be cooked, with a line in its log; asked again, without one."""
-    good = trimesh.creation.box((1, 1, 1))
-    corners = np.vstack([np.zeros((1, 3)), 1e-7 * np.eye(3)])
-    speck = trimesh.Trimesh(corners, [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]], process=False)
-    path = tmp_path / "parts.ply"
-    trimesh.util.concatenate([good, speck]).export(path)
-    plan = plan_of_shapes(shape(ConvexParts), files=(path,))
+    plan = plan_of_shapes(shape(ConvexParts), files=(parts_with_a_speck(tmp_path / "parts.ply"),))
     for _ in range(2):
         sink = Sink()
         assert instantiate(plan, sink, render=False) is None
@@ -153,3 +158,35 @@ def test_a_part_that_sapien_would_leave_out(
         assert told.code == "SC801"
         assert "1 of the mesh's parts" in told.message
     assert "component" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("level", ["error", "critical", "off"])
+def test_a_dropped_part_is_seen_where_the_engine_is_silenced(
+    level: str, tmp_path: Path, plan_of_shapes: PlanOf, capfd: pytest.CaptureFixture[str]
+) -> None:
+    plan = plan_of_shapes(shape(ConvexParts), files=(parts_with_a_speck(tmp_path / "parts.ply"),))
+    sink = Sink()
+    sapien.set_log_level(level)
+    try:
+        assert instantiate(plan, sink, render=False) is None
+        with tempfile.TemporaryFile() as file, engine_log._standard_error(file.fileno()):
+            assert engine_log._level(file) == level, "as the user has set it"
+    finally:
+        sapien.set_log_level("warn")
+    assert "1 of the mesh's parts" in sink.diagnostics()[0].message
+    assert not capfd.readouterr().err, "the user has asked for silence"
+
+
+def test_a_dropped_part_is_seen_without_a_standard_error(tmp_path: Path, plan_of_shapes: PlanOf) -> None:
+    plan = plan_of_shapes(shape(ConvexParts), files=(parts_with_a_speck(tmp_path / "parts.ply"),))
+    sink = Sink()
+    kept = os.dup(2)
+    os.close(2)
+    try:
+        assert instantiate(plan, sink, render=False) is None
+        with pytest.raises(OSError, match="descriptor"):
+            os.fstat(2)
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+    assert "1 of the mesh's parts" in sink.diagnostics()[0].message

@@ -1,7 +1,8 @@
-"""Every body in every scene against the plan: shape count, mass and pose, as arrays."""
+"""Every body in every scene against the plan: order, name, pose, shape count and mass, as arrays."""
 
 from __future__ import annotations
 
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,54 +12,80 @@ from scenecc.backends.sapien.audit.mass import RELATIVE_TOLERANCE, expected_mass
 from scenecc.backends.sapien.audit.shapes import part_counts
 from scenecc.backends.sapien.audit.sweep import Place, Sweep
 from scenecc.backends.sapien.columns import taken
-from scenecc.backends.sapien.engine import physx
+from scenecc.backends.sapien.engine import physx, sapien
 from scenecc.plan import ConvexParts
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.audit.meshes import Meshes
     from scenecc.backends.sapien.turn import Part, Turn
 
+_name_of = sapien.Entity.get_name
 _shapes_of = physx.PhysxRigidBaseComponent.get_collision_shapes
 _mass_of = physx.PhysxRigidBodyComponent.get_mass
 
 
-def look_at_poses(turns: Sequence[Turn], scenes: Sequence[Any], scene_idxs: Sequence[int], sweep: Sweep) -> None:
-    """The poses of all entities, and that each scene holds as many as the plan says."""
+def look_at_entities(turns: Sequence[Turn], scenes: Sequence[Any], scene_idxs: Sequence[int], sweep: Sweep) -> None:
+    """That each scene holds the plan's entities and no others, in the plan's order, with their names and poses."""
     number_of = {index: number for number, index in enumerate(scene_idxs)}
-    # SAPIEN packs q, then p, of each entity of a scene in the order in which they were added.
-    packed = [np.frombuffer(scene.pack_poses(), dtype=np.float32).reshape(-1, 7) for scene in scenes]
     scene = np.array([number_of[index] for turn in turns for index in turn.scene_idxs], dtype=np.intp)
-    if np.bincount(scene, minlength=len(scenes)).tolist() != [len(rows) for rows in packed]:
-        _look_at_counts(turns, packed, number_of, sweep)
+    entities: list[list[Any]] = [each.entities for each in scenes]
+    if np.bincount(scene, minlength=len(scenes)).tolist() != list(map(len, entities)):
+        _look_at_counts(turns, entities, number_of, sweep)
         return
-    wanted = [taken(turn.entity.pose, turn.rows).astype(np.float32) for turn in turns]
-    whole = np.concatenate([_spread(rows, len(turn.rows)) for rows, turn in zip(wanted, turns, strict=True)])
     # Entities come turn by turn here and scene by scene there; a stable sort by scene keeps the turns' order.
     order = np.argsort(scene, kind="stable")
-    found = np.concatenate(packed)[:, [4, 5, 6, 0, 1, 2, 3]]
     starts = np.cumsum([0, *(len(turn.rows) for turn in turns)])
-    for i in np.flatnonzero((found != whole[order]).any(axis=1)).tolist():
-        body = int(order[i])
+
+    def place(body: int) -> Place:
         which = int(np.searchsorted(starts, body, side="right")) - 1
-        place = Place(turns[which], body - int(starts[which]), turns[which].entity.origin)
-        sweep.tell(place, "pose", shown(whole[body]), shown(found[i]))
+        return Place(turns[which], body - int(starts[which]), turns[which].entity.origin)
+
+    present = list(chain.from_iterable(entities))
+    _look_at_order(turns, present, order.tolist(), place, sweep)
+    # SAPIEN packs q, then p, of each entity of a scene in the order in which they were added.
+    packed = np.concatenate([np.frombuffer(each.pack_poses(), dtype=np.float32).reshape(-1, 7) for each in scenes])
+    found, wanted = packed[:, [4, 5, 6, 0, 1, 2, 3]], _poses(turns)[order]
+    for i in np.flatnonzero((found != wanted).any(axis=1)).tolist():
+        sweep.tell(place(int(order[i])), "pose", shown(wanted[i]), shown(found[i]))
 
 
-def _spread(rows: NDArray[np.float32], count: int) -> NDArray[np.float32]:
-    return rows if len(rows) == count else np.broadcast_to(rows, (count, 7))
+def _look_at_order(
+    turns: Sequence[Turn], present: list[Any], order: list[int], place: Callable[[int], Place], sweep: Sweep
+) -> None:
+    names = [name for turn in turns for name in [turn.entity.name] * len(turn.rows)]
+    expected, found = [names[body] for body in order], list(map(_name_of, present))
+    if expected != found:
+        for body, wanted, name in zip(order, expected, found, strict=True):
+            if wanted != name:
+                sweep.tell(place(body), "name at its place in the build order", repr(wanted), repr(name))
+    objs = [obj for turn in turns for obj in turn.objs]
+    for body, entity in zip(order, present, strict=True):
+        if objs[body] is not entity:
+            sweep.tell(place(body), "entity", "the one of the batch", "another")
 
 
-def _look_at_counts(turns: Sequence[Turn], packed: Sequence[Any], number_of: dict[int, int], sweep: Sweep) -> None:
+def _poses(turns: Sequence[Turn]) -> NDArray[np.float32]:
+    """Of all bodies, turn by turn; rounded at once for all entities that have one pose."""
+    fixed = [(0.0,) * 7 if turn.entity.pose.varies else turn.entity.pose.numbers() for turn in turns]
+    counts = [len(turn.rows) for turn in turns]
+    poses = np.repeat(np.array(fixed).astype(np.float32), counts, axis=0)
+    for turn, end in zip(turns, np.cumsum(counts).tolist(), strict=True):
+        if turn.entity.pose.varies:
+            poses[end - len(turn.rows) : end] = taken(turn.entity.pose, turn.rows)
+    return poses
+
+
+def _look_at_counts(turns: Sequence[Turn], entities: list[list[Any]], number_of: dict[int, int], sweep: Sweep) -> None:
     counted: dict[int, list[tuple[Turn, int]]] = {}
     for turn in turns:
         for body, index in enumerate(turn.scene_idxs):
             counted.setdefault(index, []).append((turn, body))
     for index, bodies in counted.items():
-        found = len(packed[number_of[index]])
+        found = len(entities[number_of[index]])
         if found != len(bodies):
             turn, body = bodies[0]
             sweep.tell(Place(turn, body, None), "entities in the scene", len(bodies), found)

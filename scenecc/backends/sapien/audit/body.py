@@ -9,9 +9,9 @@ import numpy as np
 from scenecc.backends.sapien.audit.difference import same_local_pose, shown
 from scenecc.backends.sapien.audit.mass import stored
 from scenecc.backends.sapien.audit.shapes import ShapeAudit
-from scenecc.backends.sapien.audit.sweep import Expected, Place, Sweep, given
+from scenecc.backends.sapien.audit.sweep import Place, Sweep
 from scenecc.backends.sapien.audit.visuals import VisualAudit
-from scenecc.backends.sapien.columns import poses
+from scenecc.backends.sapien.columns import plain_row, poses
 from scenecc.backends.sapien.engine import physx, render
 from scenecc.backends.sapien.knobs import BODY_KNOBS
 
@@ -39,47 +39,35 @@ class BodyAudit:
         self._shapes = ShapeAudit(plan, defaults, meshes, sweep)
         self._visuals = VisualAudit(plan, defaults, sweep)
 
-    def look_at(self, turn: Turn, structure: BodyStructure, number: int, scene: Any) -> None:
-        """The body that is number `number` of its entity, in `scene`; its pose is looked at elsewhere."""
-        entity, row = turn.objs[number], int(turn.rows[number])
-        place = Place(turn, number, structure.origin)
-        name = turn.entity.name
-        if entity.name != name:
-            self._sweep.tell(place, "name", repr(name), repr(entity.name))
-        if entity.scene is not scene:
-            self._sweep.tell(place, "scene", "the one that it was built in", "another")
-        components = entity.components
-        bodies = [part for part in components if isinstance(part, physx.PhysxRigidBaseComponent)]
-        looks = [part for part in components if isinstance(part, render.RenderBodyComponent)]
-        expected = [int(structure.body_type != "none"), int(self._rendered and bool(structure.visuals))]
-        if [len(bodies), len(looks)] != expected:
-            self._sweep.tell(place, "components (physics, render)", expected, [len(bodies), len(looks)])
+    def look_at(self, turn: Turn, structure: BodyStructure, number: int) -> None:
+        """The body that is number `number` of its entity; its name, scene and pose are looked at elsewhere."""
+        components: list[Any] = turn.objs[number].components
+        row, place = int(turn.rows[number]), Place(turn, number, structure.origin)
+        seen = self._rendered and bool(structure.visuals)
+        kinds: list[Any] = [render.RenderBodyComponent] if seen else []
+        if structure.body_type != "none":
+            kinds.append(_TYPES[structure.body_type])
+        if list(map(type, components)) != kinds:
+            names = [[kind.__name__ for kind in some] for some in (kinds, map(type, components))]
+            self._sweep.tell(place, "components", *names)
             return
-        for component in (*bodies, *looks):
-            if component.name != name:
-                self._sweep.tell(place, "component.name", repr(name), repr(component.name))
-        for body in bodies:
-            self._body(structure, body, row, place)
-        for look in looks:
-            self._visuals.look_at(structure, look, row, place)
+        for component in components:
+            self._sweep.hold("component.name", turn.entity.name, component, place)
+        if seen:
+            self._visuals.look_at(structure, components[0], row, place)
+        if structure.body_type != "none":
+            self._body(structure, components[-1], row, place)
 
     def _body(self, structure: BodyStructure, body: Any, row: int, place: Place) -> None:
-        kind = _TYPES[structure.body_type]
-        if type(body) is not kind:
-            self._sweep.tell(place, "type", kind.__name__, type(body).__name__)
-            return
         self._shapes.look_at(structure, body, row, place)
         if structure.body_type != "static":
-            self._sweep.expect(self._knobs(structure, row), body, place)
+            defaults = self._defaults.kinematic if structure.body_type == "kinematic" else self._defaults.dynamic
+            own = {knob.get: plain_row(value, row) for knob, value in BODY_KNOBS.said(structure)}
+            self._sweep.expect_but(defaults, own, body, place)
             if structure.inertial is not None:
                 self._given_mass(structure.inertial, body, row, place)
             else:
                 self._mass(structure, body, row, place)
-
-    def _knobs(self, structure: BodyStructure, row: int) -> Expected:
-        defaults = self._defaults.kinematic if structure.body_type == "kinematic" else self._defaults.dynamic
-        said = {knob.get: given(value.row(row)) for knob, value in BODY_KNOBS.said(structure)}
-        return defaults | said if said else defaults
 
     def _given_mass(self, inertial: Inertial, body: Any, row: int, place: Place) -> None:
         self._stored(inertial.mass.row(row), inertial.inertia.row(row), body, place)
@@ -92,10 +80,10 @@ class BodyAudit:
         if structure.mass is not None:
             mass = structure.mass.row(row)
             self._stored(mass, reference.inertia.astype(np.float64) * (mass / reference.mass), body, place)
-        elif body.mass != reference.mass:
-            self._sweep.tell(place, "mass", shown(reference.mass), shown(body.mass))
-        elif body.inertia.tobytes() != reference.inertia.tobytes():
-            self._sweep.tell(place, "inertia", shown(reference.inertia), shown(body.inertia))
+        else:
+            self._sweep.hold("mass", reference.mass, body, place)
+            self._sweep.hold("inertia", reference.inertia, body, place)
+        # To the bit, unlike poses of the plan: the engine has computed and normalised both.
         found, wanted = body.cmass_local_pose, reference.cmass_local_pose
         if found.__getstate__() != wanted.__getstate__():
             self._sweep.tell(place, "cmass_local_pose", shown(wanted), shown(found))

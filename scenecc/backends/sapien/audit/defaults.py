@@ -1,21 +1,32 @@
-"""What the engine gives fresh objects now: expected wherever the plan says nothing."""
+"""What an untouched engine gives fresh objects, and what the plan's settings change of it.
+
+Read before a build sets anything: what objects are given meanwhile is what is to be audited.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
+from scenecc.backends.sapien.audit.difference import pose_state, single
 from scenecc.backends.sapien.engine import physx, render
-from scenecc.backends.sapien.knobs import BODY_KNOBS, GROUPS, IDENTITY, RENDER_KNOBS, SHAPE_KNOBS, Knobs
+from scenecc.backends.sapien.knobs import BODY_KNOBS, GROUPS, RENDER_KNOBS, SHAPE_KNOBS, Knobs
 from scenecc.plan import VisualMaterial
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from scenecc.backends.sapien.audit.sweep import Expected
+    from scenecc.plan import PhysicalMaterial, Physics
 
 PHYSICAL = ("static_friction", "dynamic_friction", "restitution")
 PAINT = tuple(f.name for f in fields(VisualMaterial) if not f.name.endswith("_texture"))
+
+TIMESTEP = 0.01
+"""SAPIEN's [s]."""
+
+_PLAN_NAMES = {"subgridSize": "subgrid_size"}
+"""SAPIEN's names of settings to the plan's, where they differ."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,11 +34,14 @@ class Defaults:
     """Properties of fresh objects, by the engine's names.
 
     Attributes:
-        material: the `PhysxMaterial` of shapes that name none, and `friction` its properties.
+        material: the process-wide `PhysxMaterial`.
+        friction: properties of the material of shapes that name none.
         shape, plane: of a collision shape of a body without collision groups of its own.
         pose: of a shape.
         dynamic, kinematic: of a rigid body.
         look, paint: of a render body and of a `RenderMaterial`; empty where nothing renders.
+        scene, sdf: the settings of a scene's system, and those by which distance fields are cooked.
+        timestep: of a scene [s].
     """
 
     material: Any
@@ -39,24 +53,63 @@ class Defaults:
     kinematic: Expected
     look: Expected
     paint: Expected
+    scene: Expected
+    sdf: Expected
+    timestep: float = TIMESTEP
+
+    def asked(self, physics: Physics) -> Defaults:
+        """These where the plan's settings say nothing, and what they say where they do."""
+        friction = self.friction if physics.default_material is None else frictions(physics.default_material)
+        return replace(
+            self,
+            friction=friction,
+            shape=_overlaid(self.shape, physics),
+            plane=_overlaid(self.plane, physics),
+            dynamic=_overlaid(self.dynamic, physics),
+            kinematic=_overlaid(self.kinematic, physics),
+            scene=_overlaid(self.scene, physics),
+            sdf=self.sdf if physics.sdf is None else _overlaid(self.sdf, physics.sdf),
+            timestep=self.timestep if physics.timestep is None else single(physics.timestep),
+        )
 
 
-def fresh(default_material: Any, *, rendered: bool) -> Defaults:
-    """Reads the defaults off objects that nothing else has touched."""
-    shape = _table(SHAPE_KNOBS, physx.PhysxCollisionShapeSphere(1.0, default_material))
-    shape[GROUPS.get] = list(GROUPS.default)
+def present_defaults(*, rendered: bool) -> Defaults:
+    """Reads them off objects that nothing else has touched, under the settings that the process has now."""
+    material = physx.get_default_material()
+    fresh = physx.PhysxCollisionShapeSphere(1.0, material)
+    shape = _table(SHAPE_KNOBS, fresh) | _read(fresh, [GROUPS.get])
     body = _table(BODY_KNOBS, physx.PhysxRigidDynamicComponent())
+    scene, sdf = physx.get_scene_config(), physx.get_sdf_config()
     return Defaults(
-        material=default_material,
-        friction=_read(default_material, PHYSICAL),
+        material=material,
+        friction=_read(material, PHYSICAL),
         shape=shape,
         plane=shape | {"density": 0.0},
-        pose={"local_pose": IDENTITY},
+        pose={"local_pose": pose_state(fresh.local_pose)},
         dynamic=body | {"kinematic": False},
         kinematic=body | {"kinematic": True},
         look=_table(RENDER_KNOBS, render.RenderBodyComponent()) if rendered else {},
         paint=_read(render.RenderMaterial(), PAINT) if rendered else {},
+        scene=_read(scene, settings_of(scene)),
+        sdf=_read(sdf, settings_of(sdf)),
     )
+
+
+def frictions(material: PhysicalMaterial) -> Expected:
+    """What the engine must hold of a material of the plan."""
+    return {name: single(getattr(material, name)) for name in PHYSICAL}
+
+
+def settings_of(config: object) -> list[str]:
+    """The names of everything that can be read of one of SAPIEN's configuration objects."""
+    return [name for name, kind in vars(type(config)).items() if isinstance(kind, property)]
+
+
+def _overlaid(present: Expected, asked: object) -> Expected:
+    found = {name: getattr(asked, _PLAN_NAMES.get(name, name), None) for name in present}
+    return present | {
+        name: single(value) if isinstance(value, float) else value for name, value in found.items() if value is not None
+    }
 
 
 def _table(knobs: Knobs, engine: object) -> Expected:

@@ -34,6 +34,11 @@ class Difference:
     origin: Origin | None = None
 
 
+def single(value: float) -> float:
+    """Rounded to float32, as the engine gives it back."""
+    return float(np.float32(value))
+
+
 def same(expected: Any, found: object) -> bool:
     """Equal as the engine stores it: floats as float32, all others exactly."""
     if isinstance(found, (str, int)) or found is None:

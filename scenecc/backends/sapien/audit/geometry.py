@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scenecc.backends.sapien.columns import plain_row
 from scenecc.backends.sapien.engine import physx, render
 from scenecc.plan import (
     Box,
@@ -30,15 +31,15 @@ Sizes = dict[str, Any]
 
 
 def _half_size(geometry: Box, row: int) -> Sizes:
-    return {"half_size": geometry.half_size.row(row)}
+    return {"half_size": plain_row(geometry.half_size, row)}
 
 
 def _radius(geometry: Sphere, row: int) -> Sizes:
-    return {"radius": geometry.radius.row(row)}
+    return {"radius": plain_row(geometry.radius, row)}
 
 
 def _radius_and_length(geometry: Capsule | Cylinder, row: int) -> Sizes:
-    return {"radius": geometry.radius.row(row), "half_length": geometry.half_length.row(row)}
+    return {"radius": plain_row(geometry.radius, row), "half_length": plain_row(geometry.half_length, row)}
 
 
 def _scale(geometry: ConvexMesh | ConvexParts | TriangleMesh | Mesh, row: int) -> Sizes:

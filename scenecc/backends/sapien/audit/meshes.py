@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from scenecc.backends.sapien.audit.geometry import COLLISION_SIZES
+from scenecc.backends.sapien.decomposition import decompose
 from scenecc.backends.sapien.engine import physx
 from scenecc.plan import ConvexMesh, ConvexParts, TriangleMesh
 
@@ -16,8 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.backends.sapien.resources import Resources
-    from scenecc.plan import CoacdParams, CollisionGeometry
+    from scenecc.plan import CoacdParams, CollisionGeometry, ScenePlan
 
 _UNIT = (1.0, 1.0, 1.0)
 
@@ -29,15 +28,16 @@ class Meshes:
     builder made can be held against them.
     """
 
-    def __init__(self, resources: Resources) -> None:
-        self._resources = resources
+    def __init__(self, plan: ScenePlan, material: Any) -> None:
+        self._plan = plan
+        self._material = material
         self._known: dict[Hashable, Any] = {}
 
     def hull(self, file: int) -> Any:
         """The convex hull of a file."""
         return self._once(
             ("hull", file),
-            lambda: physx.PhysxCollisionShapeConvexMesh(self._resources.path(file), _UNIT, self._material),
+            lambda: physx.PhysxCollisionShapeConvexMesh(self._path(file), _UNIT, self._material),
         )
 
     def parts(self, file: int, params: CoacdParams | None) -> list[Any]:
@@ -50,7 +50,7 @@ class Meshes:
         """The triangles of a file. `sdf` as the plan has it: what PhysX has cooked of the file is found again."""
         make = physx.PhysxCollisionShapeTriangleMesh
         key = ("triangles", file, sdf)
-        return self._once(key, lambda: make(self._resources.path(file), _UNIT, self._material, sdf))
+        return self._once(key, lambda: make(self._path(file), _UNIT, self._material, sdf))
 
     def fresh(self, geometry: CollisionGeometry, row: int) -> list[Any]:
         """New shapes of an entity's row, of the engine's own density and without a pose."""
@@ -58,9 +58,9 @@ class Meshes:
         given: dict[str, Any] = {**sizes(geometry, row), "material": self._material}
         match geometry:
             case ConvexMesh(file=file):
-                given["filename"] = self._resources.path(int(file.row(row)))
+                given["filename"] = self._path(int(file.row(row)))
             case TriangleMesh(file=file, sdf=sdf):
-                given |= {"filename": self._resources.path(int(file.row(row))), "sdf": sdf}
+                given |= {"filename": self._path(int(file.row(row))), "sdf": sdf}
             case ConvexParts(file=file, coacd=coacd):
                 return kind.load_multiple(filename=self._parts_path(int(file.row(row)), coacd), **given)
             case _:
@@ -79,12 +79,12 @@ class Meshes:
         """[m³] that the triangles of a file, cooked with a distance field, enclose; unscaled."""
         return self._once(("triangle volume", file), lambda: enclosed(self.triangles(file, sdf=True)))
 
-    def _parts_path(self, file: int, params: CoacdParams | None) -> str:
-        return self._once(("path", file, params), lambda: self._resources.parts(np.array([file]), params)[0])
+    def _path(self, file: int) -> str:
+        return str(self._plan.files[file].path)
 
-    @cached_property
-    def _material(self) -> Any:
-        return self._resources.default_material
+    def _parts_path(self, file: int, params: CoacdParams | None) -> str:
+        whole = self._plan.files[file].path
+        return self._once(("path", file, params), lambda: str(whole if params is None else decompose(whole, params)))
 
     def _once(self, key: Hashable, make: Callable[[], Any]) -> Any:
         if key not in self._known:

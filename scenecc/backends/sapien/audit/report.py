@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal
 
-from scenecc.backends.sapien.audit.bodies import look_at_all, look_at_poses
+from scenecc.backends.sapien.audit.bodies import look_at_all, look_at_entities
 from scenecc.backends.sapien.audit.body import BodyAudit
-from scenecc.backends.sapien.audit.defaults import fresh
 from scenecc.backends.sapien.audit.meshes import Meshes
-from scenecc.backends.sapien.audit.scene import scene_differences
+from scenecc.backends.sapien.audit.scene import cooking_differences, scene_differences
 from scenecc.backends.sapien.audit.sweep import Sweep
-from scenecc.backends.sapien.resources import Resources
 from scenecc.diagnostics import Location
 
 if TYPE_CHECKING:
+    from scenecc.backends.sapien.audit.defaults import Defaults
     from scenecc.backends.sapien.audit.difference import Difference
     from scenecc.backends.sapien.audit.sweep import Place
     from scenecc.backends.sapien.batch import SceneBatch
@@ -23,40 +22,41 @@ if TYPE_CHECKING:
 CODE = "SC802"
 
 
-def audit(batch: SceneBatch, turns: list[Turn], sink: Sink, level: Literal["full", "fast"]) -> bool:
+def audit(batch: SceneBatch, turns: list[Turn], present: Defaults, sink: Sink, level: Literal["full", "fast"]) -> bool:
     """Compares what the engine holds with the plan, reports every difference, and says whether there is none.
 
-    To be called before anything is stepped, and while the process-wide defaults are those of the build.
+    To be called before anything is stepped, and while the process-wide defaults are those of the build;
+    `present` are the engine's as they were before the build set any.
     """
     plan, scenes = batch.plan, batch.scenes
-    good = True
+    defaults = present.asked(plan.physics)
+    settings = [(batch.scene_idxs[0], difference) for difference in cooking_differences(defaults)]
     for index, scene in zip(batch.scene_idxs, scenes if level == "full" else scenes[:1], strict=False):
-        for difference in scene_differences(plan, scene):
-            _tell(sink, difference, "the scene", [index], plan.physics.origin or plan.origin)
-            good = False
+        settings += [(index, difference) for difference in scene_differences(defaults, scene)]
+    for index, difference in settings:
+        _tell(sink, difference, "the scene", [index], plan.physics.origin or plan.origin)
     sweep = Sweep()
     if turns:
-        _look_at_bodies(batch, turns, sweep, level)
+        _look_at_bodies(batch, turns, defaults, sweep, level)
     found: dict[str, list[tuple[Place, Difference]]] = {}
     for place, difference in sweep.differences():
         found.setdefault(place.turn.entity.name, []).append((place, difference))
     for turn in turns:
         _tell_all(sink, turn, found.get(turn.entity.name, []))
-    return good and not found
+    return not settings and not found
 
 
-def _look_at_bodies(batch: SceneBatch, turns: list[Turn], sweep: Sweep, level: Literal["full", "fast"]) -> None:
-    resources = Resources(batch.plan)
-    meshes = Meshes(resources)
-    defaults = fresh(resources.default_material, rendered=batch.render)
+def _look_at_bodies(
+    batch: SceneBatch, turns: list[Turn], defaults: Defaults, sweep: Sweep, level: Literal["full", "fast"]
+) -> None:
+    meshes = Meshes(batch.plan, defaults.material)
     bodies = BodyAudit(batch.plan, defaults, meshes, sweep, rendered=batch.render)
-    scene_of = dict(zip(batch.scene_idxs, batch.scenes, strict=True))
-    look_at_poses(turns, batch.scenes, batch.scene_idxs, sweep)
+    look_at_entities(turns, batch.scenes, batch.scene_idxs, sweep)
     for turn in turns:
         for part in turn.parts:
             closely = part.numbers if level == "full" else part.numbers[:1]
             for number in closely.tolist():
-                bodies.look_at(turn, part.structure, number, scene_of[turn.scene_idxs[number]])
+                bodies.look_at(turn, part.structure, number)
             if len(closely) < len(part.numbers) and part.structure.body_type != "none":
                 look_at_all(turn, part, meshes, sweep)
 

@@ -1,4 +1,4 @@
-"""The settings of one scene against the plan."""
+"""The settings of scenes, and of the process while they are built, against the plan."""
 
 from __future__ import annotations
 
@@ -6,24 +6,27 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.backends.sapien.audit.difference import Difference, same, shown
 from scenecc.backends.sapien.engine import physx
-from scenecc.backends.sapien.settings import SCENE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scenecc.plan import ScenePlan
-
-TIMESTEP = 0.01
-"""SAPIEN's [s]."""
+    from scenecc.backends.sapien.audit.defaults import Defaults
+    from scenecc.backends.sapien.audit.sweep import Expected
 
 
-def scene_differences(plan: ScenePlan, scene: Any) -> Iterator[Difference]:
+def scene_differences(defaults: Defaults, scene: Any) -> Iterator[Difference]:
     """What differs in the time step and in the configuration that the scene's system took over."""
-    present, physics = physx.get_scene_config(), plan.physics
-    expected = {name: getattr(present, name) if (value := getattr(physics, name)) is None else value for name in SCENE}
+    yield from _differences(defaults.scene, scene.physx_system.config)
+    if not same(defaults.timestep, scene.timestep):
+        yield Difference("timestep", shown(defaults.timestep), shown(scene.timestep))
+
+
+def cooking_differences(defaults: Defaults) -> Iterator[Difference]:
+    """What differs in the settings by which distance fields were cooked; no shape tells them."""
+    yield from _differences(defaults.sdf, physx.get_sdf_config())
+
+
+def _differences(expected: Expected, config: Any) -> Iterator[Difference]:
     for name, value in expected.items():
-        if not same(value, found := getattr(scene.physx_system.config, name)):
-            yield Difference(name, shown(value), shown(found), physics.origin)
-    timestep = TIMESTEP if physics.timestep is None else physics.timestep
-    if not same(timestep, scene.timestep):
-        yield Difference("timestep", shown(timestep), shown(scene.timestep), physics.origin)
+        if not same(value, found := getattr(config, name)):
+            yield Difference(name, shown(value), shown(found))

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.backends.sapien.audit.defaults import PHYSICAL, Defaults
-from scenecc.backends.sapien.audit.difference import same, same_local_pose, shown
+from scenecc.backends.sapien.audit.defaults import Defaults, frictions
 from scenecc.backends.sapien.audit.geometry import COLLISION_SIZES
-from scenecc.backends.sapien.audit.sweep import Expected, Place, Sweep, given
+from scenecc.backends.sapien.audit.sweep import Expected, Place, Sweep
+from scenecc.backends.sapien.columns import plain_row
 from scenecc.backends.sapien.knobs import GROUPS, SHAPE_KNOBS
 from scenecc.plan import ConvexMesh, ConvexParts, Plane, TriangleMesh
 
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
     from scenecc.backends.sapien.audit.meshes import Meshes
     from scenecc.plan import BodyStructure, CollisionShape, ScenePlan, Value
+
+MESHES = (ConvexMesh, ConvexParts, TriangleMesh)
 
 
 def part_counts(structure: BodyStructure, row: int, meshes: Meshes) -> list[int]:
@@ -37,10 +39,7 @@ class ShapeAudit:
         self._defaults = defaults
         self._meshes = meshes
         self._sweep = sweep
-        self._frictions: list[Expected] = [
-            {name: float(np.float32(getattr(material, name))) for name in PHYSICAL}
-            for material in plan.physical_materials
-        ]
+        self._frictions: list[Expected] = [frictions(material) for material in plan.physical_materials]
 
     def look_at(self, structure: BodyStructure, body: Any, row: int, place: Place) -> None:
         """All shapes of a body."""
@@ -58,38 +57,39 @@ class ShapeAudit:
         self, structure: BodyStructure, shape: CollisionShape, parts: Sequence[Any], row: int, place: Place
     ) -> None:
         kind, sizes = COLLISION_SIZES[type(shape.geometry)]
-        knobs = self._knobs(structure, shape, row)
-        friction = self._defaults.friction if shape.material is None else self._frictions[int(shape.material.row(row))]
+        own = self._own(structure, shape, row)
+        no_density = shape.density is None and isinstance(shape.geometry, Plane)
+        defaults = self._defaults.plane if no_density else self._defaults.shape
+        material = shape.material
+        friction = self._defaults.friction if material is None else self._frictions[int(material.row(row))]
         for number, part in enumerate(parts):
             if type(part) is not kind:
                 self._sweep.tell(place, "type", kind.__name__, type(part).__name__)
                 continue
             for name, size in sizes(shape.geometry, row).items():
-                if not same(size, found := getattr(part, name)):
-                    self._sweep.tell(place, name, shown(size), shown(found))
-            self._mesh(shape, part, number, row, place)
+                self._sweep.hold(name, size, part, place)
+            if isinstance(shape.geometry, MESHES):
+                self._mesh(shape.geometry, part, number, row, place)
             look_at_pose(shape.pose, part, row, place, self._sweep, self._defaults)
-            self._sweep.expect(knobs, part, place)
+            self._sweep.expect_but(defaults, own, part, place)
             self._sweep.expect(friction, part.physical_material, place)
 
-    def _knobs(self, structure: BodyStructure, shape: CollisionShape, row: int) -> Expected:
-        no_density = shape.density is None and isinstance(shape.geometry, Plane)
-        defaults = self._defaults.plane if no_density else self._defaults.shape
-        said = {knob.get: given(value.row(row)) for knob, value in SHAPE_KNOBS.said(shape)}
+    def _own(self, structure: BodyStructure, shape: CollisionShape, row: int) -> Expected:
+        said = {knob.get: plain_row(value, row) for knob, value in SHAPE_KNOBS.said(shape)}
         if structure.collision_groups is not None:
-            said[GROUPS.get] = given(structure.collision_groups.row(row))
-        return defaults | said if said else defaults
+            said[GROUPS.get] = structure.collision_groups.row(row).tolist()
+        return said
 
-    def _mesh(self, shape: CollisionShape, part: Any, number: int, row: int, place: Place) -> None:
-        match shape.geometry:
+    def _mesh(
+        self, geometry: ConvexMesh | ConvexParts | TriangleMesh, part: Any, number: int, row: int, place: Place
+    ) -> None:
+        match geometry:
             case ConvexMesh(file=file):
                 reference = self._meshes.hull(int(file.row(row)))
             case ConvexParts(file=file, coacd=coacd):
                 reference = self._meshes.parts(int(file.row(row)), coacd)[number]
             case TriangleMesh(file=file, sdf=sdf):
                 reference = self._meshes.triangles(int(file.row(row)), sdf=sdf)
-            case _:
-                return
         for name in ("vertices", "triangles"):
             if not np.array_equal(getattr(reference, name), getattr(part, name)):
                 self._sweep.tell(place, name, "those of the file", "others")
@@ -99,5 +99,5 @@ def look_at_pose(pose: Value | None, part: Any, row: int, place: Place, sweep: S
     """The pose of a shape, colliding or seen, in its body."""
     if pose is None:
         sweep.expect(defaults.pose, part, place)
-    elif not same_local_pose(pose.row(row), part.local_pose):
-        sweep.tell(place, "local_pose", shown(pose.row(row)), shown(part.local_pose))
+    else:
+        sweep.hold("local_pose", pose.row(row), part, place)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
 
 Expected = dict[str, Any]
-"""Properties by name, floats already rounded to float32 (see `given`). What most objects share is one dictionary."""
+"""Properties by name, floats already rounded to float32 (see `single`). What most objects share is one dictionary."""
 
 
 class Place(NamedTuple):
@@ -31,17 +31,30 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class _Group:
+    """Objects that must agree with one dictionary."""
+
     expected: Expected
     engines: list[Any] = field(default_factory=list[Any])
     places: list[Place] = field(default_factory=list[Place])
 
 
+@dataclass(frozen=True, slots=True)
+class _Column:
+    """Objects and what one property of each must be."""
+
+    engines: list[Any] = field(default_factory=list[Any])
+    expected: list[Any] = field(default_factory=list[Any])
+    places: list[Place] = field(default_factory=list[Place])
+
+
 class Sweep:
-    """Collects objects by the dictionary that they must agree with, then reads them all."""
+    """Collects objects with what they must hold, then reads them all."""
 
     def __init__(self) -> None:
         self._groups: dict[int, _Group] = {}
+        self._columns: dict[str, _Column] = {}
         self._found: list[tuple[Place, Difference]] = []
+        self._without: dict[tuple[int, tuple[str, ...]], Expected] = {}
 
     def expect(self, expected: Expected, engine: object, place: Place) -> None:
         """`engine` must have these properties. The dictionary is told by identity and must not change."""
@@ -50,6 +63,29 @@ class Sweep:
             group = self._groups[id(expected)] = _Group(expected)
         group.engines.append(engine)
         group.places.append(place)
+
+    def expect_but(self, expected: Expected, own: Expected, engine: object, place: Place) -> None:
+        """As `expect`, with values of the object's own for some of the properties, not rounded yet."""
+        if own:
+            key = (id(expected), tuple(own))
+            if key not in self._without:
+                self._without[key] = {name: value for name, value in expected.items() if name not in own}
+            expected = self._without[key]
+            for name, value in own.items():
+                self.hold(name, value, engine, place)
+        self.expect(expected, engine, place)
+
+    def hold(self, name: str, expected: object, engine: object, place: Place) -> None:
+        """One property of `engine`, of the same type wherever it has this name: numbers of the plan are not rounded.
+
+        `name` may say whose property it is: "component.name" is the `name` of a component.
+        """
+        column = self._columns.get(name)
+        if column is None:
+            column = self._columns[name] = _Column()
+        column.engines.append(engine)
+        column.expected.append(expected)
+        column.places.append(place)
 
     def tell(self, place: Place, what: str, expected: object, found: object) -> None:
         """A difference that was seen otherwise."""
@@ -64,18 +100,16 @@ class Sweep:
                 for number in _wrong(value, found):
                     place = group.places[number]
                     yield place, Difference(name, shown(value), shown(found[number]), place.origin)
-
-
-def given(data: Any) -> Any:
-    """A row of the plan as the engine gives it back: float32 arrays, lists, or plain Python rounded to float32."""
-    if data.dtype.kind != "f":
-        return data.tolist()
-    rounded = data.astype(np.float32)
-    return rounded if rounded.ndim else rounded.item()
+        for what, column in self._columns.items():
+            name = what.rpartition(".")[2]
+            found = list(map(attrgetter(name), column.engines))
+            for number in _unequal(column.expected, found):
+                place = column.places[number]
+                yield place, Difference(what, shown(column.expected[number]), shown(found[number]), place.origin)
 
 
 def _wrong(expected: Any, found: Sequence[Any]) -> list[int]:
-    """Which of the values read differ."""
+    """Which of the values read differ from one value, its floats rounded to float32."""
     if isinstance(found[0], np.ndarray):
         return np.flatnonzero((np.array(found) != expected).any(axis=1)).tolist()
     if isinstance(found[0], sapien.Pose):
@@ -86,3 +120,18 @@ def _wrong(expected: Any, found: Sequence[Any]) -> list[int]:
     if list(found).count(expected) == len(found):
         return []
     return [i for i, value in enumerate(found) if not same(expected, value)]
+
+
+def _unequal(expected: list[Any], found: list[Any]) -> list[int]:
+    """Which of the values read differ from that of their own, rounded here, all at once."""
+    if isinstance(found[0], sapien.Pose):
+        poses = zip(expected, found, strict=True)
+        return [i for i, (value, pose) in enumerate(poses) if not same_local_pose(np.asarray(value), pose)]
+    if isinstance(found[0], (float, list, np.ndarray)):
+        wanted = np.array(expected)
+        with np.errstate(over="ignore"):
+            wrong = (wanted.astype(np.float32) if wanted.dtype.kind == "f" else wanted) != np.array(found)
+        return np.flatnonzero(wrong if wrong.ndim == 1 else wrong.any(axis=1)).tolist()
+    if expected == found:
+        return []
+    return [i for i, (value, other) in enumerate(zip(expected, found, strict=True)) if not same(value, other)]

@@ -9,18 +9,30 @@ from scenecc.backends.sapien.audit.defaults import PAINT, Defaults
 from scenecc.backends.sapien.audit.difference import same, shown
 from scenecc.backends.sapien.audit.geometry import VISUAL_SIZES, tiles
 from scenecc.backends.sapien.audit.shapes import look_at_pose
-from scenecc.backends.sapien.audit.sweep import Place, Sweep, given
+from scenecc.backends.sapien.audit.sweep import Place, Sweep
+from scenecc.backends.sapien.columns import plain_row
 from scenecc.backends.sapien.knobs import RENDER_KNOBS
 from scenecc.plan import Mesh, TiledPlane, VisualMaterial
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from scenecc.plan import BodyStructure, ScenePlan, VisualShape
+    from scenecc.plan import BodyStructure, ScenePlan, Texture, VisualShape
 
 _TEXTURES = tuple(
     f"{name}_texture" for name in ("base_color", "normal", "roughness", "metallic", "emission", "transmission")
 )
+_SAMPLING = {
+    "mipmap_levels": "mipmap_levels",
+    "filter_mode": "filter_mode",
+    "address_mode": "address_mode",
+    "is_srgb": "srgb",
+}
+"""SAPIEN's names for how an image is sampled to the plan's."""
+
+_IMAGE = {"mipmap_levels": 1, "filter_mode": "linear", "address_mode": "repeat", "is_srgb": True}
+"""What `sapien.render.RenderTexture2D` takes for an image of which nothing is said, by its signature."""
+
 _NOTHING_SAID = VisualMaterial()
 
 
@@ -34,8 +46,8 @@ class VisualAudit:
 
     def look_at(self, structure: BodyStructure, component: Any, row: int, place: Place) -> None:
         """A render component and all its shapes."""
-        said = {knob.get: given(value.row(row)) for knob, value in RENDER_KNOBS.said(structure)}
-        self._sweep.expect(self._defaults.look | said, component, place)
+        own = {knob.get: plain_row(value, row) for knob, value in RENDER_KNOBS.said(structure)}
+        self._sweep.expect_but(self._defaults.look, own, component, place)
         found = component.render_shapes
         if len(found) != len(structure.visuals):
             self._sweep.tell(place, "render_shapes", len(structure.visuals), len(found))
@@ -71,10 +83,19 @@ class VisualAudit:
         self._compare(self._defaults.paint | said, found, place)
         for name in _TEXTURES:
             texture, image = getattr(asked, name), getattr(found, name)
-            wanted = None if texture is None else self._path(texture.file)
-            actual = None if image is None else image.filename
-            if wanted != actual:
-                self._sweep.tell(place, name, wanted, actual)
+            if texture is None or image is None:
+                if texture is not image:
+                    self._sweep.tell(place, name, _word(texture), _word(image))
+                continue
+            for key, wanted in self._sampled(texture).items():
+                if wanted != (actual := getattr(image, key)):
+                    self._sweep.tell(place, f"{name}.{key}", wanted, actual)
+
+    def _sampled(self, texture: Texture) -> dict[str, object]:
+        """What can be read of an image, by the engine's names; SAPIEN's own where the plan says nothing."""
+        said = {key: getattr(texture, name) for key, name in _SAMPLING.items()}
+        own = {key: _IMAGE[key] if value is None else value for key, value in said.items()}
+        return {"filename": self._path(texture.file), **own}
 
     def _compare(self, expected: Mapping[str, Any], found: Any, place: Place) -> None:
         for name, value in expected.items():
@@ -84,6 +105,10 @@ class VisualAudit:
 
     def _path(self, file: int) -> str:
         return str(self._plan.files[file].path)
+
+
+def _word(image: object) -> str:
+    return "none" if image is None else "an image"
 
 
 def _front_face(shape: VisualShape, row: int) -> str:
