@@ -12,7 +12,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_NUMBER = re.compile(r"(?i)[-+]?(?:[0-9]+\.?[0-9]*(?:e[-+]?[0-9]{1,3})?|nan|inf|infinity)")
+_NUMBER = re.compile(r"(?i)[-+]?(?:[0-9]+(?:\.[0-9]*)?(?:e[-+]?[0-9]{1,3})?|nan|inf|infinity)")
 _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,12}")
 
@@ -85,9 +85,18 @@ def plain_text(data: bytes) -> str:
     Raises:
         ValueError: it holds characters that no text has.
     """
+    check_plain(data)
+    return data.removeprefix(b"\xef\xbb\xbf").decode("utf-8", "replace")
+
+
+def check_plain(data: bytes) -> None:
+    """Whether it can be a text.
+
+    Raises:
+        ValueError: it holds characters that no text has.
+    """
     if _CONTROL.search(data) is not None:
         raise ValueError("it holds control characters, so it is no text")
-    return data.removeprefix(b"\xef\xbb\xbf").decode("utf-8", "replace")
 
 
 def number(word: str) -> float:
@@ -120,9 +129,15 @@ def part(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> Part:
     """
     if len(faces) and (int(faces.min()) < 0 or int(faces.max()) >= len(vertices)):
         raise AssetError("SC412", "a face names a vertex that is not there", "export the mesh again")
-    used, flat = np.unique(faces, return_inverse=True)
+    if 4 * faces.size < len(vertices):
+        used, flat = np.unique(faces, return_inverse=True)
+    else:
+        # The same without sorting; not for each of many small parts of one large table of vertices.
+        named = np.zeros(len(vertices), dtype=bool)
+        named[faces] = True
+        used, flat = np.flatnonzero(named), (np.cumsum(named) - 1)[faces]
     with np.errstate(over="ignore"):
-        return Part(vertices[used].astype(np.float32), flat.reshape(-1, 3).astype(np.int64))
+        return Part(vertices[used].astype(np.float32), flat.reshape(-1, 3).astype(np.int64, copy=False))
 
 
 def extents(vertices: NDArray[np.float32]) -> tuple[float, float]:

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import re
 from array import array
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenecc.checks.mesh_data import AssetError, MeshData, Reading, Reference, integer, number, part, plain_text
+from scenecc.checks.mesh_data import AssetError, MeshData, Reading, Reference, integer, number, part
+from scenecc.checks.mesh_text import NUMBER, Budget, Lines, floats, integers, run_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from numpy.typing import NDArray
 
 _MAPS = re.compile(r"(?i)(map_\w+|bump|norm|disp|decal|refl)\s+(.*)")
-_VERTEX = re.compile(r"v +" + r" +".join([r"([-+]?[0-9]+\.?[0-9]*(?:[eE][-+]?[0-9]{1,3})?)"] * 3))
-_TRIANGLE = re.compile(r"f +" + r" +".join([r"([1-9][0-9]{0,8})(?:/[0-9/]*)?"] * 3))
+_VERTICES = run_of(b"v", NUMBER, NUMBER, NUMBER)
+_TRIANGLES = run_of(b"f", *[rb"[1-9][0-9]{0,8}(?:/[0-9/]*)?"] * 3)
+_PASSED = run_of(lines=rb"(?:v[nt][ \t]|#)[^\n\\]*\n")
 """What nearly all lines of an OBJ are; all others are read word by word."""
+_SLASHES = re.compile(rb"/[0-9/]*")
 _OPTION_WORDS = {"-mm": 2} | dict.fromkeys(
     ("-blendu", "-blendv", "-boost", "-texres", "-clamp", "-bm", "-imfchan", "-type", "-cc"), 1
 )
@@ -27,55 +31,84 @@ def read_obj(data: bytes, reading: Reading) -> MeshData:
 
     Args:
         data: the file.
-        reading: not used; an OBJ alone has all its triangles.
+        reading: how much its triangles may take; an OBJ alone has them all.
 
     Raises:
-        AssetError: a line cannot be read.
+        AssetError: a line cannot be read, or the triangles are too large.
     """
-    del reading
-    vertices, groups, materials = array("d"), [array("q")], dict[str, None]()
+    mesh = _Mesh(Budget(reading.max_bytes))
     row = 0
     try:
-        for row, line in _lines(data):  # noqa: B007 - the message below names it
-            if (plain := _VERTEX.fullmatch(line)) is not None:
-                vertices.extend(map(float, plain.groups()))
-            elif (plain := _TRIANGLE.fullmatch(line)) is not None:
-                groups[-1].extend(int(index) - 1 for index in plain.groups())
-            else:
-                _other(line, vertices, groups, materials)
+        lines = Lines(data)
+        while True:
+            if run := lines.run(_VERTICES):
+                mesh.add_vertices(floats(run.replace(b"v", b" ")))
+            elif run := lines.run(_TRIANGLES):
+                mesh.add_faces(integers(_SLASHES.sub(b"", run).replace(b"f", b" ")) - 1)
+            elif not lines.run(_PASSED):
+                line = _continued(lines)
+                if line is None:
+                    break
+                row = lines.row
+                _other(line, mesh)
     except ValueError as error:
         raise AssetError("SC412", f"the OBJ cannot be read (line {row}): {error}", "export the mesh again") from error
-    points = np.array(vertices).reshape(-1, 3)
-    parts = tuple(part(points, np.array(faces).reshape(-1, 3)) for faces in groups if faces)
-    return MeshData(parts, tuple(Reference(name, "material") for name in materials))
+    points = np.frombuffer(mesh.vertices).reshape(-1, 3)
+    parts = tuple(part(points, np.frombuffer(faces, np.int64).reshape(-1, 3)) for faces in mesh.groups if faces)
+    return MeshData(parts, tuple(Reference(name, "material") for name in mesh.materials))
 
 
-def _other(line: str, vertices: array[float], groups: list[array[int]], materials: dict[str, None]) -> None:
-    """A line that is not of the usual two kinds."""
+@dataclass(slots=True)
+class _Mesh:
+    """What was read so far: coordinates, and three indices a triangle for each group."""
+
+    budget: Budget
+    vertices: array[float] = field(default_factory=lambda: array("d"))
+    groups: list[array[int]] = field(default_factory=lambda: [array("q")])
+    materials: dict[str, None] = field(default_factory=dict[str, None])
+
+    def add_vertices(self, numbers: NDArray[np.float64]) -> None:
+        self.budget.take(numbers.nbytes)
+        self.vertices.frombytes(numbers.tobytes())
+
+    def add_faces(self, index: NDArray[np.int64]) -> None:
+        self.budget.take(index.nbytes)
+        self.groups[-1].frombytes(index.tobytes())
+
+
+_GROUP_BYTES = 512
+"""About what an empty group takes."""
+
+
+def _other(line: str, mesh: _Mesh) -> None:
+    """A line that is not of the usual kinds."""
     word, _, rest = line.partition(" ")
     if word == "v":
-        vertices.extend(_vertex(rest))
-    elif word in {"f", "fo"}:
-        groups[-1].extend(_triangles(rest, len(vertices) // 3))
-    elif word in {"o", "g"}:
-        groups.append(array("q"))
-    elif word == "mtllib":
-        materials[rest.strip()] = None
+        mesh.add_vertices(np.array(_vertex(rest)))
     elif word.startswith("f"):
-        # SAPIEN's reader takes it for a face and gives up.
-        groups[-1].extend(_triangles(word[1:], len(vertices) // 3))
+        # SAPIEN's reader takes `fx` for a face and gives up.
+        text = rest if word in {"f", "fo"} else word[1:]
+        mesh.add_faces(np.array(_triangles(text, len(mesh.vertices) // 3), dtype=np.int64))
+    elif word in {"o", "g"}:
+        mesh.budget.take(_GROUP_BYTES)
+        mesh.groups.append(array("q"))
+    elif word == "mtllib":
+        mesh.materials[rest.strip()] = None
 
 
-def _lines(data: bytes) -> Iterator[tuple[int, str]]:
-    """Numbered lines without blanks around them, continued ones joined, comments and empty ones left out."""
-    waiting = ""
-    for row, raw in enumerate(plain_text(data).split("\n"), start=1):
-        line = waiting + raw.strip().replace("\t", " ")
-        waiting = ""
+def _continued(lines: Lines) -> str | None:
+    """The next line that is neither empty nor a comment, with those that continue it; None at the end."""
+    waiting: list[str] = []
+    while (raw := lines.line()) is not None:
+        line = raw.replace("\t", " ")
         if line.endswith("\\"):
-            waiting = line[:-1] + " "
-        elif line and line[0] != "#":
-            yield row, line
+            waiting.append(line[:-1])
+            continue
+        line = " ".join([*waiting, line])
+        waiting.clear()
+        if line and line[0] != "#":
+            return line
+    return None
 
 
 def _vertex(text: str) -> tuple[float, ...]:
@@ -112,7 +145,8 @@ def mtl_images(data: bytes) -> tuple[Reference, ...]:
         AssetError: it is no text.
     """
     try:
-        matches = [_MAPS.match(line) for _, line in _lines(data)]
+        lines = Lines(data)
+        matches = [_MAPS.match(line) for line in iter(lambda: _continued(lines), None)]
     except ValueError as error:
         raise AssetError("SC412", f"the MTL cannot be read: {error}", "export the mesh again") from error
     names = [_without_options(match[2].split(" ")) for match in matches if match]

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import struct
+from array import array
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from scenecc.checks.mesh_data import AssetError, MeshData, Reading, integer, number, part, plain_text
+from scenecc.checks.mesh_text import INDEX, LONGEST_RUN, NUMBER, Budget, Lines, floats, integers, run_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from numpy.typing import NDArray
 
 _TYPES = {
     "char": "i1",
@@ -29,6 +37,8 @@ _TYPES = {
 }
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 _FACES = {"vertex_indices", "vertex_index"}
+_CODES = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d"}
+_TRIANGLES = run_of(b"3", INDEX, INDEX, INDEX)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,28 +63,35 @@ def read_ply(data: bytes, reading: Reading) -> MeshData:
     Raises:
         AssetError: the header is not what PLY says, or the data does not hold what the header claims.
     """
-    del reading
+    budget = Budget(reading.max_bytes)
     try:
         order, elements, start = _header(data)
         if order and data[start : start + 1] in {b"\n", b"\r"}:
             # SAPIEN's reader skips it as a part of the header, reads every index shifted, and ends the process.
             hint = "export it as GLB or as a text PLY"
             raise AssetError("SC412", "its data begins with the byte of a line break, which crashes SAPIEN", hint)
-        found = dict(_binary(data, start, order, elements) if order else _text(data[start:], elements))
-        triangles = _triangles(found.get("face", []))
-    except (ValueError, IndexError, OverflowError) as error:
+        found = dict(_binary(data, start, order, elements, budget) if order else _text(data, start, elements, budget))
+    except (ValueError, IndexError, OverflowError, struct.error) as error:
         raise AssetError("SC412", f"the PLY is broken or cut short: {error}", "export the mesh again") from error
-    if not triangles or "vertex" not in found:
+    faces = found.get("face")
+    if faces is None or not len(faces) or "vertex" not in found:
         return MeshData(())
-    vertices = np.array(found["vertex"], dtype=np.float64).reshape(-1, 3)
-    return MeshData((part(vertices, np.array(triangles, dtype=np.int64).reshape(-1, 3)),))
+    return MeshData((part(found["vertex"], faces.astype(np.int64, copy=False)),))
 
 
-def _triangles(faces: list[list[float]]) -> list[tuple[float, float, float]]:
-    if any(len(face) < 3 for face in faces):
+def _fans(faces: NDArray[Any], budget: Budget) -> NDArray[np.int64]:
+    """Triangles of faces that have the same number of corners each, (m, corners)."""
+    corners = faces.shape[1]
+    if len(faces) and corners < 3:
         # SAPIEN does not survive these.
         raise ValueError("a face has fewer than three corners")
-    return [(face[0], face[i], face[i + 1]) for face in faces for i in range(1, len(face) - 1)]
+    budget.take(len(faces) * 24 * max(0, corners - 2))
+    with np.errstate(invalid="ignore"):
+        index = faces.astype(np.int64)
+    if corners == 3:
+        return index
+    fans = [index[:, [0, i, i + 1]] for i in range(1, corners - 1)]
+    return np.stack(fans, axis=1).reshape(-1, 3) if fans else np.zeros((0, 3), dtype=np.int64)
 
 
 def _header(data: bytes) -> tuple[str, list[_Element], int]:
@@ -120,65 +137,135 @@ def _check_elements(elements: list[_Element]) -> None:
             raise ValueError("its faces have no vertex_indices")
 
 
-def _binary(data: bytes, start: int, order: str, elements: list[_Element]) -> Iterator[tuple[str, list[list[float]]]]:
+def _binary(
+    data: bytes, start: int, order: str, elements: list[_Element], budget: Budget
+) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Vertices, (n, 3), and triangles, (m, 3)."""
     for element in elements:
-        if any(one.count for one in element.properties):
-            rows, start = _lists(data, start, order, element)
-            yield element.name, rows
-            continue
-        dtype = np.dtype([(one.name, order + one.kind) for one in element.properties])
-        table = np.frombuffer(data, dtype, element.rows, start)
-        start += dtype.itemsize * element.rows
-        if element.name == "vertex":
-            yield "vertex", np.stack([table[axis] for axis in "xyz"], axis=1).tolist()
+        dtype = _row_type(data, start, order, element)
+        table = None
+        if start + dtype.itemsize * element.rows <= len(data):
+            table = np.frombuffer(data, dtype, element.rows, start)
+        lists = [one for one in element.properties if one.count]
+        if table is None or any(bool((table["#" + one.name] != table["#" + one.name][:1]).any()) for one in lists):
+            if not lists:
+                raise ValueError("it has fewer bytes than its header claims")
+            faces, start = _uneven(data, start, order, element, budget)
+        else:
+            start += dtype.itemsize * element.rows
+            named = next((one.name for one in lists if one.name in _FACES and element.name == "face"), None)
+            faces = None if named is None else _fans(table[named], budget)
+            if element.name == "vertex":
+                budget.take(12 * element.rows)
+                yield "vertex", np.stack([table[axis] for axis in "xyz"], axis=1)
+        if element.name == "face" and faces is not None:
+            yield "face", faces
     if start != len(data):
         raise ValueError(f"it has {len(data) - start} bytes more than its header claims")
 
 
-def _lists(data: bytes, start: int, order: str, element: _Element) -> tuple[list[list[float]], int]:
-    """The faces' indices, row by row, or of another element with lists nothing, and where it ends."""
-    triangles = _only_triangles(data, start, order, element)
-    if triangles is not None:
-        return triangles
-    kinds = [(one, np.dtype(order + one.kind), np.dtype(order + (one.count or "u1"))) for one in element.properties]
-    rows: list[list[float]] = []
+def _row_type(data: bytes, start: int, order: str, element: _Element) -> np.dtype[Any]:
+    """The layout of an element's rows, if all have lists as long as those of the first one."""
+    columns: list[tuple[str, str, tuple[int, ...]]] = []
+    for one in element.properties:
+        count: tuple[int, ...] = ()
+        if one.count:
+            length = np.dtype(order + one.count)
+            columns.append(("#" + one.name, length.str, ()))
+            count = (int(np.frombuffer(data, length, 1, start)[0]) if element.rows else 0,)
+            if count[0] < 0 or count[0] > len(data):
+                raise ValueError("a list has a length that cannot be")
+            start += length.itemsize
+        columns.append((one.name, order + one.kind, count))
+        start += np.dtype(one.kind).itemsize * (count[0] if count else 1)
+    return np.dtype(columns)
+
+
+def _uneven(data: bytes, start: int, order: str, element: _Element, budget: Budget) -> tuple[NDArray[np.int64], int]:
+    """The triangles of an element whose lists differ in length, one after another, and where it ends."""
+    ends = order.replace("|", "") or "<"
+    plan = [
+        (one.name in _FACES and element.name == "face", _CODES[one.kind], np.dtype(one.kind).itemsize, one.count)
+        for one in element.properties
+    ]
+    lengths = {code: struct.Struct(ends + code) for code in set(_CODES.values())}
+    triangles = array("q")
     for _ in range(element.rows):
-        for one, item, length in kinds:
+        for wanted, code, size, counted in plan:
             count = 1
-            if one.count:
-                count = int(np.frombuffer(data, length, 1, start)[0])
-                start += length.itemsize
-            if count < 0:
-                raise ValueError("a list has a negative length")
-            values = np.frombuffer(data, item, count, start) if count else np.zeros(0, item)
-            start += item.itemsize * count
-            if one.name in _FACES and element.name == "face":
-                rows.append([float(index) for index in values])
-    return rows, start
+            if counted:
+                length = lengths[_CODES[counted]]
+                (count,) = length.unpack_from(data, start)
+                start += length.size
+            if count < 0 or start + size * count > len(data):
+                raise ValueError("a list is cut short")
+            if wanted:
+                _add_fan(struct.unpack_from(f"{ends}{count}{code}", data, start), triangles, budget)
+            start += size * count
+    return np.frombuffer(triangles, np.int64).reshape(-1, 3), start
 
 
-def _only_triangles(data: bytes, start: int, order: str, element: _Element) -> tuple[list[list[float]], int] | None:
-    """The same at once, where each face is three indices and nothing else; None where it is not so."""
-    if element.name != "face" or len(element.properties) != 1:
-        return None
-    one = element.properties[0]
-    dtype = np.dtype([("count", order + str(one.count)), ("index", order + one.kind, 3)])
-    if start + dtype.itemsize * element.rows > len(data):
-        return None
-    table = np.frombuffer(data, dtype, element.rows, start)
-    if not bool((table["count"] == 3).all()):
-        return None
-    return table["index"].tolist(), start + dtype.itemsize * element.rows
+def _add_fan(corners: Sequence[float], triangles: array[int], budget: Budget) -> None:
+    if len(corners) < 3:
+        # SAPIEN does not survive these.
+        raise ValueError("a face has fewer than three corners")
+    budget.take(24 * (len(corners) - 2))
+    index = [int(corner) for corner in corners]
+    for i in range(1, len(index) - 1):
+        triangles.extend((index[0], index[i], index[i + 1]))
 
 
-def _text(data: bytes, elements: list[_Element]) -> Iterator[tuple[str, list[list[float]]]]:
-    lines = [line.split() for line in plain_text(data).split("\n") if line.strip()]
-    if len(lines) != sum(element.rows for element in elements):
-        raise ValueError("it has fewer or more lines than its header claims")
-    at = 0
+def _text(data: bytes, start: int, elements: list[_Element], budget: Budget) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Likewise, of a text."""
+    lines = Lines(data, start)
     for element in elements:
-        yield element.name, [_row(words, element) for words in lines[at : at + element.rows]]
-        at += element.rows
+        if element.name == "face":
+            yield "face", _text_faces(lines, element, budget)
+            continue
+        numbers = array("d")
+        plain = not any(one.count for one in element.properties)
+        names = [one.name for one in element.properties]
+        axes = [names.index(axis) for axis in "xyz"] if element.name == "vertex" else []
+        pattern = run_of(*[NUMBER if one.kind[0] == "f" else INDEX for one in element.properties])
+        left = element.rows
+        while left:
+            if plain and left >= LONGEST_RUN and (run := lines.run(pattern)):
+                left -= run.count(b"\n")
+                table = floats(run).reshape(-1, len(names))[:, axes]
+                budget.take(table.nbytes)
+                numbers.frombytes(table.tobytes())
+                continue
+            row = _row(_words(lines), element)
+            left -= 1
+            if axes:
+                budget.take(24)
+                numbers.extend(row)
+        yield element.name, np.frombuffer(numbers).reshape(-1, 3)
+    if lines.filled() is not None:
+        raise ValueError("it has more lines than its header claims")
+
+
+def _text_faces(lines: Lines, element: _Element, budget: Budget) -> NDArray[np.int64]:
+    triangles = array("q")
+    left = element.rows
+    while left:
+        if len(element.properties) == 1 and left >= LONGEST_RUN and (run := lines.run(_TRIANGLES)):
+            left -= run.count(b"\n")
+            index = integers(run).reshape(-1, 4)[:, 1:]
+            budget.take(index.nbytes)
+            triangles.frombytes(index.tobytes())
+            continue
+        row = _row(_words(lines), element)
+        left -= 1
+        _add_fan(row, triangles, budget)
+    return np.frombuffer(triangles, np.int64).reshape(-1, 3)
+
+
+def _words(lines: Lines) -> list[str]:
+    line = lines.filled()
+    if line is None:
+        raise ValueError("it has fewer lines than its header claims")
+    return line.split()
 
 
 def _row(words: list[str], element: _Element) -> list[float]:

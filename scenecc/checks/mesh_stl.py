@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+import re
+from array import array
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from scenecc.checks.mesh_data import AssetError, MeshData, Reading, number, part, plain_text
+from scenecc.checks.mesh_data import AssetError, MeshData, Reading, number, part
+from scenecc.checks.mesh_text import NUMBER, Budget, Lines, floats, line_of, run_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _TEXT_FACET = 21
@@ -22,6 +30,19 @@ _WORDS = {
 }
 _LINES = {"facet": 5, "outer": 2, "vertex": 4, "endloop": 1, "endfacet": 1}
 """How many words the line has that begins so: SAPIEN's reader goes by lines."""
+_FACETS = run_of(
+    lines=rb"[ \t]*".join(
+        [
+            b"",
+            line_of(b"facet", b"normal", NUMBER, NUMBER, NUMBER),
+            line_of(b"outer", b"loop"),
+            *[line_of(b"vertex", NUMBER, NUMBER, NUMBER)] * 3,
+            line_of(b"endloop"),
+            line_of(b"endfacet"),
+        ]
+    )
+)
+_WORD = re.compile(rb"facet|normal|outer|loop|vertex|endloop|endfacet")
 _NUMBERS = [2, 3, 4, 8, 9, 10, 12, 13, 14, 16, 17, 18]
 
 
@@ -31,12 +52,12 @@ def read_stl(data: bytes, reading: Reading) -> MeshData:
     Raises:
         AssetError: it is neither a whole binary STL nor a whole text one.
     """
-    del reading
+    budget = Budget(reading.max_bytes)
     count = int.from_bytes(data[80:84], "little")
     if len(data) >= 84 and len(data) == 84 + 50 * count:
         corners = np.frombuffer(data, _FACET, count, 84)["corners"].reshape(-1, 3)
     elif data.lstrip()[:5].lower() == b"solid":
-        corners = _text_corners(data)
+        corners = _text_corners(data, budget)
     else:
         said = f"says {count} triangles" if len(data) >= 84 else "is shorter than its header"
         raise AssetError(
@@ -44,29 +65,46 @@ def read_stl(data: bytes, reading: Reading) -> MeshData:
         )
     if not len(corners):
         return MeshData(())
+    budget.take(corners.nbytes)
     vertices, index = np.unique(corners, axis=0, return_inverse=True)
     return MeshData((part(vertices, index.reshape(-1, 3)),))
 
 
-def _text_corners(data: bytes) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
+def _text_corners(data: bytes, budget: Budget) -> NDArray[np.float32]:
+    corners = array("f")
+    words: list[str] = []
     try:
-        words = [word for line in plain_text(data.lower()).split("\n") for word in _words(line)]
+        lines = Lines(data)
+        while True:
+            if not words and (run := lines.run(_FACETS)):
+                numbers = floats(_WORD.sub(b" ", run)).reshape(-1, 12)[:, 3:]
+                with np.errstate(over="ignore"):
+                    found = numbers.astype(np.float32)
+                budget.take(found.nbytes)
+                corners.frombytes(found.tobytes())
+                continue
+            line = lines.line()
+            if line is None:
+                break
+            words += _words(line.lower())
+            if len(words) >= _TEXT_FACET:
+                budget.take(36)
+                with np.errstate(over="ignore"):
+                    corners.frombytes(np.array(_facet(words[:_TEXT_FACET])).astype(np.float32).tobytes())
+                del words[:_TEXT_FACET]
     except ValueError as error:
         raise AssetError("SC412", f"the STL cannot be read: {error}", "export the mesh again") from error
-    if len(words) % _TEXT_FACET:
+    if words:
         raise AssetError("SC412", "the STL is cut short within a triangle", "export the mesh again")
-    if not words:
-        return np.zeros((0, 3), dtype=np.float32)
-    table = np.array(words).reshape(-1, _TEXT_FACET)
+    return np.frombuffer(corners, np.float32).reshape(-1, 3)
+
+
+def _facet(words: list[str]) -> list[float]:
+    """The nine coordinates of a triangle."""
     for column, word in _WORDS.items():
-        if not bool((table[:, column] == word).all()):
-            raise AssetError("SC412", f"the STL lacks the word `{word}`", "export the mesh again")
-    try:
-        with np.errstate(over="ignore"):
-            numbers = np.array([[number(str(word)) for word in row] for row in table[:, _NUMBERS]])
-            return numbers[:, 3:].astype(np.float32).reshape(-1, 3)
-    except ValueError as error:
-        raise AssetError("SC412", f"the STL cannot be read: {error}", "export the mesh again") from error
+        if words[column] != word:
+            raise ValueError(f"it lacks the word `{word}`")
+    return [number(words[column]) for column in _NUMBERS][3:]
 
 
 def _words(line: str) -> list[str]:

@@ -6,7 +6,7 @@ import codecs
 import os
 import re
 import stat
-from typing import IO, TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, cast
 
 from scenecc.diagnostics import Location, Sink
 from scenecc.source.lines import Lines
@@ -54,9 +54,10 @@ def read_some(stream: IO[str] | IO[bytes], name: str | None, sink: Sink, limits:
     text: list[str] = []
     content = bytearray()
     left = limits.text_bytes + 1
+    piece: str | bytes | None = b""
     try:
         # An unbuffered stream gives what it has at the time, and nothing only at its end.
-        while left > 0 and (piece := stream.read(left)):
+        while left > 0 and (piece := cast("str | bytes | None", stream.read(left))):
             if isinstance(piece, str):
                 text.append(piece)
             else:

@@ -110,7 +110,7 @@ def crashes_the_reader(path: Path) -> bool:
 
 
 def named_by(path: Path) -> list[Path]:
-    """Buffers and images of a glTF, text or binary, material libraries of an OBJ and their images. Others hold all in one file."""
+    """Buffers and images of a glTF, material libraries of an OBJ and their images. Others hold all in one file."""
     try:
         match path.suffix.lower():
             case ".gltf" | ".glb":
