@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
 from scenecc.diagnostics import Diagnostic, Sink
-from scenecc.front import Compiled, Options, Source, compile_source, select_scenes
+from scenecc.front import Compiled, Options, Source, compile_source, integer, select_scenes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -35,6 +36,7 @@ __all__ = [
     "emit_scene",
     "json_schema",
     "load_scene",
+    "plan_text",
     "validate",
 ]
 
@@ -60,9 +62,8 @@ class SceneError(Exception):
 
     @property
     def at_fault(self) -> Literal["scene", "machine"]:
-        """The scene, or the engine and the machine (codes SC8xx)."""
-        errors = [d for d in self.diagnostics if d.severity == "error"]
-        return "machine" if errors and all(d.code.startswith("SC8") for d in errors) else "scene"
+        """The scene, or the engine and the machine (codes SC8xx), which count first where both are."""
+        return "machine" if any(d.severity == "error" and d.code[2] == "8" for d in self.diagnostics) else "scene"
 
 
 def validate(
@@ -93,7 +94,7 @@ def validate(
 
     Raises:
         ValueError: an argument is out of its range.
-        TypeError: the source is none of the above.
+        TypeError: the source is none of the above, or a number is no integer (Python's or numpy's, and no flag).
     """
     sink = Sink()
     compile_source(source, Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits), sink)
@@ -125,7 +126,7 @@ def load_scene(
     source: Source,
     *,
     num_scenes: int | None = None,
-    scene_idxs: Sequence[int] | None = None,
+    scene_idxs: Iterable[int] | None = None,
     seed: int | None = None,
     params: Mapping[str, Any] | None = None,
     draws: Mapping[str, Any] | None = None,
@@ -158,6 +159,8 @@ def load_scene(
         ValueError: an argument is out of its range.
     """
     sink = Sink()
+    if scene_idxs is not None:
+        scene_idxs = [integer(index, "an index in scene_idxs", 0) for index in scene_idxs]
     options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
     plan = _compiled(source, options, sink).plan
     return _instantiated(plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit)
@@ -203,7 +206,7 @@ def build_scene(
         source: as for `validate`.
         num_scenes: in place of the file's.
         seed: in place of the file's.
-        scenes: which to build, as `scene_idxs` of a file: `0:4`, `::2`, `0,2`; every one by default.
+        scenes: which to build, as `scene_idxs` of a file: `0:4`, `::2`, `0,2`; all by default.
         backend: where PhysX runs.
         dry_run: compile only; no engine is started.
         render: as for `load_scene`.
@@ -279,6 +282,13 @@ def emit_scene(
     return text
 
 
+def plan_text(plan: ScenePlan, *, base: Path | None = None) -> str:
+    """A compiled plan as JSON, without checking it or its files again. `base`: as for `emit_scene`."""
+    from scenecc.plan.to_json import plan_to_json
+
+    return plan_to_json(plan, base=base)
+
+
 def check_limits(limits: Mapping[str, int] | None) -> None:
     """Whether `limits` can be given to the functions above.
 
@@ -327,18 +337,12 @@ def _instantiated(
     return batch
 
 
+_IN = {"EntityBatch": "backends.sapien", "SceneBatch": "backends.sapien", "ScenePlan": "plan", "SummaryRow": "summary"}
+"""Folders of the classes below."""
+
+
 def __getattr__(name: str) -> object:
     """Classes that load an engine or numpy, when somebody asks for them."""
-    if name in ("EntityBatch", "SceneBatch"):
-        from scenecc.backends import sapien
-
-        return getattr(sapien, name)
-    if name == "SummaryRow":
-        from scenecc.summary import SummaryRow
-
-        return SummaryRow
-    if name == "ScenePlan":
-        from scenecc.plan import ScenePlan
-
-        return ScenePlan
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name not in _IN:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"scenecc.{_IN[name]}"), name)

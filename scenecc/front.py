@@ -7,6 +7,7 @@ import re
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
+from operator import index
 from os import PathLike, fspath
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, TypeGuard, Union
@@ -29,6 +30,7 @@ Source = Union[str, "PathLike[str]", IO[str], IO[bytes], Mapping[str, Any], "Sce
 
 _PLAN_KEY = "scenecc_plan"
 _PLAN_TEXT = re.compile(r'\s*\{\s*"scenecc_plan"\s*:')
+_INDEX = re.compile(r"\s*[0-9]{1,18}\s*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,11 +63,10 @@ class Options:
 
         Raises:
             ValueError: one is out of its range.
+            TypeError: a number is no integer.
         """
-        if num_scenes is not None and (isinstance(num_scenes, bool) or num_scenes < 1):
-            raise ValueError(f"num_scenes is at least 1, not {num_scenes!r}")
-        if seed is not None and (isinstance(seed, bool) or seed < 0):
-            raise ValueError(f"seed is at least 0, not {seed!r}")
+        num_scenes = None if num_scenes is None else integer(num_scenes, "num_scenes", 1)
+        seed = None if seed is None else integer(seed, "seed", 0)
         given = tuple(what for what, value in (("parameters", params), ("shared draws", draws)) if value)
         return cls(num_scenes, seed, given, asset_roots(roots), allow_outside_assets, make_limits(limits))
 
@@ -78,12 +79,30 @@ class Compiled:
     timings: dict[str, float]
 
 
+def integer(value: object, name: str, least: int) -> int:
+    """An argument that is an integer, Python's or numpy's.
+
+    Raises:
+        TypeError: it is none; True and False are none either.
+        ValueError: it is below `least`.
+    """
+    try:
+        number = index(value)  # pyright: ignore[reportArgumentType] - asked, not assumed
+    except TypeError:
+        number = None
+    if number is None or isinstance(value, bool):
+        raise TypeError(f"{name} must be an integer, not {value!r}")
+    if number < least:
+        raise ValueError(f"{name} must be at least {least}, not {number}")
+    return number
+
+
 def select_scenes(scenes: str, num_scenes: int, sink: Sink) -> tuple[int, ...] | None:
     """The scenes that a command line selects, in the notation of a file; None where that was reported."""
     from scenecc.lower.selection import select
 
     found = Sink()
-    items = [int(item) if item.strip().isdecimal() else item for item in scenes.split(",")]
+    items = [int(item) if _INDEX.fullmatch(item) else item for item in scenes.split(",")]
     chosen = select(items, num_scenes, Origin(None), found)
     for diagnostic in found.diagnostics():
         sink.report("SC908", diagnostic.message, Location("--scenes"), hint=diagnostic.hint)
@@ -166,8 +185,8 @@ def _read(source: Source, limits: Limits, sink: Sink) -> _Input | None:
     path: Path | None = None
     if isinstance(source, Mapping):
         document = read_dict(source, sink, limits)
-        return document and _Input(document, json.dumps(document.data) if _PLAN_KEY in source else None)
-    if isinstance(source, str) and _PLAN_TEXT.match(source):
+        return document and _input(document)
+    if isinstance(source, str) and _is_plan_json(source):
         name, content = "<plan>", source
     elif isinstance(source, str | PathLike):
         name, path = fspath(source), Path(source).absolute()
@@ -181,10 +200,29 @@ def _read(source: Source, limits: Limits, sink: Sink) -> _Input | None:
     text = None if content is None else decode(content, name, sink, limits)
     if text is None:
         return None
-    if _PLAN_TEXT.match(text):
+    if _is_plan_json(text):
         return _Input(Document(name, path, {}, Lines(name, text)), text)
     document = read_text(text, name, sink, limits, path)
-    return document and _Input(document)
+    return document and _input(document)
+
+
+def _input(document: Document) -> _Input:
+    """A plan may have become YAML or Python data on its way."""
+    is_plan = _PLAN_KEY in document.data
+    return _Input(document, json.dumps(document.data, ensure_ascii=False) if is_plan else None)
+
+
+def _is_plan_json(text: str) -> bool:
+    """Whether JSON has the key of a plan at its top level. Text without that key anywhere is not parsed for it."""
+    if _PLAN_TEXT.match(text):
+        return True
+    if f'"{_PLAN_KEY}"' not in text or text.lstrip()[:1] != "{":
+        return False
+    try:
+        data: object = json.loads(text)
+    except (ValueError, RecursionError):
+        return False
+    return isinstance(data, dict) and _PLAN_KEY in data
 
 
 def _lowered(

@@ -43,7 +43,11 @@ def main() -> None:
     except Exception:  # noqa: BLE001 - the process's edge: its status must not blame the scene
         import traceback
 
-        traceback.print_exc()
+        from scenecc.diagnostics.render.terminal import visible
+
+        # What went wrong may quote a scene.
+        for line in traceback.format_exc().splitlines():
+            print_err(f"{visible(line)}\n")
         sys.exit(_fault("this is a fault of scenecc, not of your scene"))
 
 

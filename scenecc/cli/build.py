@@ -20,12 +20,13 @@ from scenecc.cli.options import (
     NumScenes,
     SceneArgument,
     Seed,
+    Steps,
     parse_limits,
 )
 from scenecc.cli.output import STDOUT, base_folder, print_err, print_out, write
 from scenecc.cli.progress import counted, progress
 from scenecc.cli.report import print_asides, status, usage_error
-from scenecc.cli.table import stage_times, table
+from scenecc.cli.table import plain, stage_times, table
 
 if TYPE_CHECKING:
     from scenecc.api import Build, SceneBatch
@@ -56,7 +57,7 @@ def build(
         str | None, typer.Option("--scenes", metavar="IDXS", help="Build some of the scenes only: 0:4 or 0,2 or ::2.")
     ] = None,
     backend: Annotated[Backend, typer.Option("--backend", help="Where PhysX runs.")] = Backend.cpu,
-    steps: Annotated[int, typer.Option("--steps", metavar="N", min=0, help="Simulate N steps once it is built.")] = 0,
+    steps: Steps = 0,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Compile only: no engine is started.")] = False,
     output: Annotated[
         str | None, typer.Option("--output", "-o", metavar="PLAN.json", help="Write the plan; - is standard output.")
@@ -111,7 +112,7 @@ def build(
             timings |= _step(result.batch, steps)
     diagnostics = list(result.diagnostics)
     if output is not None:
-        reason = write(output, api.emit_scene(result.plan, "json", base=base_folder(output)))
+        reason = write(output, api.plan_text(result.plan, base=base_folder(output)))
         if reason is not None:
             diagnostics.append(usage_error("SC904", reason, file=output))
     if form is Format.text:
@@ -138,7 +139,7 @@ def _summary(result: Build, timings: dict[str, float]) -> str:
     some = f"{count} of " if count < plan.num_scenes else ""
     scenes = f"{some}{plan.num_scenes} scene{'' if plan.num_scenes == 1 else 's'}"
     rows = table(result.summary, color=wants_color(sys.stdout))
-    return f"{rows}\n{plan.name}: {done} {scenes}\n{stage_times(timings)}\n"
+    return f"{rows}\n{plain(plan.name)}: {done} {scenes}\n{stage_times(timings)}\n"
 
 
 def _finish(diagnostics: list[Diagnostic], form: Format) -> NoReturn:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, Final
 
 import typer
 
-_INTEGER: Final = re.compile(r"[0-9][0-9_]{0,18}")
+_INTEGER: Final = re.compile(r"[0-9]{1,18}|[0-9]{1,3}(?:_[0-9]{3}){1,5}")
+
+_SHOWN: Final = 40
 
 
 class Format(str, Enum):
@@ -19,6 +22,25 @@ class Format(str, Enum):
     json = "json"
     github = "github"
     sarif = "sarif"
+
+
+def at_least(least: int, *, digits: int = 18) -> Callable[[str | int], int]:
+    """What reads an option's integer: ASCII digits, and no more of them than what follows can count with."""
+
+    def parse(text: str | int) -> int:
+        written = str(text)
+        if not (written.isascii() and written.isdecimal() and len(written) <= digits) or int(written) < least:
+            raise typer.BadParameter(f"{shown(written)} is not an integer from {least} on, of at most {digits} digits")
+        return int(written)
+
+    return parse
+
+
+def shown(text: str) -> str:
+    """What somebody wrote, in quotes, in short and harmless."""
+    from scenecc.diagnostics.render.terminal import visible
+
+    return f"'{visible(text[:_SHOWN])}{'…' if len(text) > _SHOWN else ''}'"
 
 
 def parse_limits(given: list[str] | None) -> dict[str, int]:
@@ -33,7 +55,7 @@ def parse_limits(given: list[str] | None) -> dict[str, int]:
     for item in given or ():
         name, _, value = (part.strip() for part in item.partition("="))
         if not _INTEGER.fullmatch(value):
-            message = f"'{item}' is not name=integer, as in depth=200"
+            message = f"{shown(item)} is not name=integer, as in depth=200"
             raise typer.BadParameter(message, param_hint="'--limit'")
         limits[name] = int(value)
     try:
@@ -47,10 +69,17 @@ SceneArgument = Annotated[
     str, typer.Argument(metavar="SCENE", help="A scene file, or - for standard input.", show_default=False)
 ]
 NumScenes = Annotated[
-    int | None, typer.Option("--num-scenes", metavar="N", min=1, help="How many scenes, in place of the file's.")
+    int | None,
+    typer.Option("--num-scenes", metavar="N", parser=at_least(1), help="How many scenes, in place of the file's."),
 ]
 Seed = Annotated[
-    int | None, typer.Option("--seed", min=0, metavar="S", help="Seed of every draw, in place of the file's.")
+    int | None,
+    typer.Option(
+        "--seed", metavar="S", parser=at_least(0, digits=100), help="Seed of every draw, in place of the file's."
+    ),
+]
+Steps = Annotated[
+    int, typer.Option("--steps", metavar="N", parser=at_least(0), help="Simulate N steps once it is built.")
 ]
 AssetRoots = Annotated[
     list[Path] | None,

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Final
+
+from scenecc.diagnostics.render.terminal import visible
 
 if TYPE_CHECKING:
     from scenecc.api import SummaryRow
@@ -12,6 +15,15 @@ _BOLD: Final = "\x1b[1m{}\x1b[0m"
 _HEAD: Final = ("name", "body", "shapes", "mass [kg]", "size [m]", "scenes")
 _RIGHT: Final = frozenset({2, 3})
 """Columns of numbers."""
+
+
+_COMMAND: Final = re.compile(r"^(?=\s*::)|(?<=##)(?=\[)")
+"""Where GitHub's runner, which reads what a job prints, sees a command of its own."""
+
+
+def plain(text: str) -> str:
+    """A scene's text as part of one line, which neither a terminal nor a CI runner acts upon."""
+    return _COMMAND.sub(r"\\", visible(text))
 
 
 def table(rows: Sequence[SummaryRow], *, color: bool) -> str:
@@ -55,7 +67,7 @@ def _padded(row: Sequence[str], widths: Sequence[int]) -> list[str]:
 def _cells(row: SummaryRow) -> tuple[str, ...]:
     size = "–" if row.size is None else " × ".join(f"{length:.4g}" for length in row.size)
     mass = "–" if row.mass is None else f"{row.mass:.4g}"
-    return (row.name, row.body_type, str(row.shape_count), mass, size, index_ranges(row.scene_idxs))
+    return (plain(row.name), row.body_type, str(row.shape_count), mass, size, index_ranges(row.scene_idxs))
 
 
 def _time(seconds: float) -> str:

@@ -21,7 +21,8 @@ PLAN_VERSION = 1
 
 _WIDTH = 100
 _STEP = "  "
-_SURROGATE = re.compile("[\ud800-\udfff]")
+_ESCAPED = re.compile("[\x80-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+"""Half a surrogate pair, which UTF-8 cannot hold, and what breaks, reorders or steers lines where the text is shown."""
 
 
 def plan_to_json(plan: ScenePlan, *, base: Path | None = None) -> str:
@@ -47,8 +48,8 @@ def plan_to_json(plan: ScenePlan, *, base: Path | None = None) -> str:
 
 
 def _escaped(text: str) -> str:
-    """Half a surrogate pair cannot be written as UTF-8."""
-    return text if text.isascii() else _SURROGATE.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
+    """Also what JSON would allow, but no editor or terminal should be given."""
+    return text if text.isascii() else _ESCAPED.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 def _members(node: object, indent: str) -> list[tuple[str, str]]:

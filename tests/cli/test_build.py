@@ -6,7 +6,10 @@ import sys
 from pathlib import Path
 
 import pytest
+import typer
 from cli.running import CUBE
+
+from scenecc.cli.options import at_least, parse_limits
 
 SCENES = """\
 scenecc: 1
@@ -62,7 +65,7 @@ def test_some_of_the_scenes_are_built(run, scene: Path) -> None:
     assert "post" not in rows(run("build", scene, "--scenes", "1").stdout)
 
 
-@pytest.mark.parametrize("scenes", ["4", "2:9", "1,1", "0:0", "some", "", "-1"])
+@pytest.mark.parametrize("scenes", ["4", "2:9", "1,1", "0:0", "some", "", "-1", "9" * 5000, "²", "١"])
 def test_scenes_that_are_not_there_are_wrong_usage(run, scene: Path, scenes: str) -> None:
     done = run("build", scene, f"--scenes={scenes}", "--dry-run")
     assert (done.returncode, done.stdout) == (2, "")
@@ -160,3 +163,50 @@ def test_a_scene_comes_by_standard_input(run) -> None:
     done = run("build", "-", "--dry-run", stdin=CUBE)
     assert done.returncode == 0
     assert "cube" in rows(done.stdout)
+
+
+@pytest.mark.parametrize("option", ["--num-scenes", "--seed", "--steps", "--limit=depth"])
+def test_a_number_of_thousands_of_digits_is_wrong_usage(run, scene: Path, option: str) -> None:
+    done = run("build", scene, "--dry-run", f"{option}={'9' * 5000}")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "Invalid value for" in done.stderr
+    assert len(done.stderr) < 1000
+
+
+@pytest.mark.parametrize("value", ["9" * 19, "١", "²", "1__0", "-1", "1.5", "", "0x1", "x\x1b[2J"])
+def test_numbers_are_short_and_ascii(value: str) -> None:
+    for read in (at_least(0), lambda text: parse_limits([f"depth={text}"])):
+        with pytest.raises(typer.BadParameter) as caught:
+            read(value)
+        assert caught.value.message.isprintable()
+
+
+def test_numbers_keep_their_ranges(run, scene: Path) -> None:
+    assert run("build", scene, "--dry-run", "--num-scenes", "0").returncode == 2
+    done = run("build", scene, "--dry-run", "--seed", "9" * 100, "--steps", "0", "--limit", "text_bytes=1_000_000")
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_plan_is_not_compiled_twice(cube: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from scenecc import api
+    from scenecc.cli.build import build
+
+    compiled: list[object] = []
+    once = api.compile_source
+    monkeypatch.setattr(api, "compile_source", lambda *given: compiled.append(given[0]) or once(*given))
+    with pytest.raises(typer.Exit):
+        build(str(cube), dry_run=True, output=str(tmp_path / "plan.json"), limits=["asset_bytes=1"])
+    assert compiled == [str(cube)]
+
+
+def test_a_stranger_s_names_only_show(run, tmp_path: Path) -> None:
+    plan = json.loads(run("build", "-", "--dry-run", "-o", "-", stdin=CUBE).stdout)
+    plan["name"] = plan["entities"][0]["name"] = "::error::\x1b[2J\n::error::x\u202e"
+    plan["description"] = "\x9b2J\u202e"
+    (tmp_path / "plan.json").write_text(json.dumps(plan))
+    for command in (("build", "--dry-run"), ("build", "--dry-run", "-o", "-"), ("emit", "--to", "python")):
+        done = run(*command, "plan.json")
+        assert done.returncode == 0, done.stderr
+        for text in (done.stdout, done.stderr):
+            assert not set(text) & {"\x1b", "\x9b", "\u202e"}
+            assert not any(line.strip().startswith("::") for line in text.splitlines())

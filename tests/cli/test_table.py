@@ -1,10 +1,14 @@
 from __future__ import annotations
 
+import re
+import unicodedata
+
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
-from scenecc.cli.table import index_ranges, stage_times
+from scenecc.cli.table import index_ranges, plain, stage_times, table
+from scenecc.summary import SummaryRow
 
 
 @pytest.mark.parametrize(
@@ -33,3 +37,15 @@ def test_short_indices_say_the_same(idxs: set[int]) -> None:
 
 def test_stage_times_add_up() -> None:
     assert stage_times({"read": 0.0021, "build": 1.5}) == "read 2.1 ms, build 1.50 s; 1.50 s in all"
+
+
+@given(st.lists(st.text(min_size=1), max_size=4))
+@example(["\x1b[2J", "a\n::error::x", "::error::x", " ::error::x", "##[error]x", "\x9b2J", "\u202ex", "\ud800"])
+def test_names_cannot_steer_a_terminal_or_a_runner(names: list[str]) -> None:
+    rows = [SummaryRow(name, "dynamic", 1, None, None, (0,)) for name in names]
+    lines = table(rows, color=False).removesuffix("\n").split("\n")
+    assert len(lines) == 1 + len(names)
+    for line in lines:
+        assert not re.match(r"\s*::|.*##\[", line)
+        assert not any(unicodedata.category(char) in {"Cc", "Cs", "Zl", "Zp"} or char == "\u202e" for char in line)
+    assert plain("red.box-2 é") == "red.box-2 é"

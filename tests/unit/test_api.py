@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+import dataclasses
+import io
+import json
 import subprocess
 import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from plugins.expectations import GOOD
 
 import scenecc
+from scenecc.api import SceneError
+from scenecc.cli.report import Status, status
+from scenecc.diagnostics import Diagnostic, Location
+from scenecc.plan.to_json import plan_to_json
 
 
 @pytest.mark.parametrize("name", scenecc.__all__)
@@ -29,3 +40,84 @@ def test_every_function_can_be_called_twice() -> None:
         "    assert scenecc.json_schema()\n"
     )
     subprocess.run([sys.executable, "-c", script, str(GOOD / "cube.yaml")], check=True, timeout=60)
+
+
+CUBE = {"scenecc": 1, "entities": {"cube": {"shapes": [{"type": "box", "half_size": [0.1, 0.2, 0.3]}]}}}
+
+
+@pytest.mark.parametrize("name", ["num_scenes", "seed"])
+@pytest.mark.parametrize("value", [True, np.True_, 2.0, "2", np.float64(2), [2], 1j])
+def test_numbers_are_integers(name: str, value: Any) -> None:
+    given: dict[str, Any] = {name: value}
+    for function in (scenecc.validate, scenecc.compile_scene, scenecc.load_scene):
+        with pytest.raises(TypeError, match=f"{name} must be an integer"):
+            function(CUBE, **given)
+
+
+@pytest.mark.parametrize("value", [[True], [0.0], ["0"], "0", [None], np.array([0.5]), np.array([True])])
+def test_indices_are_integers(value: Any) -> None:
+    with pytest.raises(TypeError, match="scene_idxs must be an integer"):
+        scenecc.load_scene(CUBE, scene_idxs=value)
+
+
+def test_numbers_have_a_range() -> None:
+    below: list[dict[str, Any]] = [{"num_scenes": 0}, {"seed": -1}, {"scene_idxs": [-1]}]
+    for given in below:
+        with pytest.raises(ValueError, match="must be at least"):
+            scenecc.load_scene(CUBE, **given)
+
+
+@pytest.mark.parametrize("kind", [int, np.int8, np.uint64])
+def test_numpy_s_integers_are_integers(kind: Any) -> None:
+    plan = scenecc.compile_scene(CUBE, num_scenes=kind(3), seed=kind(7))
+    assert (plan.num_scenes, plan.seed) == (3, 7)
+    assert type(plan.num_scenes) is type(plan.seed) is int
+    with scenecc.load_scene(plan, scene_idxs=np.array([2, 0], kind), render=False) as batch:
+        assert batch.scene_idxs == (0, 2)
+        assert all(type(idx) is int for idx in batch.scene_idxs)
+
+
+@pytest.mark.parametrize(
+    "codes", [["SC101"], ["SC801"], ["SC101", "SC801"], ["SC801", "SC101"], ["SC801", "SC907"]], ids=str
+)
+def test_who_is_at_fault_is_as_the_exit_status_says(codes: list[str]) -> None:
+    diagnostics = [Diagnostic(code, "error", "", Location(None)) for code in codes]
+    assert (SceneError(diagnostics).at_fault == "machine") == (status(diagnostics) is Status.machine)
+    warned = [dataclasses.replace(one, severity="warning") for one in diagnostics]
+    assert SceneError(warned).at_fault == "scene"
+
+
+def _sorted(text: str) -> str:
+    return json.dumps(json.loads(text), sort_keys=True)
+
+
+def _as_yaml(text: str) -> str:
+    """YAML that is no JSON: the plan's own key comes last, and unquoted."""
+    data = json.loads(text)
+    keys = [key for key in data if key != "scenecc_plan"]
+    return "# a plan\n" + "".join(f"{key}: {json.dumps(data[key])}\n" for key in keys) + "scenecc_plan: 1\n"
+
+
+@pytest.mark.parametrize("rewritten", [str, _sorted, _as_yaml, lambda text: "\ufeff" + _sorted(text)])
+def test_a_plan_is_one_in_any_order_and_syntax(rewritten: Callable[[str], str], tmp_path: Path) -> None:
+    plan = scenecc.compile_scene({**CUBE, "description": "é"}, num_scenes=3)
+    text = rewritten(plan_to_json(plan))
+    file = tmp_path / "plan.json"
+    file.write_text(text, encoding="utf-8")
+    sources: list[Any] = [file, io.StringIO(text), io.BytesIO(text.encode())]
+    sources += [text] if text.startswith("{") else []
+    sources += [json.loads(text)] if "# a plan" not in text and text.startswith("{") else []
+    for source in sources:
+        assert scenecc.compile_scene(source) == plan
+    file.write_text(text.replace('"dynamic"', '"dinamic"'), encoding="utf-8")
+    assert [found.code[:3] for found in scenecc.validate(file)] == ["SC7"]
+
+
+def test_a_scene_that_only_speaks_of_plans_is_a_scene(tmp_path: Path) -> None:
+    for description in ('"scenecc_plan": 1', "scenecc_plan"):
+        scene = {**CUBE, "description": description}
+        assert scenecc.validate(scene) == []
+        for text in (json.dumps(scene), json.dumps({**scene, "x-note": {"scenecc_plan": 1}})):
+            assert scenecc.validate(io.StringIO(text)) == []
+    broken = io.StringIO('{"scenecc": 1, "x-a": "scenecc_plan", "scenecc_plan": ')
+    assert {found.code[:3] for found in scenecc.validate(broken)} == {"SC0"}
