@@ -6,10 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
+from scenecc.diagnostics.diagnostic import MAX_REPORTS
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.document import SceneFile
 from scenecc.spec.errors import report_errors
 from scenecc.spec.plain import is_mapping, is_sequence
+from scenecc.spec.start import Start
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
@@ -31,12 +33,39 @@ def parse(data: dict[str, Any], origin: Origin, sink: Sink) -> SceneFile | None:
     try:
         return SceneFile.model_validate(data)
     except ValidationError as problem:
-        errors = problem.errors(include_url=False)
+        many = problem.error_count() > MAX_REPORTS
+        errors = [] if many else problem.errors(include_url=False)
+    if many:
+        clean = without_notes(data)
+        return None if _report_first(clean, origin, sink) else SceneFile.model_validate(clean)
     if any(_is_note(error["loc"][-1]) for error in errors if error["type"] == "extra_forbidden"):
         # Only a file that holds notes pays for their removal.
         return parse(without_notes(data), origin, sink)
     report_errors(errors, data, origin, sink)
     return None
+
+
+def _report_first(data: dict[str, Any], origin: Origin, sink: Sink) -> bool:
+    """Reports the first of very many errors, if there are any without the notes.
+
+    Pydantic lists all or none, and takes a kilobyte for each.
+    """
+    nodes = 4 * MAX_REPORTS
+    while True:
+        start = Start(data, nodes)
+        try:
+            SceneFile.model_validate(start.data)
+        except ValidationError as problem:
+            if start.whole or problem.error_count() >= MAX_REPORTS:
+                report_errors(problem.errors(include_url=False), start.data, origin, sink)
+                if not start.whole:
+                    hint = "mend these first; the rest of the file was not looked at"
+                    sink.report("SC016", f"checking stopped after {MAX_REPORTS} errors", origin, hint=hint)
+                return True
+        else:
+            if start.whole:
+                return False
+        nodes *= 2
 
 
 def _keys(node: Any) -> list[str]:
