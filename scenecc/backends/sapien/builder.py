@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.backends.sapien.columns import poses, taken
+from scenecc.backends.sapien.columns import taken
 from scenecc.backends.sapien.engine import physx, render, sapien
 from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.backends.sapien.knobs import BODY_KNOBS, RENDER_KNOBS
@@ -64,8 +64,12 @@ class BatchActorBuilder(sapien.ActorBuilder):
         self._mass_step = mass_step(structure, rows)
         self._fixed, self._varying = split(BODY_KNOBS.steps(structure, rows))
         self._look = split(RENDER_KNOBS.steps(structure, rows) if self._visuals else [])
-        self._pose_rows = taken(entity.pose, rows).astype(np.float32)
-        self._only_pose = poses(self._pose_rows)[0] if len(self._pose_rows) == 1 else None
+        self._only_pose: Any = None
+        if entity.pose.varies:
+            self._pose_rows = taken(entity.pose, rows).astype(np.float32)
+        else:
+            numbers = entity.pose.numbers()
+            self._only_pose = sapien.Pose(numbers[:3], numbers[3:])
 
     def cook(self) -> list[EngineFailure]:
         """Cooks every mesh once; what the engine refuses."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scenecc.backends.sapien.columns import Column, caller, scalars, taken, vectors
+from scenecc.backends.sapien.columns import Column, caller, scalar_column, taken, vector_column, vectors
 from scenecc.backends.sapien.engine import physx
 from scenecc.plan import Box, Capsule, ConvexMesh, ConvexParts, Cylinder, Plane, Sphere, TriangleMesh
 
@@ -35,21 +35,21 @@ class Build(NamedTuple):
 
 
 def _box(geometry: Box, build: Build) -> Callable[[int], Any]:
-    return caller(physx.PhysxCollisionShapeBox, [vectors(taken(geometry.half_size, build.rows)), build.material])
+    return caller(physx.PhysxCollisionShapeBox, [vector_column(geometry.half_size, build.rows), build.material])
 
 
 def _sphere(geometry: Sphere, build: Build) -> Callable[[int], Any]:
-    return caller(physx.PhysxCollisionShapeSphere, [scalars(taken(geometry.radius, build.rows)), build.material])
+    return caller(physx.PhysxCollisionShapeSphere, [scalar_column(geometry.radius, build.rows), build.material])
 
 
 def _capsule(geometry: Capsule, build: Build) -> Callable[[int], Any]:
-    radius, half_length = taken(geometry.radius, build.rows), taken(geometry.half_length, build.rows)
-    return caller(physx.PhysxCollisionShapeCapsule, [scalars(radius), scalars(half_length), build.material])
+    radius, half_length = scalar_column(geometry.radius, build.rows), scalar_column(geometry.half_length, build.rows)
+    return caller(physx.PhysxCollisionShapeCapsule, [radius, half_length, build.material])
 
 
 def _cylinder(geometry: Cylinder, build: Build) -> Callable[[int], Any]:
-    radius, half_length = taken(geometry.radius, build.rows), taken(geometry.half_length, build.rows)
-    return caller(physx.PhysxCollisionShapeCylinder, [scalars(radius), scalars(half_length), build.material])
+    radius, half_length = scalar_column(geometry.radius, build.rows), scalar_column(geometry.half_length, build.rows)
+    return caller(physx.PhysxCollisionShapeCylinder, [radius, half_length, build.material])
 
 
 def _plane(geometry: Plane, build: Build) -> Callable[[int], Any]:

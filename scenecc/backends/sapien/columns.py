@@ -52,9 +52,21 @@ def poses(data: NDArray[Any]) -> Column:
     return [sapien.Pose(row[:3], row[3:]) for row in data.astype(np.float32, copy=False)]
 
 
+def scalar_column(value: Value, rows: NDArray[np.intp]) -> Column:
+    """Python numbers a row; no array is made where there is none."""
+    return value.data[rows].tolist() if value.varies else [value.numbers()[0]]
+
+
+def vector_column(value: Value, rows: NDArray[np.intp]) -> Column:
+    """Vectors a row: of what is built once, the plan's own tuple, which costs less than an array of it."""
+    if value.varies or len(rows) > 1:
+        return vectors(taken(value, rows))
+    return [value.numbers()]
+
+
 def side_by_side(columns: Sequence[Column]) -> list[tuple[Any, ...]]:
     """The arguments of a call: one tuple in all, or one a row where any column has one item a row."""
-    length = max(map(len, columns))
+    length = max([len(column) for column in columns])
     if length == 1:
         return [tuple([column[0] for column in columns])]
     return list(zip(*[column if len(column) == length else column * length for column in columns], strict=True))
