@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Literal
 
+from scenecc.backends.sapien.selected import scene_indices
 from scenecc.diagnostics import Location
 
 if TYPE_CHECKING:
@@ -71,9 +72,9 @@ def __getattr__(name: str) -> object:
 def _chosen(plan: ScenePlan, scene_idxs: Sequence[int] | None) -> tuple[int, ...]:
     if scene_idxs is None:
         return tuple(range(plan.num_scenes))
-    chosen = tuple(sorted(scene_idxs))
-    if not chosen or len(set(chosen)) != len(chosen):
-        raise ValueError(f"scene_idxs must name at least one scene, each once, not {list(scene_idxs)}")
+    chosen = tuple(sorted(scene_indices(scene_idxs)))
+    if not chosen:
+        raise ValueError("scene_idxs must name at least one scene")
     if chosen[0] < 0 or chosen[-1] >= plan.num_scenes:
         raise ValueError(f"scene_idxs must be in 0 to {plan.num_scenes - 1}, not {list(scene_idxs)}")
     return chosen

@@ -8,6 +8,7 @@ import numpy as np
 
 from scenecc.backends.sapien.engine import physx, sapien
 from scenecc.backends.sapien.rows import pose_rows, vector_rows
+from scenecc.backends.sapien.selected import scene_indices
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -121,12 +122,13 @@ class EntityBatch:
     def _rows(self, scene_idxs: Sequence[int] | None) -> Sequence[int]:
         if scene_idxs is None:
             return range(len(self._objs))
-        missing = [index for index in scene_idxs if index not in self._row_of]
+        asked = scene_indices(scene_idxs)
+        missing = [index for index in asked if index not in self._row_of]
         if missing:
             raise KeyError(
                 f"'{self._name}' is not in scene {missing[0]} of this batch; it is in {list(self._scene_idxs)}"
             )
-        return [self._row_of[index] for index in scene_idxs]
+        return [self._row_of[index] for index in asked]
 
     def _moving(self, what: str) -> list[Any]:
         self._check_open()

@@ -1,0 +1,31 @@
+from typing import Any
+
+import numpy as np
+import pytest
+
+import scenecc
+from scenecc.backends.sapien.selected import scene_indices
+
+BALL: dict[str, Any] = {
+    "scenecc": 1,
+    "num_scenes": 4,
+    "entities": {"ball": {"shapes": [{"type": "sphere", "radius": 0.1}]}},
+}
+
+
+def test_integers_of_any_kind_become_pythons() -> None:
+    found = scene_indices(np.array([2, 0]))
+    assert found == (2, 0)
+    assert all(type(index) is int for index in found)
+
+
+@pytest.mark.parametrize(
+    ("given", "error"),
+    [([1.5], TypeError), ([True, False], TypeError), (np.array([True, False]), TypeError), ([1, 1], ValueError)],
+    ids=str,
+)
+def test_nothing_else_is_taken_for_an_index(given: Any, error: type[Exception]) -> None:
+    with pytest.raises(error):
+        scenecc.load_scene(BALL, scene_idxs=given, render=False)
+    with scenecc.load_scene(BALL, render=False) as batch, pytest.raises(error):
+        batch.entities["ball"].set_pose([0, 0, 1, 1, 0, 0, 0], scene_idxs=given)
