@@ -84,3 +84,15 @@ def test_refused_targets_are_not_written_either(tmp_path: Path) -> None:
     assert write(str(tmp_path), "text") is not None
     assert write(str(tmp_path / "no" / "plan.json"), "text") is not None
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_scene_is_not_written_over_itself(tmp_path: Path) -> None:
+    from scenecc.cli.arguments import path_faults
+
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("scenecc: 1\n", encoding="utf-8")
+    (tmp_path / "link.yaml").symlink_to(scene)
+    for name in ("scene.yaml", "link.yaml"):
+        (fault,) = path_faults(str(scene), str(tmp_path / name))
+        assert fault.code == "SC904"
+    assert path_faults(str(scene), str(tmp_path / "plan.json")) == []
