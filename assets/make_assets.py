@@ -56,7 +56,8 @@ def lathe(profile: Floats, segments: int) -> Surface:
                 faces.append((a, b + 1, b))
             if profile[row][0] > 0:
                 faces.append((a, a + 1, b + 1))
-    return Surface(np.round(vertices, 6) + 0.0, np.round(uv, 6), np.array(faces))
+    rounded = np.round(vertices, 6).astype(np.float64) + 0.0
+    return Surface(rounded, np.round(uv, 6).astype(np.float64), np.array(faces))
 
 
 def bowl() -> Surface:
@@ -201,7 +202,7 @@ def checker(size: int = 64, squares: int = 8) -> NDArray[np.uint8]:
     """Light and dark squares."""
     index = np.arange(size) * squares // size
     dark = (index[:, None] + index[None, :]) % 2 == 1
-    return np.where(dark[..., None], np.uint8([60, 90, 120]), np.uint8([230, 220, 200])).astype(np.uint8)
+    return np.where(dark[..., None], [60, 90, 120], [230, 220, 200]).astype(np.uint8)
 
 
 def bumps(size: int = 64, count: int = 4) -> NDArray[np.uint8]:

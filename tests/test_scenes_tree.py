@@ -60,6 +60,7 @@ def test_bad_files_give_exactly_what_they_state(file: Path) -> None:
 @pytest.mark.parametrize("file", [file for file in [*GOOD_FILES, *BAD_FILES] if data_of(file) is not None], ids=file_id)
 def test_a_dict_gives_what_its_file_gives(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     data = data_of(file)
+    assert data is not None
     # A scene that comes as a dict names its files from the current folder.
     monkeypatch.chdir(file.parent)
     by_file, by_dict = validate(file), validate(data)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 from plugins.sample_plans import ROOT, SAMPLES
+from sapien import physx
 
 from scenecc import compile_scene
 from scenecc.backends.sapien import instantiate
@@ -80,7 +81,9 @@ def run_backend(plan: ScenePlan, *, render: bool = False) -> tuple[Any, Any]:
         for _ in range(STEPS):
             scene.step()
             moves.append(scene.pack_poses())
-        moves.append(scene.physx_system.pack())
+        system = scene.physx_system
+        assert isinstance(system, physx.PhysxCpuSystem)
+        moves.append(system.pack())
     batch.close()
     return facts, moves
 

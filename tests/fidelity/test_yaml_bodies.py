@@ -153,7 +153,10 @@ def test_everything_at_once() -> None:
 
 SETTINGS: dict[str, tuple[str, Any]] = {
     "timestep": ("0.004", None),
-    "gravity": ("[1, 0, -3]", lambda: physx.set_scene_config(gravity=[1, 0, -3])),
+    "gravity": (
+        "[1, 0, -3]",
+        lambda: physx.set_scene_config(gravity=[1, 0, -3]),  # pyright: ignore[reportArgumentType] - a list is taken
+    ),
     "bounce_threshold": ("0.1", lambda: physx.set_scene_config(bounce_threshold=0.1)),
     "enable_pcm": ("false", lambda: physx.set_scene_config(enable_pcm=False)),
     "enable_tgs": ("false", lambda: physx.set_scene_config(enable_tgs=False)),

@@ -153,7 +153,9 @@ def test_a_plane_is_what_add_ground_builds(altitude: float) -> None:
         with load(text) as batch:
             assert_same_scene(batch.scenes[0], scene)
             assert_same_trajectory(batch.scenes, [scene])
-            shapes = batch.entities["ground"].objs[0].components[0].collision_shapes
+            ground_body = batch.entities["ground"].objs[0].components[0]
+            assert isinstance(ground_body, physx.PhysxRigidBaseComponent)
+            shapes = ground_body.collision_shapes
             assert list(shapes[0].local_pose.q) == pytest.approx(UP, abs=1e-7)
 
 

@@ -167,6 +167,7 @@ def _scalar(kind: Any, said: list[Any], name: str) -> Make:
         return _one_of(True, False)
     if kind is str:
         pattern = next((item.pattern for item in said if isinstance(item, StringConstraints) and item.pattern), None)
+        assert pattern is None or isinstance(pattern, str)
         if pattern == NAME_PATTERN:
             return _one_of(*ENTITIES)
         if pattern is not None:

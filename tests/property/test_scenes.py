@@ -128,7 +128,8 @@ def mutated(scene: dict[str, Any], random: Random) -> dict[str, Any]:
         if change == "delete":
             del container[key]
         elif change == "rename" and isinstance(container, dict):
-            container[random.choice([key + "x", key[1:], key.upper(), "type"])] = container.pop(key)
+            word = str(key)
+            container[random.choice([word + "x", word[1:], word.upper(), "type"])] = container.pop(key)
         elif change == "swap" and other:
             place = random.choice(list(other) if isinstance(other, dict) else list(range(len(other))))
             one, two = copy.deepcopy(container[key]), copy.deepcopy(other[place])
@@ -190,10 +191,12 @@ def parsed(path: str) -> list[str | int]:
 
 def exists(node: Any, path: list[str | int]) -> bool:
     for key in path:
+        items: Any = node
         if isinstance(key, str):
-            if not isinstance(node, dict) or key not in node:
-                return False
-        elif not isinstance(node, (list, tuple)) or key >= len(node):
+            there = isinstance(node, dict) and key in node
+        else:
+            there = isinstance(node, (list, tuple)) and key < len(node)
+        if not there:
             return False
-        node = node[key]
+        node = items[key]
     return True

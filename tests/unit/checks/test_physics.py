@@ -141,7 +141,7 @@ def test_one_bad_scene_of_many_is_enough(sink: Any) -> None:
     ids=str,
 )
 def test_offsets_left_out_are_those_of_the_scene(physics: Any, shape: Any, bad: bool, sink: Any) -> None:
-    given = {f"{key}_offset": constant(value) for key, value in shape.items()}
+    given: dict[str, Any] = {f"{key}_offset": constant(value) for key, value in shape.items()}
     check(sink, entity("a", body(CollisionShape(Box(constant([1, 1, 1])), **given))), physics=Physics(**physics))
     if bad:
         sink.take("SC507")

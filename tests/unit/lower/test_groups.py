@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sapien import physx
 from unit.lower.scenes import BALL, codes, entity, scene
 
 from scenecc import compile_scene, load_scene
@@ -60,8 +61,9 @@ def test_all_of_a_body_s_shapes_get_them_in_the_engine() -> None:
         {"shapes": [*BALL, *BALL], "collision_group": "b"}, collision_groups={"a": {"ignore": ["b"]}, "b": {}}
     )
     with load_scene(document, render=False) as batch:
-        shapes = batch.entities["body"].objs[0].components[0].collision_shapes
-        assert [shape.collision_groups for shape in shapes] == [[4, 0b101, 0, 0]] * 2
+        component = batch.entities["body"].objs[0].components[0]
+        assert isinstance(component, physx.PhysxRigidBaseComponent)
+        assert [shape.collision_groups for shape in component.collision_shapes] == [[4, 0b101, 0, 0]] * 2
 
 
 @pytest.mark.parametrize("bits", [[0, 0, 0, 0], [2**32 - 1, 1, 7, 65535]])

@@ -121,7 +121,8 @@ def test_a_chain_is_the_product_of_its_matrices(poses: list[Any]) -> None:
     last = {"p": [0.1, 0.2, 0.3], "rpy": [0.1, 0.2, 0.3]}
     expected = np.eye(4)
     for pose in [*poses, last]:
-        step = transformations.euler_matrix(*pose["rpy"], "sxyz")
+        roll, pitch, yaw = pose["rpy"]
+        step = transformations.euler_matrix(roll, pitch, yaw, "sxyz")
         step[:3, 3] = pose["p"]
         expected = expected @ step
     np.testing.assert_allclose(transform(found), expected, atol=1e-12)
