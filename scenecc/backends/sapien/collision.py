@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.resources import Resources
     from scenecc.plan import CollisionGeometry
 
-Make = "Callable[[int], Any]"
-
 
 class Build(NamedTuple):
     """What a row of the table is given.

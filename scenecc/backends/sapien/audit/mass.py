@@ -30,8 +30,6 @@ CYLINDER = 32 / (2 * math.pi) * math.sin(2 * math.pi / 32)
 RELATIVE_TOLERANCE = 1e-4
 """Between an engine that adds in float32 and this."""
 
-Rows = "NDArray[np.intp]"
-
 
 def stored(value: NDArray[np.float64]) -> NDArray[np.float32]:
     """What PhysX gives back of a mass or a moment of inertia: it keeps the inverse, in float32."""
