@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenecc.cli.find import STDIN
@@ -24,9 +25,16 @@ def path_faults(scene: str, output: str | None, form: Format = Format.text) -> l
     if output == STDOUT and form is not Format.text:
         message = f"standard output cannot hold both the result (`-o -`) and diagnostics as {form.value}"
         faults.append(usage_error("SC906", message, file=output, hint="name a file after -o"))
-    elif scene != STDIN and os.path.exists(scene) and os.path.exists(output) and os.path.samefile(scene, output):
+    elif scene != STDIN and _is_same_file(scene, output):
         message = f"`{output}` is the scene itself, which would be lost"
         faults.append(usage_error("SC904", message, file=output, hint="name another file after -o"))
     elif (reason := refusal(output)) is not None:
         faults.append(usage_error("SC904", reason, file=output))
     return faults
+
+
+def _is_same_file(scene: str, output: str) -> bool:
+    try:
+        return Path(scene).samefile(output)
+    except OSError:  # one is not there, or cannot be
+        return False

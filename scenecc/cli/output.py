@@ -37,6 +37,12 @@ def refusal(target: str) -> str | None:
     if target == STDOUT:
         return None
     path = Path(target)
+    try:
+        path.lstat()
+    except FileNotFoundError:
+        pass
+    except OSError as error:  # a name too long, a folder that may not be entered
+        return f"`{target}` cannot be written: {error.strerror}"
     if path.is_dir():
         return f"`{target}` is a folder"
     if not path.parent.is_dir():

@@ -139,6 +139,8 @@ def test_a_bad_scene_is_told_on_standard_error_and_writes_nothing(run, tmp_path:
         (("gone.yaml",), "SC901"),
         (("scene.yaml", "-o", "."), "SC904"),
         (("scene.yaml", "-o", "no/plan.json"), "SC904"),
+        (("scene.yaml", "-o", "p" * 300), "SC904"),
+        (("scene.yaml", "-o", "scene.yaml/plan.json"), "SC904"),
     ],
 )
 def test_paths_that_cannot_be_are_wrong_usage(run, scene: Path, arguments: tuple[str, ...], code: str) -> None:
