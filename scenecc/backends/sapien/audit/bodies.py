@@ -28,8 +28,13 @@ _shapes_of = physx.PhysxRigidBaseComponent.get_collision_shapes
 _mass_of = physx.PhysxRigidBodyComponent.get_mass
 
 
-def look_at_entities(turns: Sequence[Turn], scenes: Sequence[Any], scene_idxs: Sequence[int], sweep: Sweep) -> None:
-    """That each scene holds the plan's entities and no others, in the plan's order, with their names and poses."""
+def look_at_entities(
+    turns: Sequence[Turn], scenes: Sequence[Any], scene_idxs: Sequence[int], sweep: Sweep, *, every_name: bool
+) -> None:
+    """That each scene holds the plan's entities and no others, in the plan's order, with their names and poses.
+
+    `every_name`: in all scenes, not only in the first and the last (order and identity are looked at in all).
+    """
     number_of = {index: number for number, index in enumerate(scene_idxs)}
     scene = np.array([number_of[index] for turn in turns for index in turn.scene_idxs], dtype=np.intp)
     entities: list[list[Any]] = [each.entities for each in scenes]
@@ -45,7 +50,10 @@ def look_at_entities(turns: Sequence[Turn], scenes: Sequence[Any], scene_idxs: S
         return Place(turns[which], body - int(starts[which]), turns[which].entity.origin)
 
     present = list(chain.from_iterable(entities))
-    _look_at_order(turns, present, order.tolist(), place, sweep)
+    ordered = order.tolist()
+    ends = range(len(present)) if every_name else sorted({*range(len(entities[0])), *_tail(present, entities[-1])})
+    _look_at_names(turns, present, ordered, ends, place, sweep)
+    _look_at_order(turns, present, ordered, place, sweep)
     # SAPIEN packs q, then p, of each entity of a scene in the order in which they were added.
     packed = np.concatenate([np.frombuffer(each.pack_poses(), dtype=np.float32).reshape(-1, 7) for each in scenes])
     found, wanted = packed[:, [4, 5, 6, 0, 1, 2, 3]], _poses(turns)[order]
@@ -53,15 +61,28 @@ def look_at_entities(turns: Sequence[Turn], scenes: Sequence[Any], scene_idxs: S
         sweep.tell(place(int(order[i])), "pose", shown(wanted[i]), shown(found[i]))
 
 
+def _tail(present: list[Any], last: list[Any]) -> range:
+    return range(len(present) - len(last), len(present))
+
+
+def _look_at_names(
+    turns: Sequence[Turn],
+    present: list[Any],
+    order: list[int],
+    which: Sequence[int],
+    place: Callable[[int], Place],
+    sweep: Sweep,
+) -> None:
+    names = [name for turn in turns for name in [turn.entity.name] * len(turn.rows)]
+    for i in which:
+        wanted, name = names[order[i]], _name_of(present[i])
+        if wanted != name:
+            sweep.tell(place(order[i]), "name at its place in the build order", repr(wanted), repr(name))
+
+
 def _look_at_order(
     turns: Sequence[Turn], present: list[Any], order: list[int], place: Callable[[int], Place], sweep: Sweep
 ) -> None:
-    names = [name for turn in turns for name in [turn.entity.name] * len(turn.rows)]
-    expected, found = [names[body] for body in order], list(map(_name_of, present))
-    if expected != found:
-        for body, wanted, name in zip(order, expected, found, strict=True):
-            if wanted != name:
-                sweep.tell(place(body), "name at its place in the build order", repr(wanted), repr(name))
     objs = list(chain.from_iterable(turn.objs for turn in turns))
     handed_out = [objs[body] for body in order]
     # Comparing lists looks at identity first, and needs no loop in Python for the usual case.

@@ -51,7 +51,7 @@ def _look_at_bodies(
 ) -> None:
     meshes = Meshes(batch.plan, defaults.material)
     bodies = BodyAudit(batch.plan, defaults, meshes, sweep, rendered=batch.render)
-    look_at_entities(turns, batch.scenes, batch.scene_idxs, sweep)
+    look_at_entities(turns, batch.scenes, batch.scene_idxs, sweep, every_name=level == "full")
     for turn in turns:
         for part in turn.parts:
             closely = part.numbers if level == "full" else part.numbers[:1]
