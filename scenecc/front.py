@@ -86,11 +86,13 @@ def integer(value: object, name: str, least: int) -> int:
         TypeError: it is none; True and False are none either.
         ValueError: it is below `least`.
     """
+    # By its name: numpy 1 and 2 call their flag otherwise, and numpy may not be loaded at all.
+    flag = type(value).__name__ in {"bool", "bool_"}
     try:
-        number = index(value)  # pyright: ignore[reportArgumentType] - asked, not assumed
+        number = None if flag else index(value)  # pyright: ignore[reportArgumentType] - asked, not assumed
     except TypeError:
         number = None
-    if number is None or isinstance(value, bool):
+    if number is None:
         raise TypeError(f"{name} must be an integer, not {value!r}")
     if number < least:
         raise ValueError(f"{name} must be at least {least}, not {number}")
