@@ -106,6 +106,13 @@ def build(
             )
     except api.SceneError as error:
         _finish(error.diagnostics, form)
+    _conclude(result, steps, output, form)
+
+
+def _conclude(result: Build, steps: int, output: str | None, form: Format) -> NoReturn:
+    """Simulates, writes the plan, and says what was done."""
+    from scenecc import api
+
     timings = dict(result.timings)
     if result.batch is not None:
         with result.batch:
