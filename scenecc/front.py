@@ -68,7 +68,14 @@ class Options:
         num_scenes = None if num_scenes is None else integer(num_scenes, "num_scenes", 1)
         seed = None if seed is None else integer(seed, "seed", 0)
         given = tuple(what for what, value in (("parameters", params), ("shared draws", draws)) if value)
-        return cls(num_scenes, seed, given, asset_roots(roots), allow_outside_assets, make_limits(limits))
+        return cls(
+            num_scenes,
+            seed,
+            given,
+            asset_roots([roots] if isinstance(roots, str | PathLike) else roots),
+            allow_outside_assets,
+            make_limits(limits),
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import signal
 import sys
 from collections.abc import Callable
@@ -32,6 +33,9 @@ def main() -> None:
     signal.signal(signal.SIGINT, _interrupt)
     # A closed pipe (`scenecc validate . | head`) ends this process as it ends any other.
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+    # Started without them (`>&-`), there is nobody to tell, and that is no fault.
+    sys.stdout = sys.stdout or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, PTH123 - the process's own
+    sys.stderr = sys.stderr or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, PTH123
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             # A name that the terminal cannot show is shown escaped.

@@ -144,3 +144,10 @@ def _wait_until_signals_are_set_up(pid: int) -> None:
             return
         time.sleep(0.01)
     pytest.fail("the process never set its signals up")
+
+
+def test_without_a_standard_output_there_is_no_traceback() -> None:
+    ran = subprocess.run(
+        ["sh", "-c", '"$0" -m scenecc explain >&-', sys.executable], capture_output=True, text=True, check=False
+    )
+    assert (ran.returncode, ran.stderr) == (0, "")

@@ -35,7 +35,8 @@ def refusal() -> EngineFailure:
         url = f"{RELEASES}/{physx.version()}/{archive}"
         return _no(
             f"PhysX's GPU library is not at '{path}'",
-            f"unpack {url} into '{path.parent}' (scenecc downloads nothing), or use the cpu backend",
+            f"use the cpu backend, the one that this version runs; SAPIEN's GPU physics wants {url} unpacked into "
+            f"'{path.parent}' (scenecc downloads nothing)",
         )
     driver = "nvcuda.dll" if platform.system() == "Windows" else "libcuda.so.1"
     try:

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.backends.sapien.columns import poses, scalars, taken, vectors
+from scenecc.backends.sapien.failure import EngineFailure
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
+    from scenecc.diagnostics import Origin
     from scenecc.plan import BodyStructure, Inertial, Value
 
 
@@ -21,7 +23,7 @@ def mass_step(structure: BodyStructure, rows: NDArray[np.intp]) -> Callable[[Any
     if structure.inertial is not None:
         return _given(structure.inertial, rows)
     if structure.mass is not None:
-        return _scaled(structure.mass, rows)
+        return _scaled(structure.mass, rows, structure.origin)
     return None
 
 
@@ -38,12 +40,17 @@ def _given(inertial: Inertial, rows: NDArray[np.intp]) -> Callable[[Any, int], N
     return step
 
 
-def _scaled(value: Value, rows: NDArray[np.intp]) -> Callable[[Any, int], None]:
+def _scaled(value: Value, rows: NDArray[np.intp], origin: Origin | None) -> Callable[[Any, int], None]:
     mass = _full(scalars(taken(value, rows)), len(rows))
 
     def step(component: Any, row: int) -> None:
+        computed = component.get_mass()
+        if not 0 < computed < np.inf:
+            # Sizes of a mesh are known here first; those of other shapes were checked.
+            message = f"the densities give a mass of {computed} kg, which nothing can be scaled from"
+            raise EngineFailure("SC512", message, origin=origin, hint="mend the scale or the density: metres, kg/m³")
         # In float64, and rounded once by the engine: "Numbers" in the language's description.
-        inertia = component.get_inertia().astype(np.float64) * (mass[row] / component.get_mass())
+        inertia = component.get_inertia().astype(np.float64) * (mass[row] / computed)
         component.set_mass(mass[row])
         component.set_inertia(inertia)
 
