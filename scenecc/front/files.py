@@ -1,0 +1,48 @@
+"""Finding the files that a scene, a plan or an asset names, inside what the scene may read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scenecc.source.paths import AssetScope, Refusal, resolve, resolve_named
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.lower.tables import FileResolver
+    from scenecc.plan import AssetFile
+
+
+def resolver(scope: AssetScope, sink: Sink, folder_of: Callable[[Origin], Path | None] | None = None) -> FileResolver:
+    """Finds what a scene names.
+
+    Args:
+        scope: what may be read.
+        sink: takes what is wrong.
+        folder_of: the folder of the document that an origin is written in; None: all is written in the top one.
+    """
+    from scenecc.plan import AssetFile
+
+    top = scope.root or Path.cwd()
+
+    def find(uri: str, origin: Origin) -> AssetFile | None:
+        base = top if folder_of is None else folder_of(origin) or top
+        found = resolve(uri, base=base, scope=scope)
+        if isinstance(found, Refusal):
+            sink.report(found.code, found.message, origin, hint=found.hint)
+            return None
+        return AssetFile(found.uri, found.path)
+
+    return find
+
+
+def named_resolver(scope: AssetScope) -> Callable[[str, AssetFile], Path | Refusal]:
+    """Finds what an asset names: a `checks.assets.ResolveNamed`."""
+
+    def find(reference: str, asset: AssetFile) -> Path | Refusal:
+        found = resolve_named(reference, owner=asset.path, owner_uri=asset.uri, scope=scope)
+        return found if isinstance(found, Refusal) else found.path
+
+    return find

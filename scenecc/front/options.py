@@ -1,0 +1,101 @@
+"""What overrides a file, and what the file may use."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from operator import index
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics import Location, Origin, Sink
+from scenecc.source import Limits, make_limits
+from scenecc.source.paths import asset_roots
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+_INDEX = re.compile(r"\s*[0-9]{1,18}\s*")
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """The arguments of the API that concern the compiler.
+
+    Attributes:
+        num_scenes: in place of the file's.
+        seed: in place of the file's.
+        params: values of the file's parameters.
+        draws: values of the file's shared draws, one row a scene.
+        asset_roots: folders in which `asset://` is looked up.
+        allow_outside_assets: let paths leave the scene's folder and the asset roots.
+        limits: on what a file may ask for.
+    """
+
+    num_scenes: int | None = None
+    seed: int | None = None
+    params: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    draws: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    asset_roots: tuple[Path, ...] = ()
+    allow_outside_assets: bool = False
+    limits: Limits = field(default_factory=Limits)
+
+    @classmethod
+    def of(
+        cls,
+        num_scenes: int | None,
+        seed: int | None,
+        params: Mapping[str, Any] | None,
+        draws: Mapping[str, Any] | None,
+        roots: Iterable[str | PathLike[str]],
+        allow_outside_assets: bool,  # noqa: FBT001 - the API's own keyword
+        limits: Mapping[str, int] | None,
+    ) -> Options:
+        """The arguments of the API, checked.
+
+        Raises:
+            ValueError: one is out of its range.
+            TypeError: a number is no integer.
+        """
+        return cls(
+            None if num_scenes is None else integer(num_scenes, "num_scenes", 1),
+            None if seed is None else integer(seed, "seed", 0),
+            dict(params or {}),
+            dict(draws or {}),
+            asset_roots([roots] if isinstance(roots, str | PathLike) else roots),
+            allow_outside_assets,
+            make_limits(limits),
+        )
+
+
+def integer(value: object, name: str, least: int) -> int:
+    """An argument that is an integer, Python's or numpy's.
+
+    Raises:
+        TypeError: it is none; True and False are none either.
+        ValueError: it is below `least`.
+    """
+    # By its name: numpy 1 and 2 call their flag otherwise, and numpy may not be loaded at all.
+    flag = type(value).__name__ in {"bool", "bool_"}
+    try:
+        number = None if flag else index(value)  # pyright: ignore[reportArgumentType] - asked, not assumed
+    except TypeError:
+        number = None
+    if number is None:
+        raise TypeError(f"{name} must be an integer, not {value!r}")
+    if number < least:
+        raise ValueError(f"{name} must be at least {least}, not {number}")
+    return number
+
+
+def select_scenes(scenes: str, num_scenes: int, sink: Sink) -> tuple[int, ...] | None:
+    """The scenes that a command line selects, in the notation of a file; None where that was reported."""
+    from scenecc.lower.selection import select
+
+    found = Sink()
+    items = [int(item) if _INDEX.fullmatch(item) else item for item in scenes.split(",")]
+    chosen = select(items, num_scenes, Origin(None), found)
+    for diagnostic in found.diagnostics():
+        sink.report("SC908", diagnostic.message, Location("--scenes"), hint=diagnostic.hint)
+    return chosen
