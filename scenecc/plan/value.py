@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import DTypeLike, NDArray
 
+    from scenecc.values.nodes import Node
+    from scenecc.values.support import Support
+
 _put = object.__setattr__
+
+
+class _Varying(NamedTuple):
+    """Where the data of a value that varies come from, and what is known of them before they are drawn."""
+
+    draw: Callable[[], NDArray[Any]] | None
+    rows: int
+    support: Support
+    recipe: Node | None
 
 
 class Value:
@@ -19,28 +31,27 @@ class Value:
         data: float64, int64 or bool, read-only. The leading axis is 1 (the same in every scene) or
             the number of scenes that the entity is in, by ascending scene index. What follows is
             the quantity's own shape: () for a scalar, (3,) for a vector, (7,) for a pose (p then q,
-            wxyz).
+            wxyz). What is drawn is drawn when this is first asked for.
 
-    Two values are equal if every bit of their data is.
+    Two values are equal if every bit of their data is and their recipes say the same.
     """
 
-    __slots__ = ("_literal", "data")
+    __slots__ = ("_source", "data")
 
     data: NDArray[Any]
-    _literal: tuple[float | tuple[float, ...], DTypeLike]
+    _source: tuple[float | tuple[float, ...], DTypeLike] | _Varying | None
+    """Of a `literal`: the item and its dtype, of a `varying`: how it is drawn, otherwise None."""
 
     def __init__(self, data: NDArray[Any]) -> None:
+        _put(self, "_source", None)
         _put(self, "data", data)
 
     def __getattr__(self, name: str) -> Any:
-        """The array of a `literal`, made when it is first asked for: checking a scene seldom does."""
+        """The array, made when it is first asked for: checking a scene seldom does."""
         if name != "data":
             raise AttributeError(f"a Value has no attribute {name!r}", name=name, obj=self)
-        import numpy as np  # noqa: PLC0415 - checking a scene needs none
-
-        item, dtype = self._literal
-        data = np.array((item,), dtype=dtype)
-        data.flags.writeable = False
+        source = self._source
+        data = _drawn(source) if isinstance(source, _Varying) else _made(source)
         _put(self, "data", data)
         return data
 
@@ -50,31 +61,71 @@ class Value:
     def __delattr__(self, name: str) -> NoReturn:
         raise AttributeError(f"a Value is read-only: {name!r} cannot be deleted", name=name, obj=self)
 
-    def __reduce__(self) -> tuple[type[Value], tuple[NDArray[Any]]]:
-        return Value, (self.data,)
+    def __reduce__(self) -> tuple[Callable[..., Value], tuple[Any, ...]]:
+        source = self._source
+        if isinstance(source, _Varying):
+            return _restored, (self.data, source._replace(draw=None))
+        return _value, (self.data,)
 
     def __repr__(self) -> str:
-        return f"Value(data={self.data!r})"
+        source = self._source
+        if not isinstance(source, _Varying):
+            return f"Value(data={self.data!r})"
+        return f"Value(rows={source.rows}, support={source.support!r}, recipe={source.recipe!r})"
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Value):
             return NotImplemented
+        if self is other:
+            return True
         a, b = self.data, other.data
-        return a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
+        same = a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
+        # As they are written, since 1 is not 1.0 in a recipe and 0.0 is not -0.0.
+        return same and (self.recipe is other.recipe or repr(self.recipe) == repr(other.recipe))
 
     def __hash__(self) -> int:
         return hash((self.data.dtype.str, self.data.shape, self.data.tobytes()))
 
     @property
     def varies(self) -> bool:
-        """Whether the scenes do not all have the same."""
-        return not hasattr(self, "_literal") and self.data.shape[0] != 1
+        """Whether the scenes do not all have the same, as drawn: what is not drawn yet is drawn for this."""
+        source = self._source
+        return (source is None or isinstance(source, _Varying)) and self.data.shape[0] != 1
+
+    @property
+    def may_vary(self) -> bool:
+        """Whether the scenes need not all have the same; draws nothing."""
+        source = self._source
+        return source.rows != 1 if isinstance(source, _Varying) else source is None and self.data.shape[0] != 1
+
+    @property
+    def recipe(self) -> Node | None:
+        """How a reset draws it anew, a row a scene; None: it stays as it is."""
+        source = self._source
+        return source.recipe if isinstance(source, _Varying) else None
+
+    @property
+    def support(self) -> Support:
+        """Everything that it can be, whatever is drawn; draws nothing."""
+        source = self._source
+        if isinstance(source, _Varying):
+            return source.support
+        from scenecc.values.support import Support  # noqa: PLC0415 - checking a scene seldom needs it
+
+        return Support.of_rows(self.data)
 
     def numbers(self) -> tuple[float, ...]:
-        """All numbers of all rows, one after another; for a `literal`'s own no array is made."""
-        if not hasattr(self, "_literal"):
+        """Numbers that bound everything that it can be, row by row; draws nothing.
+
+        Of what is the same everywhere or known by scene these are the numbers of all rows, of what is drawn those of
+        all alternatives, or else the lowest and the highest row. For a `literal`'s own no array is made.
+        """
+        source = self._source
+        if source is None:
             return tuple(self.data.ravel().tolist())
-        item, _ = self._literal
+        if isinstance(source, _Varying):
+            return source.support.numbers()
+        item = source[0]
         return item if isinstance(item, tuple) else (item,)
 
     def row(self, index: int) -> Any:
@@ -83,14 +134,14 @@ class Value:
 
 
 _new = object.__new__
-_put_literal: Any = Value.__dict__["_literal"].__set__
+_put_source: Any = Value.__dict__["_source"].__set__
 """The slot's own setter, which is quicker than `object.__setattr__`."""
 
 
 def literal(item: float | tuple[float, ...], dtype: DTypeLike = "float64") -> Value:
     """As `constant`, of a number or a flat tuple of numbers; the array is made when it is first asked for."""
     value = _new(Value)
-    _put_literal(value, (item, dtype))
+    _put_source(value, (item, dtype))
     return value
 
 
@@ -107,6 +158,46 @@ def per_scene(rows: Sequence[Any] | NDArray[Any], dtype: DTypeLike = "float64") 
 
     data = np.array(rows, dtype=dtype)
     return _value(data[:1] if len(data) > 1 and _same_bits(data) else data)
+
+
+def varying(draw: Callable[[], NDArray[Any]], *, support: Support, recipe: Node | None = None, rows: int) -> Value:
+    """A value that is drawn when its data are first asked for.
+
+    Args:
+        draw: makes the data, (rows, …) float64, int64 or bool; the same at every call.
+        support: everything that it can be, whatever is drawn.
+        recipe: how a reset draws it anew; only for what a running simulation can change.
+        rows: how many scenes the entity is in.
+    """
+    return _restored(None, _Varying(draw, rows, support, recipe))
+
+
+def _restored(data: NDArray[Any] | None, source: _Varying) -> Value:
+    value = _new(Value)
+    _put_source(value, source)
+    if data is not None:
+        data.flags.writeable = False
+        _put(value, "data", data)
+    return value
+
+
+def _drawn(source: _Varying) -> NDArray[Any]:
+    import numpy as np  # noqa: PLC0415 - checking a scene needs none
+
+    assert source.draw is not None
+    data = np.array(source.draw())
+    if len(data) != source.rows:
+        raise ValueError(f"{len(data)} rows were drawn for {source.rows} scenes")
+    return _value(data[:1] if len(data) > 1 and _same_bits(data) else data).data
+
+
+def _made(source: Any) -> NDArray[Any]:
+    import numpy as np  # noqa: PLC0415 - checking a scene needs none
+
+    item, dtype = source
+    data = np.array((item,), dtype=dtype)
+    data.flags.writeable = False
+    return data
 
 
 def _same_bits(rows: NDArray[Any]) -> bool:
