@@ -19,10 +19,10 @@ if TYPE_CHECKING:
         ScenePlan,
         compile_scene,
         emit_scene,
-        json_schema,
         load_scene,
         validate,
     )
+    from scenecc.questions import json_schema
 
 __all__ = [
     "Diagnostic",
@@ -41,9 +41,9 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     if name in __all__:
-        from scenecc import api
+        from scenecc import api, questions
 
-        return getattr(api, name)
+        return getattr(questions if name in questions.__all__ else api, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -31,10 +31,8 @@ __all__ = [
     "ScenePlan",
     "SummaryRow",
     "build_scene",
-    "check_limits",
     "compile_scene",
     "emit_scene",
-    "json_schema",
     "load_scene",
     "plan_text",
     "validate",
@@ -190,6 +188,8 @@ def build_scene(
     *,
     num_scenes: int | None = None,
     seed: int | None = None,
+    params: Mapping[str, Any] | None = None,
+    draws: Mapping[str, Any] | None = None,
     scenes: str | None = None,
     backend: Backend = "cpu",
     dry_run: bool = False,
@@ -206,6 +206,8 @@ def build_scene(
         source: as for `validate`.
         num_scenes: in place of the file's.
         seed: in place of the file's.
+        params: as for `validate`.
+        draws: as for `validate`.
         scenes: which to build, as `scene_idxs` of a file: `0:4`, `::2`, `0,2`; all by default.
         backend: where PhysX runs.
         dry_run: compile only; no engine is started.
@@ -222,7 +224,7 @@ def build_scene(
     from scenecc.summary import summarize
 
     sink = Sink()
-    options = Options.of(num_scenes, seed, None, None, asset_roots, allow_outside_assets, limits)
+    options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
     compiled = _compiled(source, options, sink)
     scene_idxs = None if scenes is None else select_scenes(scenes, compiled.plan.num_scenes, sink)
     if sink.failed:
@@ -245,6 +247,8 @@ def emit_scene(
     base: Path | None = None,
     num_scenes: int | None = None,
     seed: int | None = None,
+    params: Mapping[str, Any] | None = None,
+    draws: Mapping[str, Any] | None = None,
     asset_roots: Iterable[str | PathLike[str]] = (),
     allow_outside_assets: bool = False,
     limits: Mapping[str, int] | None = None,
@@ -258,6 +262,8 @@ def emit_scene(
         base: folder that the text will lie in, from which its relative paths then start; None: the scene's own.
         num_scenes: in place of the file's.
         seed: in place of the file's.
+        params: as for `validate`.
+        draws: as for `validate`.
         asset_roots: as for `validate`.
         allow_outside_assets: as for `validate`.
         limits: as for `validate`.
@@ -273,7 +279,7 @@ def emit_scene(
     if target not in EMITTERS:
         raise ValueError(f"there is no target {target!r}; there are {', '.join(EMITTERS)}")
     sink = Sink()
-    options = Options.of(num_scenes, seed, None, None, asset_roots, allow_outside_assets, limits)
+    options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
     text = write(_compiled(source, options, sink).plan, target, sink, base=base)
     if text is None:
         raise SceneError(sink.diagnostics())
@@ -287,24 +293,6 @@ def plan_text(plan: ScenePlan, *, base: Path | None = None) -> str:
     from scenecc.plan.to_json import plan_to_json
 
     return plan_to_json(plan, base=base)
-
-
-def check_limits(limits: Mapping[str, int] | None) -> None:
-    """Whether `limits` can be given to the functions above.
-
-    Raises:
-        ValueError: a name is not that of a limit, or a value is not a positive integer.
-    """
-    from scenecc.source import make_limits
-
-    make_limits(limits)
-
-
-def json_schema() -> dict[str, Any]:
-    """The JSON Schema of scene files, for editors."""
-    from scenecc.spec.schema import json_schema as schema
-
-    return schema()
 
 
 def _compiled(source: Source, options: Options, sink: Sink) -> Compiled:

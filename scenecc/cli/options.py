@@ -49,7 +49,7 @@ def parse_limits(given: list[str] | None) -> dict[str, int]:
     Raises:
         typer.BadParameter: for what is not `name=value`, an unknown name, or a value that is no positive integer.
     """
-    from scenecc import api
+    from scenecc import questions
 
     limits: dict[str, int] = {}
     for item in given or ():
@@ -59,7 +59,7 @@ def parse_limits(given: list[str] | None) -> dict[str, int]:
             raise typer.BadParameter(message, param_hint="'--limit'")
         limits[name] = int(value)
     try:
-        api.check_limits(limits)
+        questions.check_limits(limits)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="'--limit'") from None
     return limits
