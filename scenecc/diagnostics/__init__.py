@@ -4,7 +4,7 @@ Every stage reports here, and this package imports none of them.
 """
 
 from scenecc.diagnostics.diagnostic import Diagnostic, Related, Severity, Sink
-from scenecc.diagnostics.origin import At, Location, Locator, Origin, Path, PathKey, dotted, nowhere
+from scenecc.diagnostics.origin import At, Location, Locator, Origin, Path, PathKey, Tracer, dotted, nowhere
 
 __all__ = [
     "At",
@@ -17,6 +17,7 @@ __all__ = [
     "Related",
     "Severity",
     "Sink",
+    "Tracer",
     "dotted",
     "nowhere",
 ]

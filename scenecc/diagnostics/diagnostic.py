@@ -8,7 +8,17 @@ from dataclasses import dataclass
 from typing import Literal
 
 from scenecc.diagnostics.codes import CODES
-from scenecc.diagnostics.origin import At, Location, Locator, Origin, Path, dotted, nowhere
+from scenecc.diagnostics.origin import (
+    At,
+    Location,
+    Locator,
+    Origin,
+    Path,
+    Tracer,
+    as_written,
+    dotted,
+    nowhere,
+)
 
 MAX_REPORTS = 1000
 """How many errors are told, and how many warnings: a file of nothing but errors must not fill the memory."""
@@ -85,20 +95,29 @@ class _Report:
     path: Path
 
 
+_Repeated = tuple[str, str | None, Path]
+"""The code and the place of what many copies of one node may have in common."""
+
+
 class Sink:
     """Collects what the stages report; turns origins into lines only when read.
 
     Attributes:
         locate: finds an origin in its text. Set by the pipeline once there is a document.
+        trace: leads the origins of what is reported from now on back to what was written. Set by the pipeline
+            once a document is expanded.
     """
 
     def __init__(self, locate: Locator = nowhere) -> None:
         self.locate = locate
+        self.trace: Tracer = as_written
         self._reports: list[_Report] = []
         self._seen: set[tuple[str, str, Origin | Location]] = set()
         self._failed = False
         self._told: Counter[Severity] = Counter()
         self._full: set[Severity] = set()
+        self._first: dict[_Repeated, Origin] = {}
+        self._others: dict[_Repeated, set[tuple[str, Origin | None]]] = {}
 
     @property
     def failed(self) -> bool:
@@ -121,7 +140,8 @@ class Sink:
         related: Iterable[RelatedPlace] = (),
         path: Path = (),
     ) -> None:
-        """Adds a finding. The same code, message and place twice is one finding.
+        """Adds a finding. The same code, message and place twice is one finding, and so is the same code in many
+        copies of one node: the first copy is told, the others are counted.
 
         `path` is for a place that is a location; an origin brings its own. Of each severity `MAX_REPORTS` are
         kept; an error beyond them is SC016.
@@ -129,6 +149,10 @@ class Sink:
         severity = CODES[code].severity
         if severity in self._full:
             return
+        if isinstance(place, Origin):
+            place = self.trace(place)
+            if self._is_told(code, place):
+                return
         if code == _STOPPED:
             self._full.add("error")
         elif self._told[severity] >= MAX_REPORTS:
@@ -140,9 +164,23 @@ class Sink:
             return
         self._seen.add(key)
         path = place.path if isinstance(place, Origin) else path
-        self._reports.append(_Report(code, message, place, at, hint, tuple(related), path))
+        places = tuple(
+            (what, self.trace(other) if isinstance(other, Origin) else other, half) for what, other, half in related
+        )
+        self._reports.append(_Report(code, message, place, at, hint, places, path))
         self._told[severity] += 1
         self._failed = self._failed or severity == "error"
+
+    def _is_told(self, code: str, place: Origin) -> bool:
+        """Whether another copy of the node has the same code, which counts this one."""
+        if not place.copy and place.parent is None:
+            return False
+        key = (code, place.file, place.path)
+        first = self._first.setdefault(key, place)
+        if (first.copy, first.parent) == (place.copy, place.parent):
+            return False
+        self._others.setdefault(key, set()).add((place.copy, place.parent))
+        return True
 
     def diagnostics(self) -> list[Diagnostic]:
         """All findings, in the order of their places in each file (errors of the engine last)."""
@@ -153,15 +191,30 @@ class Sink:
         return Diagnostic(
             code=report.code,
             severity=CODES[report.code].severity,
-            message=report.message,
+            message=report.message + self._copies(report),
             location=self._location(report.place, report.at),
             path=dotted(report.path),
             hint=report.hint,
-            related=tuple(Related(message, self._location(place, at)) for message, place, at in self._chain(report)),
+            related=tuple(
+                Related(message + _of_copy(place), self._location(place, at))
+                for message, place, at in self._chain(report)
+            ),
         )
 
     def _location(self, place: Origin | Location, at: At) -> Location:
         return self.locate(place, at) if isinstance(place, Origin) else place
+
+    def _copies(self, report: _Report) -> str:
+        """Which copy of a repeated node it is about, and in how many others it was found."""
+        place = report.place
+        if not isinstance(place, Origin):
+            return ""
+        count = len(self._others.get((report.code, place.file, place.path), ()))
+        what = "copy" if place.copy else "use"
+        plural = "copies" if place.copy else "uses"
+        others = f"and in {count} other {what if count == 1 else plural}" if count else ""
+        parts = [part for part in (place.copy, others) if part]
+        return f" ({'; '.join(parts)})" if parts else ""
 
     @staticmethod
     def _chain(report: _Report) -> Sequence[RelatedPlace]:
@@ -169,6 +222,11 @@ class Sink:
         places = list(report.related)
         parent = report.place.parent if isinstance(report.place, Origin) else None
         while parent is not None:
-            places.append(("used from here", parent, "value"))
+            verb = "included" if parent.path[:1] == ("include",) else "used"
+            places.append((f"{verb} from here", parent, "value"))
             parent = parent.parent
         return places
+
+
+def _of_copy(place: Origin | Location) -> str:
+    return f" ({place.copy})" if isinstance(place, Origin) and place.copy else ""

@@ -28,7 +28,7 @@ class Origin:
         file: name of the document as shown to people; None for a dict.
         path: keys and indices from the document's root.
         copy: which copy of a repeated node ("i=1, j=-1"); empty for a node written once.
-        parent: the node that brought this document in (a `use`); None for the top document.
+        parent: the node that brought this document in (a `use`, an item of `include`); None for the top document.
     """
 
     file: str | None
@@ -62,6 +62,15 @@ class Location:
 
 Locator = Callable[[Origin, At], Location]
 """Finds an origin in its text. Total: what cannot be found gives a location without a line."""
+
+
+Tracer = Callable[[Origin], Origin]
+"""Turns an origin in an expanded document into the one as written. Total."""
+
+
+def as_written(origin: Origin) -> Origin:
+    """The tracer of documents that are compiled as they are written."""
+    return origin
 
 
 def nowhere(origin: Origin, at: At) -> Location:

@@ -29,6 +29,11 @@ class Document:
         self.data = data
         self._lines = lines
 
+    @property
+    def text(self) -> str | None:
+        """What was read; None for a dict."""
+        return None if self._lines is None else self._lines.text
+
     def locate(self, origin: Origin, at: At) -> Location:
         """Where an origin in this document is written: a `scenecc.diagnostics.Locator`.
 

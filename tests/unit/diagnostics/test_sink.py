@@ -96,8 +96,8 @@ def test_leaves_one(sink):
     sink.report({ERROR!r}, "unexpected thing", Origin("s.yaml", ("a",)))
 
 def test_takes_one_of_two(sink):
-    for copy in "12":
-        sink.report({ERROR!r}, "twice", Origin("s.yaml", ("a",), copy=copy))
+    for item in (1, 2):
+        sink.report({ERROR!r}, "twice", Origin("s.yaml", ("a", item)))
     sink.take({ERROR!r})
 
 def test_takes_what_is_not_there(sink):
@@ -105,7 +105,7 @@ def test_takes_what_is_not_there(sink):
 """,
     )
     assert f"reported and never taken:\n  s.yaml: error {ERROR}: unexpected thing (a)\n" in out
-    assert f"reported and never taken:\n  s.yaml: error {ERROR}: twice (a)\n" in out
+    assert f"reported and never taken:\n  s.yaml: error {ERROR}: twice (a[2])\n" in out
     assert f"no {ERROR} among: nothing" in out
     assert "1 failed, 3 passed, 2 errors" in out
 
@@ -131,3 +131,40 @@ def test_warnings_do_not_take_the_place_of_errors() -> None:
     sink.report(ERROR, "wrong", Origin("s.yaml", ("b",)))
     assert sink.failed
     assert ERROR in {found.code for found in sink.diagnostics()}
+
+
+def test_one_copy_is_told_and_the_others_are_counted() -> None:
+    sink = Sink()
+    for i in range(5):
+        sink.report(ERROR, f"wrong by {i}", Origin("s.yaml", ("a",), copy=f"i={i}"))
+        sink.report(ERROR, f"twice wrong by {i}", Origin("s.yaml", ("a",), copy=f"i={i}"))
+    sink.report(ERROR, "wrong", Origin("s.yaml", ("b",), copy="i=4"))
+    assert [found.message for found in sink.diagnostics()] == [
+        "wrong by 0 (i=0; and in 4 other copies)",
+        "twice wrong by 0 (i=0; and in 4 other copies)",
+        "wrong (i=4)",
+    ]
+
+
+def test_the_chain_of_uses_is_told_for_the_first_use() -> None:
+    sink = Sink()
+    for name in ("one", "two"):
+        inner = Origin("mid.yaml", ("entities", "x", "use"), parent=Origin("top.yaml", ("entities", name, "use")))
+        sink.report(ERROR, "wrong", Origin("leaf.yaml", ("a",), parent=inner))
+    (found,) = sink.diagnostics()
+    assert found.message == "wrong (and in 1 other use)"
+    assert [(related.message, related.location.file) for related in found.related] == [
+        ("used from here", "mid.yaml"),
+        ("used from here", "top.yaml"),
+    ]
+
+
+def test_origins_are_traced_when_they_are_reported() -> None:
+    sink = Sink()
+    written = Origin("s.yaml", ("as", "written"), copy="i=1")
+    sink.report(ERROR, "before", Origin("s.yaml", ("a",)))
+    sink.trace = lambda origin: written
+    sink.report(ERROR, "after", Origin("s.yaml", ("a",)), related=[("other", Origin("s.yaml", ("b",)), "value")])
+    before, after = sink.diagnostics()
+    assert (before.path, after.path) == ("a", "as.written")
+    assert after.related[0].message == "other (i=1)"
