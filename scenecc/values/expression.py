@@ -1,0 +1,260 @@
+"""Expressions: read once by Python's `ast`, held to a short list of nodes, and turned into closures.
+
+No code is compiled or evaluated; a closure does one operation on what its parts give.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from scenecc.diagnostics.frozen import frozen
+from scenecc.diagnostics.words import suggest
+from scenecc.values import operations
+from scenecc.values.failure import ExpressionError
+from scenecc.values.operations import FUNCTIONS, MANY, Span
+
+DEEPEST = 100
+"""How deep operations may stand within one another."""
+
+CONSTANTS: dict[str, Any] = {"pi": math.pi, "true": True, "false": False}
+
+RESERVED = frozenset((*FUNCTIONS, *CONSTANTS, "True", "False", "and", "or", "not", "if", "else", "scene", "num_scenes"))
+"""What parameters, loop variables and draws may not be called, beside Python's keywords."""
+
+Environment = Mapping[str, Any]
+Closure = Callable[[Environment], Any]
+
+
+@frozen
+class Expression:
+    """One expression, read.
+
+    Attributes:
+        tree: of the nodes that `expression.py` lets through; a node's place is `span(node)`.
+        run: its value, from those of its names.
+        places: where each name stands first.
+        span: (start, end) of a node in the scalar's text.
+    """
+
+    tree: ast.expr
+    run: Closure
+    places: Mapping[str, Span]
+    span: Callable[[ast.expr], Span]
+
+
+def read(text: str, start: int, end: int) -> Expression:
+    """Reads the expression that stands in a scalar's text between two characters.
+
+    Its tokens are known to be sound (`tokens.closing`).
+
+    Raises:
+        ExpressionError: it is none.
+    """
+    source = text[start:end].translate({ord(space): " " for space in "\t\r\n"})
+    if not source.strip():
+        raise ExpressionError("the expression is empty", start - 2, end + 1)
+    try:
+        # The parentheses let it begin with a space.
+        tree = ast.parse(f"({source})", mode="eval").body
+    except SyntaxError as error:
+        at = min(max(start + (error.offset or 2) - 2, start), end)
+        raise ExpressionError("this is no expression", at, min(at + 1, end)) from None
+    except (MemoryError, RecursionError):
+        raise _too_deep(start, end) from None
+    compiler = _Compiler(source, start)
+    run = compiler.closure(tree, 0)
+    return Expression(tree, run, compiler.places, compiler.span)
+
+
+class _Compiler:
+    """Turns the nodes of one expression into closures."""
+
+    def __init__(self, source: str, start: int) -> None:
+        self.places: dict[str, Span] = {}
+        self._source = source
+        self._start = start
+
+    def span(self, node: ast.expr) -> Span:
+        # Python counts bytes, from the parenthesis on.
+        first, last = node.col_offset - 1, (node.end_col_offset or node.col_offset) - 1
+        if not self._source.isascii():
+            coded = self._source.encode()
+            first, last = len(coded[:first].decode()), len(coded[:last].decode())
+        return self._start + first, self._start + last
+
+    def closure(self, node: ast.expr, depth: int) -> Closure:
+        """What gives the node's value."""
+        if depth > DEEPEST:
+            raise _too_deep(*self.span(node))
+        compiled = _NODES.get(type(node))
+        if compiled is None:
+            raise ExpressionError("this is not allowed in an expression", *self.span(node))
+        return compiled(self, node, depth + 1)
+
+    def constant(self, node: ast.Constant, _: int) -> Closure:
+        value = node.value
+        if type(value) in _NUMBERS:
+            operations.finite(value, self.span(node))
+        elif type(value) is not bool and type(value) is not str:
+            raise ExpressionError("this is not allowed in an expression", *self.span(node))
+        return lambda _: value
+
+    def listed(self, node: ast.List, depth: int) -> Closure:
+        parts, span = [self.closure(item, depth) for item in node.elts], self.span(node)
+        return lambda environment: operations.bounded([part(environment) for part in parts], span)
+
+    def tuple(self, node: ast.Tuple, _: int) -> Closure:
+        raise ExpressionError("a list is written in brackets: [a, b]", *self.span(node))
+
+    def binary(self, node: ast.BinOp, depth: int) -> Closure:
+        left, right = self.closure(node.left, depth), self.closure(node.right, depth)
+        return _binary(type(node.op).__name__, left, right, self.span(node))
+
+    def unary(self, node: ast.UnaryOp, depth: int) -> Closure:
+        return _unary(node.op, self.closure(node.operand, depth), self.span(node))
+
+    def logical(self, node: ast.BoolOp, depth: int) -> Closure:
+        parts = [(self.closure(value, depth), self.span(value)) for value in node.values]
+        return _logical(parts, until=isinstance(node.op, ast.Or))
+
+    def compared(self, node: ast.Compare, depth: int) -> Closure:
+        others = [self.closure(other, depth) for other in node.comparators]
+        return _compared(
+            self.closure(node.left, depth), [type(op).__name__ for op in node.ops], others, self.span(node)
+        )
+
+    def conditional(self, node: ast.IfExp, depth: int) -> Closure:
+        test, span = self.closure(node.test, depth), self.span(node.test)
+        return _conditional(test, span, self.closure(node.body, depth), self.closure(node.orelse, depth))
+
+    def indexed(self, node: ast.Subscript, depth: int) -> Closure:
+        values, index, span = self.closure(node.value, depth), self.closure(node.slice, depth), self.span(node)
+        return lambda environment: operations.item(values(environment), index(environment), span)
+
+    def name(self, node: ast.Name, _: int) -> Closure:
+        name, span = node.id, self.span(node)
+        if name in CONSTANTS:
+            value = CONSTANTS[name]
+            return lambda _: value
+        if name in FUNCTIONS:
+            raise ExpressionError(f"`{name}` is a function: write `{name}(…)`", *span)
+        self.places.setdefault(name, span)
+
+        def run(environment: Environment) -> Any:
+            try:
+                return environment[name]
+            except KeyError:
+                raise ExpressionError(f"unknown name `{name}`", *span, suggest(name, environment)) from None
+
+        return run
+
+    def call(self, node: ast.Call, depth: int) -> Closure:
+        func, span = node.func, self.span(node)
+        if not isinstance(func, ast.Name):
+            raise ExpressionError("only functions are called", *self.span(func))
+        if func.id not in FUNCTIONS:
+            raise ExpressionError(f"unknown function `{func.id}`", *self.span(func), suggest(func.id, FUNCTIONS))
+        fewest, most, apply = FUNCTIONS[func.id]
+        parts = [self.closure(argument, depth) for argument in node.args]
+        if not fewest <= len(parts) <= most:
+            wanted = str(fewest) if fewest == most else f"{fewest} to {most}" if most < MANY else f"at least {fewest}"
+            noun = "argument" if wanted == "1" else "arguments"
+            raise ExpressionError(f"`{func.id}` takes {wanted} {noun}, not {len(parts)}", *span)
+        if len(parts) == 1:
+            (part,) = parts
+            return lambda environment: apply([part(environment)], span)
+        return lambda environment: apply([part(environment) for part in parts], span)
+
+
+_NODES: dict[type[ast.AST], Callable[[_Compiler, Any, int], Closure]] = {
+    ast.Constant: _Compiler.constant,
+    ast.Name: _Compiler.name,
+    ast.List: _Compiler.listed,
+    ast.Tuple: _Compiler.tuple,
+    ast.BinOp: _Compiler.binary,
+    ast.UnaryOp: _Compiler.unary,
+    ast.BoolOp: _Compiler.logical,
+    ast.Compare: _Compiler.compared,
+    ast.IfExp: _Compiler.conditional,
+    ast.Subscript: _Compiler.indexed,
+    ast.Call: _Compiler.call,
+}
+"""What an expression may hold; the tokens have kept all other operators out."""
+
+
+_QUICK: dict[str, Callable[[float, float], float]] = {"Add": operator.add, "Sub": operator.sub, "Mult": operator.mul}
+_NUMBERS: frozenset[type[Any]] = frozenset((int, float))
+_QUICK_BOUND = 1e70
+"""Below this a result needs no second look, whatever its type."""
+
+
+def _binary(name: str, left: Closure, right: Closure, span: Span) -> Closure:
+    apply = operations.BINARY[name]
+    if name not in _QUICK:
+        return lambda environment: apply(left(environment), right(environment), span)
+    quick = _QUICK[name]
+
+    def run(environment: Environment) -> Any:
+        a, b = left(environment), right(environment)
+        if type(a) in _NUMBERS and type(b) in _NUMBERS:
+            try:
+                result = quick(a, b)
+            except OverflowError:
+                pass
+            else:
+                if -_QUICK_BOUND < result < _QUICK_BOUND:
+                    return result
+        return apply(a, b, span)
+
+    return run
+
+
+def _unary(op: ast.unaryop, part: Closure, span: Span) -> Closure:
+    if isinstance(op, ast.Not):
+        return lambda environment: not operations.truth(part(environment), span)
+    apply = operations.negative if isinstance(op, ast.USub) else operations.positive
+    return lambda environment: apply(part(environment), span)
+
+
+def _logical(parts: list[tuple[Closure, Span]], *, until: bool) -> Closure:
+    """The first operand that is true (`or`) or false (`and`), else the last; those behind it are not evaluated."""
+
+    def run(environment: Environment) -> Any:
+        value: Any = None
+        for part, span in parts:
+            value = part(environment)
+            if operations.truth(value, span) is until:
+                break
+        return value
+
+    return run
+
+
+def _compared(first: Closure, names: list[str], others: list[Closure], span: Span) -> Closure:
+    steps = list(zip([operations.COMPARISONS[name] for name in names], others, strict=True))
+
+    def run(environment: Environment) -> bool:
+        a = first(environment)
+        for holds, other in steps:
+            b = other(environment)
+            if not holds(a, b, span):
+                return False
+            a = b
+        return True
+
+    return run
+
+
+def _conditional(test: Closure, span: Span, chosen: Closure, otherwise: Closure) -> Closure:
+    def run(environment: Environment) -> Any:
+        return chosen(environment) if operations.truth(test(environment), span) else otherwise(environment)
+
+    return run
+
+
+def _too_deep(start: int, end: int) -> ExpressionError:
+    return ExpressionError(f"the expression is more than {DEEPEST} operations deep", start, end)
