@@ -1,4 +1,4 @@
-"""Makes the meshes and textures of this folder, and the copies in `scenes/assets` that the example scenes use.
+"""Makes the meshes and textures of this folder, and the copies that the example scenes and the prefabs use.
 
     python assets/make_assets.py [FOLDER]
 
@@ -25,6 +25,9 @@ Ints = NDArray[np.int64]
 
 SCENE_COPIES = ("bowl.glb", "bowl.obj", "bowl.mtl", "checker.png", "bumps.png", "wear.png", "gem.stl", "mug.obj")
 """A scene file reads only below its own folder, so the examples have these beside them."""
+
+PREFAB_COPIES = ("tiles.png",)
+"""What the prefabs in the package show."""
 
 
 @dataclass(frozen=True)
@@ -223,6 +226,16 @@ def wear(size: int = 64) -> NDArray[np.uint8]:
     return np.broadcast_to(level[None, :, None], (size, size, 3)).copy()
 
 
+def tiles(size: int = 128, count: int = 4) -> NDArray[np.uint8]:
+    """A floor of tiles, light and less light in turn, with dark joints; it repeats without a seam."""
+    place = np.arange(size) * count
+    index, offset = place // size, place % size
+    light = (index[:, None] + index[None, :]) % 2 == 0
+    joint = (offset < count) | (offset >= size - count)
+    grey = np.where(joint[:, None] | joint[None, :], 140, np.where(light, 225, 205))
+    return np.repeat(grey[..., None], 3, axis=2).astype(np.uint8)
+
+
 def make() -> dict[str, bytes]:
     """Every file of the folder, by name."""
     dish, stone, cup = bowl(), gem(), mug()
@@ -238,6 +251,7 @@ def make() -> dict[str, bytes]:
         "checker.png": image,
         "bumps.png": write_png(bumps()),
         "wear.png": write_png(wear()),
+        "tiles.png": write_png(tiles()),
         "bowl.obj": write_obj(dish, "bowl", "glaze"),
         "bowl.mtl": b"newmtl glaze\nKd 0.9 0.85 0.78\nKs 0.2 0.2 0.2\nNs 60\nmap_Kd checker.png\n",
         "bowl.glb": write_glb(dish, image),
@@ -247,9 +261,10 @@ def make() -> dict[str, bytes]:
 
 
 def main(root: Path) -> None:
-    """Writes `root/assets` and `root/scenes/assets`."""
+    """Writes `root/assets`, `root/scenes/assets` and the textures of the prefabs."""
     files = make()
-    for folder, names in ((root / "assets", tuple(files)), (root / "scenes" / "assets", SCENE_COPIES)):
+    copies = {"assets": tuple(files), "scenes/assets": SCENE_COPIES, "scenecc/prefabs": PREFAB_COPIES}
+    for folder, names in ((root / where, names) for where, names in copies.items()):
         folder.mkdir(parents=True, exist_ok=True)
         for name in names:
             (folder / name).write_bytes(files[name])
