@@ -22,7 +22,7 @@ _NUMBER = re.compile(
 SCENE_KEYED = "per_scene"
 """The one key whose mapping is by scene index: there an integer key stands for its digits."""
 
-_COORDINATE = re.compile(r"-?[0-9]{1,20}\.[0-9]{3,}").fullmatch
+_COORDINATE = re.compile(r"-?(?:[0-9]{1,20}\.[0-9]{3,}|[0-9]{2,20}\.[0-9]+)").fullmatch
 """A decimal of many digits: the most frequent plain scalar that is new to the reader, worth a shorter way."""
 
 _NUMBER_STARTS = frozenset("0123456789+-.")

@@ -12,7 +12,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from scenecc.diagnostics import Origin, Path, Sink
-from scenecc.source import read_dict, read_text
+from scenecc.source import Limits, read_dict, read_text
+from scenecc.source.faults import Faults
+from scenecc.source.lines import Lines
+from scenecc.source.plain import read_plain
+from scenecc.source.reader import parse_yaml
 
 # What YAML 1.1's dumper leaves unquoted and 1.2 reads as a number is not the reader's fault, nor is what
 # the reader refuses in any text; both are taken out of what is dumped.
@@ -154,3 +158,25 @@ def _only(text: str) -> Any:
     document = read_text("x: " + text, None, Sink())
     assert document is not None, text
     return document.data["x"][0]
+
+
+FRAGMENTS = st.sampled_from(
+    [" ", "  ", "\n", "\n  ", "\n- ", "\n  - ", "- ", ": ", ":", " #", "[", "]", "{", "}", ", ", '"', "'", "\\"]
+)
+WORDS_IN_TEXT = st.sampled_from(
+    ["a", "b: ", "c: 1\n", "0.5", "-1", ".", "012", "1e999", "null", "&a ", "*a", "?", "|", "!!str ", "${a}", "é", "\t"]
+)
+PLAIN_TEXTS = st.lists(FRAGMENTS | WORDS_IN_TEXT, max_size=14).map(lambda parts: "k:" + "".join(parts))
+
+
+@settings(max_examples=500)
+@given(PLAIN_TEXTS | st.dictionaries(WORDS, PLAIN, max_size=3).map(lambda data: yaml.safe_dump(data, sort_keys=False)))
+@example("k:\n- a: 1\n  b: [0.5, -1]\n- 012")
+def test_what_the_plain_reader_reads_the_parser_reads_equally(text: str) -> None:
+    plain = read_plain(text, 100)
+    if plain is None:
+        return
+    sink = Sink()
+    parsed = parse_yaml(Faults(Lines(None, text), sink), Limits())
+    assert not sink.diagnostics()
+    assert same(parsed, plain)
