@@ -49,7 +49,7 @@ def summarize(plan: ScenePlan, batch: SceneBatch | None, scene_idxs: tuple[int, 
 
 def _row(entity: Entity, scene_idxs: tuple[int, ...], batch: SceneBatch | None) -> SummaryRow:
     row = entity.scene_idxs.index(scene_idxs[0])
-    structure = entity.structures[entity.pick[row] if entity.pick else 0]
+    structure = entity.structure(row)
     body = None if batch is None else _rigid_body(batch.entities[entity.name].objs[0])
     return SummaryRow(
         name=entity.name,

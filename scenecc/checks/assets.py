@@ -8,12 +8,10 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 from urllib.parse import unquote
-
-import numpy as np
 
 from scenecc.checks.asset_image import IMAGE_SUFFIXES, check_image
 from scenecc.checks.mesh_data import AssetError, MeshData, Reading, Reference
@@ -21,7 +19,7 @@ from scenecc.checks.mesh_obj import mtl_images
 from scenecc.checks.mesh_read import MESH_SUFFIXES, read_mesh
 from scenecc.checks.mesh_rules import check_use
 from scenecc.diagnostics import Origin
-from scenecc.plan import ConvexMesh, ConvexParts, Mesh, Texture, TriangleMesh
+from scenecc.plan import ConvexMesh, ConvexParts, Mesh, TriangleMesh
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
@@ -93,7 +91,7 @@ def _uses(plan: ScenePlan, origins: Mapping[int, Origin]) -> Iterator[tuple[int,
 
 def _indices(value: Value) -> list[int]:
     """Every alternative of a table index, by first use."""
-    return list(dict.fromkeys(int(row) for row in np.ravel(value.data)))
+    return list(dict.fromkeys(map(int, value.numbers())))
 
 
 def _use(geometry: ConvexMesh | ConvexParts | TriangleMesh | Mesh) -> Use:
@@ -109,10 +107,8 @@ def _use(geometry: ConvexMesh | ConvexParts | TriangleMesh | Mesh) -> Use:
 
 
 def _textures(material: VisualMaterial) -> Iterator[int]:
-    for field in fields(material):
-        value = getattr(material, field.name)
-        if isinstance(value, Texture):
-            yield value.file
+    for texture in material.textures().values():
+        yield from _indices(texture.file)
 
 
 def _check_mesh(checker: _Checker, asset: AssetFile, by_use: dict[Use, Origin]) -> None:

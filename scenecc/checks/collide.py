@@ -53,7 +53,7 @@ def _varies(entity: Entity, structure: BodyStructure) -> bool:
 
 
 def _picked(entity: Entity, structure: BodyStructure, row: int) -> bool:
-    return entity.structures[entity.pick[row] if entity.pick else 0] is structure
+    return entity.structure(row) is structure
 
 
 def _groups(structure: BodyStructure, row: int) -> Sequence[int]:

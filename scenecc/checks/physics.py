@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 from scenecc.checks.collide import Reach, meet, reach
 from scenecc.checks.mass import inertia_is_real, mass_is_clear, single, weight_can_be_held
 from scenecc.diagnostics import Origin
-from scenecc.plan import Mesh, Plane, TriangleMesh
+from scenecc.plan import Mesh, PhysicalMaterial, Plane, TriangleMesh, literal
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from scenecc.diagnostics import Sink
-    from scenecc.plan import BodyStructure, CollisionShape, Entity, PhysicalMaterial, ScenePlan
+    from scenecc.plan import BodyStructure, CollisionShape, Entity, ScenePlan
 
     Found = tuple[Entity, BodyStructure, CollisionShape]
 
@@ -73,8 +73,11 @@ def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink:
     for index, material in enumerate(plan.physical_materials):
         origin = material_origins.get(index) or _plan_origin(plan).child("physical_materials", index)
         _surface(material, origin, sink)
-    if plan.physics.default_material is not None:
-        _surface(plan.physics.default_material, _physics_origin(plan).child("default_material"), sink)
+    default = plan.physics.default_material
+    if default is not None:
+        given = (default.static_friction, default.dynamic_friction, default.restitution)
+        place = _physics_origin(plan).child("default_material")
+        _surface(PhysicalMaterial(*map(literal, given)), place, sink)
     _offsets(plan, sink)
     _sdf_on_planes(plan, sink)
 
@@ -192,15 +195,24 @@ BODY_RULES: tuple[Callable[[BodyStructure, str, Origin, Sink], None], ...] = (
 
 
 def _surface(material: PhysicalMaterial, origin: Origin, sink: Sink) -> None:
-    if material.dynamic_friction > material.static_friction:
+    slides_harder = _above(material.dynamic_friction.numbers(), material.static_friction.numbers())
+    if slides_harder is not None:
+        dynamic, static = slides_harder
         sink.report(
             "SC504",
-            f"dynamic friction {material.dynamic_friction:g} is above static friction {material.static_friction:g}",
+            f"dynamic friction {dynamic:g} is above static friction {static:g}",
             origin,
             hint="what is left out is the default material's; sliding never rubs more than sticking",
         )
-    if not 0 <= material.restitution <= 1:
-        sink.report("SC505", f"restitution {material.restitution:g} is not in 0..1", origin)
+    bouncy = [number for number in material.restitution.numbers() if not 0 <= number <= 1]
+    if bouncy:
+        sink.report("SC505", f"restitution {bouncy[0]:g} is not in 0..1", origin)
+
+
+def _above(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, float] | None:
+    """The first pair whose `a` is above its `b`; where they do not go row by row, the largest and the smallest."""
+    pairs = zip(a, b, strict=True) if len(a) == len(b) else [(max(a), min(b))]
+    return next((pair for pair in pairs if pair[0] > pair[1]), None)
 
 
 def _offsets(plan: ScenePlan, sink: Sink) -> None:

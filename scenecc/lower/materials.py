@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import cut, suggest_name
-from scenecc.plan import PhysicalMaterial, Rgba, Texture, Value, VisualMaterial
+from scenecc.plan import Friction, PhysicalMaterial, Texture, Value, VisualMaterial, literal
 from scenecc.spec.material import Material, Physical, TextureMapping, Visual
 
 if TYPE_CHECKING:
@@ -25,7 +25,9 @@ TEXTURES = (
     "transmission_texture",
 )
 
-SAPIEN_DEFAULT = PhysicalMaterial(0.3, 0.3, 0.1)
+Rgba = tuple[float, float, float, float]
+
+SAPIEN_DEFAULT = Friction(0.3, 0.3, 0.1)
 """`sapien.physx.get_default_material()` of SAPIEN 3.0.3."""
 
 
@@ -51,7 +53,7 @@ class Materials:
     """The named materials of a document, lowered when first used."""
 
     def __init__(
-        self, named: dict[str, Material], tables: Tables, default: PhysicalMaterial, origin: Origin, sink: Sink
+        self, named: dict[str, Material], tables: Tables, default: Friction, origin: Origin, sink: Sink
     ) -> None:
         self._named = named
         self._tables = tables
@@ -109,19 +111,21 @@ class Materials:
         if parts == (None, None, None):
             return None
         default = (self._default.static_friction, self._default.dynamic_friction, self._default.restitution)
-        row = PhysicalMaterial(*(d if part is None else part for part, d in zip(parts, default, strict=True)))
+        row = PhysicalMaterial(*(literal(d if part is None else part) for part, d in zip(parts, default, strict=True)))
         return self._tables.physical(row, origin)
 
     def _visual(self, given: Visual, origin: Origin) -> VisualMaterial:
-        parts: dict[str, Any] = {name: getattr(given, name) for name in NUMBERS}
+        parts: dict[str, Any] = {
+            name: literal(number) for name in NUMBERS if (number := getattr(given, name)) is not None
+        }
         parts |= {
             name: self._texture(texture, origin.child(name))
             for name in TEXTURES
             if (texture := getattr(given, name)) is not None
         }
         return VisualMaterial(
-            base_color=rgba(given.base_color) if given.base_color is not None else None,
-            emission=rgba(given.emission) if given.emission is not None else None,
+            base_color=literal(rgba(given.base_color)) if given.base_color is not None else None,
+            emission=literal(rgba(given.emission)) if given.emission is not None else None,
             **parts,
         )
 
@@ -131,15 +135,15 @@ class Materials:
         if index is None:
             return None
         if isinstance(given, str):
-            return Texture(index)
-        return Texture(index, given.mipmap_levels, given.filter_mode, given.address_mode, given.srgb)
+            return Texture(literal(index, "int64"))
+        return Texture(literal(index, "int64"), given.mipmap_levels, given.filter_mode, given.address_mode, given.srgb)
 
 
 def colored(visual: VisualMaterial | None, color: str | Sequence[float] | None) -> VisualMaterial | None:
     """A visual material with another base colour, the rest left as it is."""
     if color is None:
         return visual
-    return replace(visual or VisualMaterial(), base_color=rgba(color))
+    return replace(visual or VisualMaterial(), base_color=literal(rgba(color)))
 
 
 def rgba(color: str | Sequence[float]) -> Rgba:

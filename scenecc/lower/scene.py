@@ -12,7 +12,7 @@ from scenecc.lower.places import WORLD, Places
 from scenecc.lower.selection import count, select
 from scenecc.lower.shapes import Shapes
 from scenecc.lower.tables import FileResolver, Tables
-from scenecc.plan import Entity, GpuMemory, PhysicalMaterial, Physics, ScenePlan, SdfConfig, literal
+from scenecc.plan import Entity, Friction, GpuMemory, Physics, ScenePlan, SdfConfig, literal
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -160,7 +160,7 @@ def _physics(given: PhysicsKeys, origin: Origin) -> Physics:
     """The same keys; those left out stay None."""
     values = {name: getattr(given, name) for name in type(given).model_fields}
     if given.default_material is not None:
-        values["default_material"] = PhysicalMaterial(**given.default_material.model_dump())
+        values["default_material"] = Friction(**given.default_material.model_dump())
     if given.sdf is not None:
         values["sdf"] = SdfConfig(**given.sdf.model_dump())
     if given.gpu_memory is not None:

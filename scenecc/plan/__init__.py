@@ -20,7 +20,7 @@ from scenecc.plan.geometry import (
     VisualGeometry,
     VisualPlane,
 )
-from scenecc.plan.material import AssetFile, PhysicalMaterial, Rgba, Texture, VisualMaterial
+from scenecc.plan.material import AssetFile, Friction, PhysicalMaterial, Texture, VisualMaterial
 from scenecc.plan.physics import GpuMemory, Physics, SdfConfig
 from scenecc.plan.scene import Entity, ScenePlan
 from scenecc.plan.value import Value, constant, literal, per_scene, varying
@@ -38,13 +38,13 @@ __all__ = [
     "ConvexParts",
     "Cylinder",
     "Entity",
+    "Friction",
     "GpuMemory",
     "Inertial",
     "Mesh",
     "PhysicalMaterial",
     "Physics",
     "Plane",
-    "Rgba",
     "ScenePlan",
     "SdfConfig",
     "Sphere",

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import difflib
-import json
-import re
 from collections.abc import Callable, Sequence
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
 from scenecc.diagnostics import Origin, Sink
 from scenecc.diagnostics import Path as Keys
 from scenecc.plan.body import BodyStructure, CollisionShape, VisualShape
-from scenecc.plan.decode_numbers import Fault, is_list, is_object, read_number, read_rows
+from scenecc.plan.decode_numbers import Fault, is_list, is_object, read_number, read_rows, shown
+from scenecc.plan.decode_scenes import check_materials, check_pick, object_count, read_selection
 from scenecc.plan.fields import (
     Choice,
     Kind,
@@ -34,7 +32,6 @@ from scenecc.plan.value import Value
 BAD: Final = object()
 """What a reader returns for data that it has reported."""
 
-_SLICE = re.compile(r"(\d{1,9}):(\d{1,9})(?::(\d{1,9}))?")
 _WITH_ORIGIN = {ScenePlan, Physics, Entity, BodyStructure, CollisionShape, VisualShape}
 _LONGEST_STRING = 100_000
 
@@ -74,7 +71,10 @@ class Decoder:
             return self._fault("SC712", message, ("num_scenes",))
         self._num_scenes = num_scenes if type(num_scenes) is int and num_scenes > 0 else None
         plan = self._node(ScenePlan, data, ())
-        return plan if self._names_differ(data.get("entities")) else BAD
+        if not self._names_differ(data.get("entities")) or not isinstance(plan, ScenePlan):
+            return BAD
+        wrong = check_materials(plan)
+        return plan if wrong is None else self._fault(wrong[0].code, wrong[0].message, wrong[1])
 
     def _names_differ(self, entities: object) -> bool:
         names: dict[str, int] = {}
@@ -82,7 +82,7 @@ class Decoder:
         for index, entity in enumerate(entities if is_list(entities) else ()):
             name: object = entity.get("name") if is_object(entity) else None
             if isinstance(name, str) and names.setdefault(name, index) != index:
-                message = f"the name {_shown(name)} stands twice: entities {names[name]} and {index}"
+                message = f"the name {shown(name)} stands twice: entities {names[name]} and {index}"
                 self._fault("SC710", message, ("entities", index, "name"))
                 differ = False
         return differ
@@ -113,19 +113,18 @@ class Decoder:
         if data in kind.options:
             return data
         words = ", ".join(f'"{option}"' for option in kind.options)
-        return self._fault("SC705", f"{_shown(data)} is none of {words}", path)
+        return self._fault("SC705", f"{shown(data)} is none of {words}", path)
 
     def _many(self, kind: Many, data: object, path: Keys) -> object:
         if not is_list(data):
-            return self._fault("SC705", f"a list is wanted here, not {_shown(data)}", path)
+            return self._fault("SC705", f"a list is wanted here, not {shown(data)}", path)
         items = [self._read(kind.item, item, (*path, index)) for index, item in enumerate(data)]
         return BAD if any(item is BAD for item in items) else tuple(items)
 
     def _node(self, cls: type, data: object, path: Keys) -> object:
         if not is_object(data):
-            return self._fault("SC705", f"an object is wanted here, not {_shown(data)}", path)
+            return self._fault("SC705", f"an object is wanted here, not {shown(data)}", path)
         if cls is Entity:
-            self._row_count = None
             self._entity = data
         its_slots = slots(cls)
         unknown = data.keys() - {slot.name for slot in its_slots}
@@ -138,6 +137,8 @@ class Decoder:
                 read[slot.name] = self._read(slot.kind, data[slot.name], (*path, slot.name))
             elif slot.required:
                 read[slot.name] = self._fault("SC704", f"the key `{slot.name}` is missing", path)
+        if cls is Entity:
+            self._row_count = None
         if unknown or any(item is BAD for item in read.values()):
             return BAD
         return self._made(cls, read, path)
@@ -156,27 +157,22 @@ class Decoder:
         structures, pick = read["structures"], read.get("pick")
         if not structures:
             return self._fault("SC706", "an entity has one structure at least", (*path, "structures")) is not BAD
-        if pick is None:
+        fault = None if pick is None else check_pick(pick, len(structures))
+        if pick is None or fault is None:
             return True
-        if len(pick) != self._row_count:
-            message = f"`pick` has {len(pick)} items, and the entity is in {self._row_count} scenes"
-            return self._fault("SC706", message, (*path, "pick")) is not BAD
-        for index, item in enumerate(pick):
-            if item >= len(structures):
-                message = f"there is no structure {item}: the entity has {len(structures)}"
-                return self._fault("SC708", message, (*path, "pick", index)) is not BAD
-        return True
+        where = ("per_scene", *fault.keys) if pick.varies else ()
+        return self._fault(fault.code, fault.message, (*path, "pick", *where)) is not BAD
 
     def _one_of(self, kind: OneOf, data: object, path: Keys) -> object:
         if not is_object(data):
-            return self._fault("SC705", f"an object is wanted here, not {_shown(data)}", path)
+            return self._fault("SC705", f"an object is wanted here, not {shown(data)}", path)
         by_type = dict(kind.by_type)
         if "type" not in data:
             return self._fault("SC704", "the key `type` is missing", path)
         name = data["type"]
         if not isinstance(name, str) or name not in by_type:
             words = ", ".join(f'"{word}"' for word in by_type)
-            return self._fault("SC705", f"{_shown(name)} is none of {words}", (*path, "type"))
+            return self._fault("SC705", f"{shown(name)} is none of {words}", (*path, "type"))
         return self._node(by_type[name], {key: item for key, item in data.items() if key != "type"}, path)
 
     def _value(self, kind: Quantity, data: object, path: Keys) -> object:
@@ -202,21 +198,20 @@ class Decoder:
         if kind.type is str or kind.type is bool:
             if type(data) is not kind.type:
                 word = "a string" if kind.type is str else "true or false"
-                return self._fault("SC705", f"{word} is wanted here, not {_shown(data)}", path)
+                return self._fault("SC705", f"{word} is wanted here, not {shown(data)}", path)
             if isinstance(data, str) and len(data) > _LONGEST_STRING:
                 return self._fault("SC712", f"this string has {len(data)} characters", path)
             return data
-        size = self._table_sizes[kind.table] if kind.table is not None else None
-        read = read_number(kind, data, size)
+        read = read_number(kind, data)
         return self._fault(read.code, read.message, path) if isinstance(read, Fault) else read
 
     def _selection(self, data: object, path: Keys) -> object:
-        found = self._slice(data, path) if isinstance(data, str) else self._indices(data, path)
-        if found is None:
-            return BAD
+        found = read_selection(data, self._num_scenes if self._num_scenes is not None else self._scene_limit)
+        if isinstance(found, Fault):
+            return self._fault(found.code, found.message, path)
         self._row_count = len(found)
         before = self._object_count
-        self._object_count += _object_count(self._entity, len(found))
+        self._object_count += object_count(self._entity, len(found))
         if self._object_count > self._object_limit:
             # What comes after is counted, and no tuple made of it.
             if before <= self._object_limit:
@@ -234,41 +229,10 @@ class Decoder:
             shared = self._selections[data] = tuple(found)
         return shared
 
-    def _indices(self, data: object, path: Keys) -> Sequence[int] | None:
-        message = ""
-        if not is_list(data) or not set(map(type, data)) <= {int}:
-            self._fault("SC705", 'a list of scene indices or a slice such as "0:8" is wanted here', path)
-            return None
-        limit = self._scene_count()
-        if not data:
-            message = "the entity is in no scene"
-        elif any(a >= b for a, b in pairwise(data)):
-            message = "scene indices ascend, without repetition"
-        elif data[0] < 0 or data[-1] >= limit:
-            message = f"there is no scene {_shown(data[0] if data[0] < 0 else data[-1])}: there are {limit}"
-        if message:
-            self._fault("SC709", message, path)
-            return None
-        return data
-
-    def _scene_count(self) -> int:
-        return self._num_scenes if self._num_scenes is not None else self._scene_limit
-
-    def _slice(self, text: str, path: Keys) -> range | None:
-        match = _SLICE.fullmatch(text)
-        if match is None:
-            self._fault("SC705", f'{_shown(text)} is no slice such as "0:8" or "0:8:2"', path)
-            return None
-        start, stop, step = int(match[1]), int(match[2]), int(match[3] or 1)
-        if not step or not start < stop <= self._scene_count():
-            self._fault("SC709", f"{_shown(text)} selects no scenes out of {self._scene_count()}", path)
-            return None
-        return range(start, stop, step)
-
     def _unknown_key(self, key: str, known: list[str], path: Keys) -> None:
         near = difflib.get_close_matches(key[:80], known, n=1)
         hint = f"did you mean `{near[0]}`?" if near else None
-        self._sink.report("SC703", f"unknown key {_shown(key)}", self._origin((*path, key[:80])), at="key", hint=hint)
+        self._sink.report("SC703", f"unknown key {shown(key)}", self._origin((*path, key[:80])), at="key", hint=hint)
 
     def _origin(self, path: Keys) -> Origin:
         return Origin(self._file, path)
@@ -276,30 +240,3 @@ class Decoder:
     def _fault(self, code: str, message: str, path: Keys) -> object:
         self._sink.report(code, message, self._origin(path))
         return BAD
-
-
-def _object_count(entity: dict[str, Any], rows: int) -> int:
-    """The entity's shapes (one where it has none) summed over its scenes; what is malformed counts once.
-
-    A shape that collides and is seen is two here and one in a scene file, whose plan must not be above its limit.
-    """
-    structures, pick = entity.get("structures"), entity.get("pick")
-    bodies = structures if is_list(structures) else []
-    shapes = [max(1, _length(body, "collisions"), _length(body, "visuals")) for body in bodies]
-    if is_list(pick):
-        return sum(shapes[item] if type(item) is int and 0 <= item < len(shapes) else 1 for item in pick)
-    return rows * (shapes[0] if shapes else 1)
-
-
-def _length(body: object, key: str) -> int:
-    shapes: object = body.get(key) if is_object(body) else None
-    return len(shapes) if is_list(shapes) else 0
-
-
-def _shown(item: object) -> str:
-    if is_object(item):
-        return "an object"
-    if is_list(item):
-        return "a list"
-    text = json.dumps(item)
-    return text if len(text) <= 60 else text[:60] + "…"

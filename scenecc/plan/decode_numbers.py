@@ -44,17 +44,15 @@ _WANTED = {
 }
 
 
-def read_number(kind: Plain, item: object, table_size: int | None) -> int | float | Fault:
+def read_number(kind: Plain, item: object) -> int | float | Fault:
     """One number that is the same in every scene."""
     wanted = "a number" if kind.type is float else "an integer"
     if isinstance(item, bool) or not isinstance(item, (int, float) if kind.type is float else int):
-        return Fault("SC705", f"{wanted} is wanted here, not {_shown(item)}")
-    if table_size is not None and not 0 <= item < table_size:
-        return Fault("SC708", f"there is no entry {_shown(item)} in `{kind.table}`, which has {table_size}")
+        return Fault("SC705", f"{wanted} is wanted here, not {shown(item)}")
     if kind.type is float and not abs(item) <= sys.float_info.max:
-        return Fault("SC707", f"{_shown(item)} is outside the range: it must be finite")
+        return Fault("SC707", f"{shown(item)} is outside the range: it must be finite")
     if not _inside(kind.bounds, item):
-        return Fault("SC707", f"{_shown(item)} is outside the range: it must be {kind.bounds}")
+        return Fault("SC707", f"{shown(item)} is outside the range: it must be {kind.bounds}")
     return kind.type(item)  # type: ignore[return-value]
 
 
@@ -71,12 +69,12 @@ def read_rows(kind: Quantity, rows: list[Any], table_size: int | None) -> Value 
     types, word = _WANTED[kind.dtype]
     if not set(map(type, flat)) <= types:
         index = next(i for i, item in enumerate(flat) if type(item) not in types)
-        return Fault("SC705", f"{word} is wanted here, not {_shown(flat[index])}", _keys(kind, index))
+        return Fault("SC705", f"{word} is wanted here, not {shown(flat[index])}", _keys(kind, index))
     try:
         data = np.array(rows, dtype=kind.dtype).reshape(len(rows), *kind.shape)
     except OverflowError:
         index = next(i for i, item in enumerate(flat) if abs(item) >= 2**63)
-        return Fault("SC707", f"{_shown(flat[index])} is too large", _keys(kind, index))
+        return Fault("SC707", f"{shown(flat[index])} is too large", _keys(kind, index))
     fault = _range_fault(kind, data, table_size) or (_rotation_fault(data) if kind.pose else None)
     if fault is not None:
         return fault
@@ -87,7 +85,7 @@ def read_rows(kind: Quantity, rows: list[Any], table_size: int | None) -> Value 
 def _shape_fault(count: int, rows: list[Any]) -> Fault | None:
     for index, row in enumerate(rows):
         if not is_list(row):
-            return Fault("SC705", f"a list of {count} is wanted here, not {_shown(row)}", (index,))
+            return Fault("SC705", f"a list of {count} is wanted here, not {shown(row)}", (index,))
         if len(row) != count:
             return Fault("SC706", f"a list of {count} is wanted here, not of {len(row)}", (index,))
     return None
@@ -133,7 +131,8 @@ def _keys(kind: Quantity, index: int) -> tuple[int, ...]:
     return divmod(index, kind.shape[0]) if kind.shape else (index,)
 
 
-def _shown(item: object) -> str:
+def shown(item: object) -> str:
+    """An item of JSON in a message."""
     if is_object(item) or is_list(item):
         return "a list" if is_list(item) else "an object"
     text = json.dumps(item) if not isinstance(item, int) or abs(item) < 2**64 else "an integer beyond 64 bits"

@@ -65,7 +65,6 @@ class Plain:
 
     type: type[bool | int | float | str]
     bounds: Bounds = ANY
-    table: Table | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,6 +129,7 @@ _POSITIVE = Quantity(bounds=POSITIVE)
 _AT_LEAST_0 = Quantity(bounds=AT_LEAST_0)
 _POSITIVE3 = Quantity(shape=(3,), bounds=POSITIVE)
 _POSITIVE2 = Quantity(shape=(2,), bounds=POSITIVE)
+_UNIT = Quantity(bounds=UNIT)
 _FILE = Quantity(np.int64, table="files")
 
 QUANTITIES: dict[str, Quantity] = {
@@ -167,8 +167,20 @@ QUANTITIES: dict[str, Quantity] = {
     "solver_position_iterations": Quantity(np.int64, bounds=Bounds(1, 255)),
     "solver_velocity_iterations": Quantity(np.int64, bounds=Bounds(0, 255)),
     "collision_groups": Quantity(np.int64, (4,), Bounds(0, 2**32 - 1)),
-    "visibility": Quantity(bounds=UNIT),
+    "visibility": _UNIT,
     "shading_mode": Quantity(np.int64, bounds=Bounds(0, 255)),
+    "pick": Quantity(np.int64, bounds=COUNT),
+    "static_friction": _AT_LEAST_0,
+    "dynamic_friction": _AT_LEAST_0,
+    "restitution": _UNIT,
+    "base_color": Quantity(shape=(4,), bounds=UNIT),
+    "emission": Quantity(shape=(4,), bounds=AT_LEAST_0),
+    "specular": _UNIT,
+    "roughness": _UNIT,
+    "metallic": _UNIT,
+    "transmission": _UNIT,
+    "transmission_roughness": _UNIT,
+    "ior": Quantity(bounds=Bounds(1, LARGEST)),
 }
 """`Value` fields by name; `Class.field` goes before `field`."""
 
@@ -187,14 +199,6 @@ BOUNDS: dict[str, Bounds] = {
     "spacing": POSITIVE,
     "solver_position_iterations": Bounds(1, 255),
     "solver_velocity_iterations": Bounds(0, 255),
-    "base_color": UNIT,
-    "emission": AT_LEAST_0,
-    "specular": UNIT,
-    "roughness": UNIT,
-    "metallic": UNIT,
-    "transmission": UNIT,
-    "transmission_roughness": UNIT,
-    "ior": Bounds(1, LARGEST),
     "mipmap_levels": Bounds(1, 32),
     "threshold": Bounds(0.01, 1),
     "cpu_workers": Bounds(0, 256),
@@ -256,8 +260,6 @@ def _kind(cls: type, name: str, hint: Any) -> Kind:
 
 
 def _plain(cls: type, name: str, hint: type[bool | int | float | str]) -> Plain:
-    if hint is int and name == "file":
-        return Plain(int, table="files")
     return Plain(hint, _row(BOUNDS, cls, name, default=COUNT if hint is int else ANY))
 
 

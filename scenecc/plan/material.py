@@ -1,14 +1,17 @@
-"""The tables of a plan: materials, textures and files. Shapes hold indices into them."""
+"""The tables of a plan: materials, textures and files. Shapes hold indices into them.
+
+Rows of a material's values follow the scenes of the entities whose shapes have it.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-Rgba = tuple[float, float, float, float]
+    from scenecc.plan.value import Value
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,8 +29,8 @@ class AssetFile:
 
 
 @dataclass(frozen=True, slots=True)
-class PhysicalMaterial:
-    """`sapien.physx.PhysxMaterial`. Frictions and restitution have no unit."""
+class Friction:
+    """The numbers of a `sapien.physx.PhysxMaterial`, the same in every scene. They have no unit."""
 
     static_friction: float
     dynamic_friction: float
@@ -35,34 +38,79 @@ class PhysicalMaterial:
 
 
 @dataclass(frozen=True, slots=True)
+class PhysicalMaterial:
+    """`sapien.physx.PhysxMaterial`: (·,) each, without unit."""
+
+    static_friction: Value
+    dynamic_friction: Value
+    restitution: Value
+
+    def values(self) -> tuple[Value, ...]:
+        """All values of it."""
+        return (self.static_friction, self.dynamic_friction, self.restitution)
+
+    def row(self, index: int) -> Friction:
+        """What it is in scene number `index` (a row, not a scene index) of an entity."""
+        return Friction(*(float(value.row(index)) for value in self.values()))
+
+
+@dataclass(frozen=True, slots=True)
 class Texture:
     """An image and how it is sampled; None is what `sapien.render.RenderTexture2D` does without it.
 
-    `file` is an index into `ScenePlan.files`.
+    `file`: (·,) index into `ScenePlan.files`.
     """
 
-    file: int
+    file: Value
     mipmap_levels: int | None = None
     filter_mode: Literal["nearest", "linear"] | None = None
     address_mode: Literal["repeat", "border", "edge", "mirror"] | None = None
     srgb: bool | None = None
 
+    def sampling(self) -> dict[str, int | str | bool]:
+        """How it is sampled, where the plan says so, by the names of these fields and of SAPIEN's arguments."""
+        given = {item.name: getattr(self, item.name) for item in fields(self) if item.name != "file"}
+        return {name: value for name, value in given.items() if value is not None}
+
 
 @dataclass(frozen=True, slots=True)
 class VisualMaterial:
-    """`sapien.render.RenderMaterial`; None leaves SAPIEN's own. Colours are linear RGBA in 0..1."""
+    """`sapien.render.RenderMaterial`; None leaves SAPIEN's own.
 
-    base_color: Rgba | None = None
-    emission: Rgba | None = None
-    specular: float | None = None
-    roughness: float | None = None
-    metallic: float | None = None
-    transmission: float | None = None
-    ior: float | None = None
-    transmission_roughness: float | None = None
+    Attributes:
+        base_color, emission: (·, 4), linear RGBA in 0..1 (an emission may be brighter).
+        specular, roughness, metallic, transmission, ior, transmission_roughness: (·,).
+    """
+
+    base_color: Value | None = None
+    emission: Value | None = None
+    specular: Value | None = None
+    roughness: Value | None = None
+    metallic: Value | None = None
+    transmission: Value | None = None
+    ior: Value | None = None
+    transmission_roughness: Value | None = None
     base_color_texture: Texture | None = None
     normal_texture: Texture | None = None
     roughness_texture: Texture | None = None
     metallic_texture: Texture | None = None
     emission_texture: Texture | None = None
     transmission_texture: Texture | None = None
+
+    def numbers(self) -> dict[str, Value]:
+        """What is given of the colours and numbers, by field."""
+        given = {item.name: getattr(self, item.name) for item in fields(self)}
+        return {name: item for name, item in given.items() if item is not None and not isinstance(item, Texture)}
+
+    def textures(self) -> dict[str, Texture]:
+        """The textures that are given, by field."""
+        given = {item.name: getattr(self, item.name) for item in fields(self)}
+        return {name: item for name, item in given.items() if isinstance(item, Texture)}
+
+    def values(self) -> tuple[Value, ...]:
+        """All values of it, those of its textures included."""
+        return (*self.numbers().values(), *(texture.file for texture in self.textures().values()))
+
+    def row(self, index: int) -> dict[str, float | list[float]]:
+        """The colours and numbers that are given in scene number `index` (a row) of an entity, by field."""
+        return {name: value.row(index).tolist() for name, value in self.numbers().items()}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
-    from scenecc.plan.material import PhysicalMaterial
+    from scenecc.plan.material import Friction
 
 Vec3 = tuple[float, float, float]
 
@@ -55,7 +55,7 @@ class Physics:
     enable_enhanced_determinism: bool | None = None
     enable_friction_every_iteration: bool | None = None
     cpu_workers: int | None = None
-    default_material: PhysicalMaterial | None = None
+    default_material: Friction | None = None
     contact_offset: float | None = None
     rest_offset: float | None = None
     solver_position_iterations: int | None = None

@@ -25,15 +25,19 @@ class Entity:
             `Value` below follow this order.
         pose: (·, 7) in the world of its scene, p [m] then q (wxyz).
         structures: one, or one a variant.
-        pick: which structure each of its scenes has; None: all have the first.
+        pick: (·,) which structure each of its scenes has; None: all have the first.
     """
 
     name: str
     scene_idxs: tuple[int, ...]
     pose: Value
     structures: tuple[BodyStructure, ...]
-    pick: tuple[int, ...] | None = None
+    pick: Value | None = None
     origin: Origin | None = field(default=None, compare=False)
+
+    def structure(self, row: int) -> BodyStructure:
+        """The structure in its scene number `row` (not a scene index)."""
+        return self.structures[0 if self.pick is None else int(self.pick.row(row))]
 
 
 @dataclass(frozen=True, slots=True)

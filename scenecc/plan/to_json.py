@@ -80,8 +80,6 @@ def _text(kind: Kind, item: Any, indent: str) -> str:
         case OneOf():
             members = [("type", _dumps(type_name(item.__class__))), *_members(item, indent)]
             text = _joined("{}", _keyed(members), indent)
-        case Many(Plain()):
-            text = _array(_dumps([int(number) for number in item]), indent)
         case Many():
             text = _joined("[]", [_text(kind.item, one, indent + _STEP) for one in item], indent)
     return text

@@ -78,13 +78,19 @@ class Value:
             return NotImplemented
         if self is other:
             return True
+        if _same_literal(self._source, other._source):
+            return True
         a, b = self.data, other.data
         same = a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
         # As they are written, since 1 is not 1.0 in a recipe and 0.0 is not -0.0.
         return same and (self.recipe is other.recipe or repr(self.recipe) == repr(other.recipe))
 
     def __hash__(self) -> int:
-        return hash((self.data.dtype.str, self.data.shape, self.data.tobytes()))
+        source = self._source
+        if source is None or isinstance(source, _Varying):
+            return hash(tuple(self.data.ravel().tolist()))
+        # Without an array: numbers that are equal have one hash, whatever their type.
+        return hash(source[0] if isinstance(source[0], tuple) else (source[0],))
 
     @property
     def varies(self) -> bool:
@@ -131,6 +137,13 @@ class Value:
     def row(self, index: int) -> Any:
         """What the entity's scene number `index` (a row, not a scene index) has."""
         return self.data[index if self.data.shape[0] != 1 else 0]
+
+
+def _same_literal(a: object, b: object) -> bool:
+    """Whether two sources are one literal, so that no array need be made to compare them."""
+    if a.__class__ is not tuple or b.__class__ is not tuple or a != b:
+        return False
+    return repr(a) == repr(b)
 
 
 _new = object.__new__

@@ -11,7 +11,7 @@ from fidelity.compare import assert_same_scene, assert_same_trajectory
 from fidelity.hand import SCENES, Case, box_shape, built, by_hand, counts, flags, plan_of
 
 from scenecc.backends.sapien.knobs import BODY_KNOBS
-from scenecc.plan import BodyStructure, Entity, Inertial, PhysicalMaterial, Physics, ScenePlan, constant, per_scene
+from scenecc.plan import BodyStructure, Entity, Friction, Inertial, Physics, ScenePlan, constant, per_scene
 
 SIZES = [0.05, 0.06, 0.07]
 SHAPES = (box_shape(*SIZES), box_shape(0.02, 0.02, 0.2, density=constant(300.0)))
@@ -123,7 +123,7 @@ PHYSICS: dict[str, Any] = {
     "enable_enhanced_determinism": True,
     "enable_friction_every_iteration": False,
     "cpu_workers": 2,
-    "default_material": PhysicalMaterial(0.9, 0.8, 0.6),
+    "default_material": Friction(0.9, 0.8, 0.6),
     "contact_offset": 0.05,
     "rest_offset": 0.005,
     "solver_position_iterations": 3,

@@ -10,6 +10,7 @@ import pytest
 import sapien
 from fidelity.compare import assert_same_scene, assert_same_trajectory
 from fidelity.hand import SCENES, Case, box_shape, built, by_hand, component, counts, plan_of
+from plugins.sample_plans import rubbing
 
 from scenecc.backends.sapien.collision import COLLISION
 from scenecc.plan import (
@@ -21,7 +22,6 @@ from scenecc.plan import (
     ConvexMesh,
     ConvexParts,
     Cylinder,
-    PhysicalMaterial,
     Plane,
     Sphere,
     TriangleMesh,
@@ -128,7 +128,7 @@ CASES: dict[str, Make] = {
             half_size=SIZES,
             material=sapien.physx.PhysxMaterial(*((0.9, 0.8, 0.0), (0.1, 0.05, 0.7))[(0, 1, 0)[i]]),
         ),
-        physical_materials=(PhysicalMaterial(0.9, 0.8, 0.0), PhysicalMaterial(0.1, 0.05, 0.7)),
+        physical_materials=(rubbing(0.9, 0.8, 0.0), rubbing(0.1, 0.05, 0.7)),
     ),
     "groups": lambda _: Case(
         BodyStructure(

@@ -8,6 +8,7 @@ from typing import Any
 import sapien
 from fidelity.compare import assert_same_scene, assert_same_trajectory
 from fidelity.hand import UP, built, counts
+from plugins.sample_plans import indices, rubbing
 from sapien import physx
 
 from scenecc.plan import (
@@ -17,7 +18,6 @@ from scenecc.plan import (
     CollisionShape,
     ConvexMesh,
     Entity,
-    PhysicalMaterial,
     Physics,
     Plane,
     ScenePlan,
@@ -64,7 +64,7 @@ def varied(meshes: dict[str, Path]) -> ScenePlan:
                     BodyStructure("dynamic", (rock,), mass=constant(0.7)),
                     BodyStructure("kinematic", (ball, rock)),
                 ),
-                PICK,
+                indices(*PICK),
             ),
             Entity(
                 "obstacle",
@@ -75,7 +75,7 @@ def varied(meshes: dict[str, Path]) -> ScenePlan:
         ),
         Physics(),
         files=tuple(AssetFile(path.name, path) for path in (meshes["rock"], meshes["wedge"])),
-        physical_materials=tuple(PhysicalMaterial(*numbers) for numbers in FRICTION),
+        physical_materials=tuple(rubbing(*numbers) for numbers in FRICTION),
     )
 
 

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import pytest
 from fidelity.hand import Case, built, plan_of
+from plugins.sample_plans import indices
 
 from scenecc.backends.sapien import instantiate, resources
 from scenecc.diagnostics import Sink
@@ -38,7 +39,7 @@ def test_sampling_of_an_image(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The builder samples an image otherwise than the plan says."""
-    paint = VisualMaterial(base_color_texture=Texture(0, **asked))
+    paint = VisualMaterial(base_color_texture=Texture(indices(0), **asked))
     box = VisualShape(Box(constant([0.1, 0.1, 0.1])), material=constant(0, int))
     seen = Case(
         BodyStructure("static", visuals=(box,)),
@@ -50,8 +51,8 @@ def test_sampling_of_an_image(
     built(plan, render=True, audit=level)
     make = resources.Resources._texture
 
-    def other(self: Any, texture: Texture) -> Any:
-        return make(self, replace(texture, **changed))
+    def other(self: Any, texture: Texture, row: int) -> Any:
+        return make(self, replace(texture, **changed), row)
 
     monkeypatch.setattr(resources.Resources, "_texture", other)
     sink = Sink()

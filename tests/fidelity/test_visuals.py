@@ -11,6 +11,7 @@ import pytest
 import sapien
 from fidelity.compare import assert_same_scene, assert_same_trajectory
 from fidelity.hand import SCENES, Case, box_shape, built, by_hand, component, counts, plan_of
+from plugins.sample_plans import indices, look
 
 from scenecc.plan import (
     BodyStructure,
@@ -35,8 +36,8 @@ pytestmark = pytest.mark.render
 
 SIZES = [0.05, 0.06, 0.07]
 POSE = [0.01, 0.02, -0.03, 0.5, 0.5, 0.5, 0.5]
-OAK = VisualMaterial(base_color=(0.6, 0.4, 0.2, 0.5), roughness=0.7)
-STEEL = VisualMaterial(
+OAK = look(base_color=(0.6, 0.4, 0.2, 0.5), roughness=0.7)
+STEEL = look(
     emission=(0.1, 0.2, 0.3, 1.0),
     specular=0.4,
     metallic=0.9,
@@ -44,6 +45,7 @@ STEEL = VisualMaterial(
     ior=1.3,
     transmission_roughness=0.2,
 )
+COLORS = ("base_color", "emission")
 
 Meshes = dict[str, Path]
 
@@ -51,12 +53,9 @@ Meshes = dict[str, Path]
 def material(numbers: VisualMaterial) -> Any:
     """As a person writes it."""
     made = sapien.render.RenderMaterial()
-    for name in ("base_color", "emission"):
-        if getattr(numbers, name) is not None:
-            getattr(made, f"set_{name}")(list(getattr(numbers, name)))
-    for name in ("specular", "roughness", "metallic", "transmission", "ior", "transmission_roughness"):
-        if getattr(numbers, name) is not None:
-            getattr(made, f"set_{name}")(getattr(numbers, name))
+    for name in (*COLORS, "specular", "roughness", "metallic", "transmission", "ior", "transmission_roughness"):
+        if (value := getattr(numbers, name)) is not None:
+            getattr(made, f"set_{name}")(value.data[0].tolist())
     return made
 
 
@@ -165,7 +164,8 @@ def test_front_face() -> None:
 
 
 def test_textures(image: Path) -> None:
-    plain, told = Texture(0), Texture(0, mipmap_levels=3, filter_mode="nearest", address_mode="border", srgb=False)
+    plain = Texture(indices(0))
+    told = Texture(indices(0), mipmap_levels=3, filter_mode="nearest", address_mode="border", srgb=False)
     paint = VisualMaterial(
         base_color_texture=plain,
         normal_texture=told,
@@ -248,7 +248,7 @@ def test_render_none_renders_where_a_device_exists(meshes: Meshes) -> None:
 
 def test_a_picture_shows_the_body() -> None:
     """The whole path down to pixels: a red box in front of a camera, in two scenes of different size."""
-    red = VisualMaterial(emission=(1.0, 0.0, 0.0, 1.0), base_color=(1.0, 0.0, 0.0, 1.0))
+    red = look(emission=(1.0, 0.0, 0.0, 1.0), base_color=(1.0, 0.0, 0.0, 1.0))
     box = VisualShape(Box(per_scene([[0.1, 0.1, 0.1], [0.1, 0.3, 0.3]])), material=constant(0, int))
     plan = ScenePlan(
         "picture",

@@ -66,8 +66,8 @@ def _entity(draw: st.DrawFn, name: str, scope: _Scope) -> Entity:
         if slot.name not in {*made, "pick"}:
             made[slot.name] = draw(_of(slot.kind, inner, slot.name))
     last = len(made["structures"]) - 1
-    pick = st.none() if not last else st.lists(st.integers(0, last), min_size=len(idxs), max_size=len(idxs)).map(tuple)
-    return Entity(**made, pick=draw(pick))
+    pick = _values(Quantity(np.int64, bounds=Bounds(0, last)), inner)
+    return Entity(**made, pick=draw(pick) if last else None)
 
 
 def _of(kind: Kind, scope: _Scope, name: str = "") -> st.SearchStrategy[Any]:  # noqa: PLR0911 - one a kind
@@ -75,7 +75,7 @@ def _of(kind: Kind, scope: _Scope, name: str = "") -> st.SearchStrategy[Any]:  #
         case Quantity():
             return _values(kind, scope)
         case Plain():
-            return _plain(kind, scope)
+            return _plain(kind)
         case Choice():
             return st.sampled_from(kind.options)
         case Numbers():
@@ -106,9 +106,7 @@ def _nodes(draw: st.DrawFn, cls: type, scope: _Scope) -> Any:
     return cls(**made)
 
 
-def _plain(kind: Plain, scope: _Scope) -> st.SearchStrategy[Any]:
-    if kind.table is not None:
-        return st.integers(0, scope.sizes[kind.table] - 1)
+def _plain(kind: Plain) -> st.SearchStrategy[Any]:
     if kind.type is str:
         return st.text(max_size=20)
     if kind.type is bool:

@@ -20,6 +20,7 @@ from scenecc.plan import (
     ConvexParts,
     Cylinder,
     Entity,
+    Friction,
     GpuMemory,
     Inertial,
     Mesh,
@@ -37,6 +38,7 @@ from scenecc.plan import (
     VisualPlane,
     VisualShape,
     constant,
+    literal,
     per_scene,
 )
 
@@ -58,6 +60,16 @@ def poses(*points: tuple[float, float, float]) -> Value:
 
 def indices(*rows: int) -> Value:
     return per_scene(rows, INT)
+
+
+def rubbing(static_friction: float, dynamic_friction: float, restitution: float) -> PhysicalMaterial:
+    return PhysicalMaterial(literal(static_friction), literal(dynamic_friction), literal(restitution))
+
+
+def look(**given: Any) -> VisualMaterial:
+    """Numbers, colours and textures; numbers and colours as they are."""
+    parts: Any = {name: item if isinstance(item, Texture | Value) else literal(item) for name, item in given.items()}
+    return VisualMaterial(**parts)
 
 
 def files(*names: str) -> tuple[AssetFile, ...]:
@@ -138,10 +150,10 @@ def shapes() -> ScenePlan:
         entities,
         Physics(),
         files=file,
-        physical_materials=(PhysicalMaterial(0.9, 0.8, 0.05), PhysicalMaterial(0.4, 0.3, 0.5)),
+        physical_materials=(rubbing(0.9, 0.8, 0.05), rubbing(0.4, 0.3, 0.5)),
         visual_materials=(
-            VisualMaterial(base_color=(0.8, 0.1, 0.1, 1), roughness=0.4),
-            VisualMaterial(base_color_texture=Texture(2, mipmap_levels=4, filter_mode="nearest", srgb=True)),
+            look(base_color=(0.8, 0.1, 0.1, 1), roughness=0.4),
+            look(base_color_texture=Texture(constant(2, INT), mipmap_levels=4, filter_mode="nearest", srgb=True)),
         ),
         description="Every shape that there is.\nTwo scenes, both the same.",
     )
@@ -198,7 +210,7 @@ def knobs() -> ScenePlan:
         enable_enhanced_determinism=True,
         enable_friction_every_iteration=False,
         cpu_workers=1,
-        default_material=PhysicalMaterial(0.7, 0.6, 0.3),
+        default_material=Friction(0.7, 0.6, 0.3),
         contact_offset=0.015,
         rest_offset=0.001,
         solver_position_iterations=15,
@@ -248,7 +260,7 @@ def varied() -> ScenePlan:
     entities = (
         ground(4),
         Entity("crate", everywhere, poses((0, 0, 0.1), (0, 0, 0.2), (0, 0, 0.3), (0, 0, 0.4)), (crate,)),
-        Entity("bin", everywhere, four, (light, block, lone), pick=(0, 1, 0, 2)),
+        Entity("bin", everywhere, four, (light, block, lone), pick=indices(0, 1, 0, 2)),
         Entity("obstacle", (0, 2), poses((0.3, 0, 0.3), (0.3, 0.1, 0.3)), (thing,)),
         Entity(
             "pin", (0, 1, 3), poses((0.5, 0, 0.1), (0.6, 0, 0.1), (0.7, 0, 0.1)), (solid(Box(constant([0.02] * 3))),)
@@ -262,8 +274,8 @@ def varied() -> ScenePlan:
         entities,
         Physics(timestep=1 / 240),
         files=files("mug.obj", "gem.stl"),
-        physical_materials=(PhysicalMaterial(0.9, 0.8, 0.05), PhysicalMaterial(0.1, 0.05, 0.6)),
-        visual_materials=(VisualMaterial(base_color=(1, 0, 0, 1)), VisualMaterial(base_color=(0, 0, 1, 0.5))),
+        physical_materials=(rubbing(0.9, 0.8, 0.05), rubbing(0.1, 0.05, 0.6)),
+        visual_materials=(look(base_color=(1, 0, 0, 1)), look(base_color=(0, 0, 1, 0.5))),
         seed=7,
     )
 

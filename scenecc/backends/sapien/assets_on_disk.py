@@ -10,12 +10,11 @@ import json
 import os
 import re
 import time
-from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenecc.backends.sapien.engine import physx, render
-from scenecc.plan import ConvexMesh, ConvexParts, Mesh, Texture, TriangleMesh
+from scenecc.plan import ConvexMesh, ConvexParts, Mesh, TriangleMesh
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -71,8 +70,9 @@ def refresh(plan: ScenePlan, *, rendered: bool) -> None:
     bodies = [structure for entity in plan.entities for structure in entity.structures]
     MESHES.refresh(_paths(plan, (shape.geometry for body in bodies for shape in body.collisions)))
     if rendered:
-        textures = (getattr(m, f.name) for m in plan.visual_materials for f in fields(m))
-        images = [plan.files[texture.file].path for texture in textures if isinstance(texture, Texture)]
+        textures = (texture for material in plan.visual_materials for texture in material.textures().values())
+        indices = (int(index) for texture in textures for index in texture.file.data)
+        images = [plan.files[index].path for index in indices]
         LOOKS.refresh([*_paths(plan, (shape.geometry for body in bodies for shape in body.visuals)), *images])
 
 

@@ -2,46 +2,51 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenecc.backends.sapien.assets_on_disk import crashes_the_reader
+from scenecc.backends.sapien.columns import taken
 from scenecc.backends.sapien.decomposition import decompose
 from scenecc.backends.sapien.engine import physx, render
 from scenecc.backends.sapien.failure import EngineFailure
-from scenecc.plan import Texture
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     import numpy as np
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.columns import Column
-    from scenecc.plan import CoacdParams, ScenePlan, VisualMaterial
+    from scenecc.plan import CoacdParams, Friction, PhysicalMaterial, ScenePlan, Texture, Value, VisualMaterial
 
 
 class Resources:
     """The tables of a plan as objects of the engine.
 
-    Materials are shared by all shapes that name them, in all scenes, as in a script that makes each
-    once: changing a friction later changes it for all of them.
+    Materials are shared by all shapes that name them, in all scenes where their numbers are the same, as in a
+    script that makes each once: changing a friction later changes it for all of them.
     """
 
     def __init__(self, plan: ScenePlan) -> None:
         self._plan = plan
         default = plan.physics.default_material
         self.default_material: Any = physx.get_default_material() if default is None else _physical(default)
-        self._physical = [_physical(material) for material in plan.physical_materials]
-        self._visual: dict[int, Any] = {}
-        self._textures: dict[Texture, Any] = {}
+        self._physical: dict[tuple[object, ...], Any] = {}
+        self._visual: dict[tuple[object, ...], Any] = {}
+        self._textures: dict[tuple[object, ...], Any] = {}
 
-    def physical(self, indices: NDArray[np.int64] | None) -> Column:
-        """`PhysxMaterial` a row; None: the default material."""
-        return [self.default_material] if indices is None else [self._physical[i] for i in indices.tolist()]
+    def physical(self, material: Value | None, rows: NDArray[np.intp]) -> Column:
+        """`PhysxMaterial` a row, or one for all; None: the default material."""
+        if material is None:
+            return [self.default_material]
+        table = self._plan.physical_materials
+        return _by_row(material, rows, table, self._physical, lambda index, row: _physical(table[index].row(row)))
 
-    def visual(self, indices: NDArray[np.int64]) -> Column:
-        """`RenderMaterial` a row."""
-        return [self._visual_material(i) for i in indices.tolist()]
+    def visual(self, material: Value, rows: NDArray[np.intp]) -> Column:
+        """`RenderMaterial` a row, or one for all."""
+        table = self._plan.visual_materials
+        return _by_row(material, rows, table, self._visual, lambda index, row: self._make_visual(table[index], row))
 
     def meshes(self, indices: NDArray[np.int64], code: str) -> Column:
         """Path of a mesh a row.
@@ -74,30 +79,43 @@ class Resources:
         """Where the plan's file number `index` is on this machine."""
         return str(self._plan.files[index].path)
 
-    def _visual_material(self, index: int) -> Any:
-        if index not in self._visual:
-            self._visual[index] = self._make_visual(self._plan.visual_materials[index])
-        return self._visual[index]
-
-    def _make_visual(self, material: VisualMaterial) -> Any:
-        given = {f.name: value for f in fields(material) if (value := getattr(material, f.name)) is not None}
-        made = render.RenderMaterial(**{name: x for name, x in given.items() if not isinstance(x, Texture)})
-        for name, texture in given.items():
-            if isinstance(texture, Texture):
-                setattr(made, name, self._texture(texture))
+    def _make_visual(self, material: VisualMaterial, row: int) -> Any:
+        made = render.RenderMaterial(**material.row(row))
+        for name, texture in material.textures().items():
+            setattr(made, name, self._texture(texture, row))
         return made
 
-    def _texture(self, texture: Texture) -> Any:
-        if texture not in self._textures:
-            names = ("mipmap_levels", "filter_mode", "address_mode", "srgb")
-            given = {name: value for name in names if (value := getattr(texture, name)) is not None}
-            path = self.path(texture.file)
+    def _texture(self, texture: Texture, row: int) -> Any:
+        path, sampling = self.path(int(texture.file.row(row))), texture.sampling()
+        key = (path, *sampling.items())
+        if key not in self._textures:
             try:
-                self._textures[texture] = render.RenderTexture2D(path, **given)
+                self._textures[key] = render.RenderTexture2D(path, **sampling)
             except RuntimeError as error:
                 raise EngineFailure("SC807", f"the renderer cannot load the texture '{path}': {error}") from error
-        return self._textures[texture]
+        return self._textures[key]
 
 
-def _physical(material: Any) -> Any:
+def _by_row(
+    material: Value,
+    rows: NDArray[np.intp],
+    table: Sequence[PhysicalMaterial | VisualMaterial],
+    known: dict[tuple[object, ...], Any],
+    make: Callable[[int, int], Any],
+) -> Column:
+    """The materials of a shape, one a row or one for all; `make`: from an index and a row."""
+    indices: list[int] = taken(material, rows).tolist()
+    varying = {i: [v for v in table[i].values() if v.varies] for i in dict.fromkeys(indices)}
+    if len(indices) == 1 and varying[indices[0]]:
+        indices *= len(rows)
+    column: Column = []
+    for index, row in zip(indices, rows.tolist(), strict=False):
+        key = (index, *(value.data[row].tobytes() for value in varying[index]))
+        if key not in known:
+            known[key] = make(index, row)
+        column.append(known[key])
+    return column
+
+
+def _physical(material: Friction) -> Any:
     return physx.PhysxMaterial(material.static_friction, material.dynamic_friction, material.restitution)

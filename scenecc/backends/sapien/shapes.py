@@ -124,7 +124,7 @@ def split(found: Sequence[Step]) -> tuple[Fixed, tuple[Step, ...]]:
 
 
 def _collision(shape: CollisionShape, groups: list[Step], rows: NDArray[np.intp], resources: Resources) -> ShapeSteps:
-    material = resources.physical(None if shape.material is None else taken(shape.material, rows))
+    material = resources.physical(shape.material, rows)
     try:
         make = COLLISION[type(shape.geometry)](shape.geometry, Build(rows, material, resources))
     except EngineFailure as failure:
@@ -143,7 +143,7 @@ def _collision(shape: CollisionShape, groups: list[Step], rows: NDArray[np.intp]
 
 def _visual(shape: VisualShape, rows: NDArray[np.intp], resources: Resources) -> ShapeSteps:
     try:
-        material = None if shape.material is None else resources.visual(taken(shape.material, rows))
+        material = None if shape.material is None else resources.visual(shape.material, rows)
         make = VISUAL[type(shape.geometry)](shape.geometry, Look(rows, material, resources))
     except EngineFailure as failure:
         failure.origin = failure.origin or shape.origin

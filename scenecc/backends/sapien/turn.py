@@ -94,6 +94,6 @@ def _present(entity: Entity, scene_idxs: tuple[int, ...]) -> tuple[tuple[int, ..
 def _parts(entity: Entity, rows: NDArray[np.intp]) -> tuple[Part, ...]:
     if entity.pick is None:
         return (Part(entity.structures[0], np.arange(len(rows)), rows),)
-    picks = np.array(entity.pick, dtype=np.intp)[rows]
+    picks = np.broadcast_to(entity.pick.data, len(entity.scene_idxs))[rows]
     chosen = [(pick, np.flatnonzero(picks == pick)) for pick in sorted(set(map(int, picks)))]
     return tuple(Part(entity.structures[pick], numbers, rows[numbers]) for pick, numbers in chosen)

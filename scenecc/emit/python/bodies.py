@@ -55,6 +55,7 @@ class Body:
 
 def write_body(body: Body) -> None:
     """Builds the body in `scene`, row `i` of the block."""
+    body.materials.write_own(body.source, body.structure, body.columns, body.files)
     if _needs_components(body.structure):
         _write_components(body)
     else:
@@ -140,7 +141,7 @@ def _collision_arguments(shape: CollisionShape, body: Body) -> Arguments:
 
 def _material_argument(shape: CollisionShape, body: Body) -> Arguments:
     if shape.material is not None:
-        return {"material": body.columns.value(shape.material, "material", body.materials.physical)}
+        return {"material": body.materials.physical(shape.material, body.columns)}
     return {} if body.materials.default is None else {"material": body.materials.default}
 
 
@@ -157,7 +158,7 @@ def _visual_arguments(shape: VisualShape, body: Body) -> Arguments:
 def _look_argument(shape: VisualShape, body: Body) -> Arguments:
     if shape.material is None:
         return {}
-    return {"material": body.columns.value(shape.material, "look", body.materials.look)}
+    return {"material": body.materials.look(shape.material, body.columns)}
 
 
 def _pose_argument(value: Value | None, columns: Columns) -> Arguments:

@@ -47,7 +47,7 @@ def _numbers(item: float | list[Any]) -> Node:
 
 def variants(entity: Entity) -> list[tuple[int, BodyStructure, NDArray[np.intp]]]:
     """The structures that some scene has: index, structure, and the entity's rows that have it."""
-    pick = np.array(entity.pick if entity.pick is not None else (0,) * len(entity.scene_idxs))
+    pick = np.broadcast_to(0 if entity.pick is None else entity.pick.data, len(entity.scene_idxs))
     found = ((index, structure, np.flatnonzero(pick == index)) for index, structure in enumerate(entity.structures))
     return [(index, structure, rows) for index, structure, rows in found if len(rows)]
 
@@ -71,7 +71,10 @@ class Columns:
 
     def value(self, value: Value, name: str, write: Callable[[Any], Node] = numbers) -> Node:
         """A quantity of the plan; `write` makes an expression of one row."""
-        data = value.data[self.rows] if value.varies else value.data
+        return self.of_block(value.data[self.rows] if value.varies else value.data, name, write)
+
+    def of_block(self, data: NDArray[Any], name: str, write: Callable[[Any], Node] = numbers) -> Node:
+        """As `value`, of one row for each of the block, or one in all."""
         if all(row.tobytes() == data[0].tobytes() for row in data[1:]):
             return write(data[0])
         return self._list(name, [write(row) for row in data])

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from plugins.sample_plans import rubbing
 
 from scenecc.diagnostics import Origin
 from scenecc.plan import (
@@ -15,7 +16,6 @@ from scenecc.plan import (
     Box,
     CollisionShape,
     Entity,
-    PhysicalMaterial,
     Physics,
     ScenePlan,
     constant,
@@ -69,7 +69,7 @@ def plan() -> ScenePlan:
             for name, structure in structures.items()
         ),
         Physics(),
-        physical_materials=(PhysicalMaterial(0.6, 0.5, 0.1),),
+        physical_materials=(rubbing(0.6, 0.5, 0.1),),
         origin=ROOT,
     )
 

@@ -11,7 +11,7 @@ import pytest
 from scenecc.backends.sapien import build, instantiate, resources, run, settings
 from scenecc.backends.sapien.engine import physx
 from scenecc.diagnostics import Sink
-from scenecc.plan import PhysicalMaterial, Physics, ScenePlan, SdfConfig, constant
+from scenecc.plan import Friction, Physics, ScenePlan, SdfConfig, constant
 
 pytestmark = pytest.mark.parametrize("level", ["fast", "full"])
 Level = Literal["full", "fast"]
@@ -103,9 +103,9 @@ def test_time_step_that_is_not_set(level: Level, plan: ScenePlan, monkeypatch: p
     assert told(replace(plan, physics=ASKED), level, "timestep = 0.01", "0.004")
 
 
-@pytest.mark.parametrize("default", [None, PhysicalMaterial(0.8, 0.7, 0.2)])
+@pytest.mark.parametrize("default", [None, Friction(0.8, 0.7, 0.2)])
 def test_swapped_frictions(
-    default: PhysicalMaterial | None, level: Level, plan: ScenePlan, monkeypatch: pytest.MonkeyPatch
+    default: Friction | None, level: Level, plan: ScenePlan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of the plan's default material, or of the shape that names one where the plan says nothing of it."""
 

@@ -14,7 +14,7 @@ from sapien import physx
 from scenecc.backends.sapien import build, instantiate
 from scenecc.backends.sapien.settings import engine_settings
 from scenecc.diagnostics import Sink
-from scenecc.plan import PhysicalMaterial, Physics, ScenePlan, SdfConfig
+from scenecc.plan import Friction, Physics, ScenePlan, SdfConfig
 
 ALL = Physics(
     timestep=0.005,
@@ -26,7 +26,7 @@ ALL = Physics(
     enable_enhanced_determinism=True,
     enable_friction_every_iteration=False,
     cpu_workers=2,
-    default_material=PhysicalMaterial(0.7, 0.6, 0.5),
+    default_material=Friction(0.7, 0.6, 0.5),
     contact_offset=0.04,
     rest_offset=0.01,
     solver_position_iterations=3,

@@ -29,6 +29,7 @@ from plugins.mesh_files import (
     stl_text,
     write,
 )
+from plugins.sample_plans import indices
 
 from scenecc.checks.assets import check_assets
 from scenecc.checks.mesh_data import Part, connected
@@ -406,7 +407,7 @@ def test_every_alternative_of_a_varying_file(tmp_path: Path) -> None:
 
 
 def textured(path: Path) -> ScenePlan:
-    material = VisualMaterial(base_color_texture=Texture(0), normal_texture=Texture(0))
+    material = VisualMaterial(base_color_texture=Texture(indices(0)), normal_texture=Texture(indices(0)))
     shape = VisualShape(Sphere(constant(1)), material=constant(1, np.int64), origin=Origin("s", ("ball",)))
     body = BodyStructure("none", visuals=(shape,))
     entity = Entity("ball", (0,), constant([0, 0, 0, 1, 0, 0, 0]), (body,))

@@ -5,8 +5,10 @@ from __future__ import annotations
 import time
 from itertools import product
 
+from plugins.sample_plans import indices
+
 from scenecc.checks.collide import meet
-from scenecc.plan import BodyStructure, Entity, constant, per_scene
+from scenecc.plan import BodyStructure, Entity, Value, constant, per_scene
 
 FREE, GHOST = (1, 1, 0, 0), (0, 0, 0, 0)
 
@@ -15,7 +17,7 @@ def body(groups: list[tuple[int, ...]] | None = None) -> BodyStructure:
     return BodyStructure(body_type="dynamic", collision_groups=None if groups is None else per_scene(groups, "int64"))
 
 
-def entity(name: str, scenes: tuple[int, ...], *bodies: BodyStructure, pick: tuple[int, ...] | None = None) -> Entity:
+def entity(name: str, scenes: tuple[int, ...], *bodies: BodyStructure, pick: Value | None = None) -> Entity:
     return Entity(name, scenes, constant([0.0, 0, 0, 1, 0, 0, 0]), bodies, pick)
 
 
@@ -29,7 +31,7 @@ def test_each_scene_has_its_own_row() -> None:
 
 def test_only_the_structure_that_a_scene_has_counts() -> None:
     a, other, b = body(), body([GHOST]), body()
-    picked = entity("a", (0, 1), a, other, pick=(1, 0))
+    picked = entity("a", (0, 1), a, other, pick=indices(1, 0))
     for scene, expected in ((0, False), (1, True), (2, False)):
         assert meet(picked, a, entity("b", (scene,), b), b) is expected
 

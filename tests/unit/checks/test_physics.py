@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from plugins.expectations import GOOD
+from plugins.sample_plans import indices, rubbing
 
 from scenecc import validate
 from scenecc.checks.collide import collide, meet, reach
@@ -19,7 +20,6 @@ from scenecc.plan import (
     CollisionShape,
     Entity,
     Inertial,
-    PhysicalMaterial,
     Physics,
     Plane,
     ScenePlan,
@@ -67,7 +67,7 @@ def test_a_good_body_passes_every_rule(sink: Any) -> None:
 
 
 def test_plans_without_origins_have_paths(sink: Any) -> None:
-    check(sink, entity("a", BodyStructure("dynamic")), physical_materials=(PhysicalMaterial(0.1, 0.2, 3),))
+    check(sink, entity("a", BodyStructure("dynamic")), physical_materials=(rubbing(0.1, 0.2, 3),))
     sink.take("SC501", path="entities.a")
     sink.take("SC504", path="physical_materials[0]")
     sink.take("SC505", path="physical_materials[0]")
@@ -184,11 +184,11 @@ def test_a_field_meets_a_plane_in_a_scene_of_both_with_the_structures_of_both(si
     check(sink, entity("f", body(FIELD), scenes=(0,)), entity("p", floor, scenes=(1,)))
     # The field is picked in scene 0, the plane in scene 1.
     picking = (
-        entity("f", body(FIELD), body(), pick=(0, 1)),
-        entity("p", body(kind="static"), floor, pick=(0, 1)),
+        entity("f", body(FIELD), body(), pick=indices(0, 1)),
+        entity("p", body(kind="static"), floor, pick=indices(0, 1)),
     )
     check(sink, *picking)
-    check(sink, picking[0], entity("q", body(kind="static"), floor, pick=(1, 0)))
+    check(sink, picking[0], entity("q", body(kind="static"), floor, pick=indices(1, 0)))
     sink.take("SC509")
 
 

@@ -15,7 +15,7 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from plugins.plan_strategy import plans
-from plugins.sample_plans import FLAG, INT, SAMPLES, entity, pose, solid
+from plugins.sample_plans import FLAG, INT, SAMPLES, entity, look, pose, rubbing, solid
 
 from scenecc.diagnostics import Sink
 from scenecc.emit import EMITTERS, emit
@@ -35,13 +35,11 @@ from scenecc.plan import (
     ConvexMesh,
     GpuMemory,
     Mesh,
-    PhysicalMaterial,
     Physics,
     ScenePlan,
     SdfConfig,
     Sphere,
     VisualGeometry,
-    VisualMaterial,
     VisualShape,
     constant,
     per_scene,
@@ -150,7 +148,7 @@ def test_hostile_names_are_only_ever_strings(text: str) -> None:
             (entity(name, pose(0, 0, 1), body, (0, 2)), twin),
             Physics(),
             files=(AssetFile(name, Path("/x")), AssetFile(f"pkg://{name}/{name}", Path("/y"))),
-            physical_materials=(PhysicalMaterial(0.1, 0.1, 0.1),),
+            physical_materials=(rubbing(0.1, 0.1, 0.1),),
             description=f"{name}\n{name}",
         )
 
@@ -189,7 +187,7 @@ def named(name: str, description: str, entities: tuple[str, str]) -> ScenePlan:
     body = BodyStructure("dynamic", (CollisionShape(Box(constant([1, 1, 1])), material=constant(0, INT)),))
     first, second = (entity(text, pose(0, 0, 1), body) for text in entities)
     moved = dataclasses.replace(second, pose=per_scene([[0, 0, z, 1, 0, 0, 0] for z in range(3)]))
-    materials = (PhysicalMaterial(0.1, 0.1, 0.1),)
+    materials = (rubbing(0.1, 0.1, 0.1),)
     return ScenePlan(name, 3, (first, moved), Physics(), physical_materials=materials, description=description)
 
 
@@ -320,8 +318,8 @@ def test_no_knob_of_a_body_or_shape_is_dropped() -> None:
                 (entity("x", pose(0, 0, 0), body, (0,)),),
                 Physics(),
                 (),
-                physical_materials=(PhysicalMaterial(1, 1, 0),),
-                visual_materials=(VisualMaterial(ior=2),),
+                physical_materials=(rubbing(1, 1, 0),),
+                visual_materials=(look(ior=2),),
             )
         )
 

@@ -42,7 +42,7 @@ def test_an_entity_of_several_structures_counts_those_that_are_picked() -> None:
     (entity,) = data["entities"]
     (structure,) = entity["structures"]
     entity["structures"] = [structure, structure | {"collisions": structure["collisions"] * 5}]
-    entity["pick"] = [0, 1, 0]
+    entity["pick"] = {"per_scene": [0, 1, 0]}
     assert codes(data, 1 + 5 + 1) == []
     assert codes(data, 1 + 5 + 0) == ["SC712"]
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from scenecc.backends.sapien.audit.sweep import Expected
-    from scenecc.plan import PhysicalMaterial, Physics
+    from scenecc.plan import Friction, Physics
 
 PHYSICAL = ("static_friction", "dynamic_friction", "restitution")
 PAINT = tuple(f.name for f in fields(VisualMaterial) if not f.name.endswith("_texture"))
@@ -95,7 +95,7 @@ def present_defaults(*, rendered: bool) -> Defaults:
     )
 
 
-def frictions(material: PhysicalMaterial) -> Expected:
+def frictions(material: Friction) -> Expected:
     """What the engine must hold of a material of the plan."""
     return {name: single(getattr(material, name)) for name in PHYSICAL}
 

@@ -39,7 +39,8 @@ class ShapeAudit:
         self._defaults = defaults
         self._meshes = meshes
         self._sweep = sweep
-        self._frictions: list[Expected] = [frictions(material) for material in plan.physical_materials]
+        self._materials = plan.physical_materials
+        self._frictions: dict[int, Expected] = {}
 
     def look_at(self, structure: BodyStructure, body: Any, row: int, place: Place) -> None:
         """All shapes of a body."""
@@ -61,7 +62,7 @@ class ShapeAudit:
         no_density = shape.density is None and isinstance(shape.geometry, Plane)
         defaults = self._defaults.plane if no_density else self._defaults.shape
         material = shape.material
-        friction = self._defaults.friction if material is None else self._frictions[int(material.row(row))]
+        friction = self._defaults.friction if material is None else self._friction(int(material.row(row)), row)
         for number, part in enumerate(parts):
             if type(part) is not kind:
                 self._sweep.tell(place, "type", kind.__name__, type(part).__name__)
@@ -73,6 +74,15 @@ class ShapeAudit:
             look_at_pose(shape.pose, part, row, place, self._sweep, self._defaults)
             self._sweep.expect_but(defaults, own, part, place)
             self._sweep.expect(friction, part.physical_material, place)
+
+    def _friction(self, index: int, row: int) -> Expected:
+        known = self._frictions.get(index)
+        if known is None:
+            material = self._materials[index]
+            known = frictions(material.row(row))
+            if not any(value.varies for value in material.values()):
+                self._frictions[index] = known
+        return known
 
     def _own(self, structure: BodyStructure, shape: CollisionShape, row: int) -> Expected:
         said = {knob.get: plain_row(value, row) for knob, value in SHAPE_KNOBS.said(shape)}

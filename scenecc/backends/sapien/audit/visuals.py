@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from scenecc.backends.sapien.audit.defaults import PAINT, Defaults
 from scenecc.backends.sapien.audit.difference import same, shown
 from scenecc.backends.sapien.audit.geometry import VISUAL_SIZES, tiles
 from scenecc.backends.sapien.audit.shapes import look_at_pose
@@ -17,6 +16,7 @@ from scenecc.plan import Mesh, TiledPlane, VisualMaterial
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from scenecc.backends.sapien.audit.defaults import Defaults
     from scenecc.plan import BodyStructure, ScenePlan, Texture, VisualShape
 
 _TEXTURES = tuple(
@@ -76,26 +76,25 @@ class VisualAudit:
                 _NOTHING_SAID if shape.material is None else self._plan.visual_materials[int(shape.material.row(row))]
             )
             for part in found.parts:
-                self._paint(asked, part.material, place)
+                self._paint(asked, part.material, row, place)
 
-    def _paint(self, asked: VisualMaterial, found: Any, place: Place) -> None:
-        said = {name: value for name in PAINT if (value := getattr(asked, name)) is not None}
-        self._compare(self._defaults.paint | said, found, place)
+    def _paint(self, asked: VisualMaterial, found: Any, row: int, place: Place) -> None:
+        self._compare(self._defaults.paint | asked.row(row), found, place)
         for name in _TEXTURES:
             texture, image = getattr(asked, name), getattr(found, name)
             if texture is None or image is None:
                 if texture is not image:
                     self._sweep.tell(place, name, _word(texture), _word(image))
                 continue
-            for key, wanted in self._sampled(texture).items():
+            for key, wanted in self._sampled(texture, row).items():
                 if wanted != (actual := getattr(image, key)):
                     self._sweep.tell(place, f"{name}.{key}", wanted, actual)
 
-    def _sampled(self, texture: Texture) -> dict[str, object]:
+    def _sampled(self, texture: Texture, row: int) -> dict[str, object]:
         """What can be read of an image, by the engine's names; SAPIEN's own where the plan says nothing."""
         said = {key: getattr(texture, name) for key, name in _SAMPLING.items()}
         own = {key: _IMAGE[key] if value is None else value for key, value in said.items()}
-        return {"filename": self._path(texture.file), **own}
+        return {"filename": self._path(int(texture.file.row(row))), **own}
 
     def _compare(self, expected: Mapping[str, Any], found: Any, place: Place) -> None:
         for name, value in expected.items():
