@@ -6,7 +6,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.values.expression import Expression, read
+from scenecc.values.expression import Closure, Expression, read
 from scenecc.values.failure import ExpressionError
 from scenecc.values.operations import kind
 from scenecc.values.tokens import closing
@@ -85,10 +85,15 @@ class Template:
         """
         if self.constants:
             environment = {**environment, **dict(self.constants)}
+        return self.run(environment)
+
+    @property
+    def run(self) -> Closure:
+        """As `evaluate`, of an environment that holds the constants too: for many values of one template."""
         parts = self._parsed.parts
         if len(parts) == 1 and isinstance(parts[0], Expression):
-            return parts[0].run(environment)
-        return _filled(parts, environment)
+            return parts[0].run
+        return lambda environment: _filled(parts, environment)
 
     def expressions(self) -> tuple[str | Expression, ...]:
         """The literal texts and the expressions, in order."""

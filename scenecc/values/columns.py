@@ -1,0 +1,74 @@
+"""Plain values as arrays with one row a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.values.operations import LISTS
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+def plain(data: Any) -> NDArray[Any]:
+    """One value: float64, int64 or bool of its own shape, or an object of shape () for anything else."""
+    return table([data])[0] if type(data) in LISTS else table([data]).reshape(())
+
+
+def table(items: Sequence[Any]) -> NDArray[Any]:
+    """Several values, one a row; objects where they are not all numbers, or all booleans, of one shape."""
+    if not any(map(_has_text, items)) and len({type(item) is bool for item in items}) <= 1:
+        try:
+            whole = np.array(items)
+        except ValueError:
+            # Rows of several lengths.
+            return objects(items)
+        if whole.dtype.kind in "biuf":
+            return tidy(whole)
+    return objects(items)
+
+
+def objects(items: Sequence[Any]) -> NDArray[Any]:
+    """Several values of any kind, one a row; lists where they were tuples."""
+    whole = np.empty(len(items), dtype=object)
+    for index, item in enumerate(items):
+        whole[index] = _listed(item)
+    return whole
+
+
+def tidy(array: NDArray[Any]) -> NDArray[Any]:
+    """An array in one of the kinds that values have: float64, int64, bool or object."""
+    if array.dtype.kind == "f":
+        return array.astype(np.float64, copy=False)
+    if array.dtype.kind in "iu":
+        return array.astype(np.int64, copy=False)
+    return array if array.dtype.kind == "b" else array.astype(object, copy=False)
+
+
+def merged(size: int, parts: Sequence[tuple[NDArray[np.intp], NDArray[Any]]]) -> NDArray[Any]:
+    """One array of `size` rows from parts, each with the rows where it belongs."""
+    shapes = {part.shape[1:] for _, part in parts}
+    kinds = {part.dtype.kind for _, part in parts}
+    if len(shapes) == 1 and (len(kinds) == 1 or kinds == {"i", "f"}):
+        dtype = np.result_type(*(part.dtype for _, part in parts))
+        whole = np.empty((size, *shapes.pop()), dtype=dtype)
+        for rows, part in parts:
+            whole[rows] = part
+        return whole
+    whole = np.empty(size, dtype=object)
+    for rows, part in parts:
+        for row, value in zip(rows.tolist(), part.tolist(), strict=True):
+            whole[row] = value
+    return whole
+
+
+def _has_text(item: Any) -> bool:
+    """Whether it is a text or a list with one: numpy would make all as wide as the longest."""
+    return type(item) is str or (type(item) in LISTS and str in set(map(type, item)))
+
+
+def _listed(data: Any) -> Any:
+    return [_listed(item) for item in data] if type(data) in LISTS else data

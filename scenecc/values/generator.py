@@ -1,0 +1,125 @@
+"""The numbers behind every draw; `docs/draws.md` is the same in words.
+
+The words of a field in a scene follow from the seed, the field's key and the scene's index alone, by the counter-based
+generator Philox 4×64-10 (J. Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", 2011).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from itertools import accumulate
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.values.nodes import Key
+
+
+_BLOCK = 4
+"""How many words one value of the counter gives."""
+
+
+def philox_key(seed: int, key: Key) -> tuple[int, int]:
+    """The two 64-bit words of the generator's key: SHA-256 of `[seed,"section","name","path"]`, its first 16 bytes."""
+    text = json.dumps([seed, key.section, key.name, key.path], ensure_ascii=True, separators=(",", ":"))
+    digest = hashlib.sha256(text.encode("ascii")).digest()
+    return int.from_bytes(digest[:8], "little"), int.from_bytes(digest[8:16], "little")
+
+
+def words(seed: int, key: Key, scenes: NDArray[np.int64], first: int, count: int, lane: int = 0) -> NDArray[np.uint64]:
+    """The raw words `first` to `first + count` of a field in some scenes, (B, count).
+
+    Args:
+        seed: any integer.
+        key: the field's.
+        scenes: indices of the scenes (B,), in any order.
+        first: the first word; component j of a vector has word j.
+        count: how many.
+        lane: 0, or 1 for the second word of each component where a component needs two.
+    """
+    if scenes.size == 0:
+        return np.empty((0, count), dtype=np.uint64)
+    lowest = int(scenes.min())
+    rows = int(scenes.max()) - lowest + 1
+    philox = np.array(philox_key(seed, key), dtype=np.uint64)
+    first_block, last_block = first // _BLOCK, (first + count - 1) // _BLOCK
+    blocks: list[NDArray[np.uint64]] = []
+    for block in range(first_block, last_block + 1):
+        # The generator counts up before it gives its first words: scene i has the counter (i + 1, block, lane, 0).
+        counter = np.array((lowest, block, lane, 0), dtype=np.uint64)
+        stream = np.random.Philox(key=philox, counter=counter).random_raw(rows * _BLOCK)
+        blocks.append(np.asarray(stream, dtype=np.uint64).reshape(rows, _BLOCK))
+    joined = blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=1)
+    start = first - first_block * _BLOCK
+    joined = joined[:, start : start + count]
+    return joined if rows == len(scenes) and _ascending(scenes) else joined[scenes - lowest]
+
+
+def units(raw: NDArray[np.uint64]) -> NDArray[np.float64]:
+    """Numbers in [0, 1) from the upper 53 bits of words."""
+    return (raw >> np.uint64(11)).astype(np.float64) * 2.0**-53
+
+
+def uniform(u: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Numbers between two bounds."""
+    return np.clip(low + (high - low) * u, low, high)
+
+
+def integers(u: NDArray[np.float64], low: NDArray[np.int64], high: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Integers between two bounds, both included; `high - low` is below 2⁵³."""
+    count = (high - low + 1).astype(np.float64)
+    return np.minimum(low + np.floor(u * count).astype(np.int64), high)
+
+
+def log_uniform(u: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Numbers between two positive bounds whose logarithms are even."""
+    first, last = each(math.log, low), each(math.log, high)
+    return np.clip(each(math.exp, first + (last - first) * u), low, high)
+
+
+def normal(u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Standard normal numbers by the cosine half of Box and Muller's transform (1958)."""
+    return np.sqrt(-2.0 * each(math.log, 1.0 - u)) * each(math.cos, 2.0 * math.pi * v)
+
+
+def rotation(u: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Quaternions (B, 4) even over all rotations, of numbers (B, 3): K. Shoemake, "Uniform random rotations" (1992)."""
+    a, b = np.sqrt(1.0 - u[:, 0]), np.sqrt(u[:, 0])
+    s, t = 2.0 * math.pi * u[:, 1], 2.0 * math.pi * u[:, 2]
+    columns = (b * each(math.cos, t), a * each(math.sin, s), a * each(math.cos, s), b * each(math.sin, t))
+    return np.stack(columns, axis=1)
+
+
+def choice(u: NDArray[np.float64], count: int, weights: Sequence[float] | None) -> NDArray[np.int64]:
+    """Indices below `count`, each as likely as its weight says."""
+    if weights is None:
+        return np.minimum(np.floor(u * count).astype(np.int64), count - 1)
+    reached = np.array(list(accumulate(float(weight) for weight in weights)), dtype=np.float64)
+    # What has no weight is never reached; rounding must not carry a draw past the last that has one.
+    last = max(index for index, weight in enumerate(weights) if weight > 0)
+    found = reached.searchsorted(u * reached[-1], side="right")
+    return np.minimum(found, last).astype(np.int64)
+
+
+def each(function: Callable[[float], float], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A function of `math` for every element.
+
+    numpy's own functions may give other bits for the same number, by where in an array it stands and how long
+    that is; a scene's draw must not depend on how many others are drawn with it.
+    """
+    if values.strides[:1] == (0,) and len(values) > 1:
+        # The same in every scene.
+        return np.broadcast_to(each(function, values[:1]), values.shape)
+    flat = np.fromiter(map(function, values.ravel().tolist()), dtype=np.float64, count=values.size)
+    return flat.reshape(values.shape)
+
+
+def _ascending(scenes: NDArray[np.int64]) -> bool:
+    return bool((scenes[1:] - scenes[:-1] == 1).all())
