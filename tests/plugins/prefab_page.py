@@ -1,0 +1,130 @@
+"""`docs/prefabs.md`, from the prefabs: `python tests/plugins/prefab_page.py > docs/prefabs.md` writes it."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from scenecc.diagnostics import Sink
+from scenecc.source import make_limits, read_text
+
+PREFABS = Path(__file__).resolve().parents[2] / "scenecc" / "prefabs"
+
+GROUPS = {
+    "ManiSkill's builders": (
+        """\
+The bodies of ManiSkill's convenience builders (`mani_skill.utils.building`), with the same parameters, shapes and
+colours, and the same defaults where ManiSkill has one; where it has none, the default is ours. Tests compare each
+with plain SAPIEN code to the last bit. ManiSkill need not be installed. What ManiSkill calls `name`, `scene_idxs` and
+`initial_pose` any instance has: its name, `scene_idxs` and `pose`. A dynamic body with `add_collision: false` would
+fall for ever, which is an error (`SC501`).""",
+        (
+            "ground",
+            "cube",
+            "box",
+            "sphere",
+            "cylinder",
+            "red_white_target",
+            "twocolor_peg",
+            "fourcolor_peg",
+            "colorful_cube",
+            "table_workspace",
+        ),
+    ),
+    "Furniture": (
+        """\
+The table is the one of SAPIEN's tutorial "Create Actors"; the others are ours. All are made of boxes.""",
+        ("table", "bin", "shelf", "stairs"),
+    ),
+    "Clutter": (
+        "What differs from scene to scene by itself.",
+        ("random_clutter",),
+    ),
+}
+
+HEAD = """\
+# Prefabs
+
+<!-- Generated from scenecc/prefabs/ by `python tests/plugins/prefab_page.py > docs/prefabs.md`. -->
+
+A prefab is a scene file that another one uses. These ship with the package:
+
+```yaml
+scenecc: 1
+num_scenes: 4
+entities:
+  workspace: {use: scenecc:table_workspace, prefix: ""}
+  cube:
+    use: scenecc:cube
+    with: {half_size: {uniform: [0.015, 0.03]}, color: "#0c2aa0"}
+    pose: [0, 0, 0.03]
+```
+
+`scenecc prefabs` lists them. What stands in one is called INSTANCE/NAME: the cube above is the entity `cube/cube`, and
+`prefix: ""` leaves the names as they are. A body of a prefab is called like the prefab, that of `random_clutter`
+`object_0`, `object_1`, …
+
+Parameters of type `number`, `vector` and `color` may be given a form (`{uniform: …}`, `{choice: …}`, `{cycle: …}`, …):
+each scene then has its own value, the same wherever the prefab reads it. The others say what is built, which is the
+same in every scene.
+"""
+
+
+def page() -> str:
+    """The whole page."""
+    parts = [HEAD, *_table()]
+    for title, (text, names) in GROUPS.items():
+        parts += [f"\n## {title}\n", text]
+        for name in names:
+            parts += _section(name)
+    return "\n".join(parts) + "\n"
+
+
+def prefab(name: str) -> dict[str, Any]:
+    """What stands in a prefab's file."""
+    file = PREFABS / f"{name}.yaml"
+    sink = Sink()
+    document = read_text(file.read_text(encoding="utf-8"), file.name, sink, make_limits(), file)
+    assert document is not None, sink.diagnostics()
+    return document.data
+
+
+def _table() -> Iterable[str]:
+    yield "| prefab | what it is |"
+    yield "|---|---|"
+    for _, names in GROUPS.values():
+        for name in names:
+            yield f"| [`{name}`](#{name}) | {prefab(name)['description']} |"
+
+
+def _section(name: str) -> Iterable[str]:
+    data = prefab(name)
+    yield f"\n### {name}\n"
+    yield f"{_comment(name)}\n"
+    yield "| parameter | type | default | range | meaning |"
+    yield "|---|---|---|---|---|"
+    for parameter, given in data["params"].items():
+        default = json.dumps(given["default"], ensure_ascii=False)
+        shown = f"`{default}`" if not isinstance(given["default"], str) else f"`{given['default']}`"
+        yield f"| `{parameter}` | {given['type']} | {shown} | {_range(given)} | {given['description']} |"
+
+
+def _comment(name: str) -> str:
+    """What a prefab's file begins with, without the marks."""
+    lines = (PREFABS / f"{name}.yaml").read_text(encoding="utf-8").splitlines()
+    return "\n".join(line[1:].strip() for line in itertools.takewhile(lambda line: line.startswith("#"), lines))
+
+
+def _range(given: dict[str, Any]) -> str:
+    if "options" in given:
+        return " ".join(f"`{option}`" for option in given["options"])
+    bounds = [f"{sign} {given[key]}" for key, sign in (("min", "≥"), ("max", "≤")) if key in given]
+    return ", ".join(bounds) or "–"
+
+
+if __name__ == "__main__":
+    sys.stdout.write(page())
