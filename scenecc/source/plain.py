@@ -22,7 +22,9 @@ _WORD = rf"{_FIRST}(?:{_WITHIN})*"
 _TEXT = rf"{_FIRST}(?:{_WITHIN}|[,;']| (?=[A-Za-z0-9_./+%*()=$@^~,;'-]))*"
 """A plain scalar outside of brackets: words with one blank between them."""
 
-_PRINTED = "\xa0-\ud7ff\ue000-\ufefe\U00010000-\U0010ffff"
+_PRINTED = "\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\U00010000-\U0010ffff"
+"""Without U+2028 and U+2029, which end a line for the parser."""
+
 _DOUBLE = rf'"([ !#-\[\]-~{_PRINTED}]*)"'
 _SINGLE = rf"'([ -&(-~{_PRINTED}]*)'"
 _TAIL = rf" *(?:(?<![^ ])#[ -~{_PRINTED}]*)?"

@@ -52,6 +52,8 @@ def test_plain_text_is_read(text: str) -> None:
         "- 1",
         " a: 1",
         "a: 1\n b: 2",
+        "a: 'x\u2028y'",
+        "# a\u2029b: 1",
         "a:\n  b: 1\n c: 2",
         "a: 1\n- 2",
         "a:\n  - 1\n - 2",
