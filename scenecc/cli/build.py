@@ -18,10 +18,12 @@ from scenecc.cli.options import (
     FormatOption,
     Limits,
     NumScenes,
+    Params,
     SceneArgument,
     Seed,
     Steps,
     parse_limits,
+    parse_params,
 )
 from scenecc.cli.output import STDOUT, base_folder, print_err, print_out, write
 from scenecc.cli.progress import counted, progress
@@ -53,6 +55,7 @@ def build(
     *,
     num_scenes: NumScenes = None,
     seed: Seed = None,
+    params: Params = None,
     scenes: Annotated[
         str | None, typer.Option("--scenes", metavar="IDXS", help="Build some of the scenes only: 0:4 or 0,2 or ::2.")
     ] = None,
@@ -81,10 +84,11 @@ def build(
       scenecc build scenes/tabletop.yaml --num-scenes 4
       scenecc build scenes/tabletop.yaml --steps 300 --no-render
       scenecc build scenes/tabletop.yaml --dry-run -o plan.json
+      scenecc build scenes/parameters.yaml --set size=0.6 --set color="#884422"
     """
     from scenecc import api
 
-    checked_limits = parse_limits(limits)
+    checked_limits, values = parse_limits(limits), parse_params(params)
     faults = path_faults(scene, output, form)
     if faults:
         _finish(faults, form)
@@ -94,6 +98,7 @@ def build(
                 sys.stdin.buffer if scene == STDIN else scene,
                 num_scenes=num_scenes,
                 seed=seed,
+                params=values,
                 scenes=scenes,
                 backend=backend.value,
                 dry_run=dry_run,

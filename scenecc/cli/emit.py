@@ -16,9 +16,11 @@ from scenecc.cli.options import (
     Format,
     Limits,
     NumScenes,
+    Params,
     SceneArgument,
     Seed,
     parse_limits,
+    parse_params,
 )
 from scenecc.cli.output import STDOUT, base_folder, write
 from scenecc.cli.report import print_asides, status, usage_error
@@ -45,6 +47,7 @@ def emit(
     ] = STDOUT,
     num_scenes: NumScenes = None,
     seed: Seed = None,
+    params: Params = None,
     asset_roots: AssetRoots = None,
     allow_outside_assets: AllowOutside = False,
     limits: Limits = None,
@@ -60,7 +63,7 @@ def emit(
     """
     from scenecc import api
 
-    checked_limits = parse_limits(limits)
+    checked_limits, values = parse_limits(limits), parse_params(params)
     faults = path_faults(scene, output)
     if faults:
         _refuse(faults)
@@ -72,6 +75,7 @@ def emit(
             base=base_folder(output),
             num_scenes=num_scenes,
             seed=seed,
+            params=values,
             asset_roots=asset_roots or (),
             allow_outside_assets=allow_outside_assets,
             limits=checked_limits,

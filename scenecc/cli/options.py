@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 import typer
 
@@ -65,6 +65,28 @@ def parse_limits(given: list[str] | None) -> dict[str, int]:
     return limits
 
 
+def parse_params(given: list[str] | None) -> dict[str, Any]:
+    """`["size=0.5"]` as a mapping.
+
+    Raises:
+        typer.BadParameter: for what is not `name=value` with a YAML value, or names a parameter twice.
+    """
+    from scenecc import questions
+    from scenecc.diagnostics.render.terminal import visible
+
+    params: dict[str, Any] = {}
+    for item in given or ():
+        try:
+            name, value = questions.read_setting(item)
+        except ValueError as error:
+            message = f"{shown(item)}: {visible(str(error))}"
+            raise typer.BadParameter(message, param_hint="'--set'") from None
+        if name in params:
+            raise typer.BadParameter(f"{shown(name)} is set twice", param_hint="'--set'")
+        params[name] = value
+    return params
+
+
 SceneArgument = Annotated[
     str, typer.Argument(metavar="SCENE", help="A scene file, or - for standard input.", show_default=False)
 ]
@@ -80,6 +102,10 @@ Seed = Annotated[
 ]
 Steps = Annotated[
     int, typer.Option("--steps", metavar="N", parser=at_least(0), help="Simulate N steps once it is built.")
+]
+Params = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="Give a parameter a value, in YAML; may be given several times."),
 ]
 AssetRoots = Annotated[
     list[Path] | None,

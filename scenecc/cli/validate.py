@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from scenecc.cli.find import STDIN, Found, find
-from scenecc.cli.options import AllowOutside, AssetRoots, Format, FormatOption, Limits, parse_limits
+from scenecc.cli.options import (
+    AllowOutside,
+    AssetRoots,
+    Format,
+    FormatOption,
+    Limits,
+    NumScenes,
+    Params,
+    parse_limits,
+    parse_params,
+)
 from scenecc.cli.output import print_err
 from scenecc.cli.progress import counted
 from scenecc.cli.report import print_findings, status, usage_error
@@ -27,6 +37,8 @@ def validate(
     scenes_only: Annotated[
         bool, typer.Option("--scenes-only", help="Pass over named files that are no scenes, too (for commit hooks).")
     ] = False,
+    num_scenes: NumScenes = None,
+    params: Params = None,
     asset_roots: AssetRoots = None,
     allow_outside_assets: AllowOutside = False,
     limits: Limits = None,
@@ -42,16 +54,19 @@ def validate(
       scenecc validate scenes/tabletop.yaml
       scenecc validate --strict scenes
       scenecc validate --format sarif scenes > scenes.sarif
+      scenecc validate scenes/parameters.yaml --set size=0.6
       cat scene.yaml | scenecc validate -
     """
     from scenecc import api
 
-    checked_limits = parse_limits(limits)
+    checked_limits, values = parse_limits(limits), parse_params(params)
     found = find(paths, scenes_only=scenes_only)
     diagnostics = _faults(found)
     for file in counted("validate", found.files):
         diagnostics += api.validate(
             sys.stdin.buffer if file == STDIN else file,
+            num_scenes=num_scenes,
+            params=values,
             asset_roots=asset_roots or (),
             allow_outside_assets=allow_outside_assets,
             limits=checked_limits,

@@ -5,7 +5,7 @@ Where each node is written is found lazily, by its path.
 
 from scenecc.source.document import Document
 from scenecc.source.limits import Limits, make_limits
-from scenecc.source.read import read_dict, read_file, read_text
+from scenecc.source.read import read_dict, read_file, read_text, read_value
 
 __all__ = [
     "Document",
@@ -14,4 +14,5 @@ __all__ = [
     "read_dict",
     "read_file",
     "read_text",
+    "read_value",
 ]

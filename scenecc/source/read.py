@@ -1,4 +1,4 @@
-"""The ways into the compiler: files, text and dicts."""
+"""The ways into the compiler: files, text, dicts, and single values."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scenecc.diagnostics import Location
 from scenecc.source.collector import collector_paused
 from scenecc.source.document import Document
 from scenecc.source.faults import Faults
@@ -49,6 +50,21 @@ def read_text(
     with collector_paused():
         data = read_yaml(faults, limits)
     return None if data is None or faults.any else Document(name, path, data, lines)
+
+
+def read_value(text: str, sink: Sink) -> Any:
+    """Reads a value that stands on one line, as it would after a key; None, reported, where it is no good.
+
+    What begins with `#` is a string, since a value that is a comment alone would be none.
+    """
+    text = text.strip()
+    if text.startswith("#"):
+        return text
+    if "\n" in text or "\r" in text:
+        sink.report("SC003", "the value has several lines", Location(None), hint="write lists as [a, b]")
+        return None
+    document = read_text(f"value: {text}", None, sink)
+    return None if document is None else document.data["value"]
 
 
 def read_dict(data: Mapping[str, Any], sink: Sink, limits: Limits = _DEFAULT) -> Document | None:
