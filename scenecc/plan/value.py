@@ -99,6 +99,11 @@ class Value:
         return (source is None or isinstance(source, _Varying)) and self.data.shape[0] != 1
 
     @property
+    def known(self) -> bool:
+        """Whether its rows are there without drawing anything."""
+        return not isinstance(self._source, _Varying)
+
+    @property
     def may_vary(self) -> bool:
         """Whether the scenes need not all have the same; draws nothing."""
         source = self._source
