@@ -19,6 +19,7 @@ from scenecc.diagnostics.origin import (
     dotted,
     nowhere,
 )
+from scenecc.diagnostics.spans import Span, within
 
 MAX_REPORTS = 1000
 """How many errors are told, and how many warnings: a file of nothing but errors must not fill the memory."""
@@ -93,6 +94,7 @@ class _Report:
     hint: str | None
     related: tuple[RelatedPlace, ...]
     path: Path
+    span: Span | None
 
 
 _Repeated = tuple[str, str | None, Path]
@@ -139,11 +141,13 @@ class Sink:
         hint: str | None = None,
         related: Iterable[RelatedPlace] = (),
         path: Path = (),
+        span: Span | None = None,
     ) -> None:
         """Adds a finding. The same code, message and place twice is one finding, and so is the same code in many
         copies of one node: the first copy is told, the others are counted.
 
-        `path` is for a place that is a location; an origin brings its own. Of each severity `MAX_REPORTS` are
+        `path` is for a place that is a location; an origin brings its own. `span` is the part of a scalar that is
+        meant, in characters of its value. Of each severity `MAX_REPORTS` are
         kept; an error beyond them is SC016.
         """
         severity = CODES[code].severity
@@ -164,10 +168,10 @@ class Sink:
             return
         self._seen.add(key)
         path = place.path if isinstance(place, Origin) else path
-        places = tuple(
+        places: tuple[RelatedPlace, ...] = tuple(
             (what, self.trace(other) if isinstance(other, Origin) else other, half) for what, other, half in related
         )
-        self._reports.append(_Report(code, message, place, at, hint, places, path))
+        self._reports.append(_Report(code, message, place, at, hint, places, path, span))
         self._told[severity] += 1
         self._failed = self._failed or severity == "error"
 
@@ -188,11 +192,12 @@ class Sink:
         return sorted(found, key=lambda d: (d.file or "", d.line or 0, d.column or 0))
 
     def _resolve(self, report: _Report) -> Diagnostic:
+        location = self._location(report.place, report.at)
         return Diagnostic(
             code=report.code,
             severity=CODES[report.code].severity,
             message=report.message + self._copies(report),
-            location=self._location(report.place, report.at),
+            location=location if report.span is None else within(location, report.span),
             path=dotted(report.path),
             hint=report.hint,
             related=tuple(

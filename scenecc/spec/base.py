@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, StringConstraints
-from pydantic_core import PydanticCustomError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, ValidationInfo
+from pydantic_core import PydanticCustomError, core_schema
+
+from scenecc.spec.plain import EXPRESSION
+from scenecc.spec.unions import NOT_MEANT, VALUE, in_order, plain_json
 
 if TYPE_CHECKING:
-    from pydantic import GetCoreSchemaHandler
+    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+    from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
 
 NOTE_PREFIX = "x-"
@@ -61,41 +66,39 @@ def key(description: str, *, default: Any = None, examples: list[Any] | None = N
     return Field(default=None, description=description, examples=examples, json_schema_extra=extra)
 
 
-EXPRESSION = "${"
-
-
-def _literal(text: str) -> str:
+def _literal(text: str, info: ValidationInfo) -> str:
     """Refuses an expression where any text is right: it would be taken as it is written."""
-    if EXPRESSION in text:
-        raise PydanticCustomError("expression", "a text without `${{`")
+    if EXPRESSION in text and not (info.context and info.context.expanded):
+        raise PydanticCustomError(NOT_MEANT, "a text without `${{`")
     return text
 
 
+class _Scoped:
+    """The annotation of names that are made: those of an expanded document may have slashes."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        def otherwise(node: object, info: ValidationInfo) -> str:
+            if info.context and info.context.expanded and isinstance(node, str) and _REFERENCE.match(node):
+                return node
+            raise PydanticCustomError(NOT_MEANT, "a name as written")
+
+        return in_order([(handler(source), VALUE)], core_schema.with_info_plain_validator_function(otherwise))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        return plain_json(schema, handler)
+
+
 Name = Annotated[str, StringConstraints(pattern=NAME_PATTERN)]
+"""What names something of the file's own."""
+
+NewName = Annotated[Name, _Scoped()]
+"""What something is called from here on."""
+
+REFERENCE_PATTERN = r"^[A-Za-z_][A-Za-z0-9_.-]*(?:/[A-Za-z_][A-Za-z0-9_.-]*)*$"
+Reference = Annotated[str, StringConstraints(pattern=REFERENCE_PATTERN)]
+"""What names an entity or a frame, which may be inside an instance."""
+
+_REFERENCE = re.compile(REFERENCE_PATTERN)
+
 AnyText = Annotated[str, AfterValidator(_literal)]
 Text = Annotated[str, StringConstraints(min_length=1), AfterValidator(_literal)]
-
-LARGEST = 3.4028234663852886e38
-SMALLEST = 1.1754943508222875e-38
-"""The largest and the smallest normal number of single precision, in which the engine computes: beyond
-them a length becomes infinite or zero there."""
-
-Finite = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, ge=SMALLEST, le=LARGEST, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, le=LARGEST, allow_inf_nan=False)]
-Unit = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
-PositiveInt = Annotated[int, Field(ge=1)]
-NonNegativeInt = Annotated[int, Field(ge=0)]
-
-MOST = 2**31 - 1
-"""The engine's integers have 32 bits."""
-
-Count = Annotated[int, Field(ge=1, le=MOST)]
-CountOrNone = Annotated[int, Field(ge=0, le=MOST)]
-
-# YAML gives lists; strict tuples would refuse them.
-Vec2 = Annotated[tuple[Finite, Finite], Strict(strict=False)]
-Vec3 = Annotated[tuple[Finite, Finite, Finite], Strict(strict=False)]
-Vec4 = Annotated[tuple[Finite, Finite, Finite, Finite], Strict(strict=False)]
-Positive2 = Annotated[tuple[Positive, Positive], Strict(strict=False)]
-Positive3 = Annotated[tuple[Positive, Positive, Positive], Strict(strict=False)]

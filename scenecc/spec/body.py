@@ -4,9 +4,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, Strict, Tag
 
-from scenecc.spec.base import Maybe, Model, Name, NonNegative, Positive, Positive3, Text, Unit, Vec3, key
+from scenecc.spec.base import Maybe, Model, Name, Text, key
+from scenecc.spec.leaf import Fixed, Leaf
 from scenecc.spec.material import Color, MaterialRef
 from scenecc.spec.pose import Pose
+from scenecc.spec.scalars import Iterations, NonNegative, Positive, Positive3, Unit, Vec3, VelocityIterations
 from scenecc.spec.shapes import CollisionSpec, ShapeSpec, VisualSpec
 from scenecc.spec.unions import by_kind
 
@@ -14,19 +16,21 @@ BodyTypeName = Literal["dynamic", "kinematic", "static", "none"]
 MotionAxis = Literal["x", "y", "z", "rx", "ry", "rz"]
 MOTION_AXES: tuple[MotionAxis, ...] = ("x", "y", "z", "rx", "ry", "rz")
 
-_Bits = Annotated[int, Field(ge=0, lt=2**32)]
-CollisionBits = Annotated[tuple[_Bits, _Bits, _Bits, Annotated[int, Field(ge=0, lt=2**16)]], Strict(strict=False)]
-Iterations = Annotated[int, Field(ge=1, le=255)]
-VelocityIterations = Annotated[int, Field(ge=0, le=255)]
-"""PhysX takes 1 to 255 position iterations and 0 to 255 velocity iterations (PxRigidDynamic)."""
+_Bits = Fixed[Annotated[int, Field(ge=0, lt=2**32)]]
+_Ids = Fixed[Annotated[int, Field(ge=0, lt=2**16)]]
+CollisionBits = Annotated[tuple[_Bits, _Bits, _Bits, _Ids], Strict(strict=False)]
 
 
-SceneItem = Annotated[
-    Annotated[int, Tag("#number")] | Annotated[Text, Tag("#word")], by_kind('an index or a slice such as "0:8"')
+SceneItem = Fixed[
+    Annotated[
+        Annotated[int, Tag("#number")] | Annotated[Text, Tag("#word")], by_kind('an index or a slice such as "0:8"')
+    ]
 ]
-SceneIdxs = Annotated[
-    Annotated[list[SceneItem], Tag("#list")] | Annotated[Text, Tag("#word")],
-    by_kind('a list of indices, or a slice such as "0:8"'),
+SceneIdxs = Fixed[
+    Annotated[
+        Annotated[list[SceneItem], Tag("#list")] | Annotated[Text, Tag("#word")],
+        by_kind('a list of indices, or a slice such as "0:8"'),
+    ]
 ]
 """[0, 2], a slice ("0:8", "::2", "4:"), or a list of both."""
 
@@ -34,9 +38,9 @@ SceneIdxs = Annotated[
 class Inertial(Model):
     """Mass properties given instead of computed from shapes and densities."""
 
-    mass: Positive = Field(description="Mass [kg].")
+    mass: Leaf[Positive] = Field(description="Mass [kg].")
     com: Maybe[Pose] = key("Centre of mass and principal axes, in the body's frame.", default=[0, 0, 0])
-    inertia: Positive3 = Field(description="Principal moments [ixx, iyy, izz] along the axes of `com` [kg·m²].")
+    inertia: Leaf[Positive3] = Field(description="Principal moments [ixx, iyy, izz] along the axes of `com` [kg·m²].")
 
 
 class EntityKeys(Model):
@@ -52,19 +56,21 @@ class EntityKeys(Model):
 class BodyKnobs(Model):
     """The knobs of a rigid body component."""
 
-    gravity: Maybe[bool] = key("false: gravity does not pull it.", default=True)
-    linear_damping: Maybe[NonNegative] = key("[1/s]", default=0)
-    angular_damping: Maybe[NonNegative] = key("[1/s]", default=0.05)
-    linear_velocity: Maybe[Vec3] = key("At the start, world frame [m/s].", default=[0, 0, 0])
-    angular_velocity: Maybe[Vec3] = key("At the start, world frame [rad/s].", default=[0, 0, 0])
-    locked_axes: Maybe[list[MotionAxis]] = key("The axes along and about which it cannot move.", default=[])
-    max_linear_velocity: Maybe[Positive] = key("[m/s]")
-    max_angular_velocity: Maybe[Positive] = key("[rad/s]", default=100)
-    max_depenetration_velocity: Maybe[Positive] = key("Fastest way out of an overlap [m/s].")
-    max_contact_impulse: Maybe[Positive] = key("[N·s]")
-    sleep_threshold: Maybe[NonNegative] = key("Energy per mass below which it sleeps [m²/s²].", default=0.005)
-    solver_position_iterations: Maybe[Iterations] = key("1 to 255.", default=10)
-    solver_velocity_iterations: Maybe[VelocityIterations] = key("0 to 255.", default=1)
+    gravity: Maybe[Leaf[bool]] = key("false: gravity does not pull it.", default=True)
+    linear_damping: Maybe[Leaf[NonNegative]] = key("[1/s]", default=0)
+    angular_damping: Maybe[Leaf[NonNegative]] = key("[1/s]", default=0.05)
+    linear_velocity: Maybe[Leaf[Vec3]] = key("At the start, world frame [m/s].", default=[0, 0, 0])
+    angular_velocity: Maybe[Leaf[Vec3]] = key("At the start, world frame [rad/s].", default=[0, 0, 0])
+    locked_axes: Maybe[Fixed[list[Fixed[MotionAxis]]]] = key(
+        "The axes along and about which it cannot move.", default=[]
+    )
+    max_linear_velocity: Maybe[Leaf[Positive]] = key("[m/s]")
+    max_angular_velocity: Maybe[Leaf[Positive]] = key("[rad/s]", default=100)
+    max_depenetration_velocity: Maybe[Leaf[Positive]] = key("Fastest way out of an overlap [m/s].")
+    max_contact_impulse: Maybe[Leaf[Positive]] = key("[N·s]")
+    sleep_threshold: Maybe[Leaf[NonNegative]] = key("Energy per mass below which it sleeps [m²/s²].", default=0.005)
+    solver_position_iterations: Maybe[Leaf[Iterations]] = key("1 to 255.", default=10)
+    solver_velocity_iterations: Maybe[Leaf[VelocityIterations]] = key("0 to 255.", default=1)
 
 
 def _none() -> list[Any]:
@@ -75,7 +81,7 @@ def _none() -> list[Any]:
 class Body(EntityKeys, BodyKnobs):
     """One rigid body a scene: shapes, mass, knobs."""
 
-    body_type: BodyTypeName = Field(
+    body_type: Fixed[BodyTypeName] = Field(
         default="dynamic",
         description="dynamic: moved by forces; kinematic: moved by you; static: never moves; none: only seen.",
     )
@@ -90,15 +96,15 @@ class Body(EntityKeys, BodyKnobs):
     )
     material: Maybe[MaterialRef] = key("For the shapes that name none.")
     color: Maybe[Color] = key("Base colour of the shapes that name none.")
-    density: Maybe[NonNegative] = key("For the shapes whose material gives none either [kg/m³].", default=1000)
-    mass: Maybe[Positive] = key("Mass [kg]; scales what follows from the densities.")
+    density: Maybe[Leaf[NonNegative]] = key("For the shapes whose material gives none either [kg/m³].", default=1000)
+    mass: Maybe[Leaf[Positive]] = key("Mass [kg]; scales what follows from the densities.")
     inertial: Maybe[Inertial] = key("Mass properties, given; not with `mass`.")
-    collision_group: Maybe[Name] = key("A name from `collision_groups`.")
-    collision_bits: Maybe[CollisionBits] = key(
+    collision_group: Maybe[Fixed[Name]] = key("A name from `collision_groups`.")
+    collision_bits: Maybe[Fixed[CollisionBits]] = key(
         "SAPIEN's four integers; not with `collision_group`.", default=[1, 1, 0, 0]
     )
-    visibility: Maybe[Unit] = key("Of the render body, 0 to 1.", default=1)
-    shading_mode: Maybe[Annotated[int, Field(ge=0, le=255)]] = key("Of the render body.", default=0)
+    visibility: Maybe[Leaf[Unit]] = key("Of the render body, 0 to 1.", default=1)
+    shading_mode: Maybe[Leaf[Annotated[int, Field(ge=0, le=255)]]] = key("Of the render body.", default=0)
 
 
 class Frame(Model):
@@ -110,4 +116,6 @@ class Frame(Model):
 class CollisionGroup(Model):
     """Which groups this one does not collide with."""
 
-    ignore: list[Name] = Field(default_factory=list, description="Names of groups, its own among them if so wished.")
+    ignore: list[Fixed[Name]] = Field(
+        default_factory=list, description="Names of groups, its own among them if so wished."
+    )

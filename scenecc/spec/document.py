@@ -4,10 +4,12 @@ from typing import Annotated
 
 from pydantic import Field, WithJsonSchema
 
-from scenecc.spec.base import AnyText, Maybe, Model, Name, NonNegativeInt, PositiveInt, Text, key
+from scenecc.spec.base import AnyText, Maybe, Model, NewName, Text, key
 from scenecc.spec.body import Body, CollisionGroup, Frame
+from scenecc.spec.leaf import Fixed
 from scenecc.spec.material import Material
 from scenecc.spec.physics import Physics
+from scenecc.spec.scalars import NonNegativeInt, PositiveInt
 
 # Not `Literal[1]`, which takes 1.0 and true for 1.
 Version = Annotated[int, Field(ge=1, le=1), WithJsonSchema({"const": 1})]
@@ -20,16 +22,16 @@ class SceneFile(Model):
     """
 
     scenecc: Version = Field(description="Version of the language.")
-    name: Maybe[Text] = key("For people; left out: the file's stem.")
-    description: AnyText = Field(default="", description="For people.")
-    num_scenes: PositiveInt = Field(default=1, description="How many parallel scenes.")
-    seed: NonNegativeInt = Field(default=0, description="Seed of every draw.")
+    name: Maybe[Fixed[Text]] = key("For people; left out: the file's stem.")
+    description: Fixed[AnyText] = Field(default="", description="For people.")
+    num_scenes: Fixed[PositiveInt] = Field(default=1, description="How many parallel scenes.")
+    seed: Fixed[NonNegativeInt] = Field(default=0, description="Seed of every draw.")
     physics: Physics = Field(default_factory=Physics, description="Settings of the simulation.")
-    materials: dict[Name, Material] = Field(default_factory=dict, description="Named materials.")
-    collision_groups: dict[Name, CollisionGroup] = Field(
+    materials: dict[NewName, Material] = Field(default_factory=dict, description="Named materials.")
+    collision_groups: dict[NewName, CollisionGroup] = Field(
         default_factory=dict, description="Groups of bodies that may ignore one another."
     )
-    frames: dict[Name, Frame] = Field(default_factory=dict, description="Places with no body.")
-    entities: dict[Name, Body] = Field(
+    frames: dict[NewName, Frame] = Field(default_factory=dict, description="Places with no body.")
+    entities: dict[NewName, Body] = Field(
         default_factory=dict, description="What is in the scenes, in the order in which it is built."
     )

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import cut, nearest, show, suggest
-from scenecc.spec.base import EXPRESSION, LARGEST, SMALLEST
 from scenecc.spec.document import SceneFile
 from scenecc.spec.features import LEFT_OUT, NOT_YET, OTHER_KIND, VARIATION_FORMS
 from scenecc.spec.hints import LENGTH_HINTS, LISTED_ELSEWHERE, MISPLACED, RENAMED
+from scenecc.spec.mistakes import THIS, TOLD
 from scenecc.spec.plain import is_mapping, is_sequence
-from scenecc.spec.unions import WRONG_KIND
+from scenecc.spec.scalars import LARGEST, SMALLEST
+from scenecc.spec.unions import NOT_MEANT, WRONG_KIND
 from scenecc.spec.walk import KEY_MARK, document_path, follow, model_at, step
 
 if TYPE_CHECKING:
@@ -19,9 +20,6 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
     from scenecc.diagnostics import At, Origin, Path, Sink
-
-_STRUCTURE = {("type",), ("body_type",), ("scene_idxs",)}
-"""Where no version of the language lets a value differ from scene to scene."""
 
 _KINDS: dict[str, str] = {
     "float_type": "a number",
@@ -45,18 +43,36 @@ _BOUNDS: dict[str, tuple[str, str]] = {
 }
 
 
-def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: Origin, sink: Sink) -> None:
-    """Reports each error at its place in the document."""
+Located = list[tuple["ErrorDetails", "Path"]]
+
+
+def report_errors(
+    errors: Iterable[ErrorDetails], data: dict[str, Any], origin: Origin, sink: Sink, *, expanded: bool = False
+) -> None:
+    """Reports each mistake at its place in the document.
+
+    Args:
+        errors: pydantic's.
+        data: the document.
+        origin: of its root.
+        sink: takes the diagnostics.
+        expanded: it is an expanded one.
+    """
     judged_otherwise: set[Path] = set()
-    located = [(error, document_path(error["loc"], data)) for error in errors]
+    located: Located = []
+    for error in errors:
+        path = document_path(error["loc"], data, expanded=expanded)
+        if path is not None and error["type"] != NOT_MEANT:
+            located.append((error, path))
     misspelt = _misspelt(located)
     short = _short(located)
+    formed = _formed(located, data)
     for error, path in located:
         entity = path[:2]
         if len(path) > 1 and path[0] == "entities" and (key := _other_kind(step(data["entities"], path[1]))):
             if entity not in judged_otherwise:
                 judged_otherwise.add(entity)
-                _not_yet(NOT_YET[key], origin.child(*entity, key), "key", sink)
+                _not_yet(NOT_YET[key], origin.child(*entity, key), sink)
             continue
         if error["type"] == "missing" and path in misspelt:
             # The unknown key beside it is told, with this one as its hint.
@@ -64,9 +80,11 @@ def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: 
         if path[-1:] == ("name",) and "repeat" in (follow(data, path[:-1]) or ()):
             # The name of the copies: `repeat` itself is reported.
             continue
-        if later := _value_of_later(error, path, data):
-            feature, where = later
-            _not_yet(feature, origin.child(*where), "value", sink)
+        owner = path[:-1] if error["type"] in {"extra_forbidden", "missing"} else path
+        if owner in formed:
+            if formed[owner] is not None:
+                _no_place(owner, str(formed[owner]), origin.child(*owner), sink)
+                formed[owner] = None
             continue
         if error["type"] == "missing" and path[:-1] in short:
             _wrong_length(path[:-1], short[path[:-1]], len(error["input"]), origin.child(*path[:-1]), sink)
@@ -74,7 +92,35 @@ def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: 
         _report(error, path, origin.child(*path), sink)
 
 
-def _short(located: Iterable[tuple[ErrorDetails, Path]]) -> dict[Path, int]:
+def _formed(located: Located, data: dict[str, Any]) -> dict[Path, str | None]:
+    """The mappings that are forms where none may stand, and their keys."""
+    formed: dict[Path, str | None] = {}
+    for error, path in located:
+        if error["type"] in {TOLD, WRONG_KIND} or KEY_MARK in error["loc"]:
+            continue
+        owner = path[:-1] if error["type"] in {"extra_forbidden", "missing"} else path
+        node = follow(data, owner)
+        if owner not in _NAMED and is_mapping(node):
+            form = next((key for key in node if key in VARIATION_FORMS), None)
+            if form is not None:
+                formed[owner] = form
+    return formed
+
+
+_NAMED = {("entities",), ("materials",), ("frames",), ("collision_groups",), ()}
+"""Mappings of names, and the document itself: what is in them may be called like a form."""
+
+_ALTERNATIVES = "what differs in structure from scene to scene is written as `variants` of the entity"
+
+
+def _no_place(path: Path, form: str, place: Origin, sink: Sink) -> None:
+    named = _named(path)
+    whole = {"shapes", "collisions", "visuals"} & set(path[-2:])
+    hint = _ALTERNATIVES if whole else "what may differ are the numbers, files, colours and materials in it, each alone"
+    sink.report("SC116", f"{named} cannot differ from scene to scene as a whole: `{form}`", place, hint=hint)
+
+
+def _short(located: Located) -> dict[Path, int]:
     """The lists that are too short, and how many values they must have: each missing one is an error of its own."""
     lengths: dict[Path, int] = {}
     for error, path in located:
@@ -88,7 +134,7 @@ def _wrong_length(path: Path, must: int, count: int, place: Origin, sink: Sink) 
     sink.report("SC106", f"{_named(path)} must have {must} values, not {count}", place, hint=hint)
 
 
-def _misspelt(located: Iterable[tuple[ErrorDetails, Path]]) -> set[Path]:
+def _misspelt(located: Located) -> set[Path]:
     """The paths of keys that unknown ones beside them were probably meant to be."""
     meant: set[Path] = set()
     for error, path in located:
@@ -103,7 +149,9 @@ def _other_kind(entity: Any) -> str | None:
 
 def _report(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
     kind, found = error["type"], error["input"]
-    if path == ("scenecc",) and kind != "missing":
+    if kind == TOLD:
+        _told(error, path, place, sink)
+    elif path == ("scenecc",) and kind != "missing":
         sink.report("SC100", f"this is scenecc 1; it does not read version {show(found)}", place)
     elif kind == "extra_forbidden":
         _unknown_key(error, str(path[-1]), place, sink)
@@ -126,24 +174,10 @@ def _report(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
         _wrong_kind(expected, path, found, place, sink)
 
 
-def _value_of_later(error: ErrorDetails, path: Path, data: dict[str, Any]) -> tuple[str, Path] | None:
-    """What a value is that a later version will read, and where it stands; None where it is none."""
-    kind, found = error["type"], error["input"]
-    if kind in {"extra_forbidden", "missing"}:
-        # The mapping was taken for another, so its keys are wrong there and others are missing.
-        path = path[:-1]
-        found = follow(data, path)
-    elif error["loc"][-1] == KEY_MARK:
-        return None
-    if is_mapping(found):
-        if not VARIATION_FORMS.isdisjoint(found) and path[-1:] not in _STRUCTURE:
-            return "values that differ from scene to scene", path
-        found, path = found.get("type"), (*path, "type")
-        if not kind.startswith("union_tag"):
-            return None
-    if isinstance(found, str) and EXPRESSION in found:
-        return "expressions", path
-    return ("drawn rotations", path) if found == "uniform" and path[-1] == "q" else None
+def _told(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
+    context = error.get("ctx", {})
+    message = context["message"].replace(THIS, _named(path))
+    sink.report(context["code"], message, place, at=context["at"], hint=context["hint"], span=context["span"])
 
 
 def _bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
@@ -162,8 +196,8 @@ def _bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
     )
 
 
-def _not_yet(feature: str, place: Origin, at: At, sink: Sink) -> None:
-    sink.report("SC109", f"{feature} are not supported yet", place, at=at)
+def _not_yet(feature: str, place: Origin, sink: Sink) -> None:
+    sink.report("SC109", f"{feature} are not supported yet", place, at="key")
 
 
 def _unknown_key(error: ErrorDetails, key: str, place: Origin, sink: Sink) -> None:
@@ -171,7 +205,7 @@ def _unknown_key(error: ErrorDetails, key: str, place: Origin, sink: Sink) -> No
         sink.report("SC110", f"version 1 of the language leaves out {LEFT_OUT[key]}", place, at="key")
         return
     if key in NOT_YET:
-        _not_yet(NOT_YET[key], place, "key", sink)
+        _not_yet(NOT_YET[key], place, sink)
         return
     known = _known(error)
     hint = next((hint for beside, hint in MISPLACED.get(key, ()) if beside in known), None)
@@ -239,7 +273,7 @@ def _pattern(error: ErrorDetails, place: Origin, sink: Sink) -> None:
             "SC108", f"{show(found)} is not a colour", place, hint='three or four numbers in 0..1, or "#rrggbb[aa]"'
         )
         return
-    at: At = "key" if error["loc"][-1] == KEY_MARK else "value"
+    at: At = "key" if KEY_MARK in error["loc"] else "value"
     sink.report(
         "SC107",
         f"{show(found)} is not a name",
@@ -255,6 +289,8 @@ def _wrong_kind(expected: str, path: Path, found: Any, place: Origin, sink: Sink
         hint = "take the quotes off"
     elif expected == "true or false" and isinstance(found, str):
         hint = "YAML 1.2 has only `true` and `false`, without quotes"
+    elif is_mapping(found) and (form := next((near for key in found if (near := nearest(key, VARIATION_FORMS))), None)):
+        hint = f"did you mean `{form}`?"
     sink.report("SC103", f"{_named(path)} must be {expected}, not {describe(found)}", place, hint=hint)
 
 

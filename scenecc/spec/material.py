@@ -5,22 +5,27 @@ from typing import Annotated, Literal
 from pydantic import Field, StringConstraints, Tag
 from typing_extensions import TypeAliasType
 
-from scenecc.spec.base import Maybe, Model, Name, NonNegative, Text, Unit, key
-from scenecc.spec.unions import by_kind
+from scenecc.spec.base import Maybe, Model, Name, Text, key
+from scenecc.spec.leaf import Fixed, Leaf
+from scenecc.spec.scalars import NonNegative, Unit
+from scenecc.spec.unions import COMPONENTS, by_kind
 
 ColorText = Annotated[str, StringConstraints(pattern=r"^#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{8})$")]
 ColorList = Annotated[list[Unit], Field(min_length=3, max_length=4)]
 Color = TypeAliasType(
     "Color",
-    Annotated[
-        Annotated[ColorText, Tag("#word")] | Annotated[ColorList, Tag("#list")],
-        by_kind('three or four numbers, or "#rrggbb" or "#rrggbbaa"'),
+    Leaf[
+        Annotated[
+            Annotated[ColorText, Tag("#word")] | Annotated[ColorList, Tag(COMPONENTS)],
+            by_kind('three or four numbers, or "#rrggbb" or "#rrggbbaa"'),
+        ]
     ],
 )
 """Three or four numbers in 0..1, or "#rrggbb" or "#rrggbbaa"."""
 
 Radiance = Annotated[
-    Annotated[ColorText, Tag("#word")] | Annotated[list[NonNegative], Field(min_length=3, max_length=4), Tag("#list")],
+    Annotated[ColorText, Tag("#word")]
+    | Annotated[list[NonNegative], Field(min_length=3, max_length=4), Tag(COMPONENTS)],
     by_kind('three or four numbers, or "#rrggbb" or "#rrggbbaa"'),
 ]
 """A colour that may be brighter than 1."""
@@ -29,27 +34,31 @@ Radiance = Annotated[
 class Physical(Model):
     """How a surface rubs and bounces, and how heavy what it covers is."""
 
-    static_friction: Maybe[NonNegative] = key("Coefficient of static friction.", default=0.3)
-    dynamic_friction: Maybe[NonNegative] = key("Coefficient of dynamic friction, at most the static one.", default=0.3)
-    restitution: Maybe[NonNegative] = key("Coefficient of restitution, 0 to 1.", default=0.1)
-    density: Maybe[NonNegative] = key("Density [kg/m³] of shapes that give none.", default=1000)
+    static_friction: Maybe[Leaf[NonNegative]] = key("Coefficient of static friction.", default=0.3)
+    dynamic_friction: Maybe[Leaf[NonNegative]] = key(
+        "Coefficient of dynamic friction, at most the static one.", default=0.3
+    )
+    restitution: Maybe[Leaf[NonNegative]] = key("Coefficient of restitution, 0 to 1.", default=0.1)
+    density: Maybe[Leaf[NonNegative]] = key("Density [kg/m³] of shapes that give none.", default=1000)
 
 
 class TextureMapping(Model):
     """An image and how it is sampled."""
 
-    file: Text = Field(description="The image.")
-    mipmap_levels: Maybe[Annotated[int, Field(ge=1, le=32)]] = key("Levels of detail.", default=1)
-    filter_mode: Maybe[Literal["nearest", "linear"]] = key("Between texels.", default="linear")
-    address_mode: Maybe[Literal["repeat", "border", "edge", "mirror"]] = key("Outside 0..1.", default="repeat")
-    srgb: Maybe[bool] = key("Whether 8-bit values are sRGB: true for colours, false for the rest.", default=True)
+    file: Leaf[Text] = Field(description="The image.")
+    mipmap_levels: Maybe[Fixed[Annotated[int, Field(ge=1, le=32)]]] = key("Levels of detail.", default=1)
+    filter_mode: Maybe[Fixed[Literal["nearest", "linear"]]] = key("Between texels.", default="linear")
+    address_mode: Maybe[Fixed[Literal["repeat", "border", "edge", "mirror"]]] = key("Outside 0..1.", default="repeat")
+    srgb: Maybe[Fixed[bool]] = key("Whether 8-bit values are sRGB: true for colours, false for the rest.", default=True)
 
 
 Texture = TypeAliasType(
     "Texture",
-    Annotated[
-        Annotated[Text, Tag("#word")] | Annotated[TextureMapping, Tag("#mapping")],
-        by_kind("a file, or a mapping with `file`"),
+    Leaf[
+        Annotated[
+            Annotated[Text, Tag("#word")] | Annotated[TextureMapping, Tag("#mapping")],
+            by_kind("a file, or a mapping with `file`"),
+        ]
     ],
 )
 
@@ -58,13 +67,13 @@ class Visual(Model):
     """How a surface looks: `sapien.render.RenderMaterial`."""
 
     base_color: Maybe[Color] = key("Base colour, linear RGB or RGBA.", default=[1, 1, 1, 1])
-    emission: Maybe[Radiance] = key("Emitted colour, linear RGB or RGBA.", default=[0, 0, 0, 0])
-    specular: Maybe[Unit] = key("Specular reflection of a dielectric.", default=0)
-    roughness: Maybe[Unit] = key("Roughness.", default=1)
-    metallic: Maybe[Unit] = key("Metallic share.", default=0)
-    transmission: Maybe[Unit] = key("Share of light that passes (ray tracing).", default=0)
-    ior: Maybe[Annotated[float, Field(ge=1, allow_inf_nan=False)]] = key("Index of refraction.", default=1.45)
-    transmission_roughness: Maybe[Unit] = key("Roughness of what passes.", default=0)
+    emission: Maybe[Leaf[Radiance]] = key("Emitted colour, linear RGB or RGBA.", default=[0, 0, 0, 0])
+    specular: Maybe[Leaf[Unit]] = key("Specular reflection of a dielectric.", default=0)
+    roughness: Maybe[Leaf[Unit]] = key("Roughness.", default=1)
+    metallic: Maybe[Leaf[Unit]] = key("Metallic share.", default=0)
+    transmission: Maybe[Leaf[Unit]] = key("Share of light that passes (ray tracing).", default=0)
+    ior: Maybe[Leaf[Annotated[float, Field(ge=1, allow_inf_nan=False)]]] = key("Index of refraction.", default=1.45)
+    transmission_roughness: Maybe[Leaf[Unit]] = key("Roughness of what passes.", default=0)
     base_color_texture: Maybe[Texture] = key("Image of the base colour.")
     normal_texture: Maybe[Texture] = key("Normal map.")
     roughness_texture: Maybe[Texture] = key("Image of the roughness.")
@@ -82,9 +91,11 @@ class Material(Model):
 
 MaterialRef = TypeAliasType(
     "MaterialRef",
-    Annotated[
-        Annotated[Name, Tag("#word")] | Annotated[Material, Tag("#mapping")],
-        by_kind("a name from `materials`, or a mapping with `physical` or `visual`"),
+    Leaf[
+        Annotated[
+            Annotated[Name, Tag("#word")] | Annotated[Material, Tag("#mapping")],
+            by_kind("a name from `materials`, or a mapping with `physical` or `visual`"),
+        ]
     ],
 )
 """A name from `materials`, or the same mapping inline."""

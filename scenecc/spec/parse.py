@@ -12,6 +12,7 @@ from scenecc.spec.document import SceneFile
 from scenecc.spec.errors import report_errors
 from scenecc.spec.plain import is_mapping, is_sequence
 from scenecc.spec.start import Start
+from scenecc.spec.unions import Reading
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
@@ -20,32 +21,37 @@ _NAMED = ("entities", "materials", "frames", "collision_groups")
 """Mappings whose keys are names, so that a note among them would read as an entry."""
 
 
-def parse(data: dict[str, Any], origin: Origin, sink: Sink) -> SceneFile | None:
+def parse(
+    data: dict[str, Any], origin: Origin, sink: Sink, *, expanded: bool = False, reading: Reading | None = None
+) -> SceneFile | None:
     """The document as models; every mistake in its shape is reported.
 
     Args:
-        data: plain data as the reader gives it; not changed.
+        data: plain data as the reader gives it, or as expansion does; not changed.
         origin: of the document's root.
         sink: takes the diagnostics.
+        expanded: it is an expanded document: `${` in a text is literal, and a `Template` is what is left of one.
+        reading: where it is noted whether the document has anything that only expansion understands.
     """
+    reading = reading or Reading(expanded=expanded)
     if any(key.startswith(NOTE_PREFIX) for name in _NAMED for key in _keys(data.get(name))):
         data = without_notes(data)
     try:
-        return SceneFile.model_validate(data)
+        return SceneFile.model_validate(data, context=reading)
     except ValidationError as problem:
         many = problem.error_count() > MAX_REPORTS
         errors = [] if many else problem.errors(include_url=False)
     if many:
         clean = without_notes(data)
-        return None if _report_first(clean, origin, sink) else SceneFile.model_validate(clean)
+        return None if _report_first(clean, origin, sink, reading) else SceneFile.model_validate(clean, context=reading)
     if any(_is_note(error["loc"][-1]) for error in errors if error["type"] == "extra_forbidden"):
         # Only a file that holds notes pays for their removal.
-        return parse(without_notes(data), origin, sink)
-    report_errors(errors, data, origin, sink)
+        return parse(without_notes(data), origin, sink, reading=reading)
+    report_errors(errors, data, origin, sink, expanded=reading.expanded)
     return None
 
 
-def _report_first(data: dict[str, Any], origin: Origin, sink: Sink) -> bool:
+def _report_first(data: dict[str, Any], origin: Origin, sink: Sink, reading: Reading) -> bool:
     """Reports the first of very many errors, if there are any without the notes.
 
     Pydantic lists all or none, and takes a kilobyte for each.
@@ -54,10 +60,10 @@ def _report_first(data: dict[str, Any], origin: Origin, sink: Sink) -> bool:
     while True:
         start = Start(data, nodes)
         try:
-            SceneFile.model_validate(start.data)
+            SceneFile.model_validate(start.data, context=reading)
         except ValidationError as problem:
             if start.whole or problem.error_count() >= MAX_REPORTS:
-                report_errors(problem.errors(include_url=False), start.data, origin, sink)
+                report_errors(problem.errors(include_url=False), start.data, origin, sink, expanded=reading.expanded)
                 if not start.whole:
                     hint = "mend these first; the rest of the file was not looked at"
                     sink.report("SC016", f"checking stopped after {MAX_REPORTS} errors", origin, hint=hint)

@@ -4,17 +4,9 @@ from typing import Annotated
 
 from pydantic import Field
 
-from scenecc.spec.base import (
-    Count,
-    Finite,
-    Maybe,
-    Model,
-    NonNegative,
-    Positive,
-    Vec3,
-    key,
-)
-from scenecc.spec.body import Iterations, VelocityIterations
+from scenecc.spec.base import Maybe, Model, key
+from scenecc.spec.leaf import Fixed
+from scenecc.spec.scalars import Count, Finite, Iterations, NonNegative, Positive, Vec3, VelocityIterations
 
 THREADS = 256
 """More would only exhaust the machine: each is a thread of the process."""
@@ -23,52 +15,56 @@ THREADS = 256
 class DefaultMaterial(Model):
     """The material of shapes that name none."""
 
-    static_friction: NonNegative = Field(description="Coefficient of static friction.")
-    dynamic_friction: NonNegative = Field(description="Coefficient of dynamic friction, at most the static one.")
-    restitution: NonNegative = Field(description="Coefficient of restitution, 0 to 1.")
+    static_friction: Fixed[NonNegative] = Field(description="Coefficient of static friction.")
+    dynamic_friction: Fixed[NonNegative] = Field(description="Coefficient of dynamic friction, at most the static one.")
+    restitution: Fixed[NonNegative] = Field(description="Coefficient of restitution, 0 to 1.")
 
 
 class Sdf(Model):
     """How signed distance fields are cooked: `sapien.physx.set_sdf_config`."""
 
-    spacing: Maybe[Positive] = key("Distance between samples [m].", default=0.01)
-    subgrid_size: Maybe[Count] = key("Cells along an edge of a subgrid.", default=6)
-    num_threads_for_construction: Maybe[Annotated[int, Field(ge=1, le=THREADS)]] = key("Threads that cook.", default=4)
+    spacing: Maybe[Fixed[Positive]] = key("Distance between samples [m].", default=0.01)
+    subgrid_size: Maybe[Fixed[Count]] = key("Cells along an edge of a subgrid.", default=6)
+    num_threads_for_construction: Maybe[Fixed[Annotated[int, Field(ge=1, le=THREADS)]]] = key(
+        "Threads that cook.", default=4
+    )
 
 
 class GpuMemory(Model):
     """Capacities of PhysX on the GPU: `sapien.physx.set_gpu_memory_config`."""
 
-    temp_buffer_capacity: Maybe[Count] = key("[bytes]", default=2**24)
-    max_rigid_contact_count: Maybe[Count] = key("Contacts.", default=2**19)
-    max_rigid_patch_count: Maybe[Count] = key("Contact patches.", default=81920)
-    heap_capacity: Maybe[Count] = key("[bytes]", default=2**26)
-    found_lost_pairs_capacity: Maybe[Count] = key("Pairs.", default=2**18)
-    found_lost_aggregate_pairs_capacity: Maybe[Count] = key("Pairs.", default=1024)
-    total_aggregate_pairs_capacity: Maybe[Count] = key("Pairs.", default=1024)
-    collision_stack_size: Maybe[Count] = key("[bytes]", default=2**22)
+    temp_buffer_capacity: Maybe[Fixed[Count]] = key("[bytes]", default=2**24)
+    max_rigid_contact_count: Maybe[Fixed[Count]] = key("Contacts.", default=2**19)
+    max_rigid_patch_count: Maybe[Fixed[Count]] = key("Contact patches.", default=81920)
+    heap_capacity: Maybe[Fixed[Count]] = key("[bytes]", default=2**26)
+    found_lost_pairs_capacity: Maybe[Fixed[Count]] = key("Pairs.", default=2**18)
+    found_lost_aggregate_pairs_capacity: Maybe[Fixed[Count]] = key("Pairs.", default=1024)
+    total_aggregate_pairs_capacity: Maybe[Fixed[Count]] = key("Pairs.", default=1024)
+    collision_stack_size: Maybe[Fixed[Count]] = key("[bytes]", default=2**22)
 
 
 class Physics(Model):
     """Settings of the simulation; what is left out is SAPIEN's."""
 
-    timestep: Maybe[Positive] = key("Time of a step [s].", default=0.01)
-    gravity: Maybe[Vec3] = key("World frame [m/s²].", default=[0, 0, -9.81])
-    bounce_threshold: Maybe[NonNegative] = key("Relative speed below which nothing bounces [m/s].", default=2)
-    enable_pcm: Maybe[bool] = key("Persistent contact manifolds.", default=True)
-    enable_tgs: Maybe[bool] = key("Temporal Gauss-Seidel solver.", default=True)
-    enable_ccd: Maybe[bool] = key("Continuous collision detection.", default=False)
-    enable_enhanced_determinism: Maybe[bool] = key(
+    timestep: Maybe[Fixed[Positive]] = key("Time of a step [s].", default=0.01)
+    gravity: Maybe[Fixed[Vec3]] = key("World frame [m/s²].", default=[0, 0, -9.81])
+    bounce_threshold: Maybe[Fixed[NonNegative]] = key("Relative speed below which nothing bounces [m/s].", default=2)
+    enable_pcm: Maybe[Fixed[bool]] = key("Persistent contact manifolds.", default=True)
+    enable_tgs: Maybe[Fixed[bool]] = key("Temporal Gauss-Seidel solver.", default=True)
+    enable_ccd: Maybe[Fixed[bool]] = key("Continuous collision detection.", default=False)
+    enable_enhanced_determinism: Maybe[Fixed[bool]] = key(
         "Results that do not depend on what else is in the scene.", default=False
     )
-    enable_friction_every_iteration: Maybe[bool] = key("Friction in every solver iteration.", default=True)
-    cpu_workers: Maybe[Annotated[int, Field(ge=0, le=THREADS)]] = key("Threads of a scene; 0: the caller's.", default=0)
+    enable_friction_every_iteration: Maybe[Fixed[bool]] = key("Friction in every solver iteration.", default=True)
+    cpu_workers: Maybe[Fixed[Annotated[int, Field(ge=0, le=THREADS)]]] = key(
+        "Threads of a scene; 0: the caller's.", default=0
+    )
     default_material: Maybe[DefaultMaterial] = key("The material of shapes that name none.")
-    contact_offset: Maybe[Positive] = key("Of shapes that name none [m].", default=0.01)
-    rest_offset: Maybe[Finite] = key("Of shapes that name none [m].", default=0)
-    solver_position_iterations: Maybe[Iterations] = key("Of bodies that name none.", default=10)
-    solver_velocity_iterations: Maybe[VelocityIterations] = key("Of bodies that name none.", default=1)
-    sleep_threshold: Maybe[NonNegative] = key("Of bodies that name none [m²/s²].", default=0.005)
+    contact_offset: Maybe[Fixed[Positive]] = key("Of shapes that name none [m].", default=0.01)
+    rest_offset: Maybe[Fixed[Finite]] = key("Of shapes that name none [m].", default=0)
+    solver_position_iterations: Maybe[Fixed[Iterations]] = key("Of bodies that name none.", default=10)
+    solver_velocity_iterations: Maybe[Fixed[VelocityIterations]] = key("Of bodies that name none.", default=1)
+    sleep_threshold: Maybe[Fixed[NonNegative]] = key("Of bodies that name none [m²/s²].", default=0.005)
     sdf: Maybe[Sdf] = key("How signed distance fields are cooked.")
-    scene_spacing: Maybe[Positive] = key("Distance between scenes that share one GPU simulation [m].")
+    scene_spacing: Maybe[Fixed[Positive]] = key("Distance between scenes that share one GPU simulation [m].")
     gpu_memory: Maybe[GpuMemory] = key("Capacities of PhysX on the GPU.")

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any, TypeGuard
 
+EXPRESSION = "${"
+"""What a text holds that has an expression in it."""
+
 
 def is_mapping(node: Any) -> TypeGuard[dict[str, Any]]:
     """Whether a node is a mapping; the reader lets no key through that is not a string."""

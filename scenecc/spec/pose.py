@@ -1,54 +1,71 @@
 """Poses: where something is, and how it is turned."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, Strict, Tag
+from pydantic import AfterValidator, Field, Strict, Tag
 from typing_extensions import TypeAliasType
 
-from scenecc.spec.base import Finite, Maybe, Model, Name, Vec3, Vec4, key
-from scenecc.spec.unions import by_kind
+from scenecc.spec.base import Maybe, Model, Reference, key
+from scenecc.spec.leaf import Computed, Fixed, Leaf
+from scenecc.spec.scalars import Finite, Vec3, Vec4
+from scenecc.spec.unions import COMPONENTS, by_kind
 
 AxisName = Literal["x", "y", "z"]
 
 
 Direction = Annotated[
-    Annotated[Vec3, Tag("#list")] | Annotated[AxisName, Tag("#word")], by_kind("[x, y, z] or one of x, y, z")
+    Annotated[Vec3, Tag(COMPONENTS)] | Annotated[AxisName, Tag("#word")], by_kind("[x, y, z] or one of x, y, z")
 ]
 
 
 class AxisAngle(Model):
     """A turn about one axis."""
 
-    axis: Direction = Field(description="[x, y, z] (of any length) or one of x, y, z.")
-    angle: Maybe[Finite] = key("Angle [rad]; this or `angle_deg`.")
-    angle_deg: Maybe[Finite] = key("Angle [degrees]; this or `angle`.")
+    axis: Leaf[Direction] = Field(description="[x, y, z] (of any length) or one of x, y, z.")
+    angle: Maybe[Leaf[Finite]] = key("Angle [rad]; this or `angle_deg`.")
+    angle_deg: Maybe[Leaf[Finite]] = key("Angle [degrees]; this or `angle`.")
 
 
-Row = Annotated[tuple[Finite, Finite, Finite, Finite], Strict(strict=False)]
+Matrix = Annotated[tuple[Vec4, Vec4, Vec4, Vec4], Strict(strict=False)]
+
+
+def _drawn(_word: str) -> Any:
+    from scenecc.values.forms import RandomRotation
+
+    return RandomRotation()
+
+
+Quaternion = Annotated[
+    Annotated[Vec4, Tag(COMPONENTS)] | Annotated[Literal["uniform"], AfterValidator(_drawn), Tag("#word")],
+    by_kind("[w, x, y, z], or `uniform`"),
+]
 
 
 class PoseMapping(Model):
     """A position and at most one rotation, or a matrix alone."""
 
-    p: Maybe[Vec3] = key("Position [m].", default=[0, 0, 0])
-    q: Maybe[Vec4] = key("Rotation as a unit quaternion [w, x, y, z].", default=[1, 0, 0, 0])
-    rpy: Maybe[Vec3] = key("Rotation about the fixed axes x, y, z: roll, pitch, yaw [rad].")
-    rpy_deg: Maybe[Vec3] = key("Rotation about the fixed axes x, y, z: roll, pitch, yaw [degrees].")
+    p: Maybe[Leaf[Vec3]] = key("Position [m].", default=[0, 0, 0])
+    q: Maybe[Computed[Quaternion]] = key(
+        "Rotation as a unit quaternion [w, x, y, z], or `uniform`: drawn, even over all rotations.",
+        default=[1, 0, 0, 0],
+    )
+    rpy: Maybe[Leaf[Vec3]] = key("Rotation about the fixed axes x, y, z: roll, pitch, yaw [rad].")
+    rpy_deg: Maybe[Leaf[Vec3]] = key("Rotation about the fixed axes x, y, z: roll, pitch, yaw [degrees].")
     axis_angle: Maybe[AxisAngle] = key("Rotation about one axis.")
-    look_at: Maybe[Vec3] = key(
+    look_at: Maybe[Leaf[Vec3]] = key(
         "A point in the frame of the pose that +x points to, +z as far up as it goes (SAPIEN's camera) [m]."
     )
-    matrix: Maybe[Annotated[tuple[Row, Row, Row, Row], Strict(strict=False)]] = key(
-        "A rigid 4×4 transformation, row by row; stands alone."
-    )
-    relative_to: Maybe[Name] = key("The entity, frame or camera in whose frame this pose stands.")
+    matrix: Maybe[Computed[Matrix]] = key("A rigid 4×4 transformation, row by row; stands alone.")
+    relative_to: Maybe[Fixed[Reference]] = key("The entity, frame or camera in whose frame this pose stands.")
 
 
 Pose = TypeAliasType(
     "Pose",
-    Annotated[
-        Annotated[Vec3, Tag("#list")] | Annotated[PoseMapping, Tag("#mapping")],
-        by_kind("[x, y, z] or a mapping with p, q, rpy, …"),
+    Leaf[
+        Annotated[
+            Annotated[Vec3, Tag(COMPONENTS)] | Annotated[PoseMapping, Tag("#mapping")],
+            by_kind("[x, y, z] or a mapping with p, q, rpy, …"),
+        ]
     ],
 )
 """[x, y, z] or a mapping."""

@@ -7,9 +7,10 @@ from typing import Any
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
-from scenecc.spec.base import LARGEST, NAME_PATTERN, NOTES, SMALLEST
+from scenecc.spec.base import NAME_PATTERN, NOTES
 from scenecc.spec.document import SceneFile
 from scenecc.spec.plain import is_mapping, is_sequence
+from scenecc.spec.scalars import LARGEST, SMALLEST
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 

@@ -7,7 +7,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from scenecc.spec.base import Positive2
+from scenecc.spec.leaf import Leaf
+from scenecc.spec.scalars import Positive2
 from scenecc.spec.shape_keys import (
     BothKeys,
     BoxKeys,
@@ -133,8 +134,8 @@ class TiledPlaneVisual(VisualKeys):
     """A flat quad facing +z with a repeated texture (ManiSkill's)."""
 
     type: Literal["tiled_plane"]
-    half_size: Positive2 = Field(description="Along x and y [m].")
-    texture_repeat: Positive2 = Field(description="How often the texture repeats along x and y.")
+    half_size: Leaf[Positive2] = Field(description="Along x and y [m].")
+    texture_repeat: Leaf[Positive2] = Field(description="How often the texture repeats along x and y.")
 
 
 CollisionSpec = Annotated[

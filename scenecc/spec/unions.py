@@ -1,12 +1,35 @@
-"""Unions by the kind of YAML node alone, so that a mistake gives one error, not one a branch."""
+"""Unions whose branches are tried in order, and which of their errors speaks of what was meant.
+
+A plain value takes the first branch that fits, at no cost. Where none fits, pydantic gives the errors of all of them,
+each with its branch's label in its `loc`: of those, `is_meant` tells the ones that belong to the kind of node that is
+written there, so that a mistake gives one diagnostic.
+"""
 
 from __future__ import annotations
 
-from pydantic import Discriminator
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-WRONG_KIND = "wrong_kind"
+from pydantic_core import PydanticCustomError, core_schema
+
+from scenecc.spec.features import VARIATION_FORMS
+from scenecc.spec.plain import EXPRESSION, is_mapping, is_sequence
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+    from pydantic.json_schema import JsonSchemaValue
+    from pydantic_core import CoreSchema
+    from pydantic_core.core_schema import UnionSchema
+
+WRONG_KIND = "#wrong_kind"
 """The error type of a node that fits no branch; its message says what would."""
 
+NOT_MEANT = "#not_meant"
+"""The error type of a branch that was not meant: always dropped."""
+
+VALUE, VECTOR, COMPONENTS, OTHERWISE = "#value", "#vector", "#components", "#otherwise"
+"""Labels: a plain value; a list of numbers, alone or among other kinds; and the branch for all that is not plain."""
 
 _KINDS: dict[type, str] = {
     bool: "#flag",
@@ -19,18 +42,127 @@ _KINDS: dict[type, str] = {
 }
 
 
+class Reading:
+    """How a document is read: pydantic's validation context.
+
+    Attributes:
+        expanded: it is the expanded one: `${` in a text is literal, and templates stand for what is left to evaluate.
+        plain: nothing has been met that only expansion understands.
+    """
+
+    __slots__ = ("expanded", "plain")
+
+    def __init__(self, *, expanded: bool = False) -> None:
+        self.expanded = expanded
+        self.plain = True
+
+
+AS_WRITTEN = Reading()
+"""Where no context is given."""
+
+
 def kind(value: object) -> str | None:
-    """The tag of a node's kind. Tags start with `#`, which no key that leads to a union does.
+    """The label of a node's kind. Labels start with `#`, which no key that leads to a union does.
 
     Documents hold plain data, so its exact type tells a node's kind.
     """
     return _KINDS.get(type(value))
 
 
-def by_kind(expected: str) -> Discriminator:
-    """A union whose branches carry the tags of `kind`.
+def is_varying(node: object, *, expanded: bool) -> bool:
+    """Whether a node is an expression or a form, and no plain value."""
+    if isinstance(node, str):
+        return EXPRESSION in node and not expanded
+    if is_mapping(node):
+        return not VARIATION_FORMS.isdisjoint(node)
+    # Documents hold plain data and, once expanded, templates.
+    return kind(node) is None
+
+
+def any_varying(node: object, *, expanded: bool) -> bool:
+    """The same, or a list with such a component."""
+    if is_sequence(node):
+        return any(any_varying(item, expanded=expanded) for item in node)
+    return is_varying(node, expanded=expanded)
+
+
+def is_meant(label: str, node: object, *, expanded: bool) -> bool:
+    """Whether the errors of a branch speak of what is written at its place."""
+    if label == OTHERWISE:
+        return True
+    if label in {VECTOR, COMPONENTS}:
+        return not any_varying(node, expanded=expanded) and (label == VECTOR or kind(node) == "#list")
+    return not is_varying(node, expanded=expanded) and label in {VALUE, kind(node)}
+
+
+class Branches(NamedTuple):
+    """The branches of a union by kind."""
+
+    choices: list[tuple[CoreSchema, str]]
+    expected: str | None
+
+
+def branches(schema: CoreSchema) -> Branches:
+    """The branches of a type: those of a union by kind, or itself alone. `expected` is None where it is alone."""
+    expected = (schema.get("metadata") or {}).get("expected")
+    if schema["type"] != "union" or expected is None:
+        return Branches([(schema, VALUE)], None)
+    choices: Any = schema["choices"][:-1]
+    return Branches(list(choices), expected)
+
+
+def in_order(choices: Iterable[tuple[CoreSchema, str]], otherwise: CoreSchema) -> UnionSchema:
+    """A union that tries its branches in order."""
+    return core_schema.union_schema([*choices, (otherwise, OTHERWISE)], mode="left_to_right")
+
+
+def refusal(choices: Iterable[tuple[CoreSchema, str]], expected: str | None) -> Callable[[object], PydanticCustomError]:
+    """What the last branch says to a node that is for none of the others."""
+    labels = {"#list" if label == COMPONENTS else label for _, label in choices}
+
+    def refuse(node: object) -> PydanticCustomError:
+        if expected is None or kind(node) in labels:
+            return PydanticCustomError(NOT_MEANT, "another branch was meant")
+        return PydanticCustomError(WRONG_KIND, "{expected}", {"expected": expected})
+
+    return refuse
+
+
+class _ByKind:
+    """The annotation that `by_kind` makes."""
+
+    def __init__(self, expected: str, *, nonzero: bool) -> None:
+        self._expected = expected
+        self._nonzero = nonzero
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        union: Any = handler(source)
+        choices: list[tuple[CoreSchema, str]] = union["choices"]
+        refuse = refusal(choices, self._expected)
+
+        def otherwise(node: object) -> Any:
+            raise refuse(node)
+
+        schema = in_order(choices, core_schema.no_info_plain_validator_function(otherwise))
+        schema["metadata"] = {"expected": self._expected, "nonzero": self._nonzero}
+        return schema
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        return plain_json(schema, handler)
+
+
+def plain_json(schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+    """The JSON Schema of a union's plain branches."""
+    union: Any = schema
+    choices = union["choices"][:-1]
+    return handler(choices[0][0] if len(choices) == 1 else core_schema.union_schema(choices))
+
+
+def by_kind(expected: str, *, nonzero: bool = False) -> Any:
+    """A union whose branches carry the tags of `kind`, `COMPONENTS` for a list of numbers that may vary.
 
     Args:
         expected: what a user may write, as it stands in the message: "[x, y, z] or a mapping".
+        nonzero: whether 0 is no value, though a branch takes it.
     """
-    return Discriminator(kind, custom_error_type=WRONG_KIND, custom_error_message=expected, custom_error_context=None)
+    return _ByKind(expected, nonzero=nonzero)

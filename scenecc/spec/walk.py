@@ -7,28 +7,39 @@ from __future__ import annotations
 
 import types
 import typing
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BaseModel, Tag
 from typing_extensions import TypeAliasType
 
-from scenecc.diagnostics import Path, PathKey
+from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.plain import is_mapping, is_sequence
+from scenecc.spec.unions import OTHERWISE, VALUE, VECTOR, is_meant
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scenecc.diagnostics import Path, PathKey
 
 KEY_MARK = "[key]"
 """What pydantic appends to the place of a mapping's key."""
 
 
-def document_path(loc: tuple[PathKey, ...], data: Any) -> Path:
-    """Pydantic's `loc` as a path into the document: without the tags of unions.
+def document_path(loc: tuple[PathKey, ...], data: Any, *, expanded: bool) -> Path | None:
+    """Pydantic's `loc` as a path into the document; None where it leads through a branch that was not meant.
 
-    Tags of ours start with `#`; the tag of a shape is its `type` and follows a list's index.
+    Labels of ours start with `#`; the tag of a shape is its `type` and follows a list's index.
     """
     path: list[PathKey] = []
     node = data
     after_index = False
     for segment in loc:
-        if segment == KEY_MARK or (isinstance(segment, str) and segment.startswith("#")):
+        if segment == KEY_MARK:
+            # What follows is the label of a key's own branch.
+            break
+        if isinstance(segment, str) and segment.startswith("#"):
+            if not is_meant(segment, node, expanded=expanded):
+                return None
             continue
         if after_index and is_mapping(node) and node.get("type") == segment:
             after_index = False
@@ -56,10 +67,22 @@ def follow(node: Any, path: Path) -> Any:
 def model_at(root: type[BaseModel], loc: tuple[PathKey, ...]) -> type[BaseModel] | None:
     """The model whose mapping holds the last segment of `loc`; None where any key may stand."""
     annotation: Any = root
-    for segment in loc[:-1]:
+    for segment in _without_forms(loc[:-1]):
         annotation = _below(_bare(annotation), segment)
     bare = _bare(annotation)
     return bare if isinstance(bare, type) and issubclass(bare, BaseModel) else None
+
+
+def _without_forms(loc: tuple[PathKey, ...]) -> Iterator[PathKey]:
+    """The same without the keys of forms and the places in them: an alternative is of the type of the whole."""
+    rest = iter(loc)
+    in_form = False
+    for segment in rest:
+        if in_form and segment in VARIATION_FORMS:
+            next(rest, None)
+        else:
+            in_form = segment == OTHERWISE
+            yield segment
 
 
 def _bare(annotation: Any) -> Any:
@@ -85,6 +108,8 @@ def _branches(union: Any) -> list[Any]:
 
 def _below(annotation: Any, segment: PathKey) -> Any:
     """One segment of `loc` down: a field, an item, a mapping's value or a branch of a union."""
+    if segment in {VALUE, VECTOR, OTHERWISE}:
+        return annotation
     if _is_union(annotation):
         return next((branch for branch in _branches(annotation) if _tag(branch) == segment), Any)
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):

@@ -154,4 +154,52 @@ ROWS: tuple[Code, ...] = (
         "      - {type: box, half_size: [0.5, 0.5, 0.05]}\n",
         "Leave the key out, or set the `body_type` on which it means something.",
     ),
+    Code(
+        "SC116",
+        "error",
+        "nothing may vary here",
+        "Numbers, vectors, positions, colours, files, materials and booleans of bodies may differ from scene to scene. "
+        "What decides how a scene is put together may not, and a form that draws numbers stands only for numbers.",
+        "scenecc: 1\nentities:\n  cube:\n    body_type: {choice: [dynamic, static]}\n    shapes:\n"
+        "      - {type: box, half_size: [0.1, 0.1, 0.1]}\n",
+        "Write a plain value; what differs in structure is written as `variants` of the entity.",
+    ),
+    Code(
+        "SC117",
+        "error",
+        "not a form of variation",
+        "A form is one of `per_scene`, `cycle`, `choice` (with `weights`), `uniform`, `integers`, `log_uniform` and "
+        "`normal` (with `clip`), and has nothing else beside it.",
+        "scenecc: 1\nentities:\n  cube:\n    mass: {uniform: [1, 2], weights: [1, 1]}\n    shapes:\n"
+        "      - {type: box, half_size: [0.1, 0.1, 0.1]}\n",
+        "Take out the key that the message names.",
+    ),
+    Code(
+        "SC118",
+        "error",
+        "expression that cannot be read",
+        "Between `${` and `}` stands arithmetic over parameters, loop variables and draws, and nothing else.",
+        'scenecc: 1\nentities:\n  cube:\n    mass: "${1 +}"\n    shapes:\n'
+        "      - {type: box, half_size: [0.1, 0.1, 0.1]}\n",
+        "Mend the expression where the message points; `$${` is a literal `${`.",
+    ),
+    Code(
+        "SC119",
+        "error",
+        "bounds the wrong way round",
+        "The lower bound of a form stands first.",
+        "scenecc: 1\nentities:\n  cube:\n    mass: {uniform: [2, 1]}\n    shapes:\n"
+        "      - {type: box, half_size: [0.1, 0.1, 0.1]}\n",
+        "Swap the bounds.",
+    ),
+    Code(
+        "SC120",
+        "error",
+        "draw that can leave its range",
+        "What is drawn is judged by its bounds, not by the luck of one seed: a normal distribution has none, and a "
+        "scale drawn on both sides of 0 may come out as 0.",
+        "scenecc: 1\nentities:\n  cube:\n    mass: {normal: [1, 0.1]}\n    shapes:\n"
+        "      - {type: box, half_size: [0.1, 0.1, 0.1]}\n",
+        "Write `{normal: [1, 0.1], clip: [0.5, 1.5]}`.",
+    ),
 )

@@ -1,0 +1,169 @@
+"""The forms that draw numbers: their bounds, held to the range of the value that they stand for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from pydantic_core import core_schema
+
+from scenecc.diagnostics.words import show
+from scenecc.spec.domain import Domain
+from scenecc.spec.mistakes import THIS
+from scenecc.spec.plain import is_mapping, is_sequence
+from scenecc.spec.scalars import LARGEST
+from scenecc.values import forms
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from pydantic_core import CoreSchema
+
+    from scenecc.diagnostics import PathKey
+    from scenecc.spec.forms import FormReader
+
+    Loc = tuple[PathKey, ...]
+    Validate = Callable[[Any], Any]
+
+_ANY = core_schema.float_schema(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)
+_SPREAD = core_schema.float_schema(ge=0, le=LARGEST, allow_inf_nan=False)
+
+_DRAWN: dict[str, type[Any]] = {
+    "uniform": forms.Uniform,
+    "integers": forms.Integers,
+    "log_uniform": forms.LogUniform,
+}
+
+
+def read_drawn(reader: FormReader, key: str, node: dict[str, Any], domain: Domain, plain: Validate, loc: Loc) -> Any:
+    """One of the forms that draw numbers; None where that was a mistake.
+
+    Args:
+        reader: of the value.
+        key: the form's.
+        node: the mapping with the form.
+        domain: the numbers that the value may consist of.
+        plain: validates the value where it does not vary.
+        loc: of the mapping in the value that is validated.
+    """
+    at = (*loc, key)
+    if not domain.of_numbers:
+        hint = "of other values `per_scene`, `cycle` and `choice` take one"
+        return reader.mistake("SC116", f"`{key}` draws numbers, and nothing else", node, at, hint)
+    if domain.whole and key != "integers":
+        hint = f"write `integers: {show(node[key])}`" if key == "uniform" else "`integers: [low, high]` does"
+        return reader.mistake("SC116", f"`{key}` draws no whole numbers", node, at, hint)
+    if key == "normal":
+        return _normal(reader, node, domain, plain, loc)
+    pair = _pair(reader, node[key], domain, domain, plain, at, "[low, high]")
+    if pair is None:
+        return None
+    low, high = pair
+    if key == "integers":
+        low, high = (_whole(reader, bound, (*at, i)) for i, bound in enumerate(pair))
+    elif key == "log_uniform":
+        for i, bound in enumerate(pair):
+            _positive(reader, bound, (*at, i))
+    _ordered(reader, low, high, domain, at)
+    return _DRAWN[key](low, high)
+
+
+def _normal(reader: FormReader, node: dict[str, Any], domain: Domain, plain: Validate, loc: Loc) -> Any:
+    at = (*loc, "normal")
+    pair = _pair(reader, node["normal"], _of(domain, _ANY), _of(domain, _SPREAD), plain, at, "[mean, std]")
+    clip = None
+    if "clip" in node:
+        clip = _pair(reader, node["clip"], domain, domain, plain, (*loc, "clip"), "[low, high]")
+        if clip is not None:
+            _ordered(reader, *clip, domain, (*loc, "clip"))
+    elif domain.bounded:
+        hint = "add `clip: [low, high]`"
+        reader.mistake("SC120", f"`normal` without `clip` can leave the range of {THIS}", node, loc, hint)
+    return pair and forms.Normal(*pair, clip)
+
+
+def _of(domain: Domain, schema: CoreSchema) -> Domain:
+    """The same shapes, of other numbers."""
+    number = None if domain.number is None else schema
+    return replace(domain, number=number, item=domain.item and _of(domain.item, schema), nonzero=False)
+
+
+def _pair(
+    reader: FormReader, node: Any, first: Domain, second: Domain, plain: Validate, loc: Loc, names: str
+) -> tuple[Any, Any] | None:
+    if not is_sequence(node):
+        return reader.mistake("SC103", f"{THIS} must be {names}", node, loc)
+    if len(node) != 2:
+        return reader.mistake("SC106", f"{THIS} must have 2 values, {names}, not {len(node)}", node, loc)
+    return _bound(reader, node[0], first, plain, (*loc, 0)), _bound(reader, node[1], second, plain, (*loc, 1))
+
+
+def _bound(reader: FormReader, node: Any, domain: Domain, plain: Validate, loc: Loc) -> Any:
+    """A bound: a number, or a list of one for each component. A number stands for all components of a vector."""
+    if reader.varies(node, domain):
+        return reader.leaf(node, domain, plain, loc)
+    if is_mapping(node) or (is_sequence(node) and domain.item is None):
+        return reader.mistake("SC103", f"{THIS} must be a number", node, loc)
+    if isinstance(node, str):  # a colour
+        return reader.plain(node, plain, loc)
+    if is_sequence(node):
+        return reader.vector(node, domain, loc)
+    number = reader.plain(node, domain.scalar.validate_number, loc)
+    return number if domain.number is not None or number is None else (number,) * domain.least
+
+
+def _numbers(bound: Any) -> tuple[Any, ...]:
+    if isinstance(bound, forms.Vector):
+        return bound.items
+    return tuple(bound) if is_sequence(bound) else (bound,)
+
+
+def _is_number(part: Any) -> bool:
+    return isinstance(part, int | float)
+
+
+def _whole(reader: FormReader, bound: Any, loc: Loc) -> Any:
+    """The same bound with integers for its numbers."""
+
+    def whole(part: Any) -> Any:
+        if not _is_number(part):
+            return part
+        if not float(part).is_integer():
+            reader.mistake("SC104", f"{THIS} must be whole, not {show(part)}", part, loc)
+            return part
+        return int(part)
+
+    if not is_sequence(bound) and not isinstance(bound, forms.Vector):
+        return whole(bound)
+    parts = tuple(whole(part) for part in _numbers(bound))
+    return parts if is_sequence(bound) else forms.Vector(parts)
+
+
+def _positive(reader: FormReader, bound: Any, loc: Loc) -> None:
+    if any(_is_number(part) and part <= 0 for part in _numbers(bound)):
+        reader.mistake("SC104", f"{THIS} must be greater than 0 for its logarithm to be drawn", bound, loc)
+
+
+def _facing(low: Any, high: Any) -> Iterator[tuple[Any, Any]]:
+    """The components of two bounds, side by side."""
+    lows, highs = _numbers(low), _numbers(high)
+    if len(lows) == 1 or len(highs) == 1:
+        count = max(len(lows), len(highs))
+        lows, highs = lows * (count // len(lows)), highs * (count // len(highs))
+    yield from zip(lows, highs, strict=False)
+
+
+def _ordered(reader: FormReader, low: Any, high: Any, domain: Domain, loc: Loc) -> None:
+    if is_sequence(low) and is_sequence(high) and len(low) != len(high):
+        reader.mistake("SC106", f"both bounds must have as many values, not {len(low)} and {len(high)}", high, loc)
+        return
+    for a, b in _facing(low, high):
+        if not (_is_number(a) and _is_number(b)):
+            continue
+        if a > b:
+            reader.mistake("SC119", f"the lower bound {show(a)} is above the upper bound {show(b)}", low, loc)
+            return
+        if domain.nonzero and a <= 0 <= b:
+            hint = "for both signs write `choice: [{uniform: [-2, -1]}, {uniform: [1, 2]}]`"
+            reader.mistake("SC120", f"{THIS} cannot be 0, which lies between the bounds", low, loc, hint)
+            return

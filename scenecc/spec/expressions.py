@@ -1,0 +1,45 @@
+"""Expressions in a document as written, and what is said where nothing may differ from scene to scene."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from scenecc.spec.features import VARIATION_FORMS
+from scenecc.spec.mistakes import THIS, told
+from scenecc.spec.plain import is_mapping
+from scenecc.values.failure import ExpressionError
+from scenecc.values.template import Template
+
+if TYPE_CHECKING:
+    from scenecc.spec.unions import Reading
+
+
+def read_fixed(node: Any, reading: Reading) -> Template:
+    """An expression in a document as written; anything else that varies is a mistake.
+
+    Raises:
+        PydanticCustomError: it is one.
+    """
+    if is_mapping(node):
+        form = next(key for key in node if key in VARIATION_FORMS)
+        raise told("SC116", f"{THIS} cannot differ from scene to scene: `{form}` has no place here")
+    if isinstance(node, Template):
+        raise told("SC116", f"{THIS} reads {_read(node)} and so would differ from scene to scene, which it cannot")
+    return written(node, reading)
+
+
+def written(text: str, reading: Reading) -> Template:
+    """The template of a text in a document as written.
+
+    Raises:
+        PydanticCustomError: it cannot be read.
+    """
+    reading.plain = False
+    try:
+        return Template.parse(text)
+    except ExpressionError as problem:
+        raise told("SC118", problem.message, hint=problem.hint, span=(problem.start, problem.end)) from None
+
+
+def _read(template: Template) -> str:
+    return " and ".join(f"`{name}`" for name in sorted(template.names))

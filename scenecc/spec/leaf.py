@@ -1,0 +1,127 @@
+"""Values that may differ from scene to scene, and those that may not: `Leaf[T]` and `Fixed[T]`.
+
+Both take an expression where the file is as it was written. In an expanded document a leaf may still be a template or
+a form, which are then among `scenecc.values.forms`; what is fixed is a plain value.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+
+from pydantic_core import core_schema
+
+from scenecc.spec.domain import Domain, domain_of
+from scenecc.spec.mistakes import Mistakes
+from scenecc.spec.unions import (
+    VALUE,
+    VECTOR,
+    Reading,
+    any_varying,
+    branches,
+    in_order,
+    is_varying,
+    plain_json,
+    refusal,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+    from pydantic.json_schema import JsonSchemaValue
+    from pydantic_core import CoreSchema, PydanticCustomError
+    from pydantic_core.core_schema import ValidationInfo, ValidatorFunctionWrapHandler
+
+    from scenecc.values.forms import Varying
+
+    Refuse = Callable[[object], PydanticCustomError]
+
+T = TypeVar("T")
+
+ROTATION = "a rotation varies through `rpy`, `axis_angle` or `q: uniform`, or with its whole pose"
+
+
+class _Varies:
+    """The annotation of a leaf.
+
+    Args:
+        refused: why no form may stand here, though an expression may; None: forms may.
+    """
+
+    def __init__(self, refused: str | None = None) -> None:
+        self._refused = refused
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        schema = handler(source)
+        choices, expected = branches(schema)
+        domain = domain_of(schema, handler.resolve_ref_schema)
+        if expected is None:
+            choices = [(schema, VECTOR if domain.item else VALUE)]
+        refuse = refusal(choices, expected)
+        plain = (
+            in_order(choices, core_schema.no_info_plain_validator_function(_refusing(refuse))) if expected else schema
+        )
+        read = _leaf(domain, refuse, self._refused)
+        union = in_order(choices, core_schema.with_info_wrap_validator_function(read, plain))
+        union["metadata"] = {"expected": expected}
+        return union
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        return plain_json(schema, handler)
+
+
+def _refusing(refuse: Refuse) -> Callable[[Any], Any]:
+    def otherwise(node: Any) -> Any:
+        raise refuse(node)
+
+    return otherwise
+
+
+def _leaf(domain: Domain, refuse: Refuse, refused: str | None) -> Any:
+    def read(node: Any, plain: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
+        reading: Reading = info.context or Reading()
+        looks = any_varying if domain.item is not None else is_varying
+        if not looks(node, expanded=reading.expanded):
+            raise refuse(node)
+        from scenecc.spec.forms import FormReader
+
+        mistakes = Mistakes()
+        value = FormReader(reading, mistakes, refused).leaf(node, domain, plain, ())
+        mistakes.stop()
+        return value
+
+    return read
+
+
+class _Fixed:
+    """The annotation of a value that cannot differ from scene to scene."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        schema = handler(source)
+        choices, expected = branches(schema)
+        refuse = refusal(choices, expected)
+
+        def read(node: Any, info: ValidationInfo) -> Any:
+            reading: Reading = info.context or Reading()
+            if not is_varying(node, expanded=reading.expanded):
+                raise refuse(node)
+            from scenecc.spec.expressions import read_fixed
+
+            return read_fixed(node, reading)
+
+        union = in_order(choices, core_schema.with_info_plain_validator_function(read))
+        union["metadata"] = {"expected": expected}
+        return union
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        return plain_json(schema, handler)
+
+
+if TYPE_CHECKING:
+    Leaf = T | Varying
+    Computed = T | Varying
+    Fixed = T | T
+else:
+    Leaf = Annotated[T, _Varies()]
+    Computed = Annotated[T, _Varies(ROTATION)]
+    Fixed = Annotated[T, _Fixed()]
