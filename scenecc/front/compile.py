@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics import Location, Origin, Sink
+from scenecc.diagnostics.collector import collector_paused
 from scenecc.front.files import named_resolver, resolver
 from scenecc.front.inputs import Input, as_plan, read_input
-from scenecc.source.collector import collector_paused
 from scenecc.source.paths import AssetScope
 
 if TYPE_CHECKING:

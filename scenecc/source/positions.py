@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import yaml
 
-from scenecc.source.collector import collector_paused
+from scenecc.diagnostics.collector import collector_paused
 from scenecc.source.parsing import (
     AliasEvent,
     Event,

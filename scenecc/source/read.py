@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Location
-from scenecc.source.collector import collector_paused
+from scenecc.diagnostics.collector import collector_paused
 from scenecc.source.document import Document
 from scenecc.source.faults import Faults
 from scenecc.source.limits import Limits

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import gc
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Literal
 
 from scenecc.backends.sapien.audit.defaults import present_defaults
@@ -13,9 +11,10 @@ from scenecc.backends.sapien.cuda import refusal
 from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.backends.sapien.machine import new_render_system, render_problem
 from scenecc.backends.sapien.settings import engine_settings
+from scenecc.diagnostics.collector import collector_paused
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator
+    from collections.abc import Callable
 
     from scenecc.backends.sapien.batch import SceneBatch
     from scenecc.diagnostics import Sink
@@ -53,18 +52,6 @@ def run(
             batch.close()
             return None
         return batch
-
-
-@contextmanager
-def collector_paused() -> Generator[None]:
-    """No cyclic garbage collection meanwhile: a build makes objects to keep, and walking them is waste."""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
 
 
 def _rendered(*, render: bool | None) -> bool:
