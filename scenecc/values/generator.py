@@ -10,7 +10,7 @@ import hashlib
 import json
 import math
 from itertools import accumulate
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -104,7 +104,7 @@ def choice(u: NDArray[np.float64], count: int, weights: Sequence[float] | None) 
     reached = np.array(list(accumulate(float(weight) for weight in weights)), dtype=np.float64)
     # What has no weight is never reached; rounding must not carry a draw past the last that has one.
     last = max(index for index, weight in enumerate(weights) if weight > 0)
-    found: Any = reached.searchsorted(u * reached[-1], side="right")
+    found = cast("NDArray[np.intp]", np.searchsorted(reached, u * reached[-1], side="right"))
     return np.minimum(found, last).astype(np.int64)
 
 

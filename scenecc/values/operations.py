@@ -43,6 +43,17 @@ def kind(value: Any) -> str:
     return _KINDS.get(value.__class__, "such a value")
 
 
+def shown(value: Any, span: Span) -> str:
+    """A value as it stands within a longer text: as YAML writes it."""
+    if type(value) is bool:
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return value
+    if is_number(value):
+        return repr(value)
+    raise ExpressionError(f"{kind(value)} cannot stand within a longer text", *span)
+
+
 def is_number(value: Any) -> bool:
     """An int or a float."""
     return type(value) is float or type(value) is int

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.frozen import frozen
 from scenecc.values.expression import Closure, Expression, read
 from scenecc.values.failure import ExpressionError
-from scenecc.values.operations import kind
+from scenecc.values.operations import shown
 from scenecc.values.tokens import closing
 
 if TYPE_CHECKING:
@@ -165,21 +165,10 @@ def _filled(parts: tuple[str | Expression, ...], environment: Mapping[str, Any])
         if isinstance(part, str):
             texts.append(part)
             continue
-        text = _shown(part.run(environment), part)
+        text = shown(part.run(environment), part.span(part.tree))
         filled += len(text)
         if filled > LONGEST_FILLED:
             span = part.span(part.tree)
             raise ExpressionError(f"the expressions come to more than {LONGEST_FILLED} characters", *span)
         texts.append(text)
     return "".join(texts)
-
-
-def _shown(value: Any, part: Expression) -> str:
-    """A value as it stands within a longer text: as YAML writes it."""
-    if type(value) is bool:
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return value
-    if type(value) in {int, float}:
-        return repr(value)
-    raise ExpressionError(f"{kind(value)} cannot stand within a longer text", *part.span(part.tree))

@@ -1,0 +1,141 @@
+"""What a node can give in any scene, found without drawing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics.frozen import frozen
+from scenecc.values.operations import LISTS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from numpy.typing import NDArray
+
+    from scenecc.values.nodes import Node
+
+
+@frozen
+class Support:
+    """Everything that a value can be: alternatives, or else bounds.
+
+    Attributes:
+        alternatives: all of them, each once (numbers, booleans, strings, or tuples of such); None where
+            they are too many or not known.
+        low, high: a number, or one for each component as a tuple (or tuple of rows), that no value is below or
+            above; infinite where there is no such bound. None where the value is not made of numbers, or
+            may be anything.
+        exact: whether each alternative, or each bound, can really occur (or be come as near to as one
+            likes); otherwise these may lie wider than what occurs.
+    """
+
+    alternatives: tuple[Any, ...] | None
+    low: Any
+    high: Any
+    exact: bool
+
+    def numbers(self) -> tuple[float, ...]:
+        """Numbers that bound everything it can be, row by row: of all alternatives, or of the lowest and highest."""
+        if self.alternatives is not None:
+            return tuple(_flat(self.alternatives))
+        return (*_flat(self.low), *_flat(self.high)) if self.low is not None else ()
+
+    @staticmethod
+    def of(alternatives: Iterable[Any], *, exact: bool = True) -> Support:
+        """Of plain values; tuples and lists are one."""
+        # By class too, since True is no 1.
+        distinct = tuple({(item.__class__, item): item for item in map(_tupled, alternatives)}.values())
+        low, high = _extremes(distinct)
+        return Support(distinct, low, high, exact)
+
+    @staticmethod
+    def of_rows(rows: NDArray[Any]) -> Support:
+        """Of values (B, …), each of which occurs."""
+        return Support.of(rows.tolist())
+
+
+UNKNOWN = Support(None, None, None, False)  # noqa: FBT003 - its fields are those of the class above
+"""Anything at all."""
+
+
+def support(
+    node: Node,
+    draws: Mapping[str, Node],
+    *,
+    given: Mapping[str, NDArray[Any]] | None = None,
+    num_scenes: int | None = None,
+) -> Support:
+    """Everything that a node can give.
+
+    Args:
+        node: whatever reads draws.
+        draws: the shared draws by name.
+        given: values (N, …) that take the place of draws.
+        num_scenes: how many scenes there are, where that is known.
+    """
+    # The table of all nodes reads this module.
+    from scenecc.values.supporting import Reader  # noqa: PLC0415
+
+    return Reader(draws, given or {}, num_scenes).support(node)
+
+
+def union(supports: Iterable[Support]) -> Support:
+    """What any of several can be."""
+    parts = list(supports)
+    exact = all(part.exact for part in parts)
+    if all(part.alternatives is not None for part in parts):
+        return Support.of((item for part in parts for item in part.alternatives or ()), exact=exact)
+    if any(part.low is None for part in parts):
+        return UNKNOWN
+    try:
+        low, high = componentwise(min, [p.low for p in parts]), componentwise(max, [p.high for p in parts])
+    except ValueError:
+        return UNKNOWN
+    return Support(None, low, high, exact)
+
+
+def componentwise(pick: Any, values: list[Any]) -> Any:
+    """The least or greatest of several values of one shape, each component by itself.
+
+    Raises:
+        ValueError: they differ in shape.
+    """
+    if values[0].__class__ is not tuple:
+        if any(value.__class__ is tuple for value in values):
+            raise ValueError("numbers and vectors")
+        return pick(values)
+    if any(value.__class__ is not tuple for value in values):
+        raise ValueError("numbers and vectors")
+    return tuple(componentwise(pick, list(column)) for column in zip(*values, strict=True))
+
+
+def _extremes(alternatives: tuple[Any, ...]) -> tuple[Any, Any]:
+    if not alternatives or not all(map(_numeric, alternatives)):
+        return None, None
+    if len(alternatives) == 1:
+        return alternatives[0], alternatives[0]
+    try:
+        return componentwise(min, list(alternatives)), componentwise(max, list(alternatives))
+    except ValueError:
+        return None, None
+
+
+def _numeric(value: Any) -> bool:
+    if value.__class__ is tuple:
+        return all(map(_numeric, value))
+    return value.__class__ is float or value.__class__ is int
+
+
+def _tupled(value: Any) -> Any:
+    if value.__class__ in LISTS:
+        return tuple(map(_tupled, value))
+    return value
+
+
+def _flat(value: Any) -> Iterable[float]:
+    if value.__class__ is tuple:
+        for item in value:
+            yield from _flat(item)
+    elif isinstance(value, int | float):
+        yield value
