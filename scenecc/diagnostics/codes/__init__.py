@@ -1,6 +1,6 @@
 """The one table of codes: a file of rows a stage, joined here."""
 
-from scenecc.diagnostics.codes import assets, engine, language, limits, names, physics, plan, reading, usage
+from scenecc.diagnostics.codes import assets, engine, expansion, language, limits, names, physics, plan, reading, usage
 from scenecc.diagnostics.codes.row import Code
 
 BANDS: dict[str, str] = {
@@ -19,7 +19,7 @@ BANDS: dict[str, str] = {
 
 CODES: dict[str, Code] = {
     row.code: row
-    for module in (reading, language, names, assets, physics, limits, plan, engine, usage)
+    for module in (reading, language, expansion, names, assets, physics, limits, plan, engine, usage)
     for row in module.ROWS
 }
 """Every code, by code."""

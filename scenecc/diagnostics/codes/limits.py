@@ -80,4 +80,12 @@ ROWS: tuple[Code, ...] = (
         example="$ scenecc validate mesh.yaml --limit asset_bytes=100",
         cure=_RAISE.format("asset_bytes") + "A mesh of that size is too fine for collision: simplify it.",
     ),
+    Code(
+        code="SC608",
+        severity="error",
+        title="too long a chain of files",
+        cause="At most 32 files include or use one another in a chain (limit includes).",
+        example="$ scenecc validate scene.yaml --limit includes=1",
+        cure="Use fewer files in between, or raise the limit with `--limit includes=N`.",
+    ),
 )

@@ -1,0 +1,173 @@
+"""The values of a file's parameters, for one use of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics import Location, Origin
+from scenecc.diagnostics.words import cut, suggest
+from scenecc.expand.kinds import kind_of
+from scenecc.expand.patterns import is_varying
+from scenecc.expand.ranges import form_of
+from scenecc.expand.run import Run
+from scenecc.spec.plain import is_mapping, is_sequence
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from scenecc.diagnostics import Sink
+    from scenecc.expand.compiled import Compiled
+    from scenecc.expand.documents import SceneDocument
+    from scenecc.expand.params import Param
+    from scenecc.expand.run import Budget
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """A value for a parameter.
+
+    Attributes:
+        value: plain, a form, or a template.
+        place: where it is given.
+        document: whose paths it holds.
+        scope: in which the names in it mean something.
+    """
+
+    value: Any
+    place: Origin | Location
+    document: SceneDocument
+    scope: str
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """The values of parameters.
+
+    Attributes:
+        values: of those that are the same in every scene.
+        varying: those that are not.
+    """
+
+    values: dict[str, Any]
+    varying: dict[str, Argument]
+
+
+def bind_params(
+    compiled: Compiled,
+    given: Mapping[str, Argument],
+    constants: Mapping[str, Any],
+    *,
+    scope: str,
+    use: Origin | Location | None,
+    material: Callable[[Param, Argument], Any],
+    objects: Budget,
+    sink: Sink,
+) -> Bound:
+    """The values of all parameters of a module; what is wrong is reported.
+
+    Args:
+        compiled: the module.
+        given: parameter → argument.
+        constants: what expressions may read beside earlier parameters.
+        scope: of the module.
+        use: the `use` of a prefab; where the arguments come from, for the top module.
+        material: names the material that is given to a parameter.
+        objects: how many may still be made.
+        sink: takes the diagnostics.
+    """
+    _known(compiled, given, sink)
+    values = dict(constants)
+    varying: dict[str, Argument] = {}
+    parent = use if isinstance(use, Origin) else None
+    for name, declared in compiled.params.items():
+        param = declared
+        argument = given.get(name)
+        if argument is None or param.kind is None:
+            default = _default(param, values, scope, parent, objects, sink)
+            if default is not None and param.kind is None and not is_varying(default.value):
+                param = replace(param, kind=kind_of(default.value))
+            argument = argument or default
+        if argument is None:
+            _required(param, use, parent, sink)
+            continue
+        wrong = param.misfit(argument.value)
+        if wrong is not None:
+            _refuse(param, argument, wrong, parent, sink)
+            continue
+        value = argument.value
+        if param.kind == "file":
+            value = _relocated(value, argument.document, compiled)
+        elif param.kind == "material":
+            value = _each_name(value, param, argument, material)
+        if is_varying(value):
+            varying[name] = Argument(value, argument.place, argument.document, argument.scope)
+        else:
+            values[name] = value
+    return Bound(values, varying)
+
+
+def _known(compiled: Compiled, given: Mapping[str, Argument], sink: Sink) -> None:
+    for name, argument in given.items():
+        # A declaration that was reported may have been meant.
+        if name not in compiled.module.section("params"):
+            message = f"there is no parameter `{cut(name)}`"
+            sink.report("SC210", message, argument.place, at="key", hint=suggest(name, compiled.params))
+
+
+def _default(
+    param: Param, values: dict[str, Any], scope: str, use: Origin | None, objects: Budget, sink: Sink
+) -> Argument | None:
+    if param.default is None:
+        return None
+    run = Run(param.part.document.name, param.part.parent(use), values, objects, sink)
+    value = param.default if param.pattern is None else param.pattern.make(run)
+    return Argument(value, run.origin(param.path), param.part.document, scope)
+
+
+def _required(param: Param, use: Origin | Location | None, parent: Origin | None, sink: Sink) -> None:
+    declared = Origin(param.part.document.name, param.path, "", param.part.parent(parent))
+    hint = f"{param.description or 'it has no default'}; give it "
+    hint += f"`with: {{{param.name}: …}}`" if parent is not None else f"--set {param.name}=…, or a `default`"
+    place = declared if parent is None or use is None else use
+    related = [("the parameter", declared, "key")] if place is not declared else []
+    sink.report("SC213", f"the parameter `{cut(param.name)}` needs a value", place, hint=hint, related=related)  # pyright: ignore[reportArgumentType]
+
+
+def _refuse(param: Param, argument: Argument, wrong: tuple[str, str], parent: Origin | None, sink: Sink) -> None:
+    if isinstance(argument.value, str) and "${" in argument.value and sink.failed:
+        return  # an expression without a value, which was reported
+    code, words = wrong
+    declared = Origin(param.part.document.name, param.path, "", param.part.parent(parent))
+    related = [("the parameter", declared, "key")] if argument.place != declared else []
+    message = f"the parameter `{cut(param.name)}` {words}"
+    sink.report(code, message, argument.place, related=related)  # pyright: ignore[reportArgumentType]
+
+
+def _relocated(value: Any, owner: SceneDocument, compiled: Compiled) -> Any:
+    """A file, so that every document of the module finds it."""
+    if all(owner.shares_folder(part.document) for part in compiled.module.parts):
+        return value
+    return map_alternatives(value, lambda item: owner.absolute(item) if isinstance(item, str) else item)
+
+
+def _each_name(value: Any, param: Param, argument: Argument, material: Callable[[Param, Argument], Any]) -> Any:
+    def named(item: Any) -> Any:
+        return material(param, Argument(item, argument.place, argument.document, argument.scope))
+
+    return map_alternatives(value, named)
+
+
+def map_alternatives(value: Any, change: Callable[[Any], Any]) -> Any:
+    """A value, plain or a form, with each of the alternatives that its form lists changed."""
+    form = form_of(value)
+    if form is None:
+        return change(value)
+    items = value[form]
+    if is_mapping(items):
+        changed: Any = {key: map_alternatives(item, change) for key, item in items.items()}
+    elif is_sequence(items):
+        changed = [map_alternatives(item, change) for item in items]
+    else:
+        changed = items
+    return {**value, form: changed}

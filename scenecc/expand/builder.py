@@ -1,0 +1,259 @@
+"""Modules into output: one namespace after the other, entities in the order in which they are built."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics import Origin
+from scenecc.diagnostics.words import show
+from scenecc.expand.arguments import Argument, Bound, bind_params
+from scenecc.expand.materials import material_name
+from scenecc.expand.output import Output, scoped
+from scenecc.expand.patterns import is_varying
+from scenecc.expand.scopes import Scope
+from scenecc.spec.base import NAME_PATTERN
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
+
+    from scenecc.diagnostics import Location, Sink
+    from scenecc.expand.compiled import Compiled, Made, Unit
+    from scenecc.expand.params import Param
+    from scenecc.expand.prefabs import Prefabs
+    from scenecc.expand.run import Budget, Run
+    from scenecc.expand.scenes import Scenes, Selection
+
+_NAME = re.compile(NAME_PATTERN)
+_NOWHERE: dict[str, Any] = {"pose": [0, 0, 0]}
+"""The frame of an instance without a pose."""
+
+
+class Builder:
+    """Expands modules.
+
+    Args:
+        output: what is written.
+        prefabs: finds them.
+        scenes: reads selections.
+        draws: the shared draws that are given from outside.
+        objects: how many entities and repeated shapes may be made.
+        instances: how many instances.
+        sink: takes the diagnostics.
+    """
+
+    def __init__(
+        self,
+        output: Output,
+        prefabs: Prefabs,
+        scenes: Scenes,
+        draws: Collection[str],
+        objects: Budget,
+        instances: Budget,
+        sink: Sink,
+    ) -> None:
+        self._output = output
+        self._prefabs = prefabs
+        self._scenes = scenes
+        self._draws = draws
+        self._objects = objects
+        self._instances = instances
+        self._sink = sink
+
+    def bind(
+        self,
+        compiled: Compiled,
+        given: Mapping[str, Argument],
+        *,
+        scope: str,
+        use: Origin | Location | None,
+        key: str = "",
+    ) -> Bound:
+        """The values of a module's parameters. `key`: what stands before the names of materials given as mappings."""
+
+        def material(param: Param, argument: Argument) -> Any:
+            if argument.scope == scope and isinstance(argument.value, str):
+                return argument.value
+            return material_name(argument, f"{key}with.{param.name}", self._output, self._sink)
+
+        return bind_params(
+            compiled,
+            given,
+            {"num_scenes": self._scenes.count},
+            scope=scope,
+            use=use,
+            material=material,
+            objects=self._objects,
+            sink=self._sink,
+        )
+
+    def expand(self, scope: Scope, bound: Bound) -> None:
+        """Writes all that a module has."""
+        self._varying(scope, bound)
+        self._shared_draws(scope)
+        compiled = scope.compiled
+        for section, nodes in (("materials", compiled.materials), ("collision_groups", compiled.groups)):
+            for name, made in nodes.items():
+                self._node(section, scoped(scope.name, name), made, scope)
+        for name, made in compiled.frames.items():
+            self._placed("frames", scope.prefix + name, made, scope)
+        if not scope.name:
+            for section, nodes in compiled.settings.items():
+                for name, made in nodes.items():
+                    self._node(section, name, made, scope)
+        for unit in compiled.units:
+            self._unit(unit, scope)
+
+    def _varying(self, scope: Scope, bound: Bound) -> None:
+        """Parameters that differ from scene to scene become draws."""
+        for name, argument in bound.varying.items():
+            full = scoped(scope.name, name)
+            place = argument.place if isinstance(argument.place, Origin) else Origin(argument.place.file)
+            self._output.add("draws", full, argument.value, place, scenes=scope.selection)
+            if argument.scope != scope.name:
+                self._output.given[full] = argument.scope
+
+    def _shared_draws(self, scope: Scope) -> None:
+        for name, made in scope.compiled.draws.items():
+            run = scope.run(made.part, self._objects, self._sink)
+            value = made.make(run)
+            full = scoped(scope.name, name)
+            if is_varying(value) or full in self._draws:
+                self._output.add("draws", full, value, run.origin(made.path))
+            else:
+                # The same in every scene: whatever reads it is the same too, and need not be computed for each.
+                scope.values[name] = value
+
+    def _node(self, section: str, name: str, made: Made, scope: Scope) -> bool:
+        run = scope.run(made.part, self._objects, self._sink)
+        run.lists = {}
+        node = made.make(run)
+        return self._output.add(section, name, node, run.origin(made.path), run.lists)
+
+    def _placed(self, section: str, name: str, made: Made, scope: Scope) -> None:
+        if self._node(section, name, made, scope) and scope.name:
+            self._output.scopes[name] = scope.name
+
+    def _unit(self, unit: Unit, scope: Scope) -> None:
+        run = scope.run(unit.body.part, self._objects, self._sink)
+        if unit.axes is None:
+            self._one(unit, unit.name, scope, run)
+            return
+        loop = unit.axes.loop(run)
+        if loop is None:
+            return
+        budget = self._objects if unit.use is None else self._instances
+        budget.take(loop.count, run, unit.axes.path)
+        values, names = run.values, loop.names
+        for number, members in enumerate(loop):
+            values.update(zip(names, members, strict=True))
+            run.copies.append((loop, number))
+            self._one(unit, f"{unit.name}_{number}", scope, run)
+            run.copies.pop()
+        for name in names:
+            values.pop(name, None)
+
+    def _one(self, unit: Unit, name: str, scope: Scope, run: Run) -> None:
+        """One entity or instance. `name`: what it is called without a `name` of its own."""
+        if unit.condition is not None and not self._holds(unit.condition, run):
+            return
+        if unit.namer is not None and unit.axes is not None:
+            name = self._named(unit.namer, name, run)
+        if unit.use is not None:
+            self._instance(unit, name, scope, run)
+            return
+        full = scope.prefix + name
+        selection = self._selection(unit, scope, run)
+        if selection is not None and not selection:
+            return
+        run.lists = {}
+        node = unit.body.make(run)
+        if selection is not None:
+            self._output.selections[full] = selection
+            if "scene_idxs" in node:
+                node = {key: item for key, item in node.items() if key != "scene_idxs"}
+        if self._output.add("entities", full, node, run.origin(unit.body.path), run.lists) and scope.name:
+            self._output.scopes[full] = scope.name
+
+    def _selection(self, unit: Unit, scope: Scope, run: Run) -> Selection:
+        """The scenes of an entity inside an instance that narrows them; None where none does."""
+        if scope.selection is None or unit.selection is None:
+            return scope.selection
+        return self._scenes.narrowed(unit.selection.make(run), scope.selection, run.origin(unit.selection.path))
+
+    @staticmethod
+    def _holds(condition: Made, run: Run) -> bool:
+        value = condition.make(run)
+        if type(value) is bool:
+            return value
+        if is_varying(value):
+            run.report("SC203", "`if` cannot read what differs from scene to scene", condition.path)
+        elif not (isinstance(value, str) and "${" in value and run.sink.failed):
+            run.report("SC223", f"`if` must be true or false, not {show(value)}", condition.path)
+        return False
+
+    @staticmethod
+    def _named(namer: Made, name: str, run: Run) -> str:
+        made = namer.make(run)
+        if isinstance(made, str) and _NAME.match(made):
+            return made
+        if is_varying(made):
+            run.report("SC203", "`name` cannot read what differs from scene to scene", namer.path)
+        elif not (isinstance(made, str) and "${" in made and run.sink.failed):
+            hint = "a name starts with a letter or `_` and goes on with letters, digits, `_`, `.` and `-`"
+            run.report("SC107", f"{show(made)} is not a name", namer.path, hint=hint)
+        return name
+
+    def _instance(self, unit: Unit, name: str, scope: Scope, run: Run) -> None:
+        use = unit.use
+        assert use is not None
+        if unit.axes is None:
+            self._instances.take(1, run, unit.body.path)
+        place = run.origin(use.reference.path)
+        reference = use.reference.make(run)
+        if not isinstance(reference, str) or "${" in reference:
+            if not run.sink.failed:
+                run.report("SC203", "`use` cannot read what differs from scene to scene", use.reference.path)
+            return
+        compiled = self._prefabs.find(reference, unit.body.part.document, place, scope.chain)
+        selection = scope.selection
+        if unit.selection is not None:
+            given = unit.selection.make(run)
+            selection = self._scenes.narrowed(given, scope.selection, run.origin(unit.selection.path))
+        if compiled is None or (selection is not None and not selection):
+            return
+        full = scope.prefix + name
+        arguments = {param: self._argument(made, selection, scope, run) for param, made in use.given.items()}
+        bound = self.bind(compiled, arguments, scope=full, use=place, key=f"{name}.")
+        prefix = f"{full}/" if use.prefix is None else scope.prefix + str(use.prefix.make(run))
+        chain = (*scope.chain, compiled.module.main.document)
+        inner = Scope(compiled, full, prefix, place, selection, dict(bound.values), chain)
+        self._output.prefixes[full] = prefix
+        body = unit.body.make(run)
+        origin = run.origin(unit.body.path)
+        self.expand(inner, bound)
+        self._anchor(full, body, origin, selection, scope)
+
+    def _argument(self, made: Made, selection: Selection, scope: Scope, run: Run) -> Argument:
+        value = made.make(run)
+        if selection is not None and is_varying(value):
+            value, wrong = self._scenes.by_scene(value, selection, made.path)
+            if wrong is not None:
+                message = f"`per_scene` must have {len(selection)} values, one for each scene of the instance"
+                run.report("SC106", message, wrong)
+        return Argument(value, run.origin(made.path), made.part.document, scope.name)
+
+    def _anchor(self, full: str, body: dict[str, Any], origin: Origin, selection: Selection, scope: Scope) -> None:
+        """The frame in which an instance stands."""
+        output = self._output
+        # A prefab without a prefix may hold an entity of the instance's own name, which then has it.
+        is_taken = full in output.sections["entities"] and full in output.scopes and output.scopes[full] != scope.name
+        anchor = f"{full}/instance" if is_taken else full
+        output.anchors[full] = anchor
+        node = {"pose": body["pose"]} if "pose" in body else _NOWHERE
+        if not output.add("frames", anchor, node, origin):
+            return
+        if scope.name:
+            output.scopes[anchor] = scope.name
+        if selection is not None:
+            output.selections[anchor] = selection

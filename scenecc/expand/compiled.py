@@ -1,0 +1,257 @@
+"""A module looked through once, ready to be expanded as often as it is used."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from scenecc.expand.names import BUILTIN, Meaning, check_free
+from scenecc.expand.params import Param, read_param
+from scenecc.expand.patterns import Axes, Compiler, Pattern
+from scenecc.expand.run import Budget, Run
+from scenecc.spec.base import NOTE_PREFIX
+from scenecc.spec.plain import is_mapping, is_sequence
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Origin, Path, Sink
+    from scenecc.expand.modules import Entry, Module, Part
+
+_OF_COPIES = frozenset(("repeat", "if", "name"))
+"""Keys that say which entities there are, and are no part of them."""
+
+_OF_INSTANCES = frozenset((*_OF_COPIES, "use", "with", "prefix", "scene_idxs"))
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """A node and its pattern.
+
+    Attributes:
+        node: as written, without what is not part of it.
+        pattern: None where there is nothing to fill in.
+        part: the document in which it is written.
+        path: of it there.
+    """
+
+    node: Any
+    pattern: Pattern | None
+    part: Part
+    path: Path
+
+    def make(self, run: Run) -> Any:
+        """The node with the values of a run."""
+        return self.node if self.pattern is None else self.pattern.make(run)
+
+
+@dataclass(frozen=True, slots=True)
+class Use:
+    """What an instance has beside its pose.
+
+    Attributes:
+        reference: of the prefab's file.
+        given: parameter → its value.
+        prefix: what stands before the names inside; None: the instance's name and a slash.
+    """
+
+    reference: Made
+    given: dict[str, Made]
+    prefix: Made | None
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """One written entity: a body, several, or instances of a prefab.
+
+    Attributes:
+        name: as written.
+        body: its node; of an instance what is left of it for its frame.
+        axes: what repeats it.
+        condition: its `if`.
+        namer: the names of its copies.
+        use: the prefab; None for what is no instance.
+    """
+
+    name: str
+    body: Made
+    axes: Axes | None
+    condition: Made | None
+    namer: Made | None
+    selection: Made | None
+    use: Use | None
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether it is one entity, exactly as written."""
+        return self.body.pattern is None and self.axes is self.condition is self.use is None
+
+
+@dataclass(frozen=True, slots=True)
+class Compiled:
+    """A module, looked through.
+
+    Attributes:
+        module: of it.
+        params: by name, in order.
+        draws, materials, groups, frames, physics, environment: by name, in order.
+        units: the entities.
+    """
+
+    module: Module
+    params: dict[str, Param]
+    draws: dict[str, Made]
+    materials: dict[str, Made]
+    groups: dict[str, Made]
+    frames: dict[str, Made]
+    settings: dict[str, dict[str, Made]]
+    others: dict[str, dict[str, Made]]
+    units: list[Unit]
+
+
+def compile_module(module: Module, use: Origin | None, sink: Sink) -> Compiled:
+    """Looks through a module; what is wrong in every use of it is reported.
+
+    Args:
+        module: a file with all that it includes.
+        use: what it is first used from.
+        sink: takes the diagnostics.
+    """
+    return _ModuleCompiler(module, use, sink).compiled()
+
+
+class _ModuleCompiler:
+    def __init__(self, module: Module, use: Origin | None, sink: Sink) -> None:
+        self._module = module
+        self._use = use
+        self._sink = sink
+        self._runs: dict[int, Run] = {}
+        self._names: dict[str, Meaning] = dict(BUILTIN)
+
+    def compiled(self) -> Compiled:
+        params = self._params()
+        draws = self._draws()
+        return Compiled(
+            self._module,
+            params,
+            draws,
+            self._section("materials"),
+            self._section("collision_groups", "`collision_groups`"),
+            self._section("frames"),
+            {name: self._section(name, f"`{name}`") for name in ("physics", "environment")},
+            {name: self._section(name) for name in ("constraints", "lights", "cameras")},
+            [self._unit(name, entry) for name, entry in self._module.section("entities").items()],
+        )
+
+    def _run(self, part: Part) -> Run:
+        run = self._runs.get(id(part))
+        if run is None:
+            run = Run(part.document.name, part.parent(self._use), {}, _NO_OBJECTS, self._sink)
+            self._runs[id(part)] = run
+        return run
+
+    def _compiler(self, entry: Entry, structure: str | None = None) -> Compiler:
+        return Compiler(self._names, self._run(entry.part), structure)
+
+    def _section(self, section: str, structure: str | None = None) -> dict[str, Made]:
+        return {
+            name: self._made(entry, self._compiler(entry, structure))
+            for name, entry in self._module.section(section).items()
+        }
+
+    @staticmethod
+    def _made(entry: Entry, compiler: Compiler) -> Made:
+        return Made(entry.node, compiler.pattern(entry.node, entry.path), entry.part, entry.path)
+
+    def _params(self) -> dict[str, Param]:
+        entries = self._module.section("params")
+        for name, entry in entries.items():
+            if check_free(name, "parameter", self._names, entry.path, self._run(entry.part)):
+                self._names[name] = "later parameter"
+        params: dict[str, Param] = {}
+        for name, entry in entries.items():
+            run = self._run(entry.part)
+            # The defaults before it may be read; the names of a snapshot stay as they are now.
+            found = read_param(name, entry.node, entry.part, Compiler(dict(self._names), run, "a default"), run)
+            if found is not None:
+                params[name] = found
+            if self._names.get(name) == "later parameter":
+                self._names[name] = "parameter"
+        return params
+
+    def _draws(self) -> dict[str, Made]:
+        entries = self._module.section("draws")
+        for name, entry in entries.items():
+            if check_free(name, "draw", self._names, entry.path, self._run(entry.part)):
+                self._names[name] = "later draw"
+        draws: dict[str, Made] = {}
+        for name, entry in entries.items():
+            draws[name] = self._made(entry, Compiler(dict(self._names), self._run(entry.part)))
+            if self._names.get(name) == "later draw":
+                self._names[name] = "draw"
+        return draws
+
+    def _unit(self, name: str, entry: Entry) -> Unit:
+        node, path = entry.node, entry.path
+        compiler = self._compiler(entry)
+        axes = None
+        if "repeat" in node:
+            axes, compiler = compiler.axes(node["repeat"], (*path, "repeat"))
+        else:
+            self._needs_repeat(node, entry)
+        fixed = lambda key: self._fixed(node, key, entry, compiler)  # noqa: E731 - four keys of one node
+        use = self._use_of(node, entry, compiler) if "use" in node else None
+        dropped = _OF_INSTANCES if use is not None else _OF_COPIES & node.keys()
+        inner = compiler.entries(node, path, frozenset(dropped)) if is_mapping(node) else None
+        body = Made(
+            node if inner is None else inner.node, inner if inner and inner.patterns else None, entry.part, path
+        )
+        return Unit(name, body, axes, fixed("if"), fixed("name"), fixed("scene_idxs"), use)
+
+    def _needs_repeat(self, node: dict[str, Any], entry: Entry) -> None:
+        if "name" in node:
+            hint = "an entity is called as its key says; `name` names the copies of what is repeated"
+            self._run(entry.part).report(
+                "SC224", "`name` does nothing without `repeat`", (*entry.path, "name"), at="key", hint=hint
+            )
+
+    @staticmethod
+    def _fixed(node: dict[str, Any], key: str, entry: Entry, compiler: Compiler) -> Made | None:
+        """A key that decides about structure; None where it is not there."""
+        if key not in node:
+            return None
+        path = (*entry.path, key)
+        fixed = Compiler(compiler.names, compiler.run, f"`{key}`")
+        return Made(node[key], fixed.pattern(node[key], path), entry.part, path)
+
+    def _use_of(self, node: dict[str, Any], entry: Entry, compiler: Compiler) -> Use:
+        reference = self._fixed(node, "use", entry, compiler)
+        assert reference is not None
+        given = node.get("with", {})
+        path = (*entry.path, "with")
+        return Use(
+            reference,
+            {
+                name: Made(item, compiler.pattern(item, (*path, name)), entry.part, (*path, name))
+                for name, item in given.items()
+                if not name.startswith(NOTE_PREFIX)
+            },
+            self._fixed(node, "prefix", entry, compiler),
+        )
+
+
+def find_per_scene_lists(node: Any, path: Path) -> list[Path]:
+    """Where a node holds `per_scene` lists."""
+    found: list[Path] = []
+    if is_mapping(node):
+        for key, item in node.items():
+            if key == "per_scene" and is_sequence(item):
+                found.append((*path, key))
+            elif not key.startswith(NOTE_PREFIX):
+                found += find_per_scene_lists(item, (*path, key))
+    elif is_sequence(node):
+        for index, item in enumerate(node):
+            found += find_per_scene_lists(item, (*path, index))
+    return found
+
+
+_NO_OBJECTS = Budget("SC604", "objects", "objects", 0)
+"""Nothing is made while a module is looked through."""

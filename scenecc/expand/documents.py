@@ -1,0 +1,127 @@
+"""Scene files that others name: finding, reading and checking them, each once."""
+
+from __future__ import annotations
+
+import posixpath
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scenecc.diagnostics.frozen import frozen
+from scenecc.diagnostics.words import cut, suggest
+from scenecc.source.paths import AssetScope, Refusal, resolve
+from scenecc.source.read import read_text
+from scenecc.source.text import read_bytes
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.source import Document, Limits
+
+SHIPPED = "scenecc:"
+"""What stands before the name of a prefab that ships with the package."""
+
+FOLDER = Path(__file__).resolve().parents[1] / "prefabs"
+"""Where they are."""
+
+_SHIPPED_URI = "pkg://scenecc/prefabs"
+_IN_TREE = re.compile(r"(pkg|asset)://")
+_SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
+
+
+@frozen
+class SceneDocument:
+    """A document, and what the paths in it are relative to.
+
+    Attributes:
+        document: what was read.
+        folder: of the file; the current one for a stream or a dict.
+        tree: `pkg://PACKAGE/FOLDER` or `asset://FOLDER` of a file that was named so, None of any other. What such a
+            file names lies in that tree too.
+        identity: of the file: the same however it is named.
+    """
+
+    document: Document
+    folder: Path
+    tree: str | None
+    identity: str
+
+    @property
+    def name(self) -> str | None:
+        """As origins have it."""
+        return self.document.name
+
+    def reference(self, uri: str) -> str:
+        """A path or uri that stands in this document, as `scenecc.source.paths.resolve` takes it with `folder`."""
+        if self.tree is None or _SCHEME.match(uri) or uri.startswith("/"):
+            return uri
+        scheme, path = self.tree.split("://", 1)
+        return f"{scheme}://{posixpath.normpath(posixpath.join(path, uri))}"
+
+    def absolute(self, uri: str) -> str:
+        """The same, to be read in any other document."""
+        uri = self.reference(uri)
+        return uri if _SCHEME.match(uri) or not uri else (self.folder / uri).as_posix()
+
+    def shares_folder(self, other: SceneDocument) -> bool:
+        """Whether a relative path means the same in both."""
+        return self.folder == other.folder and self.tree == other.tree
+
+
+def top_document(document: Document) -> SceneDocument:
+    """The document that the others are reached from."""
+    path = document.path
+    folder = Path.cwd() if path is None else path.parent
+    return SceneDocument(document, folder, None, str(path.resolve()) if path is not None else "")
+
+
+Load = Callable[[str, SceneDocument, "Origin"], "SceneDocument | None"]
+"""Reads the scene file that a document names (reference as written, the document, where it stands); None where that
+was reported. The same file gives the same document."""
+
+
+def scene_loader(scope: AssetScope, limits: Limits, sink: Sink) -> Load:
+    """Reads scene files inside what a compilation may read.
+
+    A reference is a path relative to the document's folder, `pkg://PACKAGE/PATH`, `asset://PATH`, or `scenecc:NAME`.
+    """
+    read: dict[str, SceneDocument | None] = {}
+
+    def load(reference: str, owner: SceneDocument, place: Origin) -> SceneDocument | None:
+        uri = owner.reference(reference)
+        if reference.startswith(SHIPPED):
+            name = reference[len(SHIPPED) :]
+            if name not in shipped_names():
+                message = f"no prefab `{cut(name)}` ships with scenecc"
+                sink.report("SC240", message, place, hint=suggest(name, shipped_names()))
+                return None
+            uri = f"{_SHIPPED_URI}/{name}.yaml"
+        found = resolve(uri, base=owner.folder, scope=scope)
+        if isinstance(found, Refusal):
+            sink.report(found.code, found.message, place, hint=found.hint)
+            return None
+        identity = str(found.path.resolve())
+        if identity not in read:
+            tree = posixpath.dirname(uri) if _IN_TREE.match(uri) else None
+            is_shipped = reference.startswith(SHIPPED)
+            shown = reference if is_shipped else uri if tree is not None else _shown(reference, owner)
+            document = _read(found.path, shown, limits, sink)
+            read[identity] = document and SceneDocument(document, found.path.parent, tree, identity)
+        return read[identity]
+
+    return load
+
+
+def shipped_names() -> list[str]:
+    """The prefabs that ship, by name."""
+    return sorted(file.stem for file in FOLDER.glob("*.yaml"))
+
+
+def _read(path: Path, name: str, limits: Limits, sink: Sink) -> Document | None:
+    content = read_bytes(str(path), sink, limits)
+    return None if content is None else read_text(content, name, sink, limits, path=path)
+
+
+def _shown(reference: str, owner: SceneDocument) -> str:
+    """As the top file's name was given: beside that, or absolute."""
+    return posixpath.normpath(posixpath.join(posixpath.dirname(owner.name or ""), reference))

@@ -1,0 +1,132 @@
+"""The stage: a document and all that it uses, to the data of one scene file."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics import Location, Sink
+from scenecc.diagnostics.words import cut, suggest
+from scenecc.expand.arguments import Argument, bind_params
+from scenecc.expand.builder import Builder
+from scenecc.expand.compiled import Compiled, compile_module
+from scenecc.expand.documents import Load, top_document
+from scenecc.expand.modules import Library
+from scenecc.expand.output import Output
+from scenecc.expand.patterns import Compiler
+from scenecc.expand.prefabs import Prefabs
+from scenecc.expand.run import Budget, Exhausted, Run
+from scenecc.expand.scenes import Scenes
+from scenecc.expand.scopes import Scope
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
+
+    from scenecc.expand.expansion import Expansion
+    from scenecc.expand.names import Meaning
+    from scenecc.source import Document, Limits
+
+PARAMS = "params"
+"""What diagnostics about arguments of the API or the command line name as their file."""
+
+DRAWS = "draws"
+"""Likewise about draws that are given."""
+
+_HEAD = ("scenecc", "name", "description", "num_scenes", "seed")
+
+
+def expand(
+    document: Document,
+    *,
+    params: Mapping[str, Any],
+    num_scenes: int | None,
+    seed: int | None,
+    draws: Collection[str],
+    load: Load,
+    limits: Limits,
+    sink: Sink,
+) -> Expansion | None:
+    """Expands a document; None where anything was reported as an error.
+
+    From here on `sink.locate` finds places in all documents; the caller sets `sink.trace` to that of the expansion.
+
+    Args:
+        document: the top one, whose data was found to be sound as it is written.
+        params: name → plain value; paths among them are relative to the document's folder.
+        num_scenes: in place of the document's.
+        seed: in place of the document's.
+        draws: names of the shared draws that are given from outside.
+        load: reads the files that it uses; see `scenecc.expand.documents.scene_loader`.
+        limits: on what it may ask for.
+        sink: takes the diagnostics.
+    """
+    top = top_document(document)
+    library = Library(load, limits.includes, sink)
+    library.add(top)
+    sink.locate = lambda origin, at: (
+        library.documents[origin.file].document.locate(origin, at)
+        if origin.file in library.documents
+        else Location(origin.file)
+    )
+    module = library.module(top, None)
+    if not module.good:
+        return None
+    compiled = compile_module(module, None, sink)
+    arguments = {name: Argument(value, Location(PARAMS), top, "") for name, value in params.items()}
+    head = _head(compiled, arguments, sink)
+    count = head.get("num_scenes", 1) if num_scenes is None else num_scenes
+    if type(count) is not int or not 1 <= count <= limits.scenes:
+        # Nothing is made for so many, and the stages after this one tell it.
+        count = 1
+    output = Output(top.name, sink)
+    objects = Budget("SC604", "objects", "objects", limits.objects)
+    instances = Budget("SC604", "instances", "objects", limits.objects)
+    builder = Builder(output, Prefabs(library, sink), Scenes(count, sink), draws, objects, instances, sink)
+    bound = builder.bind(compiled, arguments, scope="", use=Location(PARAMS))
+    try:
+        builder.expand(Scope(compiled, "", "", None, None, dict(bound.values), (top,)), bound)
+    except Exhausted:
+        return None
+    _given(draws, compiled, output, sink)
+    if sink.failed:
+        return None
+    if num_scenes is not None:
+        head["num_scenes"] = num_scenes
+    if seed is not None:
+        head["seed"] = seed
+    return output.expansion(head, library.documents)
+
+
+def _head(compiled: Compiled, arguments: Mapping[str, Argument], sink: Sink) -> dict[str, Any]:
+    """What stands before the sections of the top document: it may read parameters, and no number of scenes yet."""
+    document = compiled.module.main.document
+    data = document.document.data
+    head = {key: data[key] for key in _HEAD if key in data}
+    if not any(isinstance(item, str) and "${" in item for item in head.values()):
+        return head
+    nothing = Budget("SC604", "objects", "objects", 0)
+    early = bind_params(
+        compiled,
+        arguments,
+        {},
+        scope="",
+        use=None,
+        material=lambda _, argument: argument.value,
+        objects=nothing,
+        sink=Sink(),  # all this is told when the parameters are bound for good
+    )
+    run = Run(document.name, None, early.values, nothing, sink)
+    names: dict[str, Meaning] = dict.fromkeys(compiled.params, "parameter")
+    for key, item in head.items():
+        pattern = Compiler(names, run, f"`{key}`").pattern(item, (key,))
+        if pattern is not None:
+            head[key] = pattern.make(run)
+    return head
+
+
+def _given(draws: Collection[str], compiled: Compiled, output: Output, sink: Sink) -> None:
+    """Reports draws that are given and that nothing has."""
+    known = (*compiled.draws, *output.sections["draws"])
+    for name in draws:
+        if name not in known:
+            message = f"there is no shared draw `{cut(name)}`"
+            sink.report("SC250", message, Location(DRAWS), hint=suggest(name, known))

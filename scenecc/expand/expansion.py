@@ -1,0 +1,131 @@
+"""What expansion gives: plain data of one scene file, and where each part of it was written."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics import At, Location, Origin
+from scenecc.diagnostics.frozen import frozen
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from scenecc.diagnostics import Path
+    from scenecc.expand.documents import SceneDocument
+    from scenecc.expand.loops import Loop
+
+
+@frozen
+class Items:
+    """The items of an expanded list that one written item stands for, up to the start of the next."""
+
+    start: int
+    index: int
+    loop: Loop | None
+
+
+@frozen
+class Record:
+    """Where a named node of the expanded data (`entities.leg_0`) was written.
+
+    Attributes:
+        origin: of the node as written; its `copy` is that of the entity.
+        lists: path as written below the node → items, for each list with repeated ones; None where there is none.
+        scenes: the scenes that a `per_scene` list was turned into a mapping for; None where none was.
+    """
+
+    origin: Origin
+    lists: Mapping[Path, tuple[Items, ...]] | None = None
+    scenes: tuple[int, ...] | None = None
+
+    def trace(self, path: Path) -> Origin:
+        """The origin as written of what stands at a path below the node."""
+        written: list[str | int] = []
+        copies = [self.origin.copy] if self.origin.copy else []
+        for step in path:
+            items = self.lists.get(tuple(written)) if self.lists and isinstance(step, int) else None
+            if items and isinstance(step, int):
+                item = items[bisect_right(items, step, key=_start) - 1]
+                written.append(item.index)
+                if item.loop is not None:
+                    copies.append(item.loop.text(step - item.start))
+            elif self.scenes is not None and written[-1:] == ["per_scene"] and str(step).isdecimal():
+                written.append(self.scenes.index(int(step)))
+            else:
+                written.append(step)
+        origin = self.origin
+        return Origin(origin.file, (*origin.path, *written), ", ".join(copies), origin.parent)
+
+
+def _start(items: Items) -> int:
+    return items.start
+
+
+def _no_names() -> dict[str, str]:
+    return {}
+
+
+@dataclass(frozen=True, slots=True)
+class Expansion:
+    """One scene file that uses no other, as plain data.
+
+    Names. Entities, frames (and cameras) have their full names. An instance is also a frame; what is inside of it has
+    the instance as its *scope*, and names written inside mean what is inside. So, with `S = scopes.get(owner, "")`
+    for the entity or frame in which a name is written:
+
+    - `relative_to: NAME` is `prefixes.get(S, "") + NAME`; `world` and no `relative_to` are the frame `anchors[S]`
+      (the world where S is "");
+    - a material `NAME` is `S/NAME` (`NAME` where S is ""), and `/NAME` is `NAME` of the whole expansion;
+    - a collision group and a draw read in a template are likewise `S/NAME`.
+
+    Of a material, group or draw `A/B/NAME` the scope is `A/B`, except for the draws in `given`.
+
+    Attributes:
+        data: what `scenecc.spec.parse.parse(..., expanded=True)` takes: no `params`, `include`, `repeat`, `if`, `use`;
+            where a draw or `scene` is read there is a `scenecc.values.template.Template`. `num_scenes` and `seed` in
+            it are those that override the file's, where these are given.
+        scopes: entity or frame → scope, for those inside an instance.
+        prefixes: scope → what stands before the names of its entities and frames.
+        anchors: scope → the frame in which it stands.
+        given: draws that stand for what a `with` says → the scope in which the `with` is written.
+        selections: entity or frame → scene indices, ascending, where an instance narrows them; `scene_idxs` is then
+            left out of the data.
+        used_materials: materials that a `with` names, for whoever reports those never used.
+        documents: by the name that origins have.
+    """
+
+    data: dict[str, Any]
+    scopes: Mapping[str, str] = field(default_factory=_no_names)
+    prefixes: Mapping[str, str] = field(default_factory=_no_names)
+    anchors: Mapping[str, str] = field(default_factory=_no_names)
+    given: Mapping[str, str] = field(default_factory=_no_names)
+    selections: Mapping[str, tuple[int, ...]] = field(default_factory=dict[str, tuple[int, ...]])
+    used_materials: frozenset[str] = frozenset()
+    documents: Mapping[str | None, SceneDocument] = field(default_factory=dict)  # pyright: ignore[reportUnknownVariableType]
+    records: Mapping[tuple[str, str], Record] = field(default_factory=dict)  # pyright: ignore[reportUnknownVariableType]
+
+    def trace(self, origin: Origin) -> Origin:
+        """An origin in the expanded data as it was written: file, path, copy, and the uses that led there."""
+        path = origin.path
+        record = self.records.get((str(path[0]), str(path[1]))) if len(path) > 1 else None
+        return origin if record is None else record.trace(path[2:])
+
+    def locate(self, origin: Origin, at: At) -> Location:
+        """Where an origin as written is, in whichever document: a `scenecc.diagnostics.Locator`."""
+        document = self.documents.get(origin.file)
+        return Location(origin.file) if document is None else document.document.locate(origin, at)
+
+    def reference(self, uri: str, origin: Origin) -> tuple[str, SceneDocument]:
+        """A path as the document that wrote it means it, for `scenecc.source.paths.resolve`.
+
+        Args:
+            uri: as in the expanded data.
+            origin: of the value, in the expanded data.
+
+        Returns:
+            The path or uri, and the document whose folder a path is relative to.
+        """
+        document = self.documents[self.trace(origin).file]
+        return document.reference(uri), document

@@ -1,0 +1,107 @@
+"""Types of parameters: what is one, and what lies in a range."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from typing import Any
+
+from scenecc.diagnostics.words import show
+from scenecc.spec.plain import is_mapping, is_sequence
+
+_HEX = re.compile(r"#(?:[0-9A-Fa-f]{6}|[0-9A-Fa-f]{8})").fullmatch
+
+
+def is_number(value: Any) -> bool:
+    """A finite number."""
+    return type(value) is int or (type(value) is float and math.isfinite(value))
+
+
+def is_vector(value: Any) -> bool:
+    """A list of finite numbers."""
+    return is_sequence(value) and len(value) > 0 and all(map(is_number, value))
+
+
+def is_color(value: Any) -> bool:
+    """Three or four numbers in 0..1, or "#rrggbb[aa]"."""
+    if isinstance(value, str):
+        return _HEX(value) is not None
+    return is_vector(value) and len(value) in {3, 4} and all(0 <= part <= 1 for part in value)
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str)
+
+
+def _is_path(value: Any) -> bool:
+    return isinstance(value, str) and bool(value.strip())
+
+
+def _is_material(value: Any) -> bool:
+    return (isinstance(value, str) and bool(value)) or is_mapping(value)
+
+
+def _is_whole(value: Any) -> bool:
+    return type(value) is int
+
+
+def _is_flag(value: Any) -> bool:
+    return type(value) is bool
+
+
+def _is_scalar(value: Any) -> bool:
+    return isinstance(value, str | bool) or is_number(value)
+
+
+KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "number": (is_number, "a number"),
+    "integer": (_is_whole, "a whole number"),
+    "string": (_is_text, "a text"),
+    "boolean": (_is_flag, "true or false"),
+    "vector": (is_vector, "a list of numbers"),
+    "color": (is_color, 'a colour: three or four numbers in 0..1, or "#rrggbb[aa]"'),
+    "file": (_is_path, "a file"),
+    "material": (_is_material, "the name of a material, or a mapping"),
+    "choice": (_is_scalar, "one of its options"),
+    "list": (is_sequence, "a list"),
+}
+"""Type of a parameter → whether a value is of it, and what it takes in words."""
+
+RANGED = frozenset(("number", "integer", "vector"))
+"""Types that may have a `min` and a `max`."""
+
+
+def kind_of(default: Any) -> str | None:
+    """The type of a parameter that is written as its default alone; None where it has none."""
+    if type(default) is bool:
+        return "boolean"
+    if is_number(default):
+        return "number"
+    if isinstance(default, str):
+        return "color" if _HEX(default) else "string"
+    if is_vector(default):
+        return "vector"
+    return "list" if is_sequence(default) else None
+
+
+def out_of_range(value: Any, low: Any, high: Any) -> str | None:
+    """What is wrong with a number or vector that leaves a range, in words; a bound is one for each component or all."""
+    for bound, words, is_beyond in ((low, "at least", _below), (high, "at most", _above)):
+        if bound is None:
+            continue
+        bounds = bound if is_sequence(bound) else None
+        for index, part in enumerate(value) if is_sequence(value) else ((None, value),):
+            limit = bound if bounds is None else bounds[index or 0] if (index or 0) < len(bounds) else None
+            if limit is not None and is_beyond(part, limit):
+                where = "" if index is None else f"component {index} "
+                return f"{where}must be {words} {show(limit)}, not {show(part)}"
+    return None
+
+
+def _below(part: Any, limit: Any) -> bool:
+    return part < limit
+
+
+def _above(part: Any, limit: Any) -> bool:
+    return part > limit

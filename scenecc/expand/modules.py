@@ -1,0 +1,215 @@
+"""A scene file together with all that it includes: one namespace."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics import Origin
+from scenecc.diagnostics.words import cut
+from scenecc.spec.base import NOTE_PREFIX
+from scenecc.spec.parse import parse
+from scenecc.spec.plain import is_mapping, is_sequence
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Path, Sink
+    from scenecc.expand.documents import Load, SceneDocument
+
+NAMED = ("params", "draws", "materials", "collision_groups", "frames", "entities")
+SETTINGS = ("physics", "environment")
+MERGED = (*NAMED, *SETTINGS, "constraints", "lights", "cameras")
+"""Sections that an included file adds to."""
+
+OF_THE_TOP = ("name", "description", "num_scenes", "seed")
+"""Keys that an included file cannot have."""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One document of a module.
+
+    Attributes:
+        document: of it.
+        via: the items of `include` that lead to it from the module's own file: file and path of each.
+    """
+
+    document: SceneDocument
+    via: tuple[tuple[str | None, Path], ...] = ()
+
+    def parent(self, use: Origin | None) -> Origin | None:
+        """The parent of the origins of its nodes, where the module is used from `use`."""
+        for file, path in self.via:
+            use = Origin(file, path, "", use)
+        return use
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One entry of a section."""
+
+    node: Any
+    part: Part
+    path: Path
+
+    def origin(self, use: Origin | None) -> Origin:
+        """Where it is written."""
+        return Origin(self.part.document.name, self.path, "", self.part.parent(use))
+
+
+@dataclass(frozen=True, slots=True)
+class Module:
+    """A file with all that it includes, in order.
+
+    Attributes:
+        main: the file itself.
+        parts: the included documents in the order in which they are merged, then the file itself.
+        sections: name of a section → name → entry.
+        good: whether nothing was reported.
+    """
+
+    main: Part
+    parts: tuple[Part, ...]
+    sections: dict[str, dict[str, Entry]] = field(default_factory=dict[str, dict[str, Entry]])
+    good: bool = True
+
+    def section(self, name: str) -> dict[str, Entry]:
+        """The entries of a section; none where no document has it."""
+        return self.sections.get(name, {})
+
+
+class Library:
+    """The documents and modules of one compilation, each read once.
+
+    Attributes:
+        documents: those that were read, by their names.
+    """
+
+    def __init__(self, load: Load, deepest: int, sink: Sink) -> None:
+        self.documents: dict[str | None, SceneDocument] = {}
+        self.deepest = deepest
+        self._load = load
+        self._sink = sink
+        self._sound: dict[str, bool] = {}
+        self._modules: dict[str, Module] = {}
+        self._named: dict[tuple[str, str], SceneDocument | None] = {}
+
+    def add(self, document: SceneDocument) -> None:
+        """Takes a document whose data has been checked as it is written."""
+        self.documents[document.name] = document
+        self._sound[document.identity] = True
+
+    def find(self, reference: str, owner: SceneDocument, place: Origin) -> SceneDocument | None:
+        """The document that another names; None where that, or something in it, was reported."""
+        key = (reference, owner.identity)
+        if key in self._named:
+            return self._named[key]
+        document = self._load(reference, owner, place)
+        if document is not None and document.identity not in self._sound:
+            self.documents.setdefault(document.name, document)
+            parsed = parse(document.document.data, Origin(document.name, (), "", place), self._sink)
+            self._sound[document.identity] = parsed is not None
+        found = document if document is not None and self._sound[document.identity] else None
+        self._named[key] = found
+        return found
+
+    def module(self, document: SceneDocument, use: Origin | None) -> Module:
+        """A document with what it includes. `use`: what it is first used from."""
+        if document.identity not in self._modules:
+            self._modules[document.identity] = _Merge(self, use, self._sink).module(document)
+        return self._modules[document.identity]
+
+    def is_too_deep(self, chain: list[str], place: Origin) -> bool:
+        """Whether a chain of documents is longer than the limit; that is reported."""
+        if len(chain) <= self.deepest:
+            return False
+        hint = f"raise it with --limit includes={self.deepest * 2} or limits={{'includes': {self.deepest * 2}}}"
+        message = f"more than {self.deepest} files use one another in a chain: {shown_chain(chain)}"
+        self._sink.report("SC608", message, place, hint=hint)
+        return True
+
+
+def shown_chain(chain: list[str]) -> str:
+    """The names of documents in a chain; of a long one the ends."""
+    names = [cut(name) for name in chain]
+    return " → ".join(names if len(names) <= 12 else [*names[:6], "…", *names[-5:]])
+
+
+class _Merge:
+    """Merges a document with what it includes."""
+
+    def __init__(self, library: Library, use: Origin | None, sink: Sink) -> None:
+        self._library = library
+        self._use = use
+        self._sink = sink
+        self._parts: list[Part] = []
+        self._reached: set[str] = set()
+        self._good = True
+
+    def module(self, document: SceneDocument) -> Module:
+        main = Part(document)
+        self._add(main, [document])
+        sections: dict[str, dict[str, Entry]] = {}
+        for part in self._parts:
+            for section in MERGED:
+                node = part.document.document.data.get(section)
+                if is_mapping(node):
+                    self._join(sections.setdefault(section, {}), section, node, part)
+        return Module(main, tuple(self._parts), sections, self._good)
+
+    def _add(self, part: Part, chain: list[SceneDocument]) -> None:
+        document = part.document
+        self._reached.add(document.identity)
+        items = document.document.data.get("include", [])
+        for index, reference in enumerate(items if is_sequence(items) else [items]):
+            path = ("include", index) if is_sequence(items) else ("include",)
+            place = Origin(document.name, path, "", part.parent(self._use))
+            if "${" in reference:
+                self._report(
+                    "SC203", "`include` cannot hold an expression: parameters come from what is included", place
+                )
+                continue
+            found = self._library.find(reference, document, place)
+            if found is None:
+                self._good = False
+                continue
+            if any(found.identity == above.identity for above in chain):
+                names = [str(above.name) for above in (*chain, found)]
+                self._report("SC232", f"files include one another in a circle: {shown_chain(names)}", place)
+                continue
+            inner = Part(found, (*part.via, (document.name, path)))
+            if found.identity in self._reached:
+                continue
+            if self._library.is_too_deep([str(above.name) for above in (*chain, found)], place):
+                self._good = False
+                continue
+            self._only_parts(inner)
+            self._add(inner, [*chain, found])
+        self._parts.append(part)
+
+    def _only_parts(self, part: Part) -> None:
+        for key in OF_THE_TOP:
+            if key in part.document.document.data:
+                place = Origin(part.document.name, (key,), "", part.parent(self._use))
+                self._report("SC230", f"an included file has no `{key}`", place, at="key")
+
+    def _join(self, entries: dict[str, Entry], section: str, node: dict[str, Any], part: Part) -> None:
+        for name, item in node.items():
+            if name.startswith(NOTE_PREFIX):
+                continue
+            entry = Entry(item, part, (section, name))
+            first = entries.setdefault(name, entry)
+            if first is not entry:
+                what = "setting" if section in SETTINGS else "name"
+                message = f"the {what} `{cut(name)}` is in another file already"
+                self._good = False
+                self._sink.report(
+                    "SC231",
+                    message,
+                    entry.origin(self._use),
+                    at="key",
+                    related=[("the first", first.origin(self._use), "key")],
+                )
+
+    def _report(self, code: str, message: str, place: Origin, **options: Any) -> None:
+        self._good = False
+        self._sink.report(code, message, place, **options)

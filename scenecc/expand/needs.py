@@ -1,0 +1,40 @@
+"""Whether a document is to be expanded at all."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from scenecc.spec.plain import is_mapping, is_sequence
+
+_AT_THE_TOP = ("params", "draws", "include")
+_OF_ENTITIES = ("use", "if", "repeat", "name")
+
+
+def needs_expansion(data: dict[str, Any], text: str | None) -> bool:
+    """Whether a document uses parameters, draws, includes, repetition, conditions, prefabs or expressions.
+
+    Costs next to nothing where there is a text: what is to be expanded must be spelled out in it.
+
+    Args:
+        data: of the document.
+        text: that it was read from; None for a dict.
+    """
+    if any(key in data for key in _AT_THE_TOP):
+        return True
+    entities = data.get("entities")
+    if is_mapping(entities):
+        for entity in entities.values():
+            if is_mapping(entity) and any(key in entity for key in _OF_ENTITIES):
+                return True
+    # A backslash may stand for any character.
+    if text is None or "\\" in text:
+        return _has_any(data)
+    return "${" in text or "repeat" in text
+
+
+def _has_any(node: Any) -> bool:
+    if isinstance(node, str):
+        return "${" in node
+    if is_mapping(node):
+        return "repeat" in node or any(map(_has_any, node.values()))
+    return is_sequence(node) and any(map(_has_any, node))

@@ -1,0 +1,96 @@
+"""The data that expansion writes, and what it remembers about it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics import Origin
+from scenecc.diagnostics.words import cut
+from scenecc.expand.expansion import Expansion, Items, Record
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from scenecc.diagnostics import Path, Sink
+    from scenecc.expand.documents import SceneDocument
+
+_SECTIONS = (
+    "physics", "environment", "materials", "collision_groups", "draws", "frames", "entities", "constraints", "lights",
+    "cameras",
+)  # fmt: skip
+
+
+def scoped(scope: str, name: str) -> str:
+    """The full name of a material, group or draw of a scope."""
+    return f"{scope}/{name}" if scope else name
+
+
+class Output:
+    """What is written.
+
+    Attributes:
+        sections: of the expanded data.
+        scopes, prefixes, anchors, given, selections, used_materials: as `Expansion` has them.
+    """
+
+    def __init__(self, top: str | None, sink: Sink) -> None:
+        self.sections: dict[str, dict[str, Any]] = {name: {} for name in _SECTIONS}
+        self.scopes: dict[str, str] = {}
+        self.prefixes: dict[str, str] = {}
+        self.anchors: dict[str, str] = {}
+        self.given: dict[str, str] = {}
+        self.selections: dict[str, tuple[int, ...]] = {}
+        self.used_materials: set[str] = set()
+        self._records: dict[tuple[str, str], Record] = {}
+        self._top = top
+        self._sink = sink
+
+    def add(
+        self,
+        section: str,
+        name: str,
+        node: Any,
+        origin: Origin,
+        lists: Mapping[Path, tuple[Items, ...]] | None = None,
+        scenes: tuple[int, ...] | None = None,
+    ) -> bool:
+        """Writes a named node; False, reported, where there is one of the name.
+
+        Args:
+            section: of the data.
+            name: the full one.
+            node: plain data.
+            origin: as written.
+            lists: its lists that hold repeated items.
+            scenes: as `Record` has them.
+        """
+        entries = self.sections[section]
+        if name in entries:
+            first = self.origin(section, name)
+            related = [("the first of this name", first, "key" if first.path[-1] == name else "value")]
+            message = f"the name `{cut(name)}` comes twice among the {section}"
+            self._sink.report("SC221", message, origin, at="key", related=related)  # pyright: ignore[reportArgumentType]
+            return False
+        entries[name] = node
+        if lists or origin.copy or origin.parent or origin.file != self._top or origin.path != (section, name):
+            self._records[section, name] = Record(origin, lists or None, scenes)
+        return True
+
+    def origin(self, section: str, name: str) -> Origin:
+        """Where a named node was written."""
+        record = self._records.get((section, name))
+        return Origin(self._top, (section, name)) if record is None else record.origin
+
+    def expansion(self, head: dict[str, Any], documents: Mapping[str | None, SceneDocument]) -> Expansion:
+        """All of it. `head`: the keys that stand before the sections."""
+        return Expansion(
+            data={**head, **{name: entries for name, entries in self.sections.items() if entries}},
+            scopes=self.scopes,
+            prefixes=self.prefixes,
+            anchors=self.anchors,
+            given=self.given,
+            selections=self.selections,
+            used_materials=frozenset(self.used_materials),
+            documents=documents,
+            records=self._records,
+        )

@@ -1,0 +1,138 @@
+"""Parameters: what a file can be given from outside."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics.words import cut, show, suggest
+from scenecc.expand.kinds import KINDS, RANGED, kind_of, out_of_range
+from scenecc.expand.patterns import Compiler, Pattern, is_varying
+from scenecc.expand.ranges import bounds_outside, first_misfit
+from scenecc.spec.base import NOTE_PREFIX
+from scenecc.spec.plain import is_mapping, is_sequence
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Path
+    from scenecc.expand.modules import Part
+    from scenecc.expand.run import Run
+
+_KEYS = frozenset(("type", "default", "min", "max", "options", "description"))
+
+
+@dataclass(frozen=True, slots=True)
+class Param:
+    """One parameter.
+
+    Attributes:
+        name: of it.
+        kind: its type, one of `KINDS`; None where that of the default's value will tell it.
+        default: as written; None where it must be given.
+        pattern: of a default that holds expressions.
+        low, high: as written; a number, or one for each component of a vector.
+        options: of a choice.
+        description: for people.
+        part: the document in which it is written.
+        path: of it there.
+    """
+
+    name: str
+    kind: str | None
+    default: Any
+    pattern: Pattern | None
+    low: Any
+    high: Any
+    options: tuple[Any, ...]
+    description: str
+    part: Part
+    path: Path
+
+    def misfit(self, value: Any) -> tuple[str, str] | None:
+        """The code and words of what is wrong with a value; None where it is good.
+
+        Of a form every alternative and bound is looked at; what an expression will give is not known yet.
+        """
+        if is_varying(value):
+            wrong = first_misfit(value, self._misfit)
+            return wrong or bounds_outside(value, self.low, self.high)
+        return self._misfit(value)
+
+    def _misfit(self, value: Any) -> tuple[str, str] | None:
+        if self.kind is None:
+            return None
+        fits, words = KINDS[self.kind]
+        if not fits(value):
+            return "SC211", f"must be {words}, not {show(value)}"
+        if self.kind == "choice" and not any(_same(value, option) for option in self.options):
+            return "SC211", f"must be one of {', '.join(map(show, self.options))}, not {show(value)}"
+        if self.kind == "vector" and is_sequence(self.default) and len(value) != len(self.default):
+            return "SC211", f"must have {len(self.default)} components, not {len(value)}"
+        wrong = out_of_range(value, self.low, self.high) if self.kind in RANGED else None
+        return None if wrong is None else ("SC212", wrong)
+
+
+def _same(value: Any, option: Any) -> bool:
+    return type(value) is type(option) and value == option
+
+
+def read_param(name: str, node: Any, part: Part, compiler: Compiler, run: Run) -> Param | None:
+    """One entry of `params`; None where it was reported.
+
+    Args:
+        name: of it.
+        node: as written, in the long or the short form.
+        part: the document in which it is written.
+        compiler: of its default.
+        run: takes what is wrong.
+    """
+    path = ("params", name)
+    if not is_mapping(node):
+        node = {"default": node}
+        at = path
+    else:
+        at = (*path, "default")
+    known = {key: value for key, value in node.items() if not key.startswith(NOTE_PREFIX)}
+    if not known.keys() <= _KEYS:
+        key = next(key for key in known if key not in _KEYS)
+        run.report("SC214", f"a parameter has no `{cut(key)}`", (*path, key), at="key", hint=suggest(key, _KEYS))
+        return None
+    default = known.get("default")
+    pattern = None if default is None else compiler.pattern(default, at)
+    kind = known.get("type") or (None if pattern is not None else kind_of(default))
+    if kind not in KINDS and (kind is not None or pattern is None):
+        hint = suggest(kind, KINDS) if isinstance(kind, str) else f"give it a `type`: {', '.join(KINDS)}"
+        what = f"there is no type {show(kind)}" if kind is not None else f"the type of `{cut(name)}` is not told"
+        run.report("SC214", what, (*path, "type") if kind is not None else path, hint=hint)
+        return None
+    options = known.get("options")
+    description = str(known.get("description", ""))
+    param = Param(
+        name, kind, default, pattern, known.get("min"), known.get("max"), tuple(options or ()), description, part,
+        path,
+    )  # fmt: skip
+    return param if _is_sound(param, options, run) else None
+
+
+def _is_sound(param: Param, options: Any, run: Run) -> bool:
+    """Whether `min`, `max` and `options` go with the type; reported where not."""
+    wrong: tuple[str, str] | None = None
+    for key, bound in (("min", param.low), ("max", param.high)):
+        if bound is None:
+            continue
+        if param.kind not in RANGED:
+            wrong = key, f"a {param.kind or 'parameter without a `type`'} has no `{key}`"
+        elif not KINDS["number"][0](bound) and not (param.kind == "vector" and KINDS["vector"][0](bound)):
+            wrong = key, f"`{key}` must be a number, not {show(bound)}"
+        elif is_sequence(bound) and is_sequence(param.default) and len(bound) != len(param.default):
+            wrong = key, f"`{key}` must have {len(param.default)} components, not {len(bound)}"
+    if wrong is None and param.low is not None and param.high is not None:
+        beyond = out_of_range(param.high, param.low, None) if not is_sequence(param.low) else None
+        if beyond is not None:
+            wrong = "max", "`max` is below `min`"
+    if (param.kind == "choice") is not bool(options):
+        what = "a choice needs `options`" if param.kind == "choice" else f"a {param.kind} has no `options`"
+        wrong = "options", what
+    if wrong is not None:
+        key, message = wrong
+        run.report("SC214", message, (*param.path, key))
+    return wrong is None

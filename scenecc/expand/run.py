@@ -1,0 +1,106 @@
+"""The state of expanding one document in one place: values, and whom to tell what is wrong."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics import Origin
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from scenecc.diagnostics import Path, Sink
+    from scenecc.diagnostics.diagnostic import RelatedPlace
+    from scenecc.diagnostics.origin import At
+    from scenecc.expand.expansion import Items
+    from scenecc.expand.loops import Loop
+    from scenecc.values.failure import ExpressionError
+
+_MOST_SHOWN = 10**18
+
+
+class Exhausted(Exception):
+    """A limit was reached and reported: nothing more is expanded."""
+
+
+class Budget:
+    """How many of something may still be made.
+
+    Args:
+        code: of the report when there are more.
+        what: they are.
+        name: of the limit.
+        most: the limit.
+    """
+
+    def __init__(self, code: str, what: str, name: str, most: int) -> None:
+        self._code, self._what, self._name = code, what, name
+        self._most = self._left = most
+
+    def take(self, count: int, run: Run, path: Path) -> None:
+        """Takes so many away.
+
+        Raises:
+            Exhausted: there are not so many; that is reported.
+        """
+        self._left -= count
+        if self._left >= 0:
+            return
+        needed = self._most - self._left
+        shown = str(needed) if needed <= _MOST_SHOWN else "more than 10¹⁸"
+        hint = f"raise it with --limit {self._name}=N or limits={{'{self._name}': N}}"
+        message = f"at least {shown} {self._what} are more than the limit of {self._most}"
+        run.sink.report(self._code, message, run.origin(path), hint=hint)
+        raise Exhausted
+
+
+class Run:
+    """One document as it is expanded in one place: for one use of it, and for one copy of what is repeated in it.
+
+    Attributes:
+        file: the document's name.
+        parent: what brought it in; None for the top document.
+        values: name → value of parameters, loop variables and the like. Changes from copy to copy.
+        objects: how many may still be made.
+        sink: takes the diagnostics.
+        copies: the loops around, with the number of the copy in each.
+        lists: of the lists with repeated items met so far, what their items stand for.
+    """
+
+    __slots__ = ("copies", "file", "lists", "objects", "parent", "sink", "values")
+
+    def __init__(
+        self, file: str | None, parent: Origin | None, values: dict[str, Any], objects: Budget, sink: Sink
+    ) -> None:
+        self.file = file
+        self.parent = parent
+        self.values = values
+        self.objects = objects
+        self.sink = sink
+        self.copies: list[tuple[Loop, int]] = []
+        self.lists: dict[Path, tuple[Items, ...]] = {}
+
+    def origin(self, path: Path) -> Origin:
+        """The origin as written of a node of the document, in the copy at hand."""
+        return Origin(self.file, path, self.copy(), self.parent)
+
+    def copy(self) -> str:
+        """The copy at hand: "i=1, j=-1"."""
+        return ", ".join([loop.text(number) for loop, number in self.copies])
+
+    def report(
+        self,
+        code: str,
+        message: str,
+        path: Path,
+        *,
+        at: At = "value",
+        hint: str | None = None,
+        related: Iterable[RelatedPlace] = (),
+    ) -> None:
+        """Reports something about a node of the document."""
+        self.sink.report(code, message, self.origin(path), at=at, hint=hint, related=related)
+
+    def fail(self, error: ExpressionError, path: Path, code: str = "SC202") -> None:
+        """Reports an expression, at its place within the scalar at `path`."""
+        self.sink.report(code, error.message, self.origin(path), hint=error.hint)

@@ -1,0 +1,62 @@
+"""The scenes of instances."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from scenecc.expand.ranges import form_of
+from scenecc.spec.plain import is_mapping, is_sequence
+from scenecc.spec.selection import select
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Origin, Path, Sink
+
+Selection = tuple[int, ...] | None
+"""Scene indices, ascending; None for every scene."""
+
+
+class Scenes:
+    """Selections, each read once."""
+
+    def __init__(self, count: int, sink: Sink) -> None:
+        self.count = count
+        self._sink = sink
+        self._known: dict[str, tuple[int, ...] | None] = {}
+
+    def narrowed(self, given: Any, outer: Selection, place: Origin) -> Selection:
+        """The scenes of what selects some inside of what is in others. Empty where the selection was reported."""
+        key = repr(given)
+        if key not in self._known:
+            self._known[key] = select(given, self.count, place, self._sink)
+        chosen = self._known[key]
+        if chosen is None:
+            return ()
+        if outer is None:
+            return chosen
+        among = frozenset(outer)
+        return tuple(scene for scene in chosen if scene in among)
+
+    def by_scene(self, value: Any, selection: tuple[int, ...], path: Path) -> tuple[Any, Path | None]:
+        """A value with its `per_scene` lists, one item for each selected scene, as mappings by scene index.
+
+        Returns:
+            The value, and where a list of another length is; None where none is.
+        """
+        form = form_of(value)
+        if form is None:
+            return value, None
+        items = value[form]
+        if form == "per_scene" and is_sequence(items) and len(items) != len(selection):
+            return value, (*path, form)
+        pairs = items.items() if is_mapping(items) else enumerate(items) if is_sequence(items) else ()
+        changed: dict[Any, Any] = {}
+        for key, item in pairs:
+            changed[key], wrong = self.by_scene(item, selection, (*path, form, key))
+            if wrong is not None:
+                return value, wrong
+        if form == "per_scene" and is_sequence(items):
+            # The draw exists in every scene, though it is read in the selected ones alone.
+            rows = {str(scene): changed[index] for index, scene in enumerate(selection)}
+            return {form: {**rows, "default": changed[0]}}, None
+        kept: Any = changed if is_mapping(items) else list(changed.values()) if is_sequence(items) else items
+        return {**value, form: kept}, None
