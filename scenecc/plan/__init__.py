@@ -23,7 +23,7 @@ from scenecc.plan.geometry import (
 from scenecc.plan.material import AssetFile, Friction, PhysicalMaterial, Texture, VisualMaterial
 from scenecc.plan.physics import GpuMemory, Physics, SdfConfig
 from scenecc.plan.scene import Entity, ScenePlan
-from scenecc.plan.value import Value, constant, literal, per_scene, varying
+from scenecc.plan.value import Value, constant, literal, per_scene, recalled, varying
 
 __all__ = [
     "AssetFile",
@@ -59,5 +59,6 @@ __all__ = [
     "constant",
     "literal",
     "per_scene",
+    "recalled",
     "varying",
 ]

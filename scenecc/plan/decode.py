@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics import Origin, Sink
 from scenecc.diagnostics import Path as Keys
@@ -14,6 +14,7 @@ from scenecc.plan.decode_numbers import Fault, is_list, is_object, read_number, 
 from scenecc.plan.decode_scenes import check_materials, check_pick, object_count, read_selection
 from scenecc.plan.fields import (
     Choice,
+    Draws,
     Kind,
     Many,
     Node,
@@ -27,7 +28,11 @@ from scenecc.plan.fields import (
 from scenecc.plan.material import AssetFile
 from scenecc.plan.physics import Physics
 from scenecc.plan.scene import Entity, ScenePlan
-from scenecc.plan.value import Value
+from scenecc.plan.value import Value, recalled
+
+if TYPE_CHECKING:
+    from scenecc.plan.recipe_shape import Shape
+    from scenecc.values.nodes import Node as RecipeNode
 
 BAD: Final = object()
 """What a reader returns for data that it has reported."""
@@ -57,6 +62,9 @@ class Decoder:
         self._row_count: int | None = None
         self._selections: dict[str, tuple[int, ...]] = {}
         self._object_count = 0
+        self._draws: list[tuple[str, RecipeNode]] = []
+        self._draw_shapes: dict[str, Shape] = {}
+        self._draws_hold = True
         self._entity: dict[str, Any] = {}
         """What is being read; its scenes are counted before its shapes are read."""
 
@@ -70,11 +78,25 @@ class Decoder:
             message = f"`num_scenes` is {num_scenes}, more than {self._scene_limit}"
             return self._fault("SC712", message, ("num_scenes",))
         self._num_scenes = num_scenes if type(num_scenes) is int and num_scenes > 0 else None
+        self._read_draws(data.get("draws", {}))
         plan = self._node(ScenePlan, data, ())
         if not self._names_differ(data.get("entities")) or not isinstance(plan, ScenePlan):
             return BAD
         wrong = check_materials(plan)
         return plan if wrong is None else self._fault(wrong[0].code, wrong[0].message, wrong[1])
+
+    def _read_draws(self, data: object) -> None:
+        """Ahead of all else, since recipes name them; each may read those before it."""
+        for name, item in data.items() if is_object(data) else ():
+            read = _recipe(item, self._draw_shapes)
+            if isinstance(read, Fault):
+                self._draws_hold = False
+                self._fault(read.code, read.message, ("draws", name[:80], *read.keys))
+                # What reads it is not told to be wrong, too.
+                self._draw_shapes[name] = None
+            else:
+                node, self._draw_shapes[name] = read
+                self._draws.append((name, node))
 
     def _names_differ(self, entities: object) -> bool:
         names: dict[str, int] = {}
@@ -101,6 +123,10 @@ class Decoder:
                 read = tuple(rows.data[0].tolist()) if isinstance(rows, Value) else rows
             case Selection():
                 read = self._selection(data, path)
+            case Draws() if is_object(data):
+                read = tuple(self._draws) if self._draws_hold else BAD
+            case Draws():
+                read = self._fault("SC705", f"an object is wanted here, not {shown(data)}", path)
             case Many():
                 read = self._many(kind, data, path)
             case Node():
@@ -178,14 +204,26 @@ class Decoder:
     def _value(self, kind: Quantity, data: object, path: Keys) -> object:
         if not is_object(data):
             return self._rows(kind, [data], path, in_list=False)
-        rows: object = data.get("per_scene")
-        if len(data) != 1 or not is_list(rows):
+        recipe = data.get("recipe")
+        if recipe is not None and not kind.reset:
+            return self._fault("SC703", "only what a reset may change has a recipe", (*path, "recipe"))
+        if recipe is not None and data.keys() == {"value", "recipe"}:
+            read = self._rows(kind, [data["value"]], (*path, "value"), in_list=False)
+        elif data.keys() - {"recipe"} == {"per_scene"} and is_list(rows := data["per_scene"]):
+            if self._row_count is not None and len(rows) != self._row_count:
+                message = f"`per_scene` has {len(rows)} rows, and the entity is in {self._row_count} scenes"
+                return self._fault("SC706", message, (*path, "per_scene"))
+            read = self._rows(kind, rows, (*path, "per_scene"), in_list=True)
+        else:
             message = 'a quantity is written plainly or as {"per_scene": [...]}'
             return self._fault("SC705", message, path)
-        if self._row_count is not None and len(rows) != self._row_count:
-            message = f"`per_scene` has {len(rows)} rows, and the entity is in {self._row_count} scenes"
-            return self._fault("SC706", message, (*path, "per_scene"))
-        return self._rows(kind, rows, (*path, "per_scene"), in_list=True)
+        return read if recipe is None else self._with_recipe(read, recipe, kind, (*path, "recipe"))
+
+    def _with_recipe(self, value: object, recipe: object, kind: Quantity, path: Keys) -> object:
+        read = _recipe(recipe, self._draw_shapes, kind.shape)
+        if isinstance(read, Fault):
+            return self._fault(read.code, read.message, (*path, *read.keys))
+        return recalled(value.data, read[0]) if isinstance(value, Value) else BAD
 
     def _rows(self, kind: Quantity, rows: list[Any], path: Keys, *, in_list: bool) -> object:
         size = self._table_sizes[kind.table] if kind.table is not None else None
@@ -240,3 +278,9 @@ class Decoder:
     def _fault(self, code: str, message: str, path: Keys) -> object:
         self._sink.report(code, message, self._origin(path))
         return BAD
+
+
+def _recipe(data: object, draws: dict[str, Shape], shape: Shape = None) -> tuple[RecipeNode, Shape] | Fault:
+    from scenecc.plan.decode_recipe import read_recipe  # noqa: PLC0415 - most plans have no recipes
+
+    return read_recipe(data, draws, shape)

@@ -24,7 +24,7 @@ class Fault:
 
     code: str
     message: str
-    keys: tuple[int, ...] = ()
+    keys: tuple[str | int, ...] = ()
 
 
 def is_object(data: object) -> TypeGuard[dict[str, Any]]:

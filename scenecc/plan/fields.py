@@ -50,13 +50,17 @@ COUNT = Bounds(0, 2**31 - 1)
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """A `Value`: dtype and shape of one row. `table`: its numbers are indices into that table of the plan."""
+    """A `Value`: dtype and shape of one row.
+
+    `table`: its numbers are indices into that table of the plan. `pose`: p then q. `reset`: it may have a recipe.
+    """
 
     dtype: Dtype = np.float64
     shape: tuple[int, ...] = ()
     bounds: Bounds = ANY
     table: Table | None = None
     pose: bool = False
+    reset: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +112,12 @@ class OneOf:
     by_type: tuple[tuple[str, type], ...]
 
 
-Kind = Quantity | Plain | Choice | Numbers | Selection | Many | Node | OneOf
+@dataclass(frozen=True, slots=True)
+class Draws:
+    """The shared draws, in order."""
+
+
+Kind = Quantity | Plain | Choice | Numbers | Selection | Many | Node | OneOf | Draws
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +133,6 @@ class Slot:
 _POSE = Quantity(shape=(7,), pose=True)
 _FLAG = Quantity(np.bool_)
 _NUMBER = Quantity()
-_VEC3 = Quantity(shape=(3,))
 _POSITIVE = Quantity(bounds=POSITIVE)
 _AT_LEAST_0 = Quantity(bounds=AT_LEAST_0)
 _POSITIVE3 = Quantity(shape=(3,), bounds=POSITIVE)
@@ -134,6 +142,7 @@ _FILE = Quantity(np.int64, table="files")
 
 QUANTITIES: dict[str, Quantity] = {
     "pose": _POSE,
+    "Entity.pose": Quantity(shape=(7,), pose=True, reset=True),
     "com": _POSE,
     "half_size": _POSITIVE3,
     "VisualPlane.half_size": _POSITIVE2,
@@ -155,8 +164,8 @@ QUANTITIES: dict[str, Quantity] = {
     "inertia": _POSITIVE3,
     "disable_gravity": _FLAG,
     "locked_motion_axes": Quantity(np.bool_, (6,)),
-    "linear_velocity": _VEC3,
-    "angular_velocity": _VEC3,
+    "linear_velocity": Quantity(shape=(3,), reset=True),
+    "angular_velocity": Quantity(shape=(3,), reset=True),
     "linear_damping": _AT_LEAST_0,
     "angular_damping": _AT_LEAST_0,
     "max_linear_velocity": _POSITIVE,
@@ -209,8 +218,9 @@ BOUNDS: dict[str, Bounds] = {
 
 _Row = TypeVar("_Row")
 
+_SPECIAL: dict[str, Kind] = {"scene_idxs": Selection(), "draws": Draws()}
 _TYPE_NAMES = {"VisualPlane": "plane"}
-_HINT_NAMES: dict[str, Any] = {**vars(_plan), **vars(_physics), "Origin": Origin, "Path": Path}
+_HINT_NAMES: dict[str, Any] = {**vars(_plan), **vars(_physics), "Origin": Origin, "Path": Path, "Node": object}
 
 
 @cache
@@ -238,7 +248,7 @@ def _slot(cls: type, name: str, hint: Any, *, required: bool) -> Slot:
         classes: tuple[type, ...] = some
         kind = OneOf(tuple((type_name(member), member) for member in classes))
     else:
-        kind = Selection() if name == "scene_idxs" else _kind(cls, name, next(iter(some)))
+        kind = _SPECIAL.get(name) or _kind(cls, name, next(iter(some)))
     return Slot(name, kind, required, nullable=len(some) < len(members))
 
 

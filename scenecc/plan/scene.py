@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from scenecc.plan.material import AssetFile, PhysicalMaterial, VisualMaterial
     from scenecc.plan.physics import Physics
     from scenecc.plan.value import Value
+    from scenecc.values.nodes import Node
 
 
 @frozen
@@ -45,6 +46,7 @@ class ScenePlan:
     """A whole batch, ready to be instantiated or emitted.
 
     `entities` stand in the order in which they are built: PhysX gives other trajectories in another.
+    `draws` are the shared draws that recipes read, by name; one may read those before it.
     """
 
     name: str
@@ -56,4 +58,5 @@ class ScenePlan:
     visual_materials: tuple[VisualMaterial, ...] = ()
     description: str = ""
     seed: int = 0
+    draws: tuple[tuple[str, Node], ...] = ()
     origin: Origin | None = field(default=None, compare=False)

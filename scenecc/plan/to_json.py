@@ -7,7 +7,20 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from scenecc.plan.fields import Choice, Kind, Many, Node, Numbers, OneOf, Plain, Quantity, Selection, slots, type_name
+from scenecc.plan.fields import (
+    Choice,
+    Draws,
+    Kind,
+    Many,
+    Node,
+    Numbers,
+    OneOf,
+    Plain,
+    Quantity,
+    Selection,
+    slots,
+    type_name,
+)
 from scenecc.plan.uris import rebased
 
 if TYPE_CHECKING:
@@ -15,6 +28,7 @@ if TYPE_CHECKING:
 
     from scenecc.plan.scene import ScenePlan
     from scenecc.plan.value import Value
+    from scenecc.values.nodes import Node as RecipeNode
 
 PLAN_VERSION = 1
 """The value of a plan's `scenecc_plan` key."""
@@ -30,7 +44,8 @@ def plan_to_json(plan: ScenePlan, *, base: Path | None = None) -> str:
 
     Keys stand in the order of the dataclasses and what is None is left out, as are origins. Floats are the
     shortest decimals that give the same float64. A quantity that is the same in every scene is written plainly,
-    another one as `{"per_scene": [...]}`. Equal steps in `scene_idxs` are written as a slice, `"0:4"`.
+    another one as `{"per_scene": [...]}`; one that a reset draws anew has its `recipe` beside that, or beside its
+    `value` where that is the same in every scene. Equal steps in `scene_idxs` are written as a slice, `"0:4"`.
 
     Args:
         plan: what to write.
@@ -57,7 +72,7 @@ def _members(node: object, indent: str) -> list[tuple[str, str]]:
     return [
         (slot.name, _text(slot.kind, item, inner))
         for slot in slots(type(node))
-        if (item := getattr(node, slot.name)) is not None
+        if (item := getattr(node, slot.name)) is not None and not (isinstance(slot.kind, Draws) and not item)
     ]
 
 
@@ -80,6 +95,9 @@ def _text(kind: Kind, item: Any, indent: str) -> str:
         case OneOf():
             members = [("type", _dumps(type_name(item.__class__))), *_members(item, indent)]
             text = _joined("{}", _keyed(members), indent)
+        case Draws():
+            inner = indent + _STEP
+            text = _joined("{}", [f"{_dumps(name)}: {_recipe(node, inner)}" for name, node in item], indent)
         case Many():
             text = _joined("[]", [_text(kind.item, one, indent + _STEP) for one in item], indent)
     return text
@@ -87,9 +105,30 @@ def _text(kind: Kind, item: Any, indent: str) -> str:
 
 def _value(value: Value, indent: str) -> str:
     data = value.data.tolist()
-    if not value.varies:
+    if not value.varies and value.recipe is None:
         return _array(_dumps(data[0]), indent)
-    return _joined("{}", _keyed([("per_scene", _array(_dumps(data), indent + _STEP))]), indent)
+    inner = indent + _STEP
+    key, item = ("per_scene", data) if value.varies else ("value", data[0])
+    members = [(key, _array(_dumps(item), inner))]
+    if value.recipe is not None:
+        members.append(("recipe", _recipe(value.recipe, inner)))
+    return _joined("{}", _keyed(members), indent)
+
+
+def _recipe(node: RecipeNode, indent: str) -> str:
+    from scenecc.plan.recipe_json import recipe_data  # noqa: PLC0415 - most plans have no recipes
+
+    return _laid_out(recipe_data(node), indent)
+
+
+def _laid_out(data: Any, indent: str) -> str:
+    """Plain data as JSON; numbers and lists of them an item a line where a line is too short."""
+    inner = indent + _STEP
+    if data.__class__ is dict:
+        return _joined("{}", [f"{_dumps(key)}: {_laid_out(item, inner)}" for key, item in data.items()], indent)
+    if data.__class__ is list and any(one.__class__ in {dict, list, str} for one in data):
+        return _joined("[]", [_laid_out(one, inner) for one in data], indent)
+    return _array(_dumps(data), indent)
 
 
 def _array(text: str, indent: str) -> str:

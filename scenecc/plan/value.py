@@ -20,7 +20,7 @@ class _Varying(NamedTuple):
 
     draw: Callable[[], NDArray[Any]] | None
     rows: int
-    support: Support
+    support: Support | None
     recipe: Node | None
 
 
@@ -119,7 +119,7 @@ class Value:
     def support(self) -> Support:
         """Everything that it can be, whatever is drawn; draws nothing."""
         source = self._source
-        if isinstance(source, _Varying):
+        if isinstance(source, _Varying) and source.support is not None:
             return source.support
         from scenecc.values.support import Support  # noqa: PLC0415 - checking a scene seldom needs it
 
@@ -135,7 +135,7 @@ class Value:
         if source is None:
             return tuple(self.data.ravel().tolist())
         if isinstance(source, _Varying):
-            return source.support.numbers()
+            return self.support.numbers()
         item = source[0]
         return item if isinstance(item, tuple) else (item,)
 
@@ -188,6 +188,11 @@ def varying(draw: Callable[[], NDArray[Any]], *, support: Support, recipe: Node 
         rows: how many scenes the entity is in.
     """
     return _restored(None, _Varying(draw, rows, support, recipe))
+
+
+def recalled(data: NDArray[Any], recipe: Node) -> Value:
+    """A value as it was drawn once, (·, …), with the recipe by which a reset draws it anew."""
+    return _restored(data, _Varying(None, len(data), None, recipe))
 
 
 def _restored(data: NDArray[Any] | None, source: _Varying) -> Value:

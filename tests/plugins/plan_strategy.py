@@ -10,11 +10,13 @@ from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
+from plugins.recipe_strategy import Shape, nodes
 
-from scenecc.plan import AssetFile, Entity, ScenePlan, Value
+from scenecc.plan import AssetFile, Entity, ScenePlan, Value, recalled
 from scenecc.plan.fields import (
     Bounds,
     Choice,
+    Draws,
     Kind,
     Many,
     Node,
@@ -33,18 +35,20 @@ _MOST = {"entities": 3, "structures": 2, "collisions": 2, "visuals": 2}
 
 @dataclass(frozen=True)
 class _Scope:
-    """`rows`: scenes of the entity; 0 outside of one. `sizes`: of the plan's tables."""
+    """`rows`: scenes of the entity; 0 outside of one. `sizes`: of the plan's tables. `draws`: shapes of shared ones."""
 
     num_scenes: int
     sizes: dict[str, int]
+    draws: dict[str, Shape]
     rows: int = 0
 
 
 @st.composite
 def plans(draw: st.DrawFn) -> ScenePlan:
     """Valid plans of a few scenes and entities, whose files lie in /files."""
-    scope = _Scope(draw(st.integers(1, 4)), {table: draw(st.integers(1, 2)) for table in TABLES})
-    made: dict[str, Any] = {"num_scenes": scope.num_scenes}
+    shared, shapes = draw(_shared_draws())
+    scope = _Scope(draw(st.integers(1, 4)), {table: draw(st.integers(1, 2)) for table in TABLES}, shapes)
+    made: dict[str, Any] = {"num_scenes": scope.num_scenes, "draws": shared}
     for slot in slots(ScenePlan):
         if slot.name in TABLES and isinstance(slot.kind, Many):
             size = scope.sizes[slot.name]
@@ -57,10 +61,21 @@ def plans(draw: st.DrawFn) -> ScenePlan:
     return ScenePlan(**made)
 
 
+@st.composite
+def _shared_draws(draw: st.DrawFn) -> tuple[tuple[tuple[str, Any], ...], dict[str, Shape]]:
+    shapes: dict[str, Shape] = {}
+    found: list[tuple[str, Any]] = []
+    for name in draw(st.lists(st.sampled_from(["u", "prefab/u", "spot"]), max_size=2, unique=True)):
+        shape = draw(st.sampled_from([(), (3,), (4,), (7,)]))
+        found.append((name, draw(nodes(shape, shapes, 2))))
+        shapes[name] = shape
+    return tuple(found), shapes
+
+
 def _entity(draw: st.DrawFn, name: str, scope: _Scope) -> Entity:
     scenes = st.lists(st.integers(0, scope.num_scenes - 1), min_size=1, unique=True)
     idxs = tuple(sorted(draw(scenes)))
-    inner = _Scope(scope.num_scenes, scope.sizes, len(idxs))
+    inner = _Scope(scope.num_scenes, scope.sizes, scope.draws, len(idxs))
     made: dict[str, Any] = {"name": name, "scene_idxs": idxs}
     for slot in slots(Entity):
         if slot.name not in {*made, "pick"}:
@@ -87,8 +102,8 @@ def _of(kind: Kind, scope: _Scope, name: str = "") -> st.SearchStrategy[Any]:  #
             return _nodes(kind.cls, scope)
         case OneOf():
             return st.one_of(*[_nodes(cls, scope) for _, cls in kind.by_type])
-        case Selection():
-            raise AssertionError("only entities have scenes")
+        case Selection() | Draws():
+            raise AssertionError("drawn by those who know the scenes")
 
 
 @st.composite
@@ -120,6 +135,8 @@ def _values(draw: st.DrawFn, kind: Quantity, scope: _Scope) -> Value:
     rows = [draw(_rows(kind, scope)) for _ in range(count)]
     data = np.array(rows, dtype=kind.dtype).reshape(count, *kind.shape)
     data.flags.writeable = False
+    if kind.reset and draw(st.integers(0, 3)) == 0:
+        return recalled(data, draw(nodes(kind.shape, scope.draws)))
     return Value(data)
 
 

@@ -408,8 +408,8 @@ def test_ten_thousand_entities_share_their_scenes() -> None:
 
 def test_the_bounds_are_those_of_the_language() -> None:
     from scenecc.plan import fields
-    from scenecc.spec import base, physics
+    from scenecc.spec import physics, scalars
 
-    assert (fields.LARGEST, fields.SMALLEST) == (base.LARGEST, base.SMALLEST)
+    assert (fields.LARGEST, fields.SMALLEST) == (scalars.LARGEST, scalars.SMALLEST)
     assert fields.BOUNDS["cpu_workers"].high == physics.THREADS
     assert fields.BOUNDS["num_threads_for_construction"].high == physics.THREADS

@@ -1,0 +1,41 @@
+"""Recipes as plain data: each node an object with its `type`, and its fields as the dataclass has them."""
+
+from __future__ import annotations
+
+from dataclasses import MISSING, fields
+from typing import TYPE_CHECKING, Any
+
+from scenecc.plan.fields import type_name
+from scenecc.values.nodes import NODES, Key
+from scenecc.values.template import Template
+
+if TYPE_CHECKING:
+    from scenecc.values.nodes import Node
+
+
+def recipe_data(node: Node) -> dict[str, Any]:
+    """A node as JSON has it. What is None, or the default of its field, is left out."""
+    return {"type": type_name(type(node)), **_members(node)}
+
+
+def _members(node: Any) -> dict[str, Any]:
+    given = [(item, getattr(node, item.name)) for item in fields(node)]
+    return {
+        item.name: _data(value)
+        for item, value in given
+        if value is not None and (item.default is MISSING or value != item.default)
+    }
+
+
+def _data(item: Any) -> Any:
+    if isinstance(item, NODES):
+        return recipe_data(item)
+    if isinstance(item, Key):
+        return _members(item)
+    if isinstance(item, Template):
+        constants = {name: _data(value) for name, value in item.constants}
+        return {"text": item.text, **({"constants": constants} if constants else {})}
+    if isinstance(item, tuple | list):
+        several: list[Any] = list(item)  # pyright: ignore[reportUnknownArgumentType]
+        return [_data(one) for one in several]
+    return item
