@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 def plain(data: Any) -> NDArray[Any]:
     """One value: float64, int64 or bool of its own shape, or an object of shape () for anything else."""
-    return table([data])[0] if type(data) in LISTS else table([data]).reshape(())
+    whole = table([data])
+    return whole[0] if whole.ndim > 1 else whole.reshape(())
 
 
 def table(items: Sequence[Any]) -> NDArray[Any]:

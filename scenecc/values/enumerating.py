@@ -68,9 +68,8 @@ class _Sources:
 
     def add(self, item: Any) -> bool:
         """Adds the sources of an item; whether they may be few."""
-        if isinstance(item, NODES):
-            return _TABLE.get(type(item), _Sources.parts)(self, item)
-        return True
+        kind = item.__class__
+        return kind not in NODES or _TABLE.get(kind, _Sources.parts)(self, item)
 
     def add_all(self, items: tuple[Any, ...]) -> bool:
         return len(items) <= FEW and all(map(self.add, items))
