@@ -171,6 +171,7 @@ class Build:
     Attributes:
         plan: what was asked of the engine.
         batch: the live scenes; None after a dry run.
+        scene_idxs: the scenes that were asked for.
         diagnostics: warnings and notes.
         timings: stage → seconds, in order.
         summary: a row an entity, in build order.
@@ -178,6 +179,7 @@ class Build:
 
     plan: ScenePlan
     batch: SceneBatch | None
+    scene_idxs: tuple[int, ...]
     diagnostics: list[Diagnostic]
     timings: dict[str, float]
     summary: list[SummaryRow]
@@ -237,7 +239,9 @@ def build_scene(
             compiled.plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit, progress=progress
         )
         timings["build"] = time.perf_counter() - started
-    return Build(compiled.plan, batch, sink.diagnostics(), timings, summarize(compiled.plan, batch, scene_idxs))
+    chosen = tuple(range(compiled.plan.num_scenes)) if scene_idxs is None else scene_idxs
+    rows = summarize(compiled.plan, batch, scene_idxs)
+    return Build(compiled.plan, batch, chosen, sink.diagnostics(), timings, rows)
 
 
 def emit_scene(

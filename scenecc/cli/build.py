@@ -28,7 +28,7 @@ from scenecc.cli.options import (
 from scenecc.cli.output import STDOUT, base_folder, print_err, print_out, write
 from scenecc.cli.progress import counted, progress
 from scenecc.cli.report import print_asides, status, usage_error
-from scenecc.cli.table import plain, stage_times, table
+from scenecc.cli.table import built, plain, planned, stage_times
 
 if TYPE_CHECKING:
     from scenecc.api import Build, SceneBatch
@@ -145,13 +145,25 @@ def _step(batch: SceneBatch, steps: int) -> dict[str, float]:
 def _summary(result: Build, timings: dict[str, float]) -> str:
     from scenecc.diagnostics.render import wants_color
 
-    plan = result.plan
-    done = "planned" if result.batch is None else "built"
-    count = plan.num_scenes if result.batch is None else len(result.batch.scene_idxs)
-    some = f"{count} of " if count < plan.num_scenes else ""
-    scenes = f"{some}{plan.num_scenes} scene{'' if plan.num_scenes == 1 else 's'}"
-    rows = table(result.summary, color=wants_color(sys.stdout))
-    return f"{rows}\n{plain(plan.name)}: {done} {scenes}\n{stage_times(timings)}\n"
+    show, done = (planned, "planned") if result.batch is None else (built, "built")
+    rows = show(result.summary, color=wants_color(sys.stdout))
+    return f"{rows}\n{plain(result.plan.name)}: {done} {_totals(result)}\n{stage_times(timings)}\n"
+
+
+def _totals(result: Build) -> str:
+    """How many scenes and objects there are, and in how many fields they differ."""
+    count, total = len(result.scene_idxs), result.plan.num_scenes
+    scenes = f"{f'{count} of ' if count < total else ''}{_count(total, 'scene')}"
+    objects = sum(len(row.scene_idxs) for row in result.summary)
+    fields = [field for row in result.summary for field in row.varying]
+    at_reset = sum(field.at_reset for field in fields)
+    differing = f"; {_count(len(fields), 'field')} {'differs' if len(fields) == 1 else 'differ'}" if fields else ""
+    anew = f", {at_reset} drawn anew at a reset" if at_reset else ""
+    return f"{scenes}, {_count(objects, 'object')} in all{differing}{anew}"
+
+
+def _count(count: int, what: str) -> str:
+    return f"{count} {what}{'' if count == 1 else 's'}"
 
 
 def _finish(diagnostics: list[Diagnostic], form: Format) -> NoReturn:

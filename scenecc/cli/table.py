@@ -1,4 +1,4 @@
-"""What was built, as a table for people."""
+"""Tables for people."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ if TYPE_CHECKING:
     from scenecc.api import SummaryRow
 
 _BOLD: Final = "\x1b[1m{}\x1b[0m"
-_HEAD: Final = ("name", "body", "shapes", "mass [kg]", "size [m]", "scenes")
-_RIGHT: Final = frozenset({2, 3})
+_BUILT: Final = ("name", "body", "shapes", "mass [kg]", "size [m]", "scenes")
+_PLANNED: Final = ("name", "body", "shapes", "size [m]", "scenes", "differing")
+_FIELDS: Final = ("", "differs", "", "values")
+_RIGHT: Final = frozenset({"shapes", "mass [kg]"})
 """Columns of numbers."""
-
 
 _COMMAND: Final = re.compile(r"^(?=\s*::)|(?<=##)(?=\[)")
 """Where GitHub's runner, which reads what a job prints, sees a command of its own."""
@@ -26,12 +27,48 @@ def plain(text: str) -> str:
     return _COMMAND.sub(r"\\", visible(text))
 
 
-def table(rows: Sequence[SummaryRow], *, color: bool) -> str:
+def built(rows: Sequence[SummaryRow], *, color: bool) -> str:
     """One line an entity, in build order."""
-    cells = [_HEAD, *(_cells(row) for row in rows)]
-    widths = [max(len(row[i]) for row in cells) for i in range(len(_HEAD))]
-    head, *body = ["  ".join(_padded(row, widths)).rstrip() for row in cells]
-    return "\n".join([_BOLD.format(head) if color else head, *body]) + "\n"
+    cells = [
+        (plain(row.name), row.body_type, str(row.shape_count), _mass(row), _size(row), index_ranges(row.scene_idxs))
+        for row in rows
+    ]
+    return table(_BUILT, cells, color=color)
+
+
+def planned(rows: Sequence[SummaryRow], *, color: bool) -> str:
+    """One line an entity, in build order; then one line a field in which scenes differ."""
+    cells = [
+        (
+            plain(row.name),
+            row.body_type,
+            str(row.shape_count),
+            _size(row),
+            index_ranges(row.scene_idxs),
+            _differing(row),
+        )
+        for row in rows
+    ]
+    fields = [
+        (
+            plain(row.name if first else ""),
+            plain(field.field),
+            "at reset" if field.at_reset else "",
+            plain(field.values),
+        )
+        for row in rows
+        for first, field in zip((True, *[False] * len(row.varying)), row.varying, strict=False)
+    ]
+    differing = f"\n{table(_FIELDS, fields, color=color)}" if fields else ""
+    return table(_PLANNED, cells, color=color) + differing
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, color: bool) -> str:
+    """Columns under their names. The cells are harmless: see `plain`."""
+    cells = [head, *rows]
+    widths = [max(len(row[i]) for row in cells) for i in range(len(head))]
+    first, *others = ["  ".join(_padded(row, widths, head)).rstrip() for row in cells]
+    return "\n".join([_BOLD.format(first) if color else first, *others]) + "\n"
 
 
 def stage_times(timings: Mapping[str, float]) -> str:
@@ -57,17 +94,23 @@ def _run(first: int, last: int) -> str:
     return f"{first}, {last}" if last == first + 1 else f"{first}–{last}"
 
 
-def _padded(row: Sequence[str], widths: Sequence[int]) -> list[str]:
+def _padded(row: Sequence[str], widths: Sequence[int], head: Sequence[str]) -> list[str]:
     return [
-        cell.rjust(width) if i in _RIGHT else cell.ljust(width)
-        for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+        cell.rjust(width) if name in _RIGHT else cell.ljust(width)
+        for cell, width, name in zip(row, widths, head, strict=True)
     ]
 
 
-def _cells(row: SummaryRow) -> tuple[str, ...]:
-    size = "–" if row.size is None else " × ".join(f"{length:.4g}" for length in row.size)
-    mass = "–" if row.mass is None else f"{row.mass:.4g}"
-    return (plain(row.name), row.body_type, str(row.shape_count), mass, size, index_ranges(row.scene_idxs))
+def _mass(row: SummaryRow) -> str:
+    return "–" if row.mass is None else f"{row.mass:.4g}"
+
+
+def _size(row: SummaryRow) -> str:
+    return "–" if row.size is None else " × ".join(f"{length:.4g}" for length in row.size)
+
+
+def _differing(row: SummaryRow) -> str:
+    return f"{len(row.varying)} of {row.field_count}" if row.varying else "–"
 
 
 def _time(seconds: float) -> str:

@@ -2,13 +2,14 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from dataclasses import replace
 
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from scenecc.cli.table import index_ranges, plain, stage_times, table
-from scenecc.summary import SummaryRow
+from scenecc.cli.table import built, index_ranges, plain, planned, stage_times
+from scenecc.summary import SummaryRow, VaryingField
 
 
 @pytest.mark.parametrize(
@@ -43,9 +44,28 @@ def test_stage_times_add_up() -> None:
 @example(["\x1b[2J", "a\n::error::x", "::error::x", " ::error::x", "##[error]x", "\x9b2J", "\u202ex", "\ud800"])
 def test_names_cannot_steer_a_terminal_or_a_runner(names: list[str]) -> None:
     rows = [SummaryRow(name, "dynamic", 1, None, None, (0,)) for name in names]
-    lines = table(rows, color=False).removesuffix("\n").split("\n")
-    assert len(lines) == 1 + len(names)
+    lines = built(rows, color=False).removesuffix("\n").split("\n")
+    field = VaryingField("mass", "".join(names), at_reset=False)
+    lines += planned([replace(row, varying=(field,)) for row in rows], color=False).split("\n\n")[-1].split("\n")[1:-1]
+    assert len(lines) == 1 + 2 * len(names)
     for line in lines:
         assert not re.match(r"\s*::|.*##\[", line)
         assert not any(unicodedata.category(char) in {"Cc", "Cs", "Zl", "Zp"} or char == "\u202e" for char in line)
     assert plain("red.box-2 é") == "red.box-2 é"
+
+
+def test_a_plans_fields_stand_below_its_objects() -> None:
+    fields = (VaryingField("pose.p", "0 … 1 each", at_reset=True), VaryingField("mass", "1 | 2", at_reset=False))
+    rows = [
+        SummaryRow("ball", "dynamic", 2, None, (0.1, 0.2, 0.3), (0, 1), 5, fields),
+        SummaryRow("wall", "static", 1, None, None, (0,), 3, ()),
+    ]
+    assert planned(rows, color=False) == (
+        "name  body     shapes  size [m]         scenes  differing\n"
+        "ball  dynamic       2  0.1 × 0.2 × 0.3  0, 1    2 of 5\n"
+        "wall  static        1  –                0       –\n"
+        "\n"
+        "      differs            values\n"
+        "ball  pose.p   at reset  0 … 1 each\n"
+        "      mass               1 | 2\n"
+    )

@@ -1,4 +1,4 @@
-"""What was built of each entity, in numbers that a person checks at a glance."""
+"""What is planned or was built of each entity."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.plan.extent import extent
+from scenecc.summary.fields import Fields, VaryingField, entity_fields
 
 if TYPE_CHECKING:
     from scenecc.backends.sapien import SceneBatch
@@ -20,10 +21,14 @@ class SummaryRow:
 
     Attributes:
         body_type: of its structures, joined by `|` where they differ.
-        shape_count: of the structure in its first scene: colliding shapes, or visible ones where those are more.
+        shape_count: of the structure in its first scene, or of the largest where no engine was started: colliding
+            shapes, or visible ones where those are more.
         mass: [kg] in its first scene, as the engine has it; None where the body has none or no engine was started.
-        size: extents along its own axes [m] in its first scene; None where only an engine or a file could tell.
+        size: extents along its own axes [m] in its first scene; None where only an engine or a file could tell, and
+            where no engine was started and scenes differ in it.
         scene_idxs: the scenes it is in.
+        field_count: how many fields have a value; 0 where an engine was started.
+        varying: those that differ between scenes; empty where an engine was started.
     """
 
     name: str
@@ -32,6 +37,8 @@ class SummaryRow:
     mass: float | None
     size: tuple[float, float, float] | None
     scene_idxs: tuple[int, ...]
+    field_count: int = 0
+    varying: tuple[VaryingField, ...] = ()
 
 
 def summarize(plan: ScenePlan, batch: SceneBatch | None, scene_idxs: tuple[int, ...] | None = None) -> list[SummaryRow]:
@@ -44,21 +51,48 @@ def summarize(plan: ScenePlan, batch: SceneBatch | None, scene_idxs: tuple[int, 
     """
     asked = range(plan.num_scenes) if scene_idxs is None else set(scene_idxs)
     present = [(entity, tuple(index for index in entity.scene_idxs if index in asked)) for entity in plan.entities]
-    return [_row(entity, idxs, batch) for entity, idxs in present if idxs]
+    if batch is None:
+        return [_planned(entity, idxs, entity_fields(entity, plan)) for entity, idxs in present if idxs]
+    return [_built(entity, idxs, batch) for entity, idxs in present if idxs]
 
 
-def _row(entity: Entity, scene_idxs: tuple[int, ...], batch: SceneBatch | None) -> SummaryRow:
-    row = entity.scene_idxs.index(scene_idxs[0])
-    structure = entity.structure(row)
-    body = None if batch is None else _rigid_body(batch.entities[entity.name].objs[0])
+_SIZES = frozenset({"half_size", "radius", "half_length", "scale", "file", "p", "q"})
+"""Fields of shapes by which the size of a body differs."""
+
+
+def _planned(entity: Entity, scene_idxs: tuple[int, ...], fields: Fields) -> SummaryRow:
+    differs = entity.pick is not None or any(
+        "[" in field.field and field.field.rsplit(".", 1)[-1] in _SIZES for field in fields.varying
+    )
+    structures = entity.structures
     return SummaryRow(
         name=entity.name,
-        body_type="|".join(dict.fromkeys(s.body_type for s in entity.structures)),
+        body_type=_body_types(entity),
+        shape_count=max(max(len(s.collisions), len(s.visuals)) for s in structures),
+        mass=None,
+        size=None if differs else extent(structures[0]),
+        scene_idxs=scene_idxs,
+        field_count=fields.count,
+        varying=fields.varying,
+    )
+
+
+def _built(entity: Entity, scene_idxs: tuple[int, ...], batch: SceneBatch) -> SummaryRow:
+    row = entity.scene_idxs.index(scene_idxs[0])
+    structure = entity.structure(row)
+    body = _rigid_body(batch.entities[entity.name].objs[0])
+    return SummaryRow(
+        name=entity.name,
+        body_type=_body_types(entity),
         shape_count=max(len(structure.collisions), len(structure.visuals)),
         mass=getattr(body, "mass", None),
         size=extent(structure, row) or (None if body is None else _mesh_size(body)),
         scene_idxs=scene_idxs,
     )
+
+
+def _body_types(entity: Entity) -> str:
+    return "|".join(dict.fromkeys(structure.body_type for structure in entity.structures))
 
 
 def _rigid_body(obj: Any) -> Any:

@@ -1,0 +1,175 @@
+"""What differs between the scenes of an object, field by field."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, Final
+
+from scenecc.diagnostics.origin import dotted
+from scenecc.plan import AssetFile, PhysicalMaterial, Texture, Value, VisualMaterial
+from scenecc.summary.words import color_words, item_words, listed, support_words
+from scenecc.values.support import Support, union
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from scenecc.diagnostics import Origin
+    from scenecc.plan import BodyStructure, Entity, ScenePlan
+
+
+@dataclass(frozen=True, slots=True)
+class VaryingField:
+    """A field whose value is not the same in all scenes of an object.
+
+    Attributes:
+        field: as in the scene file: `pose.p`, `shapes[0].half_size`.
+        values: everything that it can be, in words: `0.1 | 0.5`, `0.1 … 0.5`.
+        at_reset: whether a reset draws it anew.
+    """
+
+    field: str
+    values: str
+    at_reset: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Fields:
+    """What an object says.
+
+    Attributes:
+        count: how many fields have a value.
+        varying: those that differ, in the order of the plan.
+    """
+
+    count: int
+    varying: tuple[VaryingField, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """A value of the plan under the name that a scene file has for it."""
+
+    label: str
+    support: Support
+    varies: bool
+    at_reset: bool = False
+
+
+def _found(label: str, value: Value) -> _Found:
+    return _Found(label, value.support, value.may_vary, value.recipe is not None)
+
+
+_NAMES: Final = {
+    "disable_gravity": "gravity",
+    "locked_motion_axes": "locked_axes",
+    "collision_groups": "collision_bits",
+}
+"""Fields of a plan that a scene file calls otherwise."""
+
+_COLORS: Final = frozenset({"base_color", "emission"})
+
+
+def entity_fields(entity: Entity, plan: ScenePlan) -> Fields:
+    """What an entity says, and what of it differs between its scenes. Draws nothing."""
+    found: dict[str, list[_Found]] = {}
+    for item in _values(entity, plan):
+        found.setdefault(item.label, []).append(item)
+    varying: list[VaryingField] = []
+    for label, items in found.items():
+        if any(item.varies for item in items):
+            varying += _differing(label, items, plan)
+    return Fields(len(found), tuple(varying))
+
+
+def _values(entity: Entity, plan: ScenePlan) -> Iterator[_Found]:
+    yield _found("pose", entity.pose)
+    if entity.pick is not None:
+        yield _found("pick", entity.pick)
+    for structure in entity.structures:
+        yield from _structure(structure, plan)
+
+
+def _structure(structure: BodyStructure, plan: ScenePlan) -> Iterator[_Found]:
+    for name, value in _given(structure):
+        if isinstance(value, Value):
+            yield _found(_NAMES.get(name, name), value)
+    for name, value in _given(structure.inertial):
+        yield _found(f"inertial.{name}", value)
+    for kind, shapes in (("collisions", structure.collisions), ("visuals", structure.visuals)):
+        for index, shape in enumerate(shapes):
+            where = _where(shape.origin, f"{kind}[{index}]")
+            table = plan.physical_materials if kind == "collisions" else plan.visual_materials
+            for name, value in (*_given(shape.geometry), *_given(shape)):
+                if name == "material":
+                    yield from _material(where, value.support.alternatives or (), table)
+                elif isinstance(value, Value):
+                    yield _found(f"{where}.{name}", value)
+
+
+def _given(node: Any) -> list[tuple[str, Any]]:
+    """The fields of a dataclass that have a value; none of None."""
+    if node is None:
+        return []
+    pairs = [(item.name, getattr(node, item.name)) for item in fields(node) if item.compare]
+    return [(name, value) for name, value in pairs if value is not None]
+
+
+def _where(origin: Origin | None, otherwise: str) -> str:
+    """A shape's place below its entity, as in the file that it was compiled from."""
+    path = () if origin is None else origin.path[2:]
+    return dotted(path) if path and path[0] in {"shapes", "collisions", "visuals", "variants"} else otherwise
+
+
+def _material(
+    where: str, indices: Sequence[Any], table: Sequence[PhysicalMaterial] | Sequence[VisualMaterial]
+) -> Iterator[_Found]:
+    """The fields of all materials that a shape may have, each over all of these."""
+    rows = [table[int(index)] for index in indices]
+    names = dict.fromkeys(name for row in rows for name, _ in _given(row))
+    for name in names:
+        values = [_value(getattr(row, name)) for row in rows]
+        given = [value for value in values if value is not None]
+        support = union(value.support for value in given)
+        one = support.alternatives is not None and len(support.alternatives) == 1
+        yield _Found(f"{where}.material.{name}", support, varies=len(given) < len(rows) or not one)
+
+
+def _value(item: Any) -> Value | None:
+    return item.file if isinstance(item, Texture) else item
+
+
+def _differing(label: str, items: list[_Found], plan: ScenePlan) -> Iterator[VaryingField]:
+    support = union(item.support for item in items)
+    at_reset = any(item.at_reset for item in items)
+    name = label.rsplit(".", 1)[-1]
+    if name in {"pose", "com"} and support.low is not None:
+        for part, start, end in (("p", 0, 3), ("q", 3, 7)):
+            low, high = support.low[start:end], support.high[start:end]
+            if low != high:
+                words = support_words(_part(support, start, end)) if part == "p" else _rotations(support)
+                yield VaryingField(f"{label}.{part}", words, at_reset)
+        return
+    yield VaryingField(label, _words(name, support, plan.files), at_reset)
+
+
+def _part(support: Support, start: int, end: int) -> Support:
+    if support.alternatives is not None:
+        return Support.of(item[start:end] for item in support.alternatives)
+    return Support(None, support.low[start:end], support.high[start:end], support.exact)
+
+
+def _rotations(support: Support) -> str:
+    return "any rotation" if support.alternatives is None else support_words(_part(support, 3, 7))
+
+
+def _words(name: str, support: Support, files: Sequence[AssetFile]) -> str:
+    show: Callable[[Any], str] | None = None
+    if name == "file" or name.endswith("_texture"):
+        show = lambda index: files[int(index)].uri  # noqa: E731
+    elif name == "gravity":
+        show = lambda disabled: item_words(not disabled)  # noqa: E731
+    elif name in _COLORS:
+        show = color_words
+    if show is None or support.alternatives is None:
+        return support_words(support)
+    return listed([show(item) for item in support.alternatives]) or f"{len(support.alternatives)} values"

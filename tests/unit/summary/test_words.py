@@ -1,0 +1,41 @@
+"""Everything that a value can be, in few words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from scenecc.summary.words import color_words, support_words
+from scenecc.values.support import UNKNOWN, Support
+
+
+@pytest.mark.parametrize(
+    ("alternatives", "words"),
+    [
+        ((1, 2.5), "1 | 2.5"),
+        ((True, False), "true | false"),
+        (((0.1, 0.2), (0.3, 0.4)), "[0.1, 0.2] | [0.3, 0.4]"),
+        (range(9), "9 values, 0 … 8"),
+        ([(x, 1) for x in range(9)], "9 values, [0 … 8, 1]"),
+        ([(x, x) for x in range(9)], "9 values, 0 … 8 each"),
+        (("a" * 40, "b" * 40), "2 values"),
+        ((1 / 3,), "0.33333"),
+    ],
+)
+def test_alternatives_are_listed_while_they_are_few(alternatives: Any, words: str) -> None:
+    assert support_words(Support.of(alternatives)) == words
+
+
+def test_bounds_stand_around_dots() -> None:
+    assert support_words(Support(None, 0.1, 0.5, True)) == "0.1 … 0.5"
+    assert support_words(Support(None, (0, 0, 1), (1, 2, 1), True)) == "[0 … 1, 0 … 2, 1]"
+    assert support_words(Support(None, (0, 0), (1, 1), True)) == "0 … 1 each"
+    assert support_words(UNKNOWN) == "by an expression"
+
+
+def test_a_colour_of_255_parts_is_written_as_in_files() -> None:
+    assert color_words((208 / 255, 0, 1, 1)) == "#d000ff"
+    assert color_words((0, 0, 0, 128 / 255)) == "#00000080"
+    assert color_words((0.5, 0, 0, 1)) == "[0.5, 0, 0, 1]"
+    assert color_words((4, 0, 0, 1)) == "[4, 0, 0, 1]"
