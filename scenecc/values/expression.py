@@ -84,7 +84,8 @@ class _Compiler:
         if not self._source.isascii():
             coded = self._source.encode()
             first, last = len(coded[:first].decode()), len(coded[:last].decode())
-        return self._start + first, self._start + last
+        # A tuple without parentheses of its own would take ours.
+        return self._start + max(first, 0), self._start + min(last, len(self._source))
 
     def closure(self, node: ast.expr, depth: int) -> Closure:
         """What gives the node's value."""
@@ -111,11 +112,18 @@ class _Compiler:
         raise ExpressionError("a list is written in brackets: [a, b]", *self.span(node))
 
     def binary(self, node: ast.BinOp, depth: int) -> Closure:
-        left, right = self.closure(node.left, depth), self.closure(node.right, depth)
-        return _binary(type(node.op).__name__, left, right, self.span(node))
+        name, span = type(node.op).__name__, self.span(node)
+        if name not in operations.BINARY:
+            raise ExpressionError("this operator is not allowed in an expression", *span)
+        return _binary(name, self.closure(node.left, depth), self.closure(node.right, depth), span)
 
     def unary(self, node: ast.UnaryOp, depth: int) -> Closure:
-        return _unary(node.op, self.closure(node.operand, depth), self.span(node))
+        part, span = self.closure(node.operand, depth), self.span(node)
+        if isinstance(node.op, ast.Not):
+            of = self.span(node.operand)
+            return lambda environment: not operations.truth(part(environment), of)
+        apply = operations.negative if isinstance(node.op, ast.USub) else operations.positive
+        return lambda environment: apply(part(environment), span)
 
     def logical(self, node: ast.BoolOp, depth: int) -> Closure:
         parts = [(self.closure(value, depth), self.span(value)) for value in node.values]
@@ -183,7 +191,7 @@ _NODES: dict[type[ast.AST], Callable[[_Compiler, Any, int], Closure]] = {
     ast.Subscript: _Compiler.indexed,
     ast.Call: _Compiler.call,
 }
-"""What an expression may hold; the tokens have kept all other operators out."""
+"""What an expression may hold; the tokens have kept out comparisons by `in` and `is`."""
 
 
 _QUICK: dict[str, Callable[[float, float], float]] = {"Add": operator.add, "Sub": operator.sub, "Mult": operator.mul}
@@ -211,13 +219,6 @@ def _binary(name: str, left: Closure, right: Closure, span: Span) -> Closure:
         return apply(a, b, span)
 
     return run
-
-
-def _unary(op: ast.unaryop, part: Closure, span: Span) -> Closure:
-    if isinstance(op, ast.Not):
-        return lambda environment: not operations.truth(part(environment), span)
-    apply = operations.negative if isinstance(op, ast.USub) else operations.positive
-    return lambda environment: apply(part(environment), span)
 
 
 def _logical(parts: list[tuple[Closure, Span]], *, until: bool) -> Closure:
