@@ -22,6 +22,9 @@ NOTE_PREFIX = "x-"
 NAME_PATTERN = r"^[A-Za-z_][A-Za-z0-9_.-]*$"
 
 
+VARIABLE_PATTERN = r"^[A-Za-z_][A-Za-z0-9_]*$"
+PREFIX_PATTERN = r"^(?:[A-Za-z_][A-Za-z0-9_.-]*(?:/[A-Za-z_][A-Za-z0-9_.-]*)*/?)?$"
+
 NOTES = {"^x-": {"description": "A note or an anchor; ignored."}}
 """Keys that may stand in any mapping, for the JSON Schema."""
 
@@ -73,7 +76,7 @@ def _literal(text: str, info: ValidationInfo) -> str:
     return text
 
 
-class _Scoped:
+class Scoped:
     """The annotation of names that are made: those of an expanded document may have slashes."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
@@ -91,7 +94,7 @@ class _Scoped:
 Name = Annotated[str, StringConstraints(pattern=NAME_PATTERN)]
 """What names something of the file's own."""
 
-NewName = Annotated[Name, _Scoped()]
+NewName = Annotated[Name, Scoped()]
 """What something is called from here on."""
 
 REFERENCE_PATTERN = r"^[A-Za-z_][A-Za-z0-9_.-]*(?:/[A-Za-z_][A-Za-z0-9_.-]*)*$"

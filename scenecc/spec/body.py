@@ -78,8 +78,8 @@ def _none() -> list[Any]:
     return []
 
 
-class Body(EntityKeys, BodyKnobs):
-    """One rigid body a scene: shapes, mass, knobs."""
+class BodyKeys(BodyKnobs):
+    """Keys of a body: shapes, mass, knobs."""
 
     body_type: Fixed[BodyTypeName] = Field(
         default="dynamic",
@@ -105,6 +105,10 @@ class Body(EntityKeys, BodyKnobs):
     )
     visibility: Maybe[Leaf[Unit]] = key("Of the render body, 0 to 1.", default=1)
     shading_mode: Maybe[Leaf[Annotated[int, Field(ge=0, le=255)]]] = key("Of the render body.", default=0)
+
+
+class Body(EntityKeys, BodyKeys):
+    """One rigid body a scene: shapes, mass, knobs."""
 
 
 class Frame(Model):

@@ -1,11 +1,14 @@
 """A scene file as a whole."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field, WithJsonSchema
 
 from scenecc.spec.base import AnyText, Maybe, Model, NewName, Text, key
-from scenecc.spec.body import Body, CollisionGroup, Frame
+from scenecc.spec.body import CollisionGroup, Frame
+from scenecc.spec.copies import NewVariable, Variable
+from scenecc.spec.draws import Draw
+from scenecc.spec.entities import Entity
 from scenecc.spec.leaf import Fixed
 from scenecc.spec.material import Material
 from scenecc.spec.physics import Physics
@@ -26,12 +29,21 @@ class SceneFile(Model):
     description: Fixed[AnyText] = Field(default="", description="For people.")
     num_scenes: Fixed[PositiveInt] = Field(default=1, description="How many parallel scenes.")
     seed: Fixed[NonNegativeInt] = Field(default=0, description="Seed of every draw.")
+    params: dict[Variable, Any] = Field(
+        default_factory=dict, description="What the file can be given from outside: name → default, or a mapping."
+    )
+    draws: dict[NewVariable, Draw] = Field(
+        default_factory=dict, description="Values that differ from scene to scene, for any `${…}` of the file."
+    )
+    include: list[Fixed[Text]] = Field(
+        default_factory=list, description="Files merged in ahead of this one, in order.", examples=[["common.yaml"]]
+    )
     physics: Physics = Field(default_factory=Physics, description="Settings of the simulation.")
     materials: dict[NewName, Material] = Field(default_factory=dict, description="Named materials.")
     collision_groups: dict[NewName, CollisionGroup] = Field(
         default_factory=dict, description="Groups of bodies that may ignore one another."
     )
     frames: dict[NewName, Frame] = Field(default_factory=dict, description="Places with no body.")
-    entities: dict[NewName, Body] = Field(
+    entities: dict[NewName, Entity] = Field(
         default_factory=dict, description="What is in the scenes, in the order in which it is built."
     )

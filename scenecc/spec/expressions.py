@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.mistakes import THIS, told
@@ -10,11 +10,8 @@ from scenecc.spec.plain import is_mapping
 from scenecc.values.failure import ExpressionError
 from scenecc.values.template import Template
 
-if TYPE_CHECKING:
-    from scenecc.spec.unions import Reading
 
-
-def read_fixed(node: Any, reading: Reading) -> Template:
+def read_fixed(node: Any) -> Template:
     """An expression in a document as written; anything else that varies is a mistake.
 
     Raises:
@@ -25,16 +22,15 @@ def read_fixed(node: Any, reading: Reading) -> Template:
         raise told("SC116", f"{THIS} cannot differ from scene to scene: `{form}` has no place here")
     if isinstance(node, Template):
         raise told("SC116", f"{THIS} reads {_read(node)} and so would differ from scene to scene, which it cannot")
-    return written(node, reading)
+    return written(node)
 
 
-def written(text: str, reading: Reading) -> Template:
+def written(text: str) -> Template:
     """The template of a text in a document as written.
 
     Raises:
         PydanticCustomError: it cannot be read.
     """
-    reading.plain = False
     try:
         return Template.parse(text)
     except ExpressionError as problem:

@@ -6,17 +6,7 @@ VARIATION_FORMS = frozenset({"per_scene", "cycle", "choice", "uniform", "integer
 """Keys of the mappings that give another value in each scene; `weights` and `clip` stand beside some of them."""
 
 NOT_YET: dict[str, str] = {
-    "params": "parameters",
-    "draws": "shared draws",
-    "include": "includes",
-    "repeat": "repetitions",
-    "if": "conditions",
     "hidden": "hidden objects",
-    "use": "prefabs",
-    "with": "prefabs",
-    "prefix": "prefabs",
-    "variants": "variants",
-    "pick": "variants",
     "urdf": "articulations",
     "mjcf": "articulations",
     "root": "articulations",
@@ -40,6 +30,3 @@ LEFT_OUT: dict[str, str] = {
     "trigger": "triggers (SAPIEN records `is_trigger` and never applies it)",
 }
 """Keys that version 1 of the language leaves out, and what they would be."""
-
-OTHER_KIND = ("use", "variants", "urdf", "mjcf", "root")
-"""Keys that make an entity something else than a body: the rest of it is then not judged as one."""

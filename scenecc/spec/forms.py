@@ -83,7 +83,7 @@ class FormReader:
         if isinstance(node, Template):
             return node
         try:
-            return written(node, self._reading)
+            return written(node)
         except PydanticCustomError as mistake:
             self._mistakes.add(mistake, node, *loc)
             return None

@@ -6,11 +6,19 @@ _SHAPE = "a shape stands in one of the lists `shapes`, `collisions` and `visuals
 _PHYSICAL = "it stands under `physical`: `material: {physical: {…}}`"
 _VISUAL = "it stands under `visual`: `material: {visual: {…}}`"
 
+_USED = "it stands beside `use`: `{use: FILE, with: {…}}`"
+_PICKED = "it stands beside `variants`: `{variants: [{…}, {…}], pick: …}`"
+
+_COMMON = "it stands beside `variants`, for all of them"
+
 RENAMED = {"filename": "file", "color": "base_color", "position": "p", "quaternion": "q", "friction": "static_friction"}
 """Unknown key → what it is called here, where letters alone would not tell."""
 
 MISPLACED: dict[str, tuple[tuple[str, str], ...]] = {
     **dict.fromkeys(("type", "half_size", "radius", "half_length"), (("body_type", _SHAPE),)),
+    **dict.fromkeys(("with", "prefix"), (("body_type", _USED),)),
+    "pick": (("body_type", _PICKED),),
+    **dict.fromkeys(("pose", "scene_idxs", "repeat", "if"), (("body_type", _COMMON),)),
     **dict.fromkeys(("static_friction", "dynamic_friction", "restitution"), (("physical", _PHYSICAL),)),
     **dict.fromkeys(("base_color", "roughness", "metallic", "specular", "emission"), (("visual", _VISUAL),)),
 }

@@ -107,7 +107,7 @@ class _Fixed:
                 raise refuse(node)
             from scenecc.spec.expressions import read_fixed
 
-            return read_fixed(node, reading)
+            return read_fixed(node)
 
         union = in_order(choices, core_schema.with_info_plain_validator_function(read))
         union["metadata"] = {"expected": expected}

@@ -17,13 +17,11 @@ from scenecc.spec.unions import Reading
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
 
-_NAMED = ("entities", "materials", "frames", "collision_groups")
+_NAMED = ("entities", "materials", "frames", "collision_groups", "params", "draws")
 """Mappings whose keys are names, so that a note among them would read as an entry."""
 
 
-def parse(
-    data: dict[str, Any], origin: Origin, sink: Sink, *, expanded: bool = False, reading: Reading | None = None
-) -> SceneFile | None:
+def parse(data: dict[str, Any], origin: Origin, sink: Sink, *, expanded: bool = False) -> SceneFile | None:
     """The document as models; every mistake in its shape is reported.
 
     Args:
@@ -31,9 +29,8 @@ def parse(
         origin: of the document's root.
         sink: takes the diagnostics.
         expanded: it is an expanded document: `${` in a text is literal, and a `Template` is what is left of one.
-        reading: where it is noted whether the document has anything that only expansion understands.
     """
-    reading = reading or Reading(expanded=expanded)
+    reading = Reading(expanded=expanded)
     if any(key.startswith(NOTE_PREFIX) for name in _NAMED for key in _keys(data.get(name))):
         data = without_notes(data)
     try:
@@ -46,7 +43,7 @@ def parse(
         return None if _report_first(clean, origin, sink, reading) else SceneFile.model_validate(clean, context=reading)
     if any(_is_note(error["loc"][-1]) for error in errors if error["type"] == "extra_forbidden"):
         # Only a file that holds notes pays for their removal.
-        return parse(without_notes(data), origin, sink, reading=reading)
+        return parse(without_notes(data), origin, sink, expanded=expanded)
     report_errors(errors, data, origin, sink, expanded=reading.expanded)
     return None
 

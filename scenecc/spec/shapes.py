@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from scenecc.spec.copies import Repeated
 from scenecc.spec.leaf import Leaf
 from scenecc.spec.scalars import Positive2
 from scenecc.spec.shape_keys import (
@@ -148,6 +149,7 @@ CollisionSpec = Annotated[
     | ConvexPartsCollision
     | TriangleMeshCollision,
     Field(discriminator="type"),
+    Repeated,
 ]
 VisualSpec = Annotated[
     BoxVisual
@@ -159,6 +161,7 @@ VisualSpec = Annotated[
     | MeshVisual
     | TiledPlaneVisual,
     Field(discriminator="type"),
+    Repeated,
 ]
 ShapeSpec = Annotated[
     BoxShape
@@ -170,4 +173,5 @@ ShapeSpec = Annotated[
     | ConvexPartsShape
     | TriangleMeshShape,
     Field(discriminator="type"),
+    Repeated,
 ]

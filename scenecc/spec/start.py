@@ -41,7 +41,7 @@ class Start:
 
 
 def _keys_of(model: type[Model]) -> set[str]:
-    keys = set(model.model_fields)
+    keys = {field.alias or name for name, field in model.model_fields.items()}
     for special in model.__subclasses__():
         keys |= _keys_of(special)
     return keys

@@ -31,6 +31,12 @@ NOT_MEANT = "#not_meant"
 VALUE, VECTOR, COMPONENTS, OTHERWISE = "#value", "#vector", "#components", "#otherwise"
 """Labels: a plain value; a list of numbers, alone or among other kinds; and the branch for all that is not plain."""
 
+SHAPE, BODY = "#shape", "#body"
+"""Labels: a shape written once, and an entity that is a plain body."""
+
+_KIND_KEYS: dict[str, str] = {"use": "#use", "variants": "#variants", "urdf": "urdf", "mjcf": "mjcf", "root": "root"}
+_COPY_KEYS = frozenset(("repeat", "if", "name"))
+
 _KINDS: dict[type, str] = {
     bool: "#flag",
     int: "#number",
@@ -47,18 +53,12 @@ class Reading:
 
     Attributes:
         expanded: it is the expanded one: `${` in a text is literal, and templates stand for what is left to evaluate.
-        plain: nothing has been met that only expansion understands.
     """
 
-    __slots__ = ("expanded", "plain")
+    __slots__ = ("expanded",)
 
     def __init__(self, *, expanded: bool = False) -> None:
         self.expanded = expanded
-        self.plain = True
-
-
-AS_WRITTEN = Reading()
-"""Where no context is given."""
 
 
 def kind(value: object) -> str | None:
@@ -69,6 +69,10 @@ def kind(value: object) -> str | None:
     return _KINDS.get(type(value))
 
 
+_ALWAYS = frozenset((OTHERWISE, "#use", "#variants", "#copies"))
+"""Labels that only errors have that were meant."""
+
+
 def is_varying(node: object, *, expanded: bool) -> bool:
     """Whether a node is an expression or a form, and no plain value."""
     if isinstance(node, str):
@@ -76,7 +80,7 @@ def is_varying(node: object, *, expanded: bool) -> bool:
     if is_mapping(node):
         return not VARIATION_FORMS.isdisjoint(node)
     # Documents hold plain data and, once expanded, templates.
-    return kind(node) is None
+    return kind(node) is None and node is not None
 
 
 def any_varying(node: object, *, expanded: bool) -> bool:
@@ -86,10 +90,22 @@ def any_varying(node: object, *, expanded: bool) -> bool:
     return is_varying(node, expanded=expanded)
 
 
+def entity_kind(node: object) -> str:
+    """What an entity is: `BODY`, the label of another model, or the key of a kind that is not supported yet."""
+    if not is_mapping(node):
+        return BODY
+    kinds = (label for key, label in _KIND_KEYS.items() if key in node)
+    return next(kinds, BODY if _COPY_KEYS.isdisjoint(node) else "#copies")
+
+
 def is_meant(label: str, node: object, *, expanded: bool) -> bool:
     """Whether the errors of a branch speak of what is written at its place."""
-    if label == OTHERWISE:
+    if label in _ALWAYS:
         return True
+    if label == BODY:
+        return entity_kind(node) == BODY
+    if label == SHAPE:
+        return expanded or not (is_mapping(node) and ("repeat" in node or is_varying(node.get("type"), expanded=False)))
     if label in {VECTOR, COMPONENTS}:
         return not any_varying(node, expanded=expanded) and (label == VECTOR or kind(node) == "#list")
     return not is_varying(node, expanded=expanded) and label in {VALUE, kind(node)}

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BaseModel, Tag
 from typing_extensions import TypeAliasType
 
+from scenecc.spec.entities import entity_model
 from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.plain import is_mapping, is_sequence
-from scenecc.spec.unions import OTHERWISE, VALUE, VECTOR, is_meant
+from scenecc.spec.unions import BODY, OTHERWISE, SHAPE, VALUE, VECTOR, is_meant
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -48,6 +49,10 @@ def document_path(loc: tuple[PathKey, ...], data: Any, *, expanded: bool) -> Pat
         after_index = isinstance(segment, int)
         node = step(node, segment)
     return tuple(path)
+
+
+_SAME = frozenset((VALUE, VECTOR, OTHERWISE, SHAPE, BODY))
+_ENTITIES = frozenset(("#use", "#variants", "#copies"))
 
 
 def step(node: Any, segment: PathKey) -> Any:
@@ -108,21 +113,18 @@ def _branches(union: Any) -> list[Any]:
 
 def _below(annotation: Any, segment: PathKey) -> Any:
     """One segment of `loc` down: a field, an item, a mapping's value or a branch of a union."""
-    if segment in {VALUE, VECTOR, OTHERWISE}:
+    if segment in _SAME:
         return annotation
+    if segment in _ENTITIES:
+        return entity_model(str(segment))
     if _is_union(annotation):
         return next((branch for branch in _branches(annotation) if _tag(branch) == segment), Any)
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         field = annotation.model_fields.get(str(segment))
         return field.annotation if field else Any
     args = typing.get_args(annotation)
-    match typing.get_origin(annotation):
-        case origin if origin is dict:
-            return args[1]
-        case origin if origin in (list, tuple):
-            return args[0]
-        case _:
-            return Any
+    # Of a mapping the values, of a list or tuple the items.
+    return args[-1 if typing.get_origin(annotation) is dict else 0] if args else Any
 
 
 def _tag(branch: Any) -> str | None:

@@ -1,0 +1,103 @@
+"""Repetition and conditions: keys that say which shapes and entities there are. Expansion takes them out."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field, StringConstraints, Tag, TypeAdapter, ValidationError
+from pydantic_core import PydanticCustomError, core_schema
+from typing_extensions import TypeAliasType
+
+from scenecc.spec.base import VARIABLE_PATTERN, Maybe, Model, Name, Scoped, key
+from scenecc.spec.expressions import written
+from scenecc.spec.leaf import Fixed
+from scenecc.spec.mistakes import Mistakes
+from scenecc.spec.plain import is_mapping
+from scenecc.spec.scalars import NonNegativeInt
+from scenecc.spec.unions import NOT_MEANT, SHAPE, Reading, by_kind, in_order, is_varying, plain_json
+
+if TYPE_CHECKING:
+    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+    from pydantic.json_schema import JsonSchemaValue
+    from pydantic_core import CoreSchema
+    from pydantic_core.core_schema import ValidationInfo, ValidatorFunctionWrapHandler
+
+Variable = Annotated[str, StringConstraints(pattern=VARIABLE_PATTERN)]
+"""The name of a parameter, a loop variable or a draw."""
+
+NewVariable = Annotated[Variable, Scoped()]
+"""The same, which an expanded document may have inside an instance."""
+
+
+class Count(Model):
+    """The numbers from 0 to count - 1."""
+
+    count: Fixed[NonNegativeInt] = Field(description="How many.")
+
+
+Axis = Fixed[
+    Annotated[
+        Annotated[list[Any], Tag("#list")] | Annotated[Count, Tag("#mapping")],
+        by_kind("a list of values or {count: n}"),
+    ]
+]
+Repeat = TypeAliasType("Repeat", Annotated[dict[Variable, Axis], Field(min_length=1)])
+"""Variable → its values, or {count: n}; the product of all, the last varying fastest."""
+
+
+class Copies(Model):
+    """Keys that say how often an entity is there."""
+
+    repeat: Maybe[Repeat] = key(
+        "Loop variable → its values, or {count: n}; one copy for each of their product, the last varying fastest.",
+        examples=[{"i": [-1, 1], "j": {"count": 3}}],
+    )
+    if_: Maybe[Fixed[bool]] = Field(
+        default=None, alias="if", description="An expression over parameters; false leaves it out."
+    )
+    name: Maybe[Fixed[Name]] = key(
+        "What the copies are called; left out: NAME_0, NAME_1, …", examples=["leg_${i}_${j}"]
+    )
+
+
+class _Repeated:
+    """The annotation of a shape, which may be repeated, and whose type may be an expression."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        schema = handler(source)
+        return in_order([(schema, SHAPE)], core_schema.with_info_wrap_validator_function(_shape, schema))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        return plain_json(schema, handler)
+
+
+Repeated = _Repeated()
+
+_repeat: TypeAdapter[Any] = TypeAdapter(Repeat, config={"strict": True, "defer_build": True})
+
+
+def _shape(node: Any, plain: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
+    """A shape as written that only expansion understands. What its type decides about is judged after that."""
+    reading: Reading = info.context or Reading()
+    kind = node.get("type") if is_mapping(node) else None
+    is_open = is_varying(kind, expanded=reading.expanded)
+    if reading.expanded or not is_mapping(node) or not (is_open or "repeat" in node):
+        raise PydanticCustomError(NOT_MEANT, "a plain shape")
+    mistakes = Mistakes()
+    if "repeat" in node:
+        try:
+            _repeat.validate_python(node["repeat"], context=reading)
+        except ValidationError as problem:
+            mistakes.take(problem, "repeat")
+    shape: Any = None
+    try:
+        if is_open and isinstance(kind, str):
+            written(kind)
+        else:
+            shape = plain({key: item for key, item in node.items() if key != "repeat"})
+    except PydanticCustomError as problem:
+        mistakes.add(problem, kind, "type")
+    except ValidationError as problem:
+        mistakes.take(problem)
+    mistakes.stop()
+    return shape

@@ -1,0 +1,83 @@
+"""What stands under `entities`: a body, or what other keys make of it."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import ValidationError
+from pydantic_core import PydanticCustomError, core_schema
+
+from scenecc.spec.body import Body
+from scenecc.spec.features import NOT_YET
+from scenecc.spec.mistakes import Mistakes, told
+from scenecc.spec.unions import BODY, NOT_MEANT, Reading, entity_kind, in_order
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
+    from pydantic.json_schema import JsonSchemaValue
+    from pydantic_core import CoreSchema
+    from pydantic_core.core_schema import ValidationInfo
+
+    from scenecc.spec.instance import BodyCopies, Instance
+    from scenecc.spec.variants import Variants
+
+
+_MODELS = {
+    "#use": ("scenecc.spec.instance", "Instance"),
+    "#variants": ("scenecc.spec.variants", "Variants"),
+    "#copies": ("scenecc.spec.instance", "BodyCopies"),
+}
+
+
+def entity_model(label: str) -> type[BaseModel]:
+    """The model of an entity that is no plain body, by its label."""
+    module, name = _MODELS[label]
+    return getattr(import_module(module), name)
+
+
+class _Entity:
+    """The annotation of an entity. Models of all but plain bodies are made only where there is such an entity."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return in_order([(handler(source), BODY)], core_schema.with_info_plain_validator_function(_otherwise))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        models = [entity_model(label) for label in ("#copies", "#use", "#variants")]
+        return {"anyOf": [handler(model.__pydantic_core_schema__) for model in models]}
+
+
+def _otherwise(node: Any, info: ValidationInfo) -> Any:
+    label = entity_kind(node)
+    if label == BODY:
+        raise PydanticCustomError(NOT_MEANT, "a plain body")
+    reading: Reading = info.context or Reading()
+    mistakes = Mistakes()
+    if label in NOT_YET:
+        mistakes.add(told("SC109", f"{NOT_YET[label]} are not supported yet", at="key"), node, label)
+        mistakes.stop()
+    made: Any = None
+    try:
+        made = entity_model(label).__pydantic_validator__.validate_python(node, context=reading)
+    except ValidationError as problem:
+        mistakes.take(problem, label)
+    else:
+        if label == "#variants":
+            _said_twice(made, mistakes)
+    mistakes.stop()
+    return made
+
+
+def _said_twice(entity: Variants, mistakes: Mistakes) -> None:
+    """What a variant has, the variants have not in common; lists of shapes are joined."""
+    common = entity.model_fields_set
+    for i, variant in enumerate(entity.variants):
+        for key in sorted(common & variant.model_fields_set - {"shapes", "collisions", "visuals"}):
+            message = f"`{key}` stands beside `variants` too, where it is common to all"
+            mistakes.add(told("SC111", message, at="key"), key, "#variants", "variants", i, key)
+
+
+if TYPE_CHECKING:
+    Entity = Body | BodyCopies | Instance | Variants
+else:
+    Entity = Annotated[Body, _Entity()]
