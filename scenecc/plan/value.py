@@ -139,6 +139,14 @@ class Value:
         item = source[0]
         return item if isinstance(item, tuple) else (item,)
 
+    def as_drawn(self) -> tuple[float, ...]:
+        """All numbers of the data, row by row. For a `literal`'s own no array is made."""
+        source = self._source
+        if source is None or isinstance(source, _Varying):
+            return tuple(self.data.ravel().tolist())
+        item = source[0]
+        return item if isinstance(item, tuple) else (item,)
+
     def row(self, index: int) -> Any:
         """What the entity's scene number `index` (a row, not a scene index) has."""
         return self.data[index if self.data.shape[0] != 1 else 0]

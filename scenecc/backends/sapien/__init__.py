@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from importlib import import_module
 from typing import TYPE_CHECKING, Literal
 
 from scenecc.backends.sapien.selected import scene_indices
@@ -11,11 +12,16 @@ from scenecc.diagnostics import Location
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from scenecc.backends.sapien.batch import EntityBatch, SceneBatch
+    from scenecc.backends.sapien.batch import SceneBatch
+    from scenecc.backends.sapien.entity_batch import EntityBatch
+    from scenecc.backends.sapien.state import EntityState, SceneState
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
 
-__all__ = ["EntityBatch", "SceneBatch", "instantiate"]
+__all__ = ["EntityBatch", "EntityState", "SceneBatch", "SceneState", "instantiate"]
+
+_IN = {"EntityBatch": "entity_batch", "EntityState": "state", "SceneBatch": "batch", "SceneState": "state"}
+"""Modules of the classes."""
 
 INSTALL = "pip install 'sapien>=3.0.3,<3.1'"
 
@@ -61,12 +67,10 @@ def instantiate(
 
 
 def __getattr__(name: str) -> object:
-    """The classes of a batch, loaded with the engine when somebody asks for them."""
-    if name in ("EntityBatch", "SceneBatch"):
-        from scenecc.backends.sapien import batch
-
-        return getattr(batch, name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    """The classes of a batch, loaded (those of live objects with the engine) when somebody asks for them."""
+    if name not in _IN:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"scenecc.backends.sapien.{_IN[name]}"), name)
 
 
 def _chosen(plan: ScenePlan, scene_idxs: Sequence[int] | None) -> tuple[int, ...]:

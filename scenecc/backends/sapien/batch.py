@@ -1,156 +1,28 @@
-"""Live scenes and their entities, as a user handles them."""
+"""Live scenes, as a user handles them."""
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from scenecc.backends.sapien.engine import physx, sapien
-from scenecc.backends.sapien.rows import pose_rows, vector_rows
-from scenecc.backends.sapien.selected import scene_indices
+from scenecc.backends.sapien.entity_batch import EntityBatch
+from scenecc.backends.sapien.fitting import fitting
+from scenecc.backends.sapien.interrupt import interrupts_wait
+from scenecc.backends.sapien.place import Placement, place, place_afresh, read
+from scenecc.backends.sapien.selected import scene_indices, seeds_of
+from scenecc.backends.sapien.start import Redraw, plan_start
+from scenecc.backends.sapien.state import EntityState, SceneState
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
     from types import TracebackType
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
     from typing_extensions import Self
 
+    from scenecc.backends.sapien.bodies import Bodies
+    from scenecc.backends.sapien.engine import sapien
     from scenecc.plan import ScenePlan
-
-
-class EntityBatch:
-    """One entity of the plan, in every scene that has it.
-
-    Rows of every array are its scenes by ascending index. Poses are p [m] then q (wxyz), in the world
-    of their scene; velocities are in the world frame.
-    """
-
-    def __init__(self, name: str, scene_idxs: tuple[int, ...], objs: list[Any], components: list[Any]) -> None:
-        self._name = name
-        self._scene_idxs = scene_idxs
-        self._objs = objs
-        self._components = components
-        self._row_of = {index: row for row, index in enumerate(scene_idxs)}
-        self._closed = False
-
-    def __len__(self) -> int:
-        return len(self._scene_idxs)
-
-    def __repr__(self) -> str:
-        return f"EntityBatch({self._name!r}, scene_idxs={list(self._scene_idxs)})"
-
-    @property
-    def name(self) -> str:
-        """Its name in the plan; every `sapien.Entity` has the same."""
-        return self._name
-
-    @property
-    def objs(self) -> list[sapien.Entity]:
-        """The `sapien.Entity` of each scene. Raises RuntimeError once the batch is closed."""
-        self._check_open()
-        return self._objs
-
-    @property
-    def scene_idxs(self) -> tuple[int, ...]:
-        """Indices among all scenes of the plan: those of this batch that have the entity."""
-        return self._scene_idxs
-
-    @property
-    def pose(self) -> NDArray[np.float32]:
-        """(B, 7) float32. Raises RuntimeError once the batch is closed."""
-        self._check_open()
-        return np.array([entity.get_pose().__getstate__() for entity in self._objs], dtype=np.float32)
-
-    def set_pose(
-        self, pose: ArrayLike | sapien.Pose | Sequence[sapien.Pose], scene_idxs: Sequence[int] | None = None
-    ) -> None:
-        """Moves the entity at once, in all of its scenes or in those named; velocities stay.
-
-        Args:
-            pose: (7,) or (B, 7), a `sapien.Pose` or B of them; B is the number of scenes moved.
-            scene_idxs: indices among all scenes of the plan.
-
-        Raises:
-            ValueError: the shape does not fit, a number is not finite or a quaternion not of unit length.
-            KeyError: the entity is in no such scene of this batch.
-            RuntimeError: the batch is closed.
-        """
-        self._check_open()
-        rows = self._rows(scene_idxs)
-        for row, new in zip(rows, pose_rows(pose, len(rows)), strict=True):
-            self._objs[row].set_pose(new)
-
-    @property
-    def linear_velocity(self) -> NDArray[np.float32]:
-        """(B, 3) float32 [m/s]. Raises TypeError for a static body and for one without physics."""
-        return np.array([c.get_linear_velocity() for c in self._moving("velocity")], dtype=np.float32)
-
-    @linear_velocity.setter
-    def linear_velocity(self, velocity: ArrayLike) -> None:
-        self.set_linear_velocity(velocity)
-
-    @property
-    def angular_velocity(self) -> NDArray[np.float32]:
-        """(B, 3) float32 [rad/s]. Raises TypeError for a static body and for one without physics."""
-        return np.array([c.get_angular_velocity() for c in self._moving("velocity")], dtype=np.float32)
-
-    @angular_velocity.setter
-    def angular_velocity(self, velocity: ArrayLike) -> None:
-        self.set_angular_velocity(velocity)
-
-    def set_linear_velocity(self, velocity: ArrayLike, scene_idxs: Sequence[int] | None = None) -> None:
-        """Sets (3,) or (B, 3) [m/s] in all of its scenes or in those named.
-
-        Raises:
-            TypeError: not a dynamic body.
-            ValueError: the shape does not fit or a number is not finite.
-            KeyError: the entity is in no such scene of this batch.
-            RuntimeError: the batch is closed.
-        """
-        components, rows = self._driven(), self._rows(scene_idxs)
-        for row, new in zip(rows, vector_rows(velocity, len(rows)), strict=True):
-            components[row].set_linear_velocity(new)
-
-    def set_angular_velocity(self, velocity: ArrayLike, scene_idxs: Sequence[int] | None = None) -> None:
-        """Sets (3,) or (B, 3) [rad/s], otherwise as `set_linear_velocity`."""
-        components, rows = self._driven(), self._rows(scene_idxs)
-        for row, new in zip(rows, vector_rows(velocity, len(rows)), strict=True):
-            components[row].set_angular_velocity(new)
-
-    def _rows(self, scene_idxs: Sequence[int] | None) -> Sequence[int]:
-        if scene_idxs is None:
-            return range(len(self._objs))
-        asked = scene_indices(scene_idxs)
-        missing = [index for index in asked if index not in self._row_of]
-        if missing:
-            raise KeyError(
-                f"'{self._name}' is not in scene {missing[0]} of this batch; it is in {list(self._scene_idxs)}"
-            )
-        return [self._row_of[index] for index in asked]
-
-    def _moving(self, what: str) -> list[Any]:
-        self._check_open()
-        for component in self._components:
-            if not isinstance(component, physx.PhysxRigidDynamicComponent):
-                kind = "has no physics" if component is None else "is static"
-                raise TypeError(f"'{self._name}' {kind}: it has no {what}")
-        return self._components
-
-    def _driven(self) -> list[Any]:
-        components = self._moving("velocity")
-        if any(component.get_kinematic() for component in components):
-            raise TypeError(f"'{self._name}' is kinematic: the engine moves it by its pose, and ignores a velocity")
-        return components
-
-    def _check_open(self) -> None:
-        if self._closed:
-            raise RuntimeError(f"the scenes of '{self._name}' are closed")
-
-    def _close(self) -> None:
-        self._closed = True
-        self._objs, self._components = [], []
 
 
 class SceneBatch:
@@ -164,18 +36,19 @@ class SceneBatch:
         plan: ScenePlan,
         scene_idxs: tuple[int, ...],
         scenes: list[Any],
-        entities: dict[str, EntityBatch],
+        bodies: Sequence[Bodies],
         *,
         render: bool,
     ) -> None:
         self._plan = plan
         self._scene_idxs = scene_idxs
         self._scenes = scenes
-        self._entities = entities
+        self._bodies = {each.name: each for each in bodies}
+        self._entities = {each.name: EntityBatch(each) for each in bodies}
         self._render = render
-        self._steps = [scene.physx_system.step for scene in scenes]
-        self._scene_of = dict(zip(scene_idxs, scenes, strict=True))
+        self._number_of = {index: number for number, index in enumerate(scene_idxs)}
         self._removed: dict[str, EntityBatch] = {}
+        self._seeds = dict.fromkeys(scene_idxs, plan.seed)
         self._closed = False
 
     def __len__(self) -> int:
@@ -232,7 +105,8 @@ class SceneBatch:
         self._check_open()
         if n < 0:
             raise ValueError(f"n must not be negative, not {n}")
-        for step in self._steps:
+        for scene in self._scenes:
+            step = scene.physx_system.step
             for _ in range(n):
                 step()
 
@@ -249,7 +123,7 @@ class SceneBatch:
             raise ValueError(f"'{name}' is removed already")
         entity = self._known(name)
         for index, obj in zip(entity.scene_idxs, entity.objs, strict=True):
-            self._scene_of[index].remove_entity(obj)
+            self._scenes[self._number_of[index]].remove_entity(obj)
         self._removed[name] = self._entities.pop(name)
 
     def add(self, name: str) -> None:
@@ -268,8 +142,89 @@ class SceneBatch:
             raise ValueError(f"'{name}' is there; only what was removed can be added")
         entity = self._removed.pop(name)
         for index, obj in zip(entity.scene_idxs, entity.objs, strict=True):
-            self._scene_of[index].add_entity(obj)
+            self._scenes[self._number_of[index]].add_entity(obj)
         self._entities[name] = entity
+
+    def reset(
+        self,
+        seed: int | Sequence[int] | None = None,
+        scene_idxs: Sequence[int] | None = None,
+        *,
+        draws: Mapping[str, ArrayLike] | None = None,
+        exact: bool = False,
+    ) -> None:
+        """Draws what a running simulation can change anew, and puts every object back to its start.
+
+        Anew are poses of dynamic and kinematic bodies and velocities, where the plan draws them. Everything else
+        (sizes, materials, masses, poses of static bodies) stays as it was built. Every object of the plan gets its
+        pose, its velocities and its sleep state at the start; targets of kinematic bodies and forces that wait for
+        the next step are forgotten. Removed entities stay removed and are at their start when they are added again.
+        What else was changed by hand (a mass, a damping) stays, and so does what was added to the scenes by hand.
+
+        Args:
+            seed: of the draws, for all of these scenes or one for each; None: the one that each scene had last, which
+                is the plan's at first.
+            scene_idxs: which of the scenes; the others are not touched. All by default.
+            draws: values of shared draws, this once, in place of drawing: name → one row for each of these scenes. A
+                draw that anything built reads cannot be given here.
+            exact: simulate from here on to the bit as a batch that was just built with this start. Without it the
+                engine keeps its numbering of earlier contacts, and a heap of bodies may move on otherwise in the last
+                bit, which grows. The price: these scenes are new `sapien.Scene` objects, in `scenes`. They hold
+                everything that the old ones held, cameras, lights and what was added by hand too; the old ones are
+                empty. Entities and components stay the same objects. Takes two to three times as long.
+
+        Raises:
+            ValueError: something is drawn that has no value or that the engine cannot hold (the entity, the field and
+                the scene are named), a draw cannot be changed, or an argument does not fit. Nothing is changed then.
+            KeyError: this batch has no such scene.
+            RuntimeError: the batch is closed.
+        """
+        self._check_open()
+        chosen = self._chosen(scene_idxs)
+        seeds = seeds_of(seed, [self._seeds[index] for index in chosen])
+        self._place(chosen, self._redraw(self._start, chosen, seeds, draws or {}), exact=exact)
+        self._seeds.update(zip(chosen, seeds, strict=True))
+
+    def state(self, scene_idxs: Sequence[int] | None = None) -> SceneState:
+        """Poses and velocities of all bodies in these scenes, to the bit, who is asleep, and where kinematic bodies go.
+
+        It can be set in every batch of the same scenes. What SAPIEN lets nobody read is not in it: the engine's memory
+        of contacts, how long a body has been slow, forces that wait for the next step, and the velocity of a
+        kinematic body, which follows from its next target.
+
+        Args:
+            scene_idxs: which of the scenes, all by default.
+
+        Raises:
+            KeyError: this batch has no such scene.
+            RuntimeError: the batch is closed.
+        """
+        self._check_open()
+        chosen = tuple(sorted(self._chosen(scene_idxs)))
+        found = {name: read(bodies, chosen) for name, bodies in self._bodies.items()}
+        return SceneState(chosen, {name: state for name, state in found.items() if state.scene_idxs})
+
+    def set_state(self, state: SceneState, scene_idxs: Sequence[int] | None = None, *, exact: bool = False) -> None:
+        """Puts all bodies where a state says: `state` gives the same again.
+
+        The simulation goes on as from a new start with these poses and velocities, not as it went on when the state was
+        taken: what the engine remembers of contacts cannot be saved. With `exact` it goes on to the bit the same after
+        every restoring, whatever was before.
+
+        Args:
+            state: from `state`, of this batch or of another of the same scenes.
+            scene_idxs: which scenes of the state; the others are not touched. All of them by default.
+            exact: as for `reset`, and new `sapien.Scene` objects too.
+
+        Raises:
+            ValueError: the state is of other entities, bodies or scenes, or holds what the engine cannot. Nothing is
+                changed then.
+            KeyError: this batch has no such scene.
+            RuntimeError: the batch is closed.
+        """
+        self._check_open()
+        chosen = self._chosen(state.scene_idxs if scene_idxs is None else scene_idxs)
+        self._place(chosen, fitting(state, self._bodies, chosen), exact=exact)
 
     def close(self) -> None:
         """Empties every scene and lets go of it. Closing twice is allowed."""
@@ -280,9 +235,36 @@ class SceneBatch:
             entity._close()  # noqa: SLF001  # pyright: ignore[reportPrivateUsage]
         for scene in self._scenes:
             scene.clear()
-        self._steps = []
-        self._scenes, self._scene_of = [], {}
+        self._scenes, self._bodies = [], {}
         self._entities, self._removed = {}, {}
+
+    @cached_property
+    def _start(self) -> dict[str, EntityState]:
+        return plan_start(self._plan, self._scene_idxs)
+
+    @cached_property
+    def _redraw(self) -> Redraw:
+        return Redraw(self._plan, self._scene_idxs)
+
+    def _place(self, scene_idxs: Sequence[int], states: Mapping[str, EntityState], *, exact: bool) -> None:
+        order = [*self._entities, *self._removed]
+        placements = [Placement(self._bodies[name], states[name]) for name in order if name in states]
+        with interrupts_wait():
+            for index in scene_idxs:
+                if exact:
+                    number = self._number_of[index]
+                    self._scenes[number] = place_afresh(placements, index, self._scenes[number])
+                else:
+                    place(placements, index)
+
+    def _chosen(self, scene_idxs: Sequence[int] | None) -> tuple[int, ...]:
+        if scene_idxs is None:
+            return self._scene_idxs
+        chosen = scene_indices(scene_idxs)
+        for index in chosen:
+            if index not in self._number_of:
+                raise KeyError(f"no scene {index} in this batch; it has {list(self._scene_idxs)}")
+        return chosen
 
     def _known(self, name: str) -> EntityBatch:
         if name not in self._entities:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.backends.sapien.assets_on_disk import refresh
-from scenecc.backends.sapien.batch import EntityBatch, SceneBatch
+from scenecc.backends.sapien.batch import SceneBatch
+from scenecc.backends.sapien.bodies import Bodies
 from scenecc.backends.sapien.engine import physx, render, sapien
 from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.backends.sapien.interrupt import interrupts_wait
@@ -43,10 +44,8 @@ def build_scenes(
             raise
         report(error, sink, plan.origin)
         return None
-    entities = {
-        turn.entity.name: EntityBatch(turn.entity.name, turn.scene_idxs, turn.objs, turn.components) for turn in turns
-    }
-    return SceneBatch(plan, scene_idxs, scenes, entities, render=rendered), turns
+    bodies = [Bodies(turn.entity.name, turn.scene_idxs, turn.objs, turn.components) for turn in turns]
+    return SceneBatch(plan, scene_idxs, scenes, bodies, render=rendered), turns
 
 
 def new_scene(plan: ScenePlan, *, rendered: bool) -> Any:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from scenecc.backends.sapien.columns import taken
+from scenecc.backends.sapien.columns import position_and_rotation, taken
 from scenecc.backends.sapien.engine import physx, render, sapien
 from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.backends.sapien.knobs import BODY_KNOBS, RENDER_KNOBS
@@ -14,6 +12,7 @@ from scenecc.backends.sapien.mass import mass_step
 from scenecc.backends.sapien.shapes import attach, collision_steps, cook, split, visual_steps
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.resources import Resources
@@ -66,9 +65,10 @@ class BatchActorBuilder(sapien.ActorBuilder):
         self._look = split(RENDER_KNOBS.steps(structure, rows) if self._visuals else [])
         self._only_pose: Any = None
         if entity.pose.varies:
-            self._pose_rows = taken(entity.pose, rows).astype(np.float32)
+            # One by one, when their turn comes: they are still in the processor's cache then.
+            self._p, self._q = position_and_rotation(taken(entity.pose, rows))
         else:
-            numbers = entity.pose.numbers()
+            numbers = entity.pose.as_drawn()
             self._only_pose = sapien.Pose(numbers[:3], numbers[3:])
 
     def cook(self) -> list[EngineFailure]:
@@ -97,10 +97,7 @@ class BatchActorBuilder(sapien.ActorBuilder):
             entity.add_component(component)
         entity.set_name(self.name)
         pose = self._only_pose
-        if pose is None:
-            values = self._pose_rows[row]
-            pose = sapien.Pose(values[:3], values[3:])
-        entity.set_pose(pose)
+        entity.set_pose(sapien.Pose(self._p[row], self._q[row]) if pose is None else pose)
         return entity, component
 
     def build_entity(self) -> Any:

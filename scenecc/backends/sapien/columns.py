@@ -33,7 +33,7 @@ def plain_row(value: Value, row: int) -> Any:
     if value.varies:
         found = value.data[row]
         return found if found.ndim else found.item()
-    first, *others = numbers = value.numbers()
+    first, *others = numbers = value.as_drawn()
     return numbers if others else first
 
 
@@ -49,19 +49,25 @@ def vectors(data: NDArray[Any]) -> Column:
 
 def poses(data: NDArray[Any]) -> Column:
     """`sapien.Pose` objects. The quaternion is passed on as it is: normalising it again would change bits."""
-    return [sapien.Pose(row[:3], row[3:]) for row in data.astype(np.float32, copy=False)]
+    return list(map(sapien.Pose, *position_and_rotation(data)))
+
+
+def position_and_rotation(data: NDArray[Any]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """(B, 3) and (B, 4) of poses (B, 7), each in one piece: SAPIEN reads their rows faster than slices of a row."""
+    rows = data.astype(np.float32, copy=False)
+    return np.ascontiguousarray(rows[:, :3]), np.ascontiguousarray(rows[:, 3:])
 
 
 def scalar_column(value: Value, rows: NDArray[np.intp]) -> Column:
     """Python numbers a row; no array is made where there is none."""
-    return value.data[rows].tolist() if value.varies else [value.numbers()[0]]
+    return value.data[rows].tolist() if value.varies else [value.as_drawn()[0]]
 
 
 def vector_column(value: Value, rows: NDArray[np.intp]) -> Column:
     """Vectors a row: of what is built once, the plan's own tuple, which costs less than an array of it."""
     if value.varies or len(rows) > 1:
         return vectors(taken(value, rows))
-    return [value.numbers()]
+    return [value.as_drawn()]
 
 
 def side_by_side(columns: Sequence[Column]) -> list[tuple[Any, ...]]:

@@ -65,11 +65,11 @@ def take_turn(
     Raises:
         EngineFailure: a shape cannot even be prepared.
     """
-    present, rows = _present(entity, scene_idxs)
+    present, rows = present_rows(entity, scene_idxs)
     if not present:
         return None, []
     failures: list[EngineFailure] = []
-    parts = _parts(entity, rows)
+    parts = parts_of(entity, rows)
     makes: list[Make] = []
     for part in parts:
         builder = BatchActorBuilder(entity, part.structure, part.rows, resources, rendered=rendered)
@@ -83,7 +83,8 @@ def take_turn(
     return Turn(entity, present, rows, parts, None, [by_scene.get(index) for index in scene_idxs]), failures
 
 
-def _present(entity: Entity, scene_idxs: tuple[int, ...]) -> tuple[tuple[int, ...], NDArray[np.intp]]:
+def present_rows(entity: Entity, scene_idxs: tuple[int, ...]) -> tuple[tuple[int, ...], NDArray[np.intp]]:
+    """Those of the scenes that have the entity, and their rows in the plan's values."""
     if entity.scene_idxs == scene_idxs:
         return scene_idxs, np.arange(len(scene_idxs))
     row_of = {index: row for row, index in enumerate(entity.scene_idxs)}
@@ -91,7 +92,8 @@ def _present(entity: Entity, scene_idxs: tuple[int, ...]) -> tuple[tuple[int, ..
     return present, np.array([row_of[index] for index in present], dtype=np.intp)
 
 
-def _parts(entity: Entity, rows: NDArray[np.intp]) -> tuple[Part, ...]:
+def parts_of(entity: Entity, rows: NDArray[np.intp]) -> tuple[Part, ...]:
+    """The bodies that have these rows in the plan's values, by structure."""
     if entity.pick is None:
         return (Part(entity.structures[0], np.arange(len(rows)), rows),)
     picks = np.broadcast_to(entity.pick.data, len(entity.scene_idxs))[rows]

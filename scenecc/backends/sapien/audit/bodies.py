@@ -94,7 +94,7 @@ def _look_at_order(
 
 def _poses(turns: Sequence[Turn]) -> NDArray[np.float32]:
     """Of all bodies, turn by turn; rounded at once for all entities that have one pose."""
-    fixed = [(0.0,) * 7 if turn.entity.pose.varies else turn.entity.pose.numbers() for turn in turns]
+    fixed = [(0.0,) * 7 if turn.entity.pose.varies else turn.entity.pose.as_drawn() for turn in turns]
     counts = [len(turn.rows) for turn in turns]
     poses = np.repeat(np.array(fixed).astype(np.float32), counts, axis=0)
     for turn, end in zip(turns, np.cumsum(counts).tolist(), strict=True):
