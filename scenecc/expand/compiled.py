@@ -197,14 +197,14 @@ class _ModuleCompiler:
             axes, compiler = compiler.axes(node["repeat"], (*path, "repeat"))
         else:
             self._needs_repeat(node, entry)
-        fixed = lambda key: self._fixed(node, key, entry, compiler)  # noqa: E731 - four keys of one node
         use = self._use_of(node, entry, compiler) if "use" in node else None
         dropped = _OF_INSTANCES if use is not None else _OF_COPIES & node.keys()
         inner = compiler.entries(node, path, frozenset(dropped)) if is_mapping(node) else None
         body = Made(
             node if inner is None else inner.node, inner if inner and inner.patterns else None, entry.part, path
         )
-        return Unit(name, body, axes, fixed("if"), fixed("name"), fixed("scene_idxs"), use)
+        condition, namer, selection = (self._fixed(node, key, entry, compiler) for key in ("if", "name", "scene_idxs"))
+        return Unit(name, body, axes, condition, namer, selection, use)
 
     def _needs_repeat(self, node: dict[str, Any], entry: Entry) -> None:
         if "name" in node:

@@ -47,7 +47,7 @@ def expand(
 ) -> Expansion | None:
     """Expands a document; None where anything was reported as an error.
 
-    From here on `sink.locate` finds places in all documents; the caller sets `sink.trace` to that of the expansion.
+    From here on `sink.locate` finds places in all documents. The caller sets `sink.trace` to the expansion's `trace`.
 
     Args:
         document: the top one, whose data was found to be sound as it is written.
@@ -62,11 +62,7 @@ def expand(
     top = top_document(document)
     library = Library(load, limits.includes, sink)
     library.add(top)
-    sink.locate = lambda origin, at: (
-        library.documents[origin.file].document.locate(origin, at)
-        if origin.file in library.documents
-        else Location(origin.file)
-    )
+    sink.locate = library.locate
     module = library.module(top, None)
     if not module.good:
         return None

@@ -6,7 +6,7 @@ from bisect import bisect_right
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics import At, Location, Origin
+from scenecc.diagnostics import Origin
 from scenecc.diagnostics.frozen import frozen
 
 if TYPE_CHECKING:
@@ -111,11 +111,6 @@ class Expansion:
         path = origin.path
         record = self.records.get((str(path[0]), str(path[1]))) if len(path) > 1 else None
         return origin if record is None else record.trace(path[2:])
-
-    def locate(self, origin: Origin, at: At) -> Location:
-        """Where an origin as written is, in whichever document: a `scenecc.diagnostics.Locator`."""
-        document = self.documents.get(origin.file)
-        return Location(origin.file) if document is None else document.document.locate(origin, at)
 
     def reference(self, uri: str, origin: Origin) -> tuple[str, SceneDocument]:
         """A path as the document that wrote it means it, for `scenecc.source.paths.resolve`.

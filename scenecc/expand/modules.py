@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics import Origin
+from scenecc.diagnostics import Location, Origin
 from scenecc.diagnostics.words import cut
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.parse import parse
 from scenecc.spec.plain import is_mapping, is_sequence
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics import Path, Sink
+    from scenecc.diagnostics import At, Path, Sink
     from scenecc.expand.documents import Load, SceneDocument
 
 NAMED = ("params", "draws", "materials", "collision_groups", "frames", "entities")
@@ -97,6 +97,11 @@ class Library:
         """Takes a document whose data has been checked as it is written."""
         self.documents[document.name] = document
         self._sound[document.identity] = True
+
+    def locate(self, origin: Origin, at: At) -> Location:
+        """Where an origin as written is, in whichever document: a `scenecc.diagnostics.Locator`."""
+        document = self.documents.get(origin.file)
+        return Location(origin.file) if document is None else document.document.locate(origin, at)
 
     def find(self, reference: str, owner: SceneDocument, place: Origin) -> SceneDocument | None:
         """The document that another names; None where that, or something in it, was reported."""

@@ -194,19 +194,18 @@ class Compiler:
 
     def pattern(self, node: Any, path: Path) -> Pattern | None:
         """The pattern of a node; None where there is nothing to fill in."""
-        kind = type(node)
-        if kind is str:
+        if isinstance(node, str):
             return self.scalar(node, path) if "${" in node else None
-        if kind is dict:
+        if is_mapping(node):
             return self.entries(node, path)
-        return self._sequence(node, path) if kind is list else None
+        return self._sequence(node, path) if isinstance(node, list) else None
 
     def scalar(self, text: str, path: Path) -> Scalar | None:
         """The pattern of a text; None where it was reported."""
         try:
             template = Template.parse(text)
         except ExpressionError as error:
-            self.run.fail(error, path, "SC200")
+            self.run.fail(error, path, "SC118")
             return None
         good = check_names(template, self.names, path, self.run, structure=self.structure)
         return Scalar(template, path) if good else None
@@ -234,7 +233,7 @@ class Compiler:
             names[name] = "loop variable"
         return Axes(axes, path), Compiler(names, self.run, self.structure, self.depth)
 
-    def _sequence(self, node: list[Any], path: Path) -> Pattern | None:
+    def _sequence(self, node: Any, path: Path) -> Pattern | None:
         if any(type(item) is dict and "repeat" in item for item in node):
             items = tuple(self._item(item, (*path, index)) for index, item in enumerate(node))
             return Repeated(items, path, path[self.depth :])
@@ -247,7 +246,7 @@ class Compiler:
         return Sequenced(node, tuple(patterns)) if patterns else None
 
     def _item(self, item: Any, path: Path) -> tuple[Any, Pattern | None, Axes | None]:
-        if type(item) is not dict or "repeat" not in item:
+        if not is_mapping(item) or "repeat" not in item:
             return item, self.pattern(item, path), None
         axes, inner = self.axes(item["repeat"], (*path, "repeat"))
         pattern = inner.entries(item, path, _REPEAT)

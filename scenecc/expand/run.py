@@ -103,4 +103,4 @@ class Run:
 
     def fail(self, error: ExpressionError, path: Path, code: str = "SC202") -> None:
         """Reports an expression, at its place within the scalar at `path`."""
-        self.sink.report(code, error.message, self.origin(path), hint=error.hint)
+        self.sink.report(code, error.message, self.origin(path), hint=error.hint, span=(error.start, error.end))

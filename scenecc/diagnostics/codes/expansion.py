@@ -7,15 +7,6 @@ _BOX = "    shapes:\n      - {type: box, half_size: [0.1, 0.1, 0.1]}\n"
 
 ROWS: tuple[Code, ...] = (
     Code(
-        "SC200",
-        "error",
-        "not an expression",
-        "`${…}` holds arithmetic over parameters, loop variables and draws: numbers, strings, lists, operators, "
-        "`a if c else b`, indexing and a few functions; no attributes, and no other calls.",
-        'scenecc: 1\nentities:\n  cube:\n    mass: "${1 +}"\n' + _BOX,
-        "Mend the expression where the mark stands. `$${` stands for the characters `${`.",
-    ),
-    Code(
         "SC201",
         "error",
         "unknown name in an expression",
@@ -135,7 +126,7 @@ ROWS: tuple[Code, ...] = (
         "error",
         "key of the whole in an included file",
         "`name`, `description`, `num_scenes` and `seed` are those of the file that includes.",
-        "scenecc: 1\ninclude: [parts.yaml]\n",
+        "$ cat parts.yaml\nscenecc: 1\nnum_scenes: 4\n$ cat scene.yaml\nscenecc: 1\ninclude: [parts.yaml]\n",
         "Take the key away, or use the file as a prefab: `{use: parts.yaml}`.",
     ),
     Code(
@@ -143,7 +134,8 @@ ROWS: tuple[Code, ...] = (
         "error",
         "name in two files",
         "An included file shares the names of the file that includes it; of two settings one would be lost.",
-        "scenecc: 1\ninclude: [parts.yaml]\nentities:\n  cube:\n" + _BOX,
+        "$ cat parts.yaml\nscenecc: 1\nphysics: {timestep: 0.01}\n"
+        "$ cat scene.yaml\nscenecc: 1\ninclude: [parts.yaml]\nphysics: {timestep: 0.02}\n",
         "Rename one, or use the file as a prefab: what is in it then has a prefix.",
     ),
     Code(
@@ -168,7 +160,8 @@ ROWS: tuple[Code, ...] = (
         "setting of a prefab",
         "Physics, environment, number of scenes and seed are those of the scene, so that a prefab can also be compiled "
         "by itself.",
-        "scenecc: 1\nentities:\n  desk: {use: desk.yaml}\n",
+        "$ cat desk.yaml\nscenecc: 1\nphysics: {timestep: 0.001}\n"
+        "$ cat scene.yaml\nscenecc: 1\nentities:\n  desk: {use: desk.yaml}\n",
         "Nothing, if that is meant; otherwise give the setting in the scene.",
     ),
     Code(
@@ -177,7 +170,8 @@ ROWS: tuple[Code, ...] = (
         "list by scene in a prefab",
         "A `per_scene` list has a value for each scene that its entity is in, and a prefab does not know in which it "
         "will be.",
-        "scenecc: 1\nentities:\n  desk: {use: desk.yaml}\n",
+        "$ cat pair.yaml\nscenecc: 1\nframes:\n  left: {pose: {per_scene: [[0, 0, 0], [1, 0, 0]]}}\n"
+        "$ cat scene.yaml\nscenecc: 1\nnum_scenes: 2\nentities:\n  pair: {use: pair.yaml}\n",
         "Write `{per_scene: {0: …, default: …}}`, `cycle`, or a parameter that the user gives as a form.",
     ),
     Code(
@@ -185,7 +179,7 @@ ROWS: tuple[Code, ...] = (
         "error",
         "unknown shared draw",
         "`draws=` takes the place of draws that the file declares.",
-        "$ scenecc build scene.yaml",
+        "$ python -c \"import scenecc; scenecc.compile_scene('scene.yaml', draws={'haf': [0.1]})\"",
         "Write the name that the hint suggests, or declare it under `draws`.",
     ),
 )

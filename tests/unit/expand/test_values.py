@@ -1,0 +1,254 @@
+"""Parameters and expressions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from scenecc.values.template import Template
+
+if TYPE_CHECKING:
+    from conftest import Expander
+
+BOX = "shapes: [{type: box, half_size: [0.1, 0.1, 0.1]}]"
+
+
+def test_constants_are_filled_in_and_keep_their_type(expanded: Expander) -> None:
+    data = expanded.data(
+        """
+params: {size: 2, name_of: oak, on: true, v: [1, 2, 3]}
+entities:
+  a:
+    gravity: "${on}"
+    mass: "${size * 1.5}"
+    pose: "${v}"
+    material: "${name_of}_wood"
+    x-note: "${left} as it is"
+    shapes: [{type: box, half_size: ["${size}", 1, "${v[2]}"]}]
+""",
+        num_scenes=3,
+    )
+    assert data["entities"]["a"] == {
+        "gravity": True,
+        "mass": 3.0,
+        "pose": [1, 2, 3],
+        "material": "oak_wood",
+        "x-note": "${left} as it is",
+        "shapes": [{"type": "box", "half_size": [2, 1, 3]}],
+    }
+    assert data["num_scenes"] == 3
+
+
+def test_what_differs_from_scene_to_scene_stays_with_its_constants(expanded: Expander) -> None:
+    data = expanded.data(
+        """
+params: {size: 2}
+draws: {half: {uniform: [0.1, "${size}"]}, both: "${half * size}", area: "${size * size}"}
+entities:
+  a: {mass: "${half + size}", density: "${scene + num_scenes}", pose: ["${area}", 0, 0]}
+""",
+        num_scenes=4,
+    )
+    assert data["draws"] == {
+        "half": {"uniform": [0.1, 2]},
+        "both": Template("${half * size}", {"size": 2}),
+    }
+    entity = data["entities"]["a"]
+    assert entity["mass"] == Template("${half + size}", {"size": 2})
+    assert entity["density"] == Template("${scene + num_scenes}", {"num_scenes": 4})
+    assert entity["pose"] == [4, 0, 0]
+
+
+def test_a_constant_draw_that_is_given_stays_a_draw(expanded: Expander) -> None:
+    data = expanded.data('draws: {a: 3}\nentities: {e: {mass: "${a}"}}', draws=("a",))
+    assert data["draws"] == {"a": 3}
+    assert data["entities"]["e"]["mass"] == Template("${a}")
+
+
+def test_a_literal_dollar_brace(expanded: Expander) -> None:
+    assert expanded.data('entities: {e: {material: "$${a}"}}')["entities"]["e"]["material"] == "${a}"
+
+
+def test_what_is_not_filled_in_is_the_same_object(expanded: Expander) -> None:
+    data = expanded.data(
+        "params: {n: 1}\nentities:\n  a: {repeat: {i: [1, 2]}, mass: '${i}', shapes: [{type: sphere, radius: 1}]}\n"
+        "  b: {mass: 1}"
+    )
+    assert data["entities"]["a_0"]["shapes"] is data["entities"]["a_1"]["shapes"]
+
+
+@pytest.mark.parametrize(
+    ("declared", "given", "value"),
+    [
+        ("{type: number, default: 1}", 2.5, 2.5),
+        ("{type: integer, default: 1, min: 1, max: 3}", 3, 3),
+        ("{type: string, default: a}", "b", "b"),
+        ("{type: boolean, default: true}", False, False),
+        ("{type: vector, default: [1, 2], min: 0, max: [3, 4]}", [3, 4], [3, 4]),
+        ("{type: vector}", [1.0], [1.0]),
+        ('{type: color, default: "#ffffff"}', [0, 0.5, 1], [0, 0.5, 1]),
+        ("{type: choice, options: [a, 2, true], default: a}", 2, 2),
+        ("{type: list, default: []}", ["a", [1]], ["a", [1]]),
+        ("{type: file}", "a/b.obj", "a/b.obj"),
+        ("{type: material}", "oak", "oak"),
+        ("0.1", 7, 7),
+        ("true", False, False),
+        ("text", "other", "other"),
+        ("[1, 2]", [3, 4], [3, 4]),
+    ],
+)
+def test_values_that_fit(expanded: Expander, declared: str, given: Any, value: Any) -> None:
+    text = f"params: {{p: {declared}}}\nentities: {{e: {{x: '${{p}}'}}}}"
+    assert expanded.data(text, params={"p": given})["entities"]["e"]["x"] == value
+
+
+@pytest.mark.parametrize(
+    ("declared", "given", "code"),
+    [
+        ("{type: number, default: 1}", "2", "SC211"),
+        ("{type: number, default: 1}", True, "SC211"),
+        ("{type: number, default: 1}", float("inf"), "SC211"),
+        ("{type: integer, default: 1}", 1.0, "SC211"),
+        ("{type: integer, default: 1, max: 3}", 4, "SC212"),
+        ("{type: string, default: a}", 1, "SC211"),
+        ("{type: boolean, default: true}", 1, "SC211"),
+        ("{type: vector, default: [1, 2]}", [1, 2, 3], "SC211"),
+        ("{type: vector, default: [1, 2], max: [3, 4]}", [3, 5], "SC212"),
+        ("{type: vector, default: [1, 2], min: 0}", [3, -1], "SC212"),
+        ('{type: color, default: "#ffffff"}', "red", "SC211"),
+        ("{type: color, default: [0, 0, 0]}", [0, 0, 2], "SC211"),
+        ("{type: choice, options: [a, 1], default: a}", True, "SC211"),
+        ("{type: list, default: []}", "a", "SC211"),
+        ("{type: file, default: a}", "", "SC211"),
+        ("0.1", "a", "SC211"),
+        ("{type: number, default: 1, min: 0}", {"uniform": [-1, 1]}, "SC212"),
+        ("{type: number, default: 1, min: 0}", {"cycle": [1, {"uniform": [0, 1]}, {"choice": [-1, 1]}]}, "SC212"),
+        ("{type: number, default: 1, min: 0}", {"cycle": [1, {"uniform": [-1, 1]}]}, "SC212"),
+        ("{type: number, default: 1, min: 0}", {"normal": [1, 0.1]}, "SC212"),
+        ("{type: number, default: 1, min: 0}", {"normal": [1, 0.1], "clip": [-1, 2]}, "SC212"),
+        ("{type: number, default: 1}", {"per_scene": {"0": 1, "default": "a"}}, "SC211"),
+        ("{type: vector, default: [0, 0], min: [0, -1]}", {"uniform": [[0, -2], [1, 1]]}, "SC212"),
+    ],
+)
+def test_values_that_do_not_fit(expanded: Expander, declared: str, given: Any, code: str) -> None:
+    found = expanded.one(f"params: {{p: {declared}}}\nentities: {{e: {{x: '${{p}}'}}}}", params={"p": given})
+    assert found.code == code
+    assert found.file == "params"
+    assert [related.location.line for related in found.related] == [2]
+
+
+def test_parameters_that_vary_are_draws(expanded: Expander) -> None:
+    data = expanded.data(
+        "params: {p: {type: number, default: 1, min: 0}}\nentities: {e: {x: '${p + 1}'}}",
+        params={"p": {"uniform": [0, 1]}},
+    )
+    assert data["draws"] == {"p": {"uniform": [0, 1]}}
+    assert data["entities"]["e"]["x"] == Template("${p + 1}")
+
+
+def test_defaults_read_earlier_parameters(expanded: Expander) -> None:
+    text = "params:\n  a: 2\n  b: {type: number, default: '${a * 3}'}\n  c: '${[a, b]}'\nentities: {e: {x: '${c}'}}"
+    assert expanded.data(text)["entities"]["e"]["x"] == [2, 6]
+    assert expanded.data(text, params={"a": 1})["entities"]["e"]["x"] == [1, 3]
+    assert expanded.one(text, params={"c": "x"}).code == "SC211"
+
+
+def test_a_default_cannot_read_a_later_parameter(expanded: Expander) -> None:
+    found = expanded.one("params:\n  a: '${b}'\n  b: 1\n")
+    assert (found.code, found.line, found.column) == ("SC201", 3, 9)
+    assert "further down" in found.message
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "column"),
+    [
+        ("params: {p: {type: nubmer, default: 1}}", "SC214", 20),
+        ("params: {p: {default: {a: 1}}}", "SC214", 13),
+        ("params: {p: {type: choice, default: 1}}", "SC214", 13),
+        ("params: {p: {type: choice, options: [], default: 1}}", "SC214", 37),
+        ("params: {p: {type: string, default: a, min: 1}}", "SC214", 45),
+        ("params: {p: {type: number, default: 1, options: [1]}}", "SC214", 49),
+        ("params: {p: {type: number, default: 1, min: a}}", "SC214", 45),
+        ("params: {p: {type: number, default: 1, min: 2, max: 0}}", "SC214", 53),
+        ("params: {p: {type: vector, default: [1, 2], min: [1]}}", "SC214", 50),
+        ("params: {p: {type: number, default: a}}", "SC211", 13),
+        ("params: {p: {type: number}}", "SC213", 13),
+        ("params: {sqrt: 1}", "SC204", 10),
+        ("params: {scene: 1}", "SC204", 10),
+        ("params: {lambda: 1}", "SC204", 10),
+    ],
+)
+def test_bad_declarations(expanded: Expander, text: str, code: str, column: int) -> None:
+    found = expanded.one(text)
+    assert (found.code, found.line, found.column) == (code, 2, column)
+
+
+def test_parameters_and_draws_share_their_names(expanded: Expander) -> None:
+    found = expanded.one("params: {a: 1}\ndraws: {a: {uniform: [0, 1]}}")
+    assert (found.code, found.line, found.column) == ("SC204", 3, 9)
+
+
+def test_unknown_parameters_and_draws_are_suggested(expanded: Expander) -> None:
+    expanded("params: {size: 1}\ndraws: {half: {uniform: [0, 1]}}", params={"sise": 1}, draws=("haf",))
+    assert [(found.code, found.file, found.hint) for found in expanded.found] == [
+        ("SC250", "draws", "did you mean `half`?"),
+        ("SC210", "params", "did you mean `size`?"),
+    ]
+
+
+def test_errors_in_expressions_stand_where_they_are(expanded: Expander) -> None:
+    codes = expanded.codes(
+        """
+params: {n: 0}
+entities:
+  a:
+    mass: "1 and ${sise} and ${1 / n}"
+    density: '${n / n}'
+    material: x${m}
+"""
+    )
+    assert codes == [("SC201", 6, 20), ("SC202", 7, 17), ("SC201", 8, 18)]
+
+
+def test_a_draw_reads_those_above_it(expanded: Expander) -> None:
+    found = expanded.one("draws:\n  a: '${b}'\n  b: {uniform: [0, 1]}\n")
+    assert (found.code, found.line, found.column) == ("SC201", 3, 9)
+    assert found.hint == "a draw may read those above it"
+
+
+@pytest.mark.parametrize(
+    "entity",
+    [
+        "repeat: {i: {count: '${d}'}}",
+        "repeat: {i: ['${d}']}",
+        "if: '${scene == 0}'",
+        "scene_idxs: ['${d}']",
+        "{repeat: {i: [1]}, name: 'a${d}'}",
+        "use: '${d}'",
+        "shapes: [{repeat: {i: '${d}'}, type: box}]",
+    ],
+)
+def test_structure_cannot_read_what_varies(expanded: Expander, entity: str) -> None:
+    found = expanded.one(
+        f"draws: {{d: {{integers: [1, 2]}}}}\nentities:\n  e: {entity if entity[0] == '{' else '{' + entity + '}'}"
+    )
+    assert (found.code, found.line) == ("SC203", 4)
+    varying = f"params: {{d: 1}}\nentities:\n  e: {entity if entity[0] == '{' else '{' + entity + '}'}"
+    if "scene ==" not in entity and "scene_idxs" not in entity:
+        assert expanded.one(varying, params={"d": {"integers": [1, 2]}}).code == "SC203"
+
+
+def test_the_head_reads_parameters(expanded: Expander) -> None:
+    data = expanded.data(
+        "name: 'n${n}'\nnum_scenes: '${n}'\nparams: {n: 3, m: '${num_scenes + 1}'}\nentities: {e: {x: '${m}'}}"
+    )
+    assert (data["name"], data["num_scenes"], data["entities"]["e"]["x"]) == ("n3", 3, 4)
+
+
+def test_every_error_is_told_at_once(expanded: Expander) -> None:
+    codes = expanded.codes(
+        "params: {a: 1, b: {type: integer, default: 1.5}}\nentities:\n"
+        "  x: {mass: '${1 / 0}', density: '${c}'}\n  y: {if: '${a}', repeat: {a: [1]}}\n"
+    )
+    assert sorted(code for code, *_ in codes) == ["SC201", "SC202", "SC204", "SC211", "SC223"]
