@@ -1,0 +1,109 @@
+"""What can be asked of files without expanding them: their parameters, and the prefabs that ship."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics import Origin, Sink
+from scenecc.diagnostics.frozen import frozen
+from scenecc.diagnostics.words import show
+from scenecc.expand.compiled import compile_module
+from scenecc.expand.documents import FOLDER, SHIPPED, scene_loader, shipped_names, top_document
+from scenecc.expand.modules import Library
+from scenecc.source import Limits, read_file
+from scenecc.source.paths import AssetScope
+from scenecc.spec.parse import parse
+
+if TYPE_CHECKING:
+    from scenecc.expand.documents import Load
+    from scenecc.expand.params import Param
+    from scenecc.source import Document
+
+
+@frozen
+class ParamRow:
+    """One parameter of a file.
+
+    Attributes:
+        name: of it.
+        type: one of the types of parameters.
+        default: as it may be written in YAML; None where the parameter must be given.
+        range: "0.1 to 2", "at least 1" or the options of a choice; "" for any value of the type.
+        description: for people; "" for none.
+    """
+
+    name: str
+    type: str
+    default: str | None
+    range: str
+    description: str
+
+
+@frozen
+class PrefabRow:
+    """One prefab that ships.
+
+    Attributes:
+        name: as `use` takes it: `scenecc:table`.
+        params: of it, in order.
+        description: one line.
+    """
+
+    name: str
+    params: tuple[ParamRow, ...]
+    description: str
+
+
+def list_params(document: Document, *, load: Load, limits: Limits, sink: Sink) -> list[ParamRow] | None:
+    """The parameters of a document and of what it includes, in order; None where anything was reported as an error.
+
+    Args:
+        document: as it was read.
+        load: reads the files that it includes; see `scenecc.expand.documents.scene_loader`.
+        limits: on what it may ask for.
+        sink: takes the diagnostics; its `locate` is set.
+    """
+    library = Library(load, limits.includes, sink)
+    sink.locate = library.locate
+    top = top_document(document)
+    library.add(top)
+    if parse(document.data, Origin(document.name), sink) is None:
+        return None
+    module = library.module(top, None)
+    params = compile_module(module, None, sink).params if module.good else {}
+    return None if sink.failed else [_row(param) for param in params.values()]
+
+
+def list_prefabs() -> list[PrefabRow]:
+    """The prefabs that ship with the package, by name."""
+    rows: list[PrefabRow] = []
+    limits = Limits()
+    for name in shipped_names():
+        sink = Sink()
+        document = read_file(FOLDER / f"{name}.yaml", sink, limits)
+        assert document is not None, f"the prefab {name} cannot be read"
+        load = scene_loader(AssetScope(FOLDER), limits, sink)
+        params = list_params(document, load=load, limits=limits, sink=sink)
+        description = str(document.data.get("description", "")).split("\n", 1)[0]
+        rows.append(PrefabRow(SHIPPED + name, tuple(params or ()), description))
+    return rows
+
+
+def _row(param: Param) -> ParamRow:
+    default = None if param.default is None else _written(param.default)
+    return ParamRow(param.name, param.kind or "any", default, _range(param), param.description)
+
+
+def _written(value: Any) -> str:
+    """A value as YAML has it on one line."""
+    return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
+
+
+def _range(param: Param) -> str:
+    if param.options:
+        return ", ".join(_written(option) for option in param.options)
+    low, high = (None if bound is None else show(bound) for bound in (param.low, param.high))
+    if low is not None and high is not None:
+        return f"{low} to {high}"
+    return f"at least {low}" if low is not None else f"at most {high}" if high is not None else ""
