@@ -1,0 +1,268 @@
+"""What differs between two plans."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+from plugins.plan_strategy import plans
+from plugins.sample_plans import SAMPLES, entity, indices, look, pose, rubbing, solid
+
+from scenecc.plan import (
+    BodyStructure,
+    Box,
+    CollisionShape,
+    Entity,
+    PhysicalMaterial,
+    Physics,
+    ScenePlan,
+    Sphere,
+    Value,
+    VisualShape,
+    constant,
+    literal,
+    per_scene,
+    recalled,
+)
+from scenecc.plan.compare import Difference, differences
+from scenecc.plan.fields import Choice, Many, Node, Numbers, OneOf, Plain, Quantity, slots
+from scenecc.values.nodes import Drawn, Key
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+Site = tuple[str, Any, Any, "Callable[[Any], Any]"]
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_a_plan_is_equal_to_itself(name: str) -> None:
+    assert differences(SAMPLES[name](), SAMPLES[name]()) == []
+
+
+@given(plans(), st.randoms(use_true_random=False))
+@settings(suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large], max_examples=50)
+def test_the_order_of_the_tables_is_no_difference(plan: ScenePlan, random: Any) -> None:
+    orders: dict[str, list[int]] = {}
+    for table in ("files", "physical_materials", "visual_materials"):
+        orders[table] = random.sample(range(len(getattr(plan, table))), len(getattr(plan, table)))
+    other = _reordered(plan, orders)
+    assert differences(plan, other) == differences(other, plan) == []
+
+
+def _reordered(node: Any, orders: dict[str, list[int]]) -> Any:
+    """With the tables in other orders and every index as its entry is numbered then."""
+    changed: dict[str, Any] = {}
+    for slot in slots(type(node)):
+        item = getattr(node, slot.name)
+        if item is None:
+            continue
+        if isinstance(slot.kind, Quantity) and slot.kind.table is not None:
+            places = np.argsort(orders[slot.kind.table])
+            changed[slot.name] = Value(places[item.data])
+        elif isinstance(slot.kind, Node | OneOf):
+            changed[slot.name] = _reordered(item, orders)
+        elif isinstance(slot.kind, Many):
+            changed[slot.name] = tuple(_reordered(one, orders) for one in item)
+            if slot.name in orders:
+                changed[slot.name] = tuple(changed[slot.name][index] for index in orders[slot.name])
+    return dataclasses.replace(node, **changed)
+
+
+def _sites(node: Any, path: str, rebuild: Callable[[Any], Any]) -> Iterator[Site]:
+    """Every field that has one: path, kind, what it holds, and the whole with something else in its place."""
+    for slot in slots(type(node)):
+        item = getattr(node, slot.name)
+        where = f"{path}.{slot.name}" if path else slot.name
+
+        def put(new: Any, name: str = slot.name) -> Any:
+            return rebuild(dataclasses.replace(node, **{name: new}))
+
+        if item is None or slot.name in {"files", "physical_materials", "visual_materials", "name", "scene_idxs"}:
+            continue
+        if isinstance(slot.kind, Many):
+            for index, one in enumerate(item):
+
+                def put_item(new: Any, index: int = index, item: Any = item, put: Any = put) -> Any:
+                    return put((*item[:index], new, *item[index + 1 :]))
+
+                yield from _sites(one, f"{where}[{index}]", put_item)
+        elif isinstance(slot.kind, Node | OneOf):
+            yield from _sites(item, where, put)
+        elif not isinstance(slot.kind, Quantity) or (slot.kind.table is None and slot.name != "pick"):
+            yield where, slot.kind, item, put
+
+
+def _other(kind: Any, item: Any, data: st.DataObject) -> Any:
+    """Something else of the kind."""
+    match kind:
+        case Quantity():
+            row = data.draw(st.integers(0, len(item.data) - 1))
+            rows = item.data.copy()
+            rows[row] = ~rows[row] if rows.dtype == np.bool_ else rows[row] * 0.5 + 1
+            return Value(rows) if item.recipe is None else recalled(rows, item.recipe)
+        case Choice():
+            return next(option for option in kind.options if option != item)
+        case Numbers():
+            return (item[0] * 0.5 + 1, *item[1:])
+        case Plain():
+            return not item if kind.type is bool else item + "x" if kind.type is str else item * 2 + 1
+        case _:
+            return None
+
+
+@given(plans(), st.data())
+@settings(suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+def test_a_change_of_one_field_is_told_as_that_field(plan: ScenePlan, data: st.DataObject) -> None:
+    sites = [site for site in _sites(plan, "", lambda new: new) if not site[0].startswith("num_scenes")]
+    path, kind, item, put = data.draw(st.sampled_from(sites))
+    new = _other(kind, item, data)
+    assume(new is not None and new != item)
+    found = differences(plan, put(new))
+    assert len(found) == 1
+    assert found[0].kind == "changed"
+    assert path.endswith(found[0].path)
+    count = found[0].scene_count
+    assert (count is None) == (not isinstance(kind, Quantity))
+    back = differences(put(new), plan)
+    assert [(one.path, one.a, one.b) for one in back] == [(one.path, one.b, one.a) for one in found]
+
+
+def two(**more: Any) -> ScenePlan:
+    ball, box = solid(Sphere(constant(0.1))), solid(Box(constant([0.1, 0.1, 0.1])))
+    return ScenePlan(
+        "two",
+        2,
+        (entity("ball", pose(0, 0, 1), ball), entity("box", pose(0, 0, 2), box)),
+        **{"physics": Physics(), **more},
+    )
+
+
+def test_entities_come_and_go_and_move() -> None:
+    plan = two()
+    ball, box = plan.entities
+    extra = entity("extra", pose(0, 0, 3), solid(Sphere(constant(0.2)), body_type="static"), (1,))
+    assert differences(plan, dataclasses.replace(plan, entities=(extra, ball, box))) == [
+        Difference("added", "entities", "extra", "", None, "static in scene 1")
+    ]
+    assert differences(plan, dataclasses.replace(plan, entities=(box,))) == [
+        Difference("removed", "entities", "ball", "", "dynamic in every scene", None)
+    ]
+    (moved,) = differences(plan, dataclasses.replace(plan, entities=(box, ball)))
+    assert (moved.kind, moved.name) == ("moved", "box") or (moved.kind, moved.name) == ("moved", "ball")
+
+
+def test_only_what_must_move_is_told_to_have_moved() -> None:
+    many = tuple(entity(f"e{i}", pose(0, 0, i), solid(Sphere(constant(0.1)))) for i in range(6))
+    plan = dataclasses.replace(two(), entities=many)
+    last_first = dataclasses.replace(plan, entities=(many[5], *many[:5]))
+    assert [(one.kind, one.name, one.a, one.b) for one in differences(plan, last_first)] == [
+        ("moved", "e5", "number 6", "number 1")
+    ]
+
+
+def body_of(*shapes: CollisionShape, visuals: tuple[VisualShape, ...] = ()) -> BodyStructure:
+    return BodyStructure("dynamic", shapes, visuals)
+
+
+def with_shapes(*sizes: float) -> ScenePlan:
+    shapes = tuple(CollisionShape(Sphere(constant(size))) for size in sizes)
+    return dataclasses.replace(two(), entities=(entity("ball", pose(0, 0, 1), body_of(*shapes)),))
+
+
+def test_a_shape_put_in_between_is_one_difference() -> None:
+    base = "structures[0].collisions"
+    assert differences(with_shapes(1, 2, 3), with_shapes(1, 9, 2, 3)) == [
+        Difference("added", "entities", "ball", f"{base}[1]", None, "geometry sphere")
+    ]
+    assert [one.path for one in differences(with_shapes(1, 2, 3), with_shapes(2, 3))] == [f"{base}[0]"]
+    assert [(one.kind, one.path) for one in differences(with_shapes(1, 2, 3), with_shapes(5, 2, 3, 4))] == [
+        ("changed", f"{base}[0].geometry.radius"),
+        ("added", f"{base}[3]"),
+    ]
+
+
+def test_values_are_told_by_their_range_and_the_scenes_that_differ() -> None:
+    def at(*heights: float) -> ScenePlan:
+        rows = per_scene([[0, 0, height, 1, 0, 0, 0] for height in heights])
+        ball = Entity("ball", tuple(range(len(heights))), rows, (solid(Sphere(constant(0.1))),))
+        return dataclasses.replace(two(), num_scenes=len(heights), entities=(ball,))
+
+    (one,) = differences(at(1, 2, 3, 4, 5, 6), at(1, 2, 3, 4, 5, 7))
+    assert one == Difference(
+        "changed", "entities", "ball", "pose", "[0, 0, 1, 1, 0, 0, 0] to [0, 0, 6, 1, 0, 0, 0]",
+        "[0, 0, 1, 1, 0, 0, 0] to [0, 0, 7, 1, 0, 0, 0]", 1,
+    )  # fmt: skip
+    (one,) = differences(at(1, 1), at(2, 2))
+    assert (one.a, one.b, one.scene_count) == ("[0, 0, 1, 1, 0, 0, 0]", "[0, 0, 2, 1, 0, 0, 0]", 2)
+
+
+def test_rows_are_compared_scene_by_scene() -> None:
+    def ball(scenes: tuple[int, ...], *radii: float) -> ScenePlan:
+        body = body_of(CollisionShape(Sphere(per_scene(radii)), material=indices(0)))
+        frictions = PhysicalMaterial(per_scene(radii), literal(0.1), literal(0))
+        return dataclasses.replace(
+            two(),
+            num_scenes=4,
+            entities=(entity("ball", pose(0, 0, 1), body, scenes),),
+            physical_materials=(frictions,),
+        )
+
+    paths = [one.path for one in differences(ball((0, 1), 1, 2), ball((1, 2), 2, 3))]
+    assert paths == ["scene_idxs"]
+    found = differences(ball((0, 1), 1, 2), ball((1, 2), 1, 2))
+    assert [(one.path, one.scene_count) for one in found] == [
+        ("scene_idxs", None),
+        ("structures[0].collisions[0].geometry.radius", 1),
+        ("structures[0].collisions[0].material.static_friction", 1),
+    ]
+
+
+def test_more_scenes_are_one_difference_for_what_is_in_all_of_them() -> None:
+    def plan(count: int) -> ScenePlan:
+        ball = Entity("ball", tuple(range(count)), pose(0, 0, 1), (solid(Sphere(constant(0.1))),))
+        return dataclasses.replace(two(), num_scenes=count, entities=(ball,))
+
+    assert [one.path for one in differences(plan(2), plan(4))] == ["num_scenes"]
+
+
+def test_materials_are_told_by_what_they_hold() -> None:
+    def plan(static: float, color: tuple[float, ...] | None) -> ScenePlan:
+        seen = VisualShape(Sphere(constant(0.1)), material=None if color is None else indices(0))
+        body = body_of(CollisionShape(Sphere(constant(0.1)), material=indices(0)), visuals=(seen,))
+        return dataclasses.replace(
+            two(),
+            entities=(entity("ball", pose(0, 0, 1), body),),
+            physical_materials=(rubbing(static, 0.1, 0),),
+            visual_materials=() if color is None else (look(base_color=color),),
+        )
+
+    shape = "structures[0]"
+    red, blue = (1.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 1.0)
+    assert differences(plan(0.5, red), plan(0.6, blue)) == [
+        Difference("changed", "entities", "ball", f"{shape}.collisions[0].material.static_friction", "0.5", "0.6", 2),
+        Difference(
+            "changed", "entities", "ball", f"{shape}.visuals[0].material.base_color",
+            "[1.0, 0.0, 0.0, 1.0]", "[0.0, 0.0, 1.0, 1.0]", 2,
+        ),
+    ]  # fmt: skip
+    (one,) = differences(plan(0.5, red), plan(0.5, None))
+    assert (one.path, one.a, one.b) == (f"{shape}.visuals[0].material", "base_color [1.0, 0.0, 0.0, 1.0]", None)
+
+
+def test_a_recipe_that_draws_the_same_otherwise_is_a_difference() -> None:
+    def plan(high: float) -> ScenePlan:
+        rows = np.array([[0, 0, 1, 1, 0, 0, 0], [0, 0, 2, 1, 0, 0, 0]], dtype=np.float64)
+        node = Drawn("uniform", 0, high, None, (7,), Key("entities", "ball", "pose"))
+        ball = entity("ball", recalled(rows, node), solid(Sphere(constant(0.1))))
+        return dataclasses.replace(two(), entities=(ball,), draws=(("u", node),))
+
+    found = differences(plan(1), plan(2))
+    assert [(one.section, one.name, one.path) for one in found] == [
+        ("draws", "u", ""),
+        ("entities", "ball", "pose.recipe"),
+    ]
+    assert '"high": 2' in (found[0].b or "")
