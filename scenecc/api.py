@@ -95,7 +95,8 @@ def validate(
         TypeError: the source is none of the above, or a number is no integer (Python's or numpy's, and no flag).
     """
     sink = Sink()
-    compile_source(source, Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits), sink)
+    options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
+    compile_source(source, options, sink, drawn=False)
     return sink.diagnostics()
 
 

@@ -1,7 +1,7 @@
 """The compiler's front: whatever a source is, to a plan that every check has seen. No engine."""
 
 from scenecc.front.compile import Compiled, compile_source
-from scenecc.front.inputs import Source
+from scenecc.front.inputs import Source, as_plan, read_input
 from scenecc.front.options import Options, integer, select_scenes
 
-__all__ = ["Compiled", "Options", "Source", "compile_source", "integer", "select_scenes"]
+__all__ = ["Compiled", "Options", "Source", "as_plan", "compile_source", "integer", "read_input", "select_scenes"]

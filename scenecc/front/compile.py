@@ -15,10 +15,13 @@ from scenecc.front.inputs import Input, as_plan, read_input
 from scenecc.source.paths import AssetScope
 
 if TYPE_CHECKING:
+    from scenecc.expand.expansion import Expansion
     from scenecc.front.inputs import Source
     from scenecc.front.options import Options
+    from scenecc.lower import Lowered
     from scenecc.plan import ScenePlan
     from scenecc.source import Document, Limits
+    from scenecc.spec.document import SceneFile
 
 Origins = tuple[Mapping[int, Origin], Mapping[int, Origin]]
 """Where the files and the physical materials of a plan are written, by index."""
@@ -46,65 +49,121 @@ class _Clock:
 
 
 @collector_paused()  # a stage makes containers by the hundred thousand, and all of them stay
-def compile_source(source: Source, options: Options, sink: Sink) -> Compiled | None:
+def compile_source(source: Source, options: Options, sink: Sink, *, drawn: bool = True) -> Compiled | None:
     """The plan of a source; None where an error was reported.
+
+    Args:
+        source: whatever holds a scene.
+        options: what overrides it, and what it may use.
+        sink: takes the diagnostics.
+        drawn: whether what expressions give in each scene is computed and checked; nothing is drawn otherwise.
 
     Raises:
         TypeError: the source is nothing that can hold a scene.
     """
     clock = _Clock()
-    for what, given in (("parameters", options.params), ("shared draws", options.draws)):
-        if given:
-            sink.report("SC109", f"{what} are not supported yet", Location(None))
     plan = as_plan(source)
-    # A plan that comes as an object has found its files already.
-    scope = AssetScope(None, options.asset_roots, allow_outside=True)
-    origins: Origins = ({}, {})
-    if plan is None:
-        found = read_input(source, options.limits, sink)
-        clock.lap("read")
-        if found is None or sink.failed:
-            return None
-        sink.locate = found.document.locate
-        root = found.document.path.parent if found.document.path else None
-        scope = AssetScope(root, options.asset_roots, options.allow_outside_assets)
-        if found.plan_text is None:
-            lowered = _lowered(found.document, options, scope, sink, clock)
-            plan, origins = lowered or (None, origins)
-        else:
-            plan = _decoded(found, scope, options.limits, sink)
-            clock.lap("decode")
-    if plan is None or not _as_asked(plan, options, sink) or not _checked(plan, origins, scope, options.limits, sink):
+    if plan is not None:
+        # A plan that comes as an object has found its files already.
+        scope = AssetScope(None, options.asset_roots, allow_outside=True)
+        return _settled(plan, options, scope, sink, clock)
+    found = read_input(source, options.limits, sink)
+    clock.lap("read")
+    if found is None or sink.failed:
+        return None
+    sink.locate = found.document.locate
+    root = found.document.path.parent if found.document.path else None
+    scope = AssetScope(root, options.asset_roots, options.allow_outside_assets)
+    if found.plan_text is not None:
+        plan = _decoded(found, scope, options.limits, sink)
+        clock.lap("decode")
+        return plan and _settled(plan, options, scope, sink, clock)
+    whole = _whole(found.document, options, scope, sink, clock)
+    lowered = whole and _lowered(found.document, *whole, options, scope, sink)
+    clock.lap("lower")
+    if lowered is None:
+        return None
+    plan = lowered.plan
+    if not _checked(plan, (lowered.file_origins, lowered.material_origins), scope, options.limits, sink):
         return None
     clock.lap("check")
-    return Compiled(plan, clock.timings)
+    if drawn:
+        from scenecc.lower import draw
+
+        plan = draw(lowered, sink)
+        clock.lap("draw")
+    return plan and Compiled(plan, clock.timings)
 
 
-def _lowered(
+def _whole(
     document: Document, options: Options, scope: AssetScope, sink: Sink, clock: _Clock
-) -> tuple[ScenePlan, Origins] | None:
-    """A document through the models of the language to a plan."""
-    from scenecc.lower import Bounds, lower
+) -> tuple[SceneFile, Expansion | None] | None:
+    """A document as models, with all that it uses; None where it is at fault, as written or expanded."""
+    from scenecc.expand.needs import needs_expansion
     from scenecc.spec.parse import parse
 
-    origin = Origin(document.name)
-    scene = parse(document.data, origin, sink)
+    scene = parse(document.data, Origin(document.name), sink)
     clock.lap("validate")
     if scene is None or sink.failed:
         return None
+    if not (options.params or options.draws or needs_expansion(document.data, document.text)):
+        return scene, None
+    from scenecc.expand.documents import scene_loader
+    from scenecc.expand.expand import expand
+
     limits = options.limits
-    lowered = lower(
+    expansion = expand(
+        document,
+        params=options.params,
+        num_scenes=options.num_scenes,
+        seed=options.seed,
+        draws=tuple(options.draws),
+        load=scene_loader(scope, limits, sink),
+        limits=limits,
+        sink=sink,
+    )
+    clock.lap("expand")
+    if expansion is None or sink.failed:
+        return None
+    sink.trace = expansion.trace
+    scene = parse(expansion.data, Origin(document.name), sink, expanded=True)
+    clock.lap("validate again")
+    return None if scene is None or sink.failed else (scene, expansion)
+
+
+def _lowered(
+    document: Document, scene: SceneFile, expansion: Expansion | None, options: Options, scope: AssetScope, sink: Sink
+) -> Lowered | None:
+    from scenecc.lower import Bounds, Names, lower
+
+    limits = options.limits
+    names, selections = Names(), None
+    if expansion is not None:
+        selections = expansion.selections
+        names = Names(
+            expansion.scopes, expansion.prefixes, expansion.anchors, expansion.given, expansion.used_materials
+        )
+    return lower(
         scene,
         name=document.path.stem if document.path else "scene",
         num_scenes=scene.num_scenes if options.num_scenes is None else options.num_scenes,
         seed=scene.seed if options.seed is None else options.seed,
-        origin=origin,
-        resolve=resolver(scope, sink),
+        origin=Origin(document.name),
+        resolve=resolver(scope, sink, expansion),
         bounds=Bounds(limits.scenes, limits.objects, limits.objects_times_scenes),
         sink=sink,
+        names=names,
+        selections=selections,
+        draws=options.draws,
     )
-    clock.lap("lower")
-    return lowered and (lowered.plan, (lowered.file_origins, lowered.material_origins))
+
+
+def _settled(plan: ScenePlan, options: Options, scope: AssetScope, sink: Sink, clock: _Clock) -> Compiled | None:
+    """A plan that was compiled before."""
+    if not _as_asked(plan, options, sink) or not _checked(plan, ({}, {}), scope, options.limits, sink):
+        return None
+    clock.lap("check")
+    return Compiled(plan, clock.timings)
 
 
 def _decoded(found: Input, scope: AssetScope, limits: Limits, sink: Sink) -> ScenePlan | None:
@@ -129,6 +188,11 @@ def _decoded(found: Input, scope: AssetScope, limits: Limits, sink: Sink) -> Sce
 
 def _as_asked(plan: ScenePlan, options: Options, sink: Sink) -> bool:
     """A plan is final: nothing about it can be overridden any more."""
+    for name in ("params", "draws"):
+        if getattr(options, name):
+            message = f"a plan takes no {name}: its values are settled"
+            sink.report("SC907", message, plan.origin or Location(None), hint="compile the scene file again")
+            return False
     for name in ("num_scenes", "seed"):
         asked = getattr(options, name)
         if asked is not None and asked != getattr(plan, name):

@@ -11,24 +11,28 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from scenecc.diagnostics import Origin, Sink
+    from scenecc.expand.expansion import Expansion
     from scenecc.lower.tables import FileResolver
     from scenecc.plan import AssetFile
 
 
-def resolver(scope: AssetScope, sink: Sink, folder_of: Callable[[Origin], Path | None] | None = None) -> FileResolver:
+def resolver(scope: AssetScope, sink: Sink, expansion: Expansion | None = None) -> FileResolver:
     """Finds what a scene names.
 
     Args:
         scope: what may be read.
         sink: takes what is wrong.
-        folder_of: the folder of the document that an origin is written in; None: all is written in the top one.
+        expansion: knows which document a path is written in; None: all is written in the top one.
     """
     from scenecc.plan import AssetFile
 
     top = scope.root or Path.cwd()
 
     def find(uri: str, origin: Origin) -> AssetFile | None:
-        base = top if folder_of is None else folder_of(origin) or top
+        base = top
+        if expansion is not None:
+            uri, document = expansion.reference(uri, origin)
+            base = document.folder
         found = resolve(uri, base=base, scope=scope)
         if isinstance(found, Refusal):
             sink.report(found.code, found.message, origin, hint=found.hint)
