@@ -5,44 +5,64 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import cut, suggest_name
-from scenecc.lower.materials import PLAIN
-from scenecc.lower.poses import lower_local_pose
+from scenecc.lower.kinds import COLOR, Kind, number, opposite, vector
+from scenecc.lower.materials import DENSITY
+from scenecc.lower.names import qualified
+from scenecc.lower.shape_poses import local_pose
+from scenecc.lower.shapes import Defaults
 from scenecc.plan import BodyStructure, Inertial, literal
-from scenecc.spec.body import MOTION_AXES, Body
+from scenecc.spec.body import MOTION_AXES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.groups import Bits
+    from scenecc.lower.leaves import Leaves
     from scenecc.lower.materials import Materials
     from scenecc.lower.shapes import Shapes
     from scenecc.plan import CollisionShape, Value, VisualShape
 
-Knob = tuple[str, "Callable[[Any], Value]"]
+Layer = tuple[Any, "Origin"]
+"""Keys of a body and the node that has them. Of several layers the last one that has a key counts."""
 
-KNOBS: dict[str, Knob] = {
-    "mass": ("mass", literal),
-    "gravity": ("disable_gravity", lambda gravity: literal(not gravity, "bool")),
-    "locked_axes": ("locked_motion_axes", lambda axes: literal(tuple(a in axes for a in MOTION_AXES), "bool")),
-    "linear_velocity": ("linear_velocity", literal),
-    "angular_velocity": ("angular_velocity", literal),
-    "linear_damping": ("linear_damping", literal),
-    "angular_damping": ("angular_damping", literal),
-    "max_linear_velocity": ("max_linear_velocity", literal),
-    "max_angular_velocity": ("max_angular_velocity", literal),
-    "max_depenetration_velocity": ("max_depenetration_velocity", literal),
-    "max_contact_impulse": ("max_contact_impulse", literal),
-    "sleep_threshold": ("sleep_threshold", literal),
-    "solver_position_iterations": ("solver_position_iterations", lambda n: literal(n, "int64")),
-    "solver_velocity_iterations": ("solver_velocity_iterations", lambda n: literal(n, "int64")),
-    "collision_bits": ("collision_groups", lambda bits: literal(bits, "int64")),
-    "visibility": ("visibility", literal),
-    "shading_mode": ("shading_mode", lambda mode: literal(mode, "int64")),
+
+def _locked(axes: list[str]) -> tuple[bool, ...]:
+    return tuple(axis in axes for axis in MOTION_AXES)
+
+
+KNOBS: dict[str, tuple[str, Kind]] = {
+    "mass": ("mass", number("mass")),
+    "gravity": ("disable_gravity", Kind(dtype="bool", convert=opposite, fallback=False)),
+    "locked_axes": ("locked_motion_axes", Kind((6,), "bool", convert=_locked)),
+    "linear_velocity": ("linear_velocity", vector(3, "linear_velocity")),
+    "angular_velocity": ("angular_velocity", vector(3, "angular_velocity")),
+    "linear_damping": ("linear_damping", number("linear_damping")),
+    "angular_damping": ("angular_damping", number("angular_damping")),
+    "max_linear_velocity": ("max_linear_velocity", number("max_linear_velocity")),
+    "max_angular_velocity": ("max_angular_velocity", number("max_angular_velocity")),
+    "max_depenetration_velocity": ("max_depenetration_velocity", number("max_depenetration_velocity")),
+    "max_contact_impulse": ("max_contact_impulse", number("max_contact_impulse")),
+    "sleep_threshold": ("sleep_threshold", number("sleep_threshold")),
+    "solver_position_iterations": (
+        "solver_position_iterations",
+        number("solver_position_iterations", "int64"),
+    ),
+    "solver_velocity_iterations": (
+        "solver_velocity_iterations",
+        number("solver_velocity_iterations", "int64"),
+    ),
+    "collision_bits": ("collision_groups", vector(4, "collision_groups", "int64")),
+    "visibility": ("visibility", number("visibility")),
+    "shading_mode": ("shading_mode", number("shading_mode", "int64")),
 }
-"""Key of the language → field of the plan, and how one's value becomes the other's."""
+"""Key of the language → field of the plan, and what a row of it holds."""
 
 _KNOB_NAMES = frozenset(KNOBS)
+
+VELOCITIES = frozenset(("linear_velocity", "angular_velocity"))
+"""Knobs that a reset draws anew."""
+
+_NO_DEFAULTS = Defaults()
+_INERTIA = vector(3, "inertia")
 
 
 class Bodies:
@@ -54,53 +74,89 @@ class Bodies:
         self._groups = groups
         self._sink = sink
 
-    def lower(self, body: Body, origin: Origin) -> BodyStructure:
+    def lower(self, body: Any, origin: Origin, leaves: Leaves) -> BodyStructure:
         """A body's structure; shapes that were reported are missing in it."""
-        default = self._materials.surface(body.material, origin) or PLAIN
-        if body.color is not None and not (body.shapes or body.visuals):
-            self._nothing("color", "visible", origin)
-        if body.density is not None and not (body.shapes or body.collisions):
-            self._nothing("density", "colliding", origin)
+        self._does_something(body, body, origin)
+        return self._structure(body.body_type, ((body, origin),), leaves)
+
+    def variant(self, common: Layer, own: Layer, leaves: Leaves) -> BodyStructure:
+        """The structure of one variant: lists of shapes go on where the common ones end, other keys replace them."""
+        self._does_something(own[0], common[0], own[1])
+        typed = next((body for body, _ in (own, common) if "body_type" in body.model_fields_set), common[0])
+        return self._structure(typed.body_type, (common, own), leaves)
+
+    def _structure(self, body_type: Any, layers: tuple[Layer, ...], leaves: Leaves) -> BodyStructure:
+        default = self._defaults(layers, leaves)
         collisions: list[CollisionShape] = []
         visuals: list[VisualShape] = []
-        for i, shape in enumerate(body.shapes):
-            collides, seen = self._shapes.both(shape, body, default, origin.child("shapes", i))
-            if collides is not None:
-                collisions.append(collides)
-            if seen is not None:
-                visuals.append(seen)
-        for i, shape in enumerate(body.collisions):
-            if (collides := self._shapes.collision(shape, body, default, origin.child("collisions", i))) is not None:
-                collisions.append(collides)
-        for i, shape in enumerate(body.visuals):
-            if (seen := self._shapes.visual(shape, body, default, origin.child("visuals", i))) is not None:
-                visuals.append(seen)
+        for body, origin in layers:
+            for i, shape in enumerate(body.shapes):
+                collides, seen = self._shapes.both(shape, default, leaves, origin.child("shapes", i))
+                if collides is not None:
+                    collisions.append(collides)
+                if seen is not None:
+                    visuals.append(seen)
+        for body, origin in layers:
+            for i, shape in enumerate(body.collisions):
+                collides = self._shapes.collision(shape, default, leaves, origin.child("collisions", i))
+                if collides is not None:
+                    collisions.append(collides)
+        for body, origin in layers:
+            for i, shape in enumerate(body.visuals):
+                seen = self._shapes.visual(shape, default, leaves, origin.child("visuals", i))
+                if seen is not None:
+                    visuals.append(seen)
+        knobs: dict[str, Value] = {}
+        for body, origin in layers:
+            self._knobs(body, origin, leaves, knobs)
         return BodyStructure(
-            body_type=body.body_type,
+            body_type=body_type,
             collisions=tuple(collisions),
             visuals=tuple(visuals),
-            inertial=self._inertial(body, origin),
-            origin=origin,
-            **self._knobs(body, origin),
+            inertial=self._inertial(layers, leaves),
+            origin=layers[-1][1],
+            **knobs,
         )
 
-    def _knobs(self, body: Body, origin: Origin) -> dict[str, Value]:
+    def _does_something(self, body: Any, common: Any, origin: Origin) -> None:
+        if body.color is not None and not (body.shapes or body.visuals or common.shapes or common.visuals):
+            self._nothing("color", "visible", origin)
+        if body.density is not None and not (body.shapes or body.collisions or common.shapes or common.collisions):
+            self._nothing("density", "colliding", origin)
+        if body.collision_group is not None and not (
+            body.shapes or body.collisions or common.shapes or common.collisions
+        ):
+            self._nothing("collision_group", "colliding", origin)
+
+    def _defaults(self, layers: tuple[Layer, ...], leaves: Leaves) -> Defaults:
+        found = _NO_DEFAULTS
+        for body, origin in layers:
+            if body.material is None and body.color is None and body.density is None:
+                continue
+            surface = self._materials.surface(body.material, origin, leaves)
+            color = leaves.given(body.color, COLOR, origin, "color")
+            density = leaves.given(body.density, DENSITY, origin, "density")
+            found = Defaults(
+                found.surface if surface is None else surface,
+                found.color if color is None else color,
+                found.density if density is None else density,
+            )
+        return found
+
+    def _knobs(self, body: Any, origin: Origin, leaves: Leaves, knobs: dict[str, Value]) -> None:
         given = body.model_fields_set
-        knobs: dict[str, Value] = {}
         for name in _KNOB_NAMES & given:
-            field, make = KNOBS[name]
-            knobs[field] = make(getattr(body, name))
-        if body.collision_group is not None:
-            if "collision_bits" in given:
-                self._both_groups(origin)
-            bits = self._groups.get(body.collision_group)
-            if not (body.shapes or body.collisions):
-                self._nothing("collision_group", "colliding", origin)
-            elif bits is None:
-                self._unknown_group(body.collision_group, origin)
-            else:
-                knobs["collision_groups"] = literal(bits, "int64")
-        return knobs
+            field, kind = KNOBS[name]
+            knobs[field] = leaves.value(getattr(body, name), kind, origin, name, reset=name in VELOCITIES)
+        if body.collision_group is None:
+            return
+        if "collision_bits" in given:
+            self._both_groups(origin)
+        bits = self._groups.get(qualified(body.collision_group, leaves.scope))
+        if bits is None:
+            self._unknown_group(body.collision_group, origin, leaves)
+        else:
+            knobs["collision_groups"] = literal(bits, "int64")
 
     def _both_groups(self, origin: Origin) -> None:
         self._sink.report(
@@ -120,15 +176,23 @@ class Bodies:
             hint=f"leave `{key}` out",
         )
 
-    def _unknown_group(self, name: str, origin: Origin) -> None:
-        hint = suggest_name(name, self._groups, self._sink) if self._groups else "name it under `collision_groups`"
+    def _unknown_group(self, name: str, origin: Origin, leaves: Leaves) -> None:
+        prefix = qualified("", leaves.scope)
+        known = [group[len(prefix) :] for group in self._groups if group.startswith(prefix)]
+        hint = suggest_name(name, known, self._sink) if known else "name it under `collision_groups`"
         self._sink.report(
             "SC302", f"there is no collision group `{cut(name)}`", origin.child("collision_group"), hint=hint
         )
 
-    def _inertial(self, body: Body, origin: Origin) -> Inertial | None:
-        given = body.inertial
-        if given is None:
-            return None
-        com = lower_local_pose(given.com, origin, ("inertial", "com"), "a centre of mass", self._sink)
-        return Inertial(literal(given.mass), literal(com), literal(given.inertia))
+    def _inertial(self, layers: tuple[Layer, ...], leaves: Leaves) -> Inertial | None:
+        for body, origin in reversed(layers):
+            given = body.inertial
+            if given is None:
+                continue
+            place = origin.child("inertial")
+            return Inertial(
+                leaves.value(given.mass, KNOBS["mass"][1], place, "mass"),
+                local_pose(given.com, origin, ("inertial", "com"), "a centre of mass", leaves),
+                leaves.value(given.inertia, _INERTIA, place, "inertia"),
+            )
+        return None

@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.words import cut, suggest_name
+from scenecc.lower.names import qualified, scope_of
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
@@ -45,15 +46,13 @@ def allot(groups: dict[str, CollisionGroup], origin: Origin, sink: Sink) -> dict
 def _ignored(groups: dict[str, CollisionGroup], origin: Origin, sink: Sink) -> dict[str, set[str]]:
     ignored: dict[str, set[str]] = {name: set() for name in groups}
     for name, group in groups.items():
-        for i, other in enumerate(group.ignore):
+        scope = scope_of(name)
+        for i, written in enumerate(group.ignore):
+            other = qualified(written, scope)
             if other not in groups:
                 place = origin.child(name, "ignore", i)
-                sink.report(
-                    "SC302",
-                    f"there is no collision group `{cut(other)}`",
-                    place,
-                    hint=suggest_name(other, groups, sink),
-                )
+                hint = suggest_name(written, groups, sink)
+                sink.report("SC302", f"there is no collision group `{cut(written)}`", place, hint=hint)
                 continue
             ignored[name].add(other)
             ignored[other].add(name)

@@ -6,14 +6,20 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import cut, suggest_name
+from scenecc.lower.forms import place_of
+from scenecc.lower.kinds import COLOR, EMISSION, Kind, number
+from scenecc.lower.names import qualified, scope_of
+from scenecc.lower.words import read_names
 from scenecc.plan import Friction, PhysicalMaterial, Texture, Value, VisualMaterial, literal
-from scenecc.spec.material import Material, Physical, TextureMapping, Visual
+from scenecc.spec.material import Material, TextureMapping
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping
 
     from scenecc.diagnostics import Origin, Sink
+    from scenecc.lower.leaves import Leaves
     from scenecc.lower.tables import Tables
+    from scenecc.spec.material import Physical, Visual
 
 NUMBERS = ("specular", "roughness", "metallic", "transmission", "ior", "transmission_roughness")
 TEXTURES = (
@@ -24,8 +30,11 @@ TEXTURES = (
     "emission_texture",
     "transmission_texture",
 )
-
-Rgba = tuple[float, float, float, float]
+FRICTION: dict[str, Kind] = {
+    name: number(name) for name in ("static_friction", "dynamic_friction", "restitution")
+}
+DENSITY = number("density")
+_SEEN: dict[str, Kind] = {**{name: number(name) for name in NUMBERS}, "base_color": COLOR, "emission": EMISSION}
 
 SAPIEN_DEFAULT = Friction(0.3, 0.3, 0.1)
 """`sapien.physx.get_default_material()` of SAPIEN 3.0.3."""
@@ -43,7 +52,26 @@ class Surface:
 
     physical: Value | None = None
     visual: VisualMaterial | None = None
-    density: float | None = None
+    density: Value | None = None
+
+    @property
+    def varies(self) -> bool:
+        """Whether it may differ from scene to scene."""
+        values = () if self.visual is None else self.visual.values()
+        return any(value is not None and value.may_vary for value in (*values, self.physical, self.density))
+
+
+@dataclass(frozen=True, slots=True)
+class Surfaces:
+    """Several materials, of which each scene has one.
+
+    Attributes:
+        each: by the number that `pick` gives.
+        pick: (·,) index into `each`.
+    """
+
+    each: tuple[Surface, ...]
+    pick: Value
 
 
 PLAIN = Surface()
@@ -53,103 +81,124 @@ class Materials:
     """The named materials of a document, lowered when first used."""
 
     def __init__(
-        self, named: dict[str, Material], tables: Tables, default: Friction, origin: Origin, sink: Sink
+        self, named: Mapping[str, Material], tables: Tables, default: Friction, origin: Origin, sink: Sink
     ) -> None:
         self._named = named
         self._tables = tables
-        self._default = default
+        self._default = {name: literal(getattr(default, name)) for name in FRICTION}
         self._origin = origin
         self._sink = sink
         self._lowered: dict[str, Surface] = {}
+        self._varying: dict[str, dict[tuple[int, ...], Surface]] = {}
 
-    def surface(self, given: str | Material | None, owner: Origin) -> Surface | None:
-        """A reference or an inline material; None where nothing is written.
+    def surface(self, given: Any, owner: Origin, leaves: Leaves) -> Surface | Surfaces | None:
+        """A reference, an inline material or one of several in each scene; None where nothing is written.
 
         Args:
             given: as written.
             owner: of the node that has the key `material`.
+            leaves: of the object.
         """
         if given is None:
             return None
+        if given.__class__ is str:
+            return self._referred(given, owner, ("material",), leaves)
         if isinstance(given, Material):
-            return self._lower(given, owner.child("material"))
-        found = self._lowered.get(given)
-        if found is None:
-            found = self._lowered[given] = self._by_name(given, owner)
-        elif given not in self._named:
-            self._unknown(given, owner)
-        return found
+            return self._lower(given, owner.child("material"), leaves)
 
-    def report_unused(self) -> None:
-        """A warning for each named material that no shape has; its files are looked up all the same."""
+        def find(one: Any, place: Origin) -> Surface:
+            if isinstance(one, Material):
+                return self._lower(one, place, leaves)
+            return self._referred(one, place, (), leaves)
+
+        named = read_names(given, place_of(owner.child("material")), leaves, find)
+        each = tuple(found or PLAIN for found in named.found)
+        return each[0] if len(each) == 1 else Surfaces(each, named.value)
+
+    def report_unused(self, used: set[str], leaves: Leaves) -> None:
+        """A warning for each named material that no shape has; its files are looked up all the same.
+
+        Args:
+            used: names that something refers to which no shape has taken up.
+            leaves: of the whole batch.
+        """
         for name, material in self._named.items():
             if name not in self._lowered:
                 place = self._origin.child(name)
-                self._lower(material, place)
-                self._sink.report("SC313", f"the material `{name}` is never used", place, at="key")
+                self._lower(material, place, leaves.inside(scope_of(name)))
+                if name not in used:
+                    self._sink.report("SC313", f"the material `{cut(name)}` is never used", place, at="key")
 
-    def _by_name(self, name: str, owner: Origin) -> Surface:
-        if name in self._named:
-            return self._lower(self._named[name], self._origin.child(name))
-        self._unknown(name, owner)
-        return PLAIN
+    def _referred(self, name: str, owner: Origin, at: tuple[str, ...], leaves: Leaves) -> Surface:
+        full = qualified(name, leaves.scope) if leaves.scope or name[0] == "/" else name
+        found = self._lowered.get(full)
+        if found is None:
+            given = self._named.get(full)
+            if given is None:
+                self._unknown(name, owner.child(*at), leaves)
+                return PLAIN
+            found = self._lowered[full] = self._lower(given, self._origin.child(full), leaves.inside(scope_of(full)))
+            if found.varies:
+                self._varying[full] = {leaves.scenes: found}
+        by_scenes = self._varying.get(full)
+        if by_scenes is None:
+            return found
+        if leaves.scenes not in by_scenes:
+            # The rows of its values follow the scenes of what has it.
+            place, inside = self._origin.child(full), leaves.inside(scope_of(full))
+            by_scenes[leaves.scenes] = self._lower(self._named[full], place, inside)
+        return by_scenes[leaves.scenes]
 
-    def _unknown(self, name: str, owner: Origin) -> None:
-        hint = suggest_name(name, self._named, self._sink) if self._named else "name it under `materials`"
-        self._sink.report("SC301", f"there is no material `{cut(name)}`", owner.child("material"), hint=hint)
+    def _unknown(self, name: str, place: Origin, leaves: Leaves) -> None:
+        prefix = qualified("", leaves.scope)
+        names = [other[len(prefix) :] for other in self._named if other.startswith(prefix)]
+        hint = suggest_name(name, names, self._sink) if names else "name it under `materials`"
+        self._sink.report("SC301", f"there is no material `{cut(name)}`", place, hint=hint)
 
-    def _lower(self, material: Material, origin: Origin) -> Surface:
-        physical, visual = material.physical, material.visual
+    def _lower(self, material: Material, origin: Origin, leaves: Leaves) -> Surface:
+        given, seen = material.physical, material.visual
         return Surface(
-            self._physical(physical, origin.child("physical")) if physical else None,
-            self._visual(visual, origin.child("visual")) if visual else None,
-            physical.density if physical else None,
+            self._physical(given, origin.child("physical"), leaves) if given else None,
+            self._visual(seen, origin.child("visual"), leaves) if seen else None,
+            leaves.given(given.density, DENSITY, origin, "physical", "density") if given else None,
         )
 
-    def _physical(self, given: Physical, origin: Origin) -> Value | None:
-        parts = (given.static_friction, given.dynamic_friction, given.restitution)
-        if parts == (None, None, None):
+    def _physical(self, given: Physical, origin: Origin, leaves: Leaves) -> Value | None:
+        parts: dict[str, Any] = {name: getattr(given, name) for name in FRICTION}
+        if all(part is None for part in parts.values()):
             return None
-        default = (self._default.static_friction, self._default.dynamic_friction, self._default.restitution)
-        row = PhysicalMaterial(*(literal(d if part is None else part) for part, d in zip(parts, default, strict=True)))
-        return self._tables.physical(row, origin)
-
-    def _visual(self, given: Visual, origin: Origin) -> VisualMaterial:
-        parts: dict[str, Any] = {
-            name: literal(number) for name in NUMBERS if (number := getattr(given, name)) is not None
+        values = {
+            name: self._default[name] if part is None else leaves.value(part, FRICTION[name], origin, name)
+            for name, part in parts.items()
         }
-        parts |= {
-            name: self._texture(texture, origin.child(name))
-            for name in TEXTURES
-            if (texture := getattr(given, name)) is not None
-        }
-        return VisualMaterial(
-            base_color=literal(rgba(given.base_color)) if given.base_color is not None else None,
-            emission=literal(rgba(given.emission)) if given.emission is not None else None,
-            **parts,
-        )
+        return self._tables.physical(PhysicalMaterial(**values), origin)
 
-    def _texture(self, given: str | TextureMapping, origin: Origin) -> Texture | None:
-        uri, place = (given, origin) if isinstance(given, str) else (given.file, origin.child("file"))
-        index = self._tables.file(uri, place)
-        if index is None:
+    def default(self) -> Value:
+        """The row of the default material, for a shape that has it in some scenes only."""
+        return self._tables.physical(PhysicalMaterial(**self._default), self._origin)
+
+    def _visual(self, given: Visual, origin: Origin, leaves: Leaves) -> VisualMaterial:
+        parts: dict[str, Any] = {}
+        for name, kind in _SEEN.items():
+            if (item := getattr(given, name)) is not None:
+                parts[name] = leaves.value(item, kind, origin, name)
+        for name in TEXTURES:
+            if (item := getattr(given, name)) is not None:
+                parts[name] = self._texture(item, origin.child(name), leaves)
+        return VisualMaterial(**parts)
+
+    def _texture(self, given: Any, origin: Origin, leaves: Leaves) -> Texture | None:
+        mapping = isinstance(given, TextureMapping)
+        file = self._tables.files_of(given.file if mapping else given, origin.child("file") if mapping else origin, leaves)
+        if file is None:
             return None
-        if isinstance(given, str):
-            return Texture(literal(index, "int64"))
-        return Texture(literal(index, "int64"), given.mipmap_levels, given.filter_mode, given.address_mode, given.srgb)
+        if not mapping:
+            return Texture(file)
+        return Texture(file, given.mipmap_levels, given.filter_mode, given.address_mode, given.srgb)
 
 
-def colored(visual: VisualMaterial | None, color: str | Sequence[float] | None) -> VisualMaterial | None:
+def colored(visual: VisualMaterial | None, color: Value | None) -> VisualMaterial | None:
     """A visual material with another base colour, the rest left as it is."""
     if color is None:
         return visual
-    return replace(visual or VisualMaterial(), base_color=literal(rgba(color)))
-
-
-def rgba(color: str | Sequence[float]) -> Rgba:
-    """Four numbers: "#rrggbb" and "#rrggbbaa" are bytes over 255, without gamma; alpha is 1 if left out."""
-    if isinstance(color, str):
-        digits = color[1:]
-        color = [int(digits[i : i + 2], 16) / 255 for i in range(0, len(digits), 2)]
-    red, green, blue, *rest = color
-    return (red, green, blue, rest[0] if rest else 1.0)
+    return replace(visual or VisualMaterial(), base_color=color)

@@ -1,16 +1,25 @@
-"""Where entities stand in the world: `relative_to` chains, composed."""
+"""Where entities and frames stand in the world: `relative_to` chains, composed."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import cut, suggest_name
+from scenecc.lower.forms import Place, Reading
+from scenecc.lower.pose_nodes import POSE, pose_item, pose_varies
 from scenecc.lower.poses import IDENTITY_POSE, Pose7, compose, lower_pose
+from scenecc.plan import Value, literal
 from scenecc.spec.pose import PoseMapping
+from scenecc.values.nodes import Composed
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.spec.body import Body, Frame
+    from scenecc.lower.leaves import Leaves
+    from scenecc.lower.names import Names
+    from scenecc.values.nodes import Node
 
 WORLD = "world"
 
@@ -18,57 +27,140 @@ _SHOWN = 20
 """How many members of a circle are named."""
 
 
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """Where something stands.
+
+    Attributes:
+        local: its own pose, in the frame of `parent`: seven numbers, or a node.
+        reading: what was read of it; None where it is the same in every scene.
+        parent: what it stands relative to; None: the world.
+        world: its pose in the world, likewise.
+        around: itself if it is an entity, else the first entity that the frame stands relative to.
+    """
+
+    local: Pose7 | Node
+    reading: Reading | None
+    parent: str | None
+    world: Pose7 | Node
+    around: str | None
+
+
 class Places:
     """World poses of the frames and entities of a document, composed in float64."""
 
     def __init__(
         self,
-        frames: dict[str, Frame],
-        entities: dict[str, Body],
-        selections: dict[str, tuple[int, ...]],
+        placed: Mapping[str, Any],
+        frames: Mapping[str, Any],
+        leaves_of: Callable[[str], Leaves],
+        names: Names,
         origin: Origin,
         sink: Sink,
     ) -> None:
-        self._placed: dict[str, Frame | Body] = {**frames, **entities}
-        self._sections = {**dict.fromkeys(entities, "entities"), **dict.fromkeys(frames, "frames")}
-        self._selections = selections
+        self._placed = placed
+        self._frames = frames
+        self._leaves_of = leaves_of
+        self._names = names
         self._origin = origin
         self._sink = sink
         self._origins: dict[str, Origin] = {}
-        self._world: dict[str, Pose7] = {}
-        # For each that is placed: itself if it is an entity, else the first entity that the frame stands relative to.
-        self._around: dict[str, str | None] = {}
+        self._standing: dict[str, Standing] = {}
+        self._fixed: set[str] = set()
 
-    def world(self, name: str, owner: Origin) -> Pose7:
-        """The world pose of an entity or a frame; the identity where it was reported. `owner`: its node."""
+    def world(self, name: str, owner: Origin, *, fixed: bool) -> Value | None:
+        """The world pose of an entity as a value; a frame's, which is none, is only looked at.
+
+        Args:
+            name: of the entity or frame.
+            owner: its node.
+            fixed: whether it stays as it is built.
+        """
         pose = self._placed[name].pose
-        if not isinstance(pose, PoseMapping) or pose.relative_to is None:
+        if (pose.__class__ is not PoseMapping or pose.relative_to is None) and not self._names.scopes.get(name):
             # Most stand in the world, and few of these are asked for again.
-            return lower_pose(pose, owner, ("pose",), self._sink)
-        found = self._world.get(name)
+            if not pose_varies(pose):
+                return literal(lower_pose(pose, owner, ("pose",), self._sink))
+        standing = self.standing(name)
+        leaves = self._leaves_of(name)
+        readings = self._readings(name)
+        if fixed:
+            self.fix(name)
+        if not readings:
+            return literal(standing.world)  # pyright: ignore[reportArgumentType] - nothing varies
+        whole = Reading(leaves, self.origin(name))
+        for reading in readings:
+            whole.join(reading)
+        return leaves.finish(standing.world, whole, POSE, self.origin(name).child("pose"), reset=not fixed)
+
+    def fix(self, name: str) -> None:
+        """Notes that something stays where it is built, and with it all that it stands relative to."""
+        at: str | None = name
+        while at is not None and at not in self._fixed:
+            self._fixed.add(at)
+            standing = self.standing(at)
+            if standing.reading is not None:
+                self._leaves_of(at).fix(standing.reading)
+            at = standing.parent
+
+    def leaves(self, name: str) -> Leaves:
+        """The leaves of an entity or a frame."""
+        return self._leaves_of(name)
+
+    def is_fixed(self, name: str) -> bool:
+        """Whether something stays where it is built."""
+        return name in self._fixed
+
+    def standing(self, name: str) -> Standing:
+        """Where an entity or a frame stands."""
+        found = self._standing.get(name)
         if found is not None:
             return found
         chain = self._chain(name)
-        pose = self._world.get(chain[-1], IDENTITY_POSE)
-        around: str | None = None
         for member in reversed(chain):
-            if member in self._world:
-                around = self._around[member]
-                continue
-            pose = self._world[member] = compose(pose, self._local(member))
+            if member not in self._standing:
+                self._standing[member] = self._stand(member)
+        return self._standing[name]
+
+    def _readings(self, name: str) -> list[Reading]:
+        """What was read of the poses of all that something stands relative to, and of its own."""
+        readings: list[Reading] = []
+        at: str | None = name
+        while at is not None:
+            standing = self.standing(at)
+            if standing.reading is not None:
+                readings.append(standing.reading)
+            at = standing.parent
+        return readings
+
+    def _stand(self, name: str) -> Standing:
+        parent = self._names.parent(name, self._relative_to(name))
+        outer = self._standing.get(parent) if parent is not None else None
+        pose, origin, reading = self._placed[name].pose, self.origin(name), None
+        local: Any
+        if pose_varies(pose):
+            reading = Reading(self._leaves_of(name), origin)
+            local = pose_item(pose, Place(origin.child("pose"), "pose"), reading, self._sink)
+        else:
+            local = lower_pose(pose, origin, ("pose",), self._sink)
+        around = outer.around if outer is not None else None
+        if name not in self._frames:
             # A frame is wherever somebody stands relative to it, so it passes on whose scenes count.
-            if self._sections[member] == "entities":
-                if around is not None:
-                    self._exists_wherever(member, around)
-                around = member
-            self._around[member] = around
-        return pose
+            if around is not None:
+                self._exists_wherever(name, around)
+            around = name
+        world = local if outer is None else _composed(outer.world, local)
+        return Standing(local, reading, parent if outer is not None else None, world, around)
+
+    def _relative_to(self, name: str) -> str | None:
+        pose = self._placed[name].pose
+        return pose.relative_to if isinstance(pose, PoseMapping) else None
 
     def _chain(self, name: str) -> list[str]:
         """What is not placed yet, from the name outwards, and the first that is; cut where something was reported."""
         chain = {name: None}
         outermost = name
-        while outermost not in self._world and (parent := self._parent(outermost)) is not None:
+        while outermost not in self._standing and (parent := self._parent(outermost)) is not None:
             if parent in chain:
                 members = list(chain)
                 self._cycle(members[members.index(parent) :])
@@ -78,24 +170,23 @@ class Places:
         return list(chain)
 
     def _parent(self, name: str) -> str | None:
-        pose = self._placed[name].pose
-        if not isinstance(pose, PoseMapping) or pose.relative_to in (None, WORLD):
-            return None
-        parent = pose.relative_to
-        if parent in self._placed:
+        written = self._relative_to(name)
+        parent = self._names.parent(name, written)
+        if parent is None or parent in self._placed:
             return parent
+        known = self._names.seen_by(name, self._placed)
         self._sink.report(
             "SC303",
-            f"there is no entity or frame `{cut(parent)}`",
+            f"there is no entity or frame `{cut(str(written))}`",
             self.origin(name).child("pose", "relative_to"),
-            hint=suggest_name(str(parent), (other for other in self._placed if other != name), self._sink),
+            hint=suggest_name(str(written), known, self._sink),
         )
         return None
 
     def _exists_wherever(self, name: str, parent: str) -> None:
         """Reports a scene that the one entity is in and the other is not."""
-        mine, others = self._selections.get(name), self._selections.get(parent)
-        if mine is others or mine is None or others is None or not (missing := set(mine).difference(others)):
+        mine, others = self._leaves_of(name).scenes, self._leaves_of(parent).scenes
+        if mine is others or not (missing := set(mine).difference(others)):
             return
         self._sink.report(
             "SC311",
@@ -119,12 +210,16 @@ class Places:
             ],
         )
 
-    def _local(self, name: str) -> Pose7:
-        return lower_pose(self._placed[name].pose, self.origin(name), ("pose",), self._sink)
-
     def origin(self, name: str) -> Origin:
         """The node of an entity or a frame."""
         found = self._origins.get(name)
         if found is None:
-            found = self._origins[name] = self._origin.child(self._sections[name], name)
+            section = "frames" if name in self._frames else "entities"
+            found = self._origins[name] = self._origin.child(section, name)
         return found
+
+
+def _composed(outer: Any, inner: Any) -> Any:
+    if isinstance(outer, tuple) and isinstance(inner, tuple):
+        return compose(outer, inner)  # pyright: ignore[reportUnknownArgumentType]
+    return inner if outer == IDENTITY_POSE else Composed(outer, inner)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scenecc.lower import rotations
 from scenecc.lower.rotations import IDENTITY, Quat, Vec3
@@ -41,16 +41,32 @@ def lower_pose(pose: Vec3 | PoseMapping | None, owner: Origin, at: Path, sink: S
         return IDENTITY_POSE
     if isinstance(pose, tuple):
         return (*pose, 1.0, 0.0, 0.0, 0.0)
+    form, clear = rotation_of(pose, owner, at, sink)
+    if not clear:
+        return IDENTITY_POSE
+    if form == "matrix":
+        return _from_matrix(pose.matrix, owner.child(*at), sink)
+    p = pose.p or (0.0, 0.0, 0.0)
+    if form is None:
+        return (*p, 1.0, 0.0, 0.0, 0.0)
+    return (*p, *(_rotation(pose, form, p, owner, (*at, form), sink) or IDENTITY))
+
+
+def rotation_of(pose: PoseMapping, owner: Origin, at: Path, sink: Sink) -> tuple[str | None, bool]:
+    """The key of a pose's rotation, `matrix` included, and whether there is one at most; otherwise it is reported."""
     forms = ROTATIONS & pose.model_fields_set
-    if pose.matrix is not None:
-        return _from_matrix(pose, forms, owner.child(*at), sink)
+    if "matrix" in pose.model_fields_set:
+        others = [*(["p"] if pose.p is not None else []), *_ordered(forms)]
+        if others:
+            message = f"`matrix` stands alone, not beside {_listed(others)}"
+            sink.report("SC111", message, owner.child(*at, others[0]), at="key")
+        return "matrix", not others
     if len(forms) > 1:
         _too_many(_ordered(forms), owner.child(*at), sink)
-        return IDENTITY_POSE
-    p = pose.p or (0.0, 0.0, 0.0)
+        return None, False
     for form in forms:
-        return (*p, *(_rotation(pose, form, p, owner, (*at, form), sink) or IDENTITY))
-    return (*p, *IDENTITY)
+        return form, True
+    return None, True
 
 
 def lower_local_pose(pose: Vec3 | PoseMapping | None, owner: Origin, at: Path, what: str, sink: Sink) -> Pose7:
@@ -97,7 +113,7 @@ def _rotation(pose: PoseMapping, form: str, p: Vec3, owner: Origin, at: Path, si
     match form:
         case "q":
             assert pose.q is not None
-            return _quaternion(pose.q, owner, at, sink)
+            return lower_quaternion(pose.q, owner, at, sink)
         case "rpy":
             assert pose.rpy is not None
             return rotations.from_rpy(*pose.rpy)
@@ -113,7 +129,8 @@ def _rotation(pose: PoseMapping, form: str, p: Vec3, owner: Origin, at: Path, si
             return _looking(pose.look_at, p, owner.child(*at), sink)
 
 
-def _quaternion(q: Quat, owner: Origin, at: Path, sink: Sink) -> Quat | None:
+def lower_quaternion(q: Quat, owner: Origin, at: Path, sink: Sink) -> Quat | None:
+    """A quaternion of length 1, or one that is near enough to be made so; None where it was reported."""
     off = abs(math.hypot(*q) - 1)
     if off <= UNTOUCHED:
         return q
@@ -128,12 +145,19 @@ def _quaternion(q: Quat, owner: Origin, at: Path, sink: Sink) -> Quat | None:
     return None
 
 
-def _axis_angle(given: AxisAngle, origin: Origin, sink: Sink) -> Quat | None:
+def axis_angle_is_clear(given: AxisAngle, origin: Origin, sink: Sink) -> bool:
+    """Whether there is one angle; otherwise it is reported."""
     if given.angle is not None and given.angle_deg is not None:
         sink.report("SC111", "`angle` and `angle_deg` exclude each other", origin.child("angle_deg"), at="key")
-        return None
+        return False
     if given.angle is None and given.angle_deg is None:
         sink.report("SC102", "`axis_angle` lacks the key `angle` or `angle_deg`", origin, at="key")
+        return False
+    return True
+
+
+def _axis_angle(given: AxisAngle, origin: Origin, sink: Sink) -> Quat | None:
+    if not axis_angle_is_clear(given, origin, sink):
         return None
     axis = direction(given.axis)
     if not any(axis):
@@ -155,13 +179,7 @@ def _looking(target: Vec3, p: Vec3, origin: Origin, sink: Sink) -> Quat | None:
     return q
 
 
-def _from_matrix(pose: PoseMapping, forms: frozenset[str], origin: Origin, sink: Sink) -> Pose7:
-    matrix = pose.matrix
-    assert matrix is not None
-    others = [*(["p"] if pose.p is not None else []), *_ordered(forms)]
-    if others:
-        sink.report("SC111", f"`matrix` stands alone, not beside {_listed(others)}", origin.child(others[0]), at="key")
-        return IDENTITY_POSE
+def _from_matrix(matrix: Any, origin: Origin, sink: Sink) -> Pose7:
     if (off := rotations.rigidity(matrix)) > RIGID:
         sink.report(
             "SC113",

@@ -3,41 +3,50 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scenecc.lower.bodies import Bodies
+from scenecc.lower.bounds import Bounds, within
+from scenecc.lower.draws import lower_draws
+from scenecc.lower.draws import report_unused as report_unused_draws
+from scenecc.lower.entities import Entities
 from scenecc.lower.groups import allot
+from scenecc.lower.leaves import Drawing
 from scenecc.lower.materials import SAPIEN_DEFAULT, Materials
-from scenecc.lower.places import WORLD, Places
-from scenecc.lower.selection import count, select
+from scenecc.lower.names import WORLD, Names
 from scenecc.lower.shapes import Shapes
 from scenecc.lower.tables import FileResolver, Tables
-from scenecc.plan import Entity, Friction, GpuMemory, Physics, ScenePlan, SdfConfig, literal
+from scenecc.plan import Friction, GpuMemory, Physics, ScenePlan, SdfConfig
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scenecc.diagnostics import Origin, Sink
+    from scenecc.lower.places import Places
     from scenecc.spec.document import SceneFile
     from scenecc.spec.physics import Physics as PhysicsKeys
 
 
 @dataclass(frozen=True, slots=True)
 class Lowered:
-    """A plan, and where its files and physical materials were asked for first."""
+    """A plan, and what its draw stage and its checks have to know.
+
+    Attributes:
+        plan: whose values are not drawn yet, and have no recipes.
+        file_origins: for each file, the first place that names it.
+        material_origins: for each physical material, the first place that asks for it.
+        drawing: the draws, and the values that only their rows can be judged by.
+        places: where its entities stand.
+    """
 
     plan: ScenePlan
     file_origins: Mapping[int, Origin]
     material_origins: Mapping[int, Origin]
+    drawing: Drawing
+    places: Places
 
 
-@dataclass(frozen=True, slots=True)
-class Bounds:
-    """Limits on what a document may ask for (LANGUAGE, Limits)."""
-
-    scenes: int
-    objects: int
-    objects_times_scenes: int
+_AS_WRITTEN = Names()
 
 
 def lower(
@@ -50,11 +59,14 @@ def lower(
     resolve: FileResolver,
     bounds: Bounds,
     sink: Sink,
+    names: Names = _AS_WRITTEN,
+    selections: Mapping[str, tuple[int, ...]] | None = None,
+    draws: Mapping[str, Any] | None = None,
 ) -> Lowered | None:
-    """The plan of a batch; None where anything was reported as an error.
+    """The plan of a batch; None where anything was reported as an error. Nothing is drawn: that is `draw`'s.
 
     Args:
-        scene: the document.
+        scene: the document, expanded where it has anything to expand.
         name: of the plan, where the document gives none.
         num_scenes: how many scenes; the document's unless overridden.
         seed: of every draw; likewise.
@@ -62,23 +74,28 @@ def lower(
         resolve: finds the files that it names.
         bounds: limits.
         sink: takes the diagnostics.
+        names: what its names mean, where it has instances.
+        selections: the scenes of the entities and frames that instances narrow.
+        draws: arrays, (num_scenes,) or (num_scenes, k), that take the place of shared draws.
     """
-    if not _within(scene, num_scenes, bounds, origin, sink):
+    narrowed = selections or {}
+    if not within(scene, num_scenes, narrowed, bounds, origin, sink):
         return None
     _names(scene, origin, sink)
+    drawing = Drawing(seed, num_scenes, sink)
+    lower_draws(scene.draws, draws or {}, drawing, names, origin.child("draws"))
     physics = _physics(scene.physics, origin.child("physics"))
     tables = Tables(resolve)
-    materials = Materials(
-        scene.materials, tables, physics.default_material or SAPIEN_DEFAULT, origin.child("materials"), sink
-    )
+    default = physics.default_material or SAPIEN_DEFAULT
+    materials = Materials(scene.materials, tables, default, origin.child("materials"), sink)
     groups = allot(scene.collision_groups, origin.child("collision_groups"), sink)
-    entities = _entities(
-        scene, num_scenes, origin, Bodies(Shapes(tables, materials, sink), materials, groups, sink), sink
-    )
+    entities = Entities(scene, narrowed, drawing, names, origin, sink)
+    built = entities.lower(Bodies(Shapes(tables, materials, sink), materials, groups, sink))
     if sink.failed:
         # A material may be unused only because its name was misspelt where it was meant.
         return None
-    materials.report_unused()
+    materials.report_unused(frozenset(names.used_materials), drawing.leaves())
+    report_unused_draws(scene.draws, drawing, names, origin.child("draws"))
     if sink.failed:
         return None
     plan = ScenePlan(
@@ -86,59 +103,14 @@ def lower(
         description=scene.description,
         num_scenes=num_scenes,
         seed=seed,
-        entities=entities,
+        entities=built,
         physics=physics,
         files=tables.files.rows,
         physical_materials=tables.physical_materials.rows,
         visual_materials=tables.visual_materials.rows,
         origin=origin,
     )
-    return Lowered(plan, tables.file_origins, tables.material_origins)
-
-
-def _entities(scene: SceneFile, num_scenes: int, origin: Origin, bodies: Bodies, sink: Sink) -> tuple[Entity, ...]:
-    everywhere = tuple(range(num_scenes))
-    selections: dict[str, tuple[int, ...]] = {}
-    for name, body in scene.entities.items():
-        if body.scene_idxs is None:
-            selections[name] = everywhere
-            continue
-        selected = select(body.scene_idxs, num_scenes, origin.child("entities", name, "scene_idxs"), sink)
-        if selected is not None:
-            selections[name] = selected
-    places = Places(scene.frames, scene.entities, selections, origin, sink)
-    for name in scene.frames:
-        places.world(name, origin.child("frames", name))
-    entities: list[Entity] = []
-    for name, body in scene.entities.items():
-        place = origin.child("entities", name)
-        pose = literal(places.world(name, place))
-        structures = (bodies.lower(body, place),)
-        entities.append(Entity(name, selections.get(name, everywhere), pose, structures, None, place))
-    return tuple(entities)
-
-
-def _within(scene: SceneFile, num_scenes: int, bounds: Bounds, origin: Origin, sink: Sink) -> bool:
-    if not _under("SC605", "scenes", num_scenes, bounds.scenes, origin.child("num_scenes"), sink):
-        return False
-    shapes = {
-        name: max(1, len(body.shapes) + len(body.collisions) + len(body.visuals))
-        for name, body in scene.entities.items()
-    }
-    if not _under("SC604", "objects", sum(shapes.values()), bounds.objects, origin.child("entities"), sink):
-        return False
-    built = sum(shapes[name] * count(body.scene_idxs, num_scenes) for name, body in scene.entities.items())
-    place = origin.child("num_scenes")
-    return _under("SC606", "objects times scenes", built, bounds.objects_times_scenes, place, sink)
-
-
-def _under(code: str, what: str, number: int, limit: int, place: Origin, sink: Sink) -> bool:
-    if number <= limit:
-        return True
-    name = what.replace(" ", "_")
-    hint = f"raise it with --limit {name}={number} or limits={{'{name}': {number}}}"
-    sink.report(code, f"{number} {what} are more than the limit of {limit}", place, hint=hint)
-    return False
+    return Lowered(plan, tables.file_origins, tables.material_origins, drawing, entities.places)
 
 
 def _names(scene: SceneFile, origin: Origin, sink: Sink) -> None:

@@ -3,46 +3,64 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from typing import TYPE_CHECKING, Generic, TypeVar
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from scenecc.plan import AssetFile, PhysicalMaterial, Value, VisualMaterial, literal
+from scenecc.lower.forms import place_of
+from scenecc.lower.words import read_names
+from scenecc.plan import AssetFile, PhysicalMaterial, Texture, Value, VisualMaterial, literal
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
+    from scenecc.lower.leaves import Leaves
 
 FileResolver = Callable[[str, "Origin"], AssetFile | None]
 """Finds a file that a document names; reports and gives None where there is none."""
 
-Row = TypeVar("Row", bound=Hashable)
+Row = TypeVar("Row")
 
 
 class Table(Generic[Row]):
     """Rows without repetition, in the order in which they first came."""
 
-    def __init__(self) -> None:
-        self._indices: dict[Row, int] = {}
-        self._values: list[Value] = []
+    def __init__(self, key: Callable[[Row], Hashable]) -> None:
+        """`key`: of rows that are the same."""
+        self._key = key
+        self._rows: list[Row] = []
+        self._indices: dict[Hashable, Value] = {}
         self._known: dict[int, tuple[Row, Value]] = {}
 
-    def index(self, row: Row) -> int:
-        """The row's index; it is added where it is new."""
-        index = self._indices.setdefault(row, len(self._indices))
-        if index == len(self._values):
-            self._values.append(literal(index, "int64"))
-        return index
-
     def value(self, row: Row) -> Value:
-        """The row's index as a value that is the same in every scene."""
+        """The row's index as a value that is the same in every scene; it is added where it is new."""
         known = self._known.get(id(row))
         if known is None:
-            # By identity, since hashing a material takes longer than all else here; kept, so that its id stays its own.
-            known = self._known[id(row)] = (row, self._values[self.index(row)])
+            # By identity, since the key of a material takes longer than all else here; kept, so that its id stays
+            # its own.
+            key = self._key(row)
+            value = self._indices.get(key)
+            if value is None:
+                value = self._indices[key] = literal(len(self._rows), "int64")
+                self._rows.append(row)
+            known = self._known[id(row)] = (row, value)
         return known[1]
+
+    def index(self, row: Row) -> int:
+        """The row's index."""
+        return int(self.value(row).numbers()[0])
 
     @property
     def rows(self) -> tuple[Row, ...]:
         """All rows, by index."""
-        return tuple(self._indices)
+        return tuple(self._rows)
+
+
+def _content(row: Any) -> Hashable:
+    """What a material consists of; what may vary is only itself, since comparing it would draw it."""
+    if isinstance(row, Value):
+        return ("value", id(row)) if row.may_vary else row.numbers()
+    if isinstance(row, PhysicalMaterial | VisualMaterial | Texture):
+        return tuple(_content(getattr(row, item.name)) for item in fields(row))
+    return row
 
 
 class Tables:
@@ -54,9 +72,9 @@ class Tables:
     """
 
     def __init__(self, resolve: FileResolver) -> None:
-        self.files: Table[AssetFile] = Table()
-        self.physical_materials: Table[PhysicalMaterial] = Table()
-        self.visual_materials: Table[VisualMaterial] = Table()
+        self.files: Table[AssetFile] = Table(lambda file: file)
+        self.physical_materials: Table[PhysicalMaterial] = Table(_content)
+        self.visual_materials: Table[VisualMaterial] = Table(_content)
         self.file_origins: dict[int, Origin] = {}
         self.material_origins: dict[int, Origin] = {}
         self._resolve = resolve
@@ -71,10 +89,25 @@ class Tables:
         self.file_origins.setdefault(index, origin)
         return index
 
+    def files_of(self, given: Any, origin: Origin, leaves: Leaves) -> Value | None:
+        """A leaf that names a file as indices into `files`; None where one of its alternatives was reported.
+
+        Args:
+            given: as the models have it.
+            origin: of the leaf.
+            leaves: of the object.
+        """
+        if given.__class__ is str:
+            index = self.file(given, origin)
+            return None if index is None else literal(index, "int64")
+        named = read_names(given, place_of(origin), leaves, self.file)
+        return None if None in named.found else named.indices(leaves)
+
     def physical(self, row: PhysicalMaterial, origin: Origin) -> Value:
         """A physical material's index as a value."""
-        self.material_origins.setdefault(self.physical_materials.index(row), origin)
-        return self.physical_materials.value(row)
+        value = self.physical_materials.value(row)
+        self.material_origins.setdefault(int(value.numbers()[0]), origin)
+        return value
 
     def size(self, size: tuple[float, ...] | float) -> Value:
         """A positive size as a value; equal sizes share one. (0.0 and -0.0 would be one key.)"""

@@ -114,4 +114,77 @@ ROWS: tuple[Code, ...] = (
         "scenecc: 1\nmaterials:\n  oak: {physical: {density: 700}}\nentities:\n  cube:\n" + _CUBE,
         "Name it in a `material`, or remove it. A key that starts with `x-` holds notes.",
     ),
+    Code(
+        "SC314",
+        "error",
+        "list by scene of another length",
+        "A `per_scene` list has one value for each scene that the object is in, by ascending index; in a material or a "
+        "shared draw, one for each scene of the batch.",
+        "scenecc: 1\nnum_scenes: 3\nentities:\n  cube:\n    mass: {per_scene: [1, 2]}\n" + _CUBE,
+        "Give as many values as scenes, or write `{per_scene: {0: 1, default: 2}}` or `{cycle: [1, 2]}`.",
+    ),
+    Code(
+        "SC315",
+        "error",
+        "values by scene for other scenes",
+        "A `per_scene` mapping has a value for each scene that the object is in, or a `default`, and none for another.",
+        "scenecc: 1\nnum_scenes: 3\nentities:\n  cube:\n    mass: {per_scene: {0: 1, 2: 2}}\n" + _CUBE,
+        "Add the scene or a `default`, and leave out the scenes that the object is not in.",
+    ),
+    Code(
+        "SC316",
+        "error",
+        "alternatives of a pose that stand relative to something",
+        "What an object stands relative to is the same in every scene: chains of poses are followed before anything is "
+        "drawn.",
+        "scenecc: 1\nframes:\n  table: {pose: [0, 0, 1]}\nentities:\n  cube:\n    pose:\n"
+        "      choice: [[0, 0, 0], {p: [0, 0, 1], relative_to: table}]\n" + _CUBE,
+        "Write one `relative_to`, and the alternatives in `p`, `rpy` or `axis_angle` beside it.",
+    ),
+    Code(
+        "SC317",
+        "error",
+        "names that cannot be told",
+        "Every file and material that may be named is looked up before anything is drawn, so an expression that names "
+        "one may read draws of a few alternatives only, and must give a text.",
+        'scenecc: 1\ndraws: {x: {uniform: [0, 1]}}\nmaterials:\n  oak: {physical: {density: 700}}\nentities:\n'
+        '  cube:\n    material: "oak_${x}"\n' + _CUBE,
+        "Read draws made by `choice`, `cycle` or `integers`, or write the names in a `choice` themselves.",
+    ),
+    Code(
+        "SC318",
+        "error",
+        "bad array for a shared draw",
+        "An array that takes the place of a shared draw has one row for each scene: (num_scenes,) or (num_scenes, k), of "
+        "finite numbers, flags or texts.",
+        "$ python -c \"import scenecc; scenecc.compile_scene('scene.yaml', num_scenes=4, draws={'half': [0.1]})\"",
+        "Give one row for each scene of the batch.",
+    ),
+    Code(
+        "SC319",
+        "warning",
+        "draw never read",
+        "A shared draw that no expression reads changes nothing; it is often a misspelt or forgotten one.",
+        "scenecc: 1\ndraws: {half: {uniform: [0.1, 0.2]}}\nentities:\n  cube:\n" + _CUBE,
+        "Read it in a `${…}`, or remove it. A key that starts with `x-` holds notes.",
+    ),
+    Code(
+        "SC320",
+        "error",
+        "no such variant",
+        "`pick` gives an index of `variants`, counted from 0, whatever is drawn.",
+        "scenecc: 1\nentities:\n  bin:\n    pick: {cycle: [0, 1]}\n    variants:\n"
+        "      - shapes:\n          - {type: box, half_size: [0.1, 0.1, 0.1]}\n",
+        "Let every index be below the number of variants.",
+    ),
+    Code(
+        "SC321",
+        "error",
+        "alternatives that cannot be told apart by an index",
+        "A mesh keeps the materials of its own file where none is given, and a texture is sampled in one way: neither can "
+        "be so in some scenes and otherwise in others.",
+        "$ scenecc validate scene.yaml   # a {type: mesh} with material: {choice: [oak, rubber]}, where rubber has no "
+        "`visual`",
+        "Give every alternative a `visual`, and every texture the same sampling; or use `variants`.",
+    ),
 )

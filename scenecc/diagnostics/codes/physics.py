@@ -107,4 +107,32 @@ ROWS: tuple[Code, ...] = (
         "      - {type: box, half_size: [1.0e+10, 1.0e+10, 1.0e+10]}\n",
         "Mend the sizes or the densities: lengths are in metres, densities in kg/m³.",
     ),
+    Code(
+        "SC513",
+        "error",
+        "drawn value out of its range",
+        "An expression gave a value in one of the scenes that its field cannot have.",
+        "$ scenecc build scene.yaml --dry-run   # draws: {x: {uniform: [-1, 1]}} and radius: \"${x}\"",
+        "Narrow the draws that it reads, or keep it in its range: `${max(0.01, x)}`.",
+    ),
+    Code(
+        "SC514",
+        "warning",
+        "expression that may leave its range",
+        "By the bounds of what it reads, an expression may give a value that its field cannot have. It is judged scene by "
+        "scene once it is drawn.",
+        'scenecc: 1\ndraws: {x: {uniform: [-1, 1]}}\nentities:\n  ball:\n    shapes:\n'
+        '      - {type: sphere, radius: "${0.5 + x}"}\n',
+        "Narrow the draws that it reads, or keep it in its range: `${max(0.01, x)}`.",
+    ),
+    Code(
+        "SC515",
+        "error",
+        "value that is none in some scene",
+        "A rotation that varies has no value in one of the scenes: an axis of length 0, a quaternion that is not of length "
+        "1, a point looked at that is the pose itself or straight above it.",
+        "scenecc: 1\nnum_scenes: 2\nentities:\n  cube:\n    pose: {p: {per_scene: [[0, 0, 0], [1, 0, 0]]}, "
+        "look_at: [1, 0, 0]}\n" + "    shapes:\n" + _BOX,
+        "Keep what is drawn away from there.",
+    ),
 )

@@ -1,0 +1,71 @@
+"""The draw stage: what only its rows can be judged by is drawn and judged, and resets get their recipes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from scenecc.lower.leaves import report_failure
+from scenecc.lower.resets import Recipes
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from scenecc.diagnostics import Sink
+    from scenecc.lower.leaves import Drawing, Pending
+    from scenecc.lower.scene import Lowered
+    from scenecc.plan import ScenePlan
+    from scenecc.plan.fields import Bounds
+
+
+def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:
+    """The plan with what a reset draws anew; None where a drawn value was reported as an error.
+
+    Args:
+        lowered: of which `lower` has reported nothing.
+        sink: takes the diagnostics; each names the scene.
+    """
+    drawing = lowered.drawing
+    if not drawing.varies:
+        return lowered.plan
+    for pending in drawing.pending:
+        _judge(pending, drawing, sink)
+    if sink.failed:
+        return None
+    recipes = Recipes(drawing, lowered.places)
+    entities = tuple(map(recipes.entity, lowered.plan.entities))
+    return replace(lowered.plan, entities=entities, draws=recipes.draws())
+
+
+def _judge(pending: Pending, drawing: Drawing, sink: Sink) -> None:
+    from scenecc.values.failure import DrawError  # noqa: PLC0415 - loaded where something varies
+
+    try:
+        data = pending.value.data
+    except DrawError as error:
+        report_failure(error, {**drawing.draw_origins, **pending.origins}, pending.origin, sink)
+        return
+    bounds = pending.kind.bounds()
+    row = _outside(data, bounds)
+    if row is not None:
+        scene = pending.scenes[row]
+        message = f"in scene {scene} this is {_shown(data[row])}: it must be {bounds}"
+        sink.report("SC513", message, pending.origin)
+
+
+def _outside(data: NDArray[Any], bounds: Bounds) -> int | None:
+    """The first row that is outside of its range."""
+    import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+    if data.dtype == np.bool_:
+        return None
+    inside = (data >= bounds.low) & (data <= bounds.high)
+    if bounds.nonzero:
+        inside &= data != 0
+    rows = np.flatnonzero(~inside.reshape(len(data), -1).all(axis=1))
+    return int(rows[0]) if rows.size else None
+
+
+def _shown(row: Any) -> str:
+    numbers = row.ravel().tolist()
+    return f"{numbers[0]:g}" if len(numbers) == 1 else "[" + ", ".join(f"{number:g}" for number in numbers) + "]"

@@ -1,0 +1,279 @@
+"""The forms of one field, as written, to the nodes that give its value in every scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics import dotted
+from scenecc.diagnostics.frozen import frozen
+from scenecc.lower.kinds import ONE
+from scenecc.values.forms import (
+    MISSING,
+    Choice,
+    Cycle,
+    Integers,
+    LogUniform,
+    Normal,
+    PerScene,
+    RandomRotation,
+    SceneMap,
+    Uniform,
+    Vector,
+)
+from scenecc.values.nodes import Chosen, Computed, Cycled, Drawn, Key, RandomRotated, Rows, Stacked
+from scenecc.values.template import Template
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Origin
+    from scenecc.diagnostics.origin import PathKey
+    from scenecc.lower.kinds import Kind
+    from scenecc.lower.leaves import Leaves
+    from scenecc.values import nodes
+
+SELECTORS = frozenset((PerScene, SceneMap, Cycle, Choice))
+"""The forms that pick one of several items, which may be anything."""
+
+VARYING = SELECTORS | {Uniform, Integers, LogUniform, Normal, RandomRotation, Vector, Template}
+"""All that may stand in place of a plain value, by type."""
+
+Step = tuple["PathKey", ...]
+
+
+@frozen
+class Place:
+    """Where a varying value stands.
+
+    Attributes:
+        origin: its node.
+        path: of the field within its object, as draws are keyed by it.
+        word: the component's number, where it is one of several that share the path.
+    """
+
+    origin: Origin
+    path: str
+    word: int = 0
+
+    def inside(self, step: Step) -> Place:
+        """The place of an item of a form."""
+        steps = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in step)
+        # A shared draw's own path is empty.
+        return Place(self.origin.child(*step), (self.path + steps).removeprefix("."), self.word)
+
+    def key(self, name: str) -> Place:
+        """The place of a key of the mapping here."""
+        return Place(self.origin.child(name), f"{self.path}.{name}")
+
+
+def place_of(origin: Origin) -> Place:
+    """The place of a field of a named object; in a document every field is one."""
+    return Place(origin, dotted(origin.path[2:]))
+
+
+Leaf = Callable[[Any, Place, Step], Any]
+"""Reads what is no selector: (given, place of the form around it, steps from there) to an item."""
+
+
+class Reading:
+    """Reads the forms of one field.
+
+    Attributes:
+        drawn: whether it has draws of its own.
+        computed: whether it has expressions.
+        reads: the shared draws that its expressions read.
+        cycled: whether it has alternatives that no scene may have.
+        risky: whether it can have no value in some scene, or one out of its range.
+        origins: of the nodes that can have no value, by identity; the nodes are kept with them.
+    """
+
+    def __init__(self, leaves: Leaves, origin: Origin) -> None:
+        self._leaves = leaves
+        self._section: Any = origin.path[0]
+        self._name = str(origin.path[1])
+        self.drawn = False
+        self.computed = False
+        self.cycled = False
+        self.risky = False
+        self.reads: set[str] = set()
+        self.origins: dict[int, tuple[Any, Origin]] = {}
+
+    @property
+    def known(self) -> bool:
+        """Whether its values follow from the scene's index alone, and without an expression."""
+        return not self.drawn and not self.computed
+
+    def join(self, other: Reading) -> None:
+        """Takes in what is known of another field that this one's value is made of."""
+        self.drawn |= other.drawn
+        self.computed |= other.computed
+        self.cycled |= other.cycled
+        self.risky |= other.risky
+        self.reads |= other.reads
+        self.origins |= other.origins
+
+    def risk(self, node: Any, origin: Origin) -> Any:
+        """Remembers where a node stands that can have no value."""
+        self.risky = True
+        self.origins[id(node)] = (node, origin)
+        return node
+
+    def item(self, given: Any, kind: Kind, place: Place) -> Any:
+        """What is written as an item of a node: a node, or a plain row."""
+
+        def leaf(one: Any, around: Place, step: Step) -> Any:
+            return self._leaf(one, kind, around, step)
+
+        return self.select(given, place, leaf)
+
+    def select(self, given: Any, place: Place, leaf: Leaf, step: Step = ()) -> Any:
+        """As `item`, where `leaf` reads what no selector holds."""
+        if given.__class__ not in SELECTORS:
+            return leaf(given, place, step)
+        place = place.inside(step) if step else place
+        match given:
+            case PerScene(items):
+                return self._per_scene(items, place, leaf)
+            case SceneMap():
+                return self._by_scene(given, place, leaf)
+            case Cycle(items):
+                self.cycled = True
+                return Cycled(self._each(items, "cycle", place, leaf))
+            case _:
+                self.drawn = True
+                items = self._each(given.items, "choice", place, leaf)
+                return Chosen(items, given.weights, self._key(place), place.word)
+
+    def _each(self, items: tuple[Any, ...], name: str, place: Place, leaf: Leaf) -> tuple[Any, ...]:
+        return tuple(self.select(one, place, leaf, (name, i)) for i, one in enumerate(items))
+
+    def _per_scene(self, items: tuple[Any, ...], place: Place, leaf: Leaf) -> Any:
+        scenes = self._leaves.listed
+        if len(items) != len(scenes):
+            message = f"{_count(len(items), 'value')} for {_count(len(scenes), 'scene')}"
+            hint = "one for each scene that the object is in, by ascending index; or write {per_scene: {0: …, default: …}}"
+            self._leaves.sink.report("SC314", message, place.origin.child("per_scene"), hint=hint)
+            return leaf(items[0], place, ("per_scene", 0)) if items else 0.0
+        return Rows(scenes, self._each(items, "per_scene", place, leaf))
+
+    def _by_scene(self, given: SceneMap, place: Place, leaf: Leaf) -> Any:
+        scenes = self._leaves.listed
+        origin = place.origin.child("per_scene")
+        read: dict[int, Any] = {
+            scene: self.select(one, place, leaf, ("per_scene", str(scene))) for scene, one in given.items
+        }
+        default = given.default
+        if self._leaves.partial and default is MISSING:
+            known = tuple(sorted(read))
+            return Rows(known, tuple(read[scene] for scene in known))
+        if default is not MISSING:
+            default = self.select(default, place, leaf, ("per_scene", "default"))
+        elif missing := set(scenes) - read.keys():
+            message = f"there is no value for scene {min(missing)}"
+            self._leaves.sink.report("SC315", message, origin, hint="add it, or a `default`")
+            default = next(iter(read.values()), 0.0)
+        if extra := read.keys() - set(scenes):
+            scene = min(extra)
+            message = f"scene {scene} is none that the object is in"
+            self._leaves.sink.report("SC315", message, origin.child(str(scene)), at="key", hint="leave it out")
+        return Rows(scenes, tuple(read.get(scene, default) for scene in scenes))
+
+    def _leaf(self, given: Any, kind: Kind, around: Place, step: Step) -> Any:
+        if given.__class__ not in VARYING:
+            return self.plain(given, kind, around, step)
+        place = around.inside(step) if step else around
+        match given:
+            case Template():
+                return self._computed(given, kind, place)
+            case Vector(items):
+                return self._stacked(items, kind, place)
+            case RandomRotation():
+                self.drawn = True
+                return RandomRotated(self._key(place))
+            case Normal(mean, std, clip):
+                return self._drawn("normal", (mean, std), clip, kind, place)
+            case Integers(low, high):
+                return self._drawn("integers", (low, high), None, kind, place)
+            case LogUniform(low, high):
+                return self._drawn("log_uniform", (low, high), None, kind, place)
+            case _:
+                return self._drawn("uniform", (given.low, given.high), None, kind, place)
+
+    def plain(self, given: Any, kind: Kind, around: Place, step: Step) -> Any:
+        """A plain value as a row; the kind's own where it was reported."""
+        if kind.convert is None:
+            return given
+        made = kind.convert(given)
+        if made is not None:
+            return made
+        if kind.complain is not None:
+            kind.complain(given, around.origin.child(*step), self._leaves.sink)
+        return kind.fallback
+
+    def _computed(self, given: Template, kind: Kind, place: Place) -> Any:
+        names = self._leaves.draw_names(given, place.origin)
+        if names is None:
+            return kind.fallback
+        self.computed = True
+        self.reads |= set(names.values())
+        reads = tuple(sorted((name, draw) for name, draw in names.items() if name != draw))
+        shape = None if kind.convert is not None else kind.shape
+        return self.risk(Computed(given, shape, reads), place.origin)
+
+    def _stacked(self, items: tuple[Any, ...], kind: Kind, place: Place) -> Any:
+        one = component(kind)
+        # Of a matrix each row has words of its own.
+        first = place.word * len(items)
+        places = (Place(place.origin.child(j), place.path, first + j) for j in range(len(items)))
+        parts = [self.item(item, one, at) for item, at in zip(items, places, strict=True)]
+        if kind.pad is not None and len(parts) < kind.shape[0]:
+            parts.append(kind.pad)
+        return Stacked(tuple(parts))
+
+    def _drawn(
+        self, what: nodes.Kind, bounds: tuple[Any, Any], clip: tuple[Any, Any] | None, kind: Kind, place: Place
+    ) -> Any:
+        self.drawn = True
+        single = not kind.shape or (kind.wide and not any(_is_vector(bound) for bound in bounds))
+        one = component(kind) if single else kind
+        low, high = (self._bound(bound, one, place, (what, i)) for i, bound in enumerate(bounds))
+        if what == "normal" and one.pad is not None and _is_vector(high):
+            # What is left out does not vary.
+            high = (*high[:3], 0.0) if len(bounds[1]) < len(high) else high
+        clipped = clip and tuple(self._bound(bound, one, place, ("clip", i)) for i, bound in enumerate(clip))
+        key = self._key(place)
+        node = Drawn(what, low, high, clipped, one.shape, key, place.word)
+        return Stacked((node,) * kind.shape[0]) if single and kind.shape else node
+
+    def _bound(self, given: Any, kind: Kind, place: Place, step: Step) -> Any:
+        if given.__class__ in VARYING:
+            return self.item(given, kind, place.inside(step))
+        return given if kind.convert is None else self.plain(given, kind, place, step)
+
+    def _key(self, place: Place) -> Key:
+        return Key(self._section, self._name, place.path)
+
+
+def component(kind: Kind) -> Kind:
+    """The kind of one number of a vector."""
+    return ONE[kind.dtype]
+
+
+def holds_template(given: Any) -> bool:
+    """Whether an expression stands for a whole value in it, so that only a scene tells how it is written."""
+    match given:
+        case Template():
+            return True
+        case PerScene(items) | Cycle(items) | Choice(items):
+            return any(map(holds_template, items))
+        case SceneMap(items, default):
+            return any(holds_template(one) for _, one in items) or holds_template(default)
+        case _:
+            return False
+
+
+def _is_vector(item: Any) -> bool:
+    return isinstance(item, tuple | list | Vector)
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"

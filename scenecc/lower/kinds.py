@@ -1,0 +1,110 @@
+"""What a field's row holds, and how what is written becomes it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.plan.fields import Bounds
+
+Dtype = Literal["float64", "int64", "bool"]
+Convert = Callable[[Any], Any]
+Rgba = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A field's row.
+
+    Attributes:
+        shape: of a row.
+        quantity: the row of `scenecc.plan.fields.QUANTITIES` whose bounds hold; "": any number.
+        within: the bounds, where they are the document's own.
+        convert: makes a row of a plain value; None where the plain value is one. Gives None for what
+            it cannot read, which only the value of an expression can be.
+        complain: reports a plain value that `convert` gives None for; needed where a model lets one through.
+        fallback: stands for what was reported.
+        pad: of a row's last component where only the others are written.
+        wide: a single number stands for every component.
+    """
+
+    shape: tuple[int, ...] = ()
+    dtype: Dtype = "float64"
+    quantity: str = ""
+    convert: Convert | None = None
+    complain: Callable[[Any, Origin, Sink], None] | None = None
+    fallback: Any = 0.0
+    pad: float | None = None
+    wide: bool = False
+    within: tuple[float, float] | None = None
+
+    def bounds(self) -> Bounds:
+        """The numbers that a row may have."""
+        # Loaded where something varies: it loads numpy.
+        from scenecc.plan.fields import ANY, QUANTITIES, Bounds  # noqa: PLC0415
+
+        if self.within is not None:
+            return Bounds(*self.within)
+        return QUANTITIES[self.quantity].bounds if self.quantity else ANY
+
+
+def number(quantity: str, dtype: Dtype = "float64") -> Kind:
+    """One number or flag."""
+    return Kind(quantity=quantity, dtype=dtype)
+
+
+def vector(count: int, quantity: str, dtype: Dtype = "float64") -> Kind:
+    """So many numbers."""
+    return Kind(shape=(count,), quantity=quantity, dtype=dtype, fallback=(0.0,) * count)
+
+
+def rgba(color: str | Sequence[float]) -> Rgba:
+    """Four numbers: "#rrggbb" and "#rrggbbaa" are bytes over 255, without gamma; alpha is 1 if left out."""
+    if isinstance(color, str):
+        digits = color[1:]
+        color = [int(digits[i : i + 2], 16) / 255 for i in range(0, len(digits), 2)]
+    red, green, blue, *rest = color
+    return (red, green, blue, rest[0] if rest else 1.0)
+
+
+def read_color(color: Any) -> Rgba | None:
+    """As `rgba`, of a value that no model has looked at."""
+    if isinstance(color, str):
+        digits = color[1:]
+        if color[:1] != "#" or len(digits) not in {6, 8} or set(digits.lower()) - set("0123456789abcdef"):
+            return None
+    elif not _are_numbers(color) or len(color) not in {3, 4}:
+        return None
+    return rgba(color)
+
+
+def read_scale(scale: Any) -> tuple[float, float, float] | None:
+    """One factor or three as three."""
+    if _are_numbers(scale):
+        return tuple(scale) if len(scale) == 3 else None
+    return (scale, scale, scale) if _are_numbers((scale,)) else None
+
+
+def opposite(flag: Any) -> bool | None:
+    """The other one of true and false."""
+    return not flag if isinstance(flag, bool) else None
+
+
+def _are_numbers(items: Any) -> bool:
+    if not isinstance(items, tuple | list):
+        return False
+    return all(isinstance(item, int | float) and not isinstance(item, bool) for item in items)
+
+
+COLOR = Kind((4,), quantity="base_color", convert=read_color, fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)
+EMISSION = Kind((4,), quantity="emission", convert=read_color, fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)
+SCALE = Kind((3,), quantity="scale", convert=read_scale, fallback=(1.0, 1.0, 1.0), wide=True)
+MIRROR_SCALE = Kind((3,), quantity="Mesh.scale", convert=read_scale, fallback=(1.0, 1.0, 1.0), wide=True)
+POSITION = vector(3, "")
+VELOCITY = vector(3, "linear_velocity")
+
+ONE: dict[Dtype, Kind] = {dtype: Kind(dtype=dtype) for dtype in ("float64", "int64", "bool")}
+"""One number of a vector."""

@@ -1,0 +1,298 @@
+"""Leaves of the language to values of the plan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics.words import cut, suggest_name
+from scenecc.lower.forms import VARYING, Reading, holds_template, place_of
+from scenecc.plan import Value, literal, per_scene, varying
+from scenecc.values.nodes import NODES, Rows
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from numpy.typing import NDArray
+
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.lower.kinds import Kind
+    from scenecc.values.evaluate import Batch
+    from scenecc.values.nodes import Node
+    from scenecc.values.support import Support
+    from scenecc.values.template import Template
+
+_TAKEN = {"float64": "fi", "int64": "i", "bool": "b"}
+"""Kinds of arrays that become a field's."""
+
+_ONE = {"float64": "a number", "int64": "an integer", "bool": "true or false"}
+
+BUILT_IN = frozenset(("scene", "num_scenes"))
+"""Names that every expression can read."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pending:
+    """A value that only its rows can be judged by: an expression's, or a rotation that can fail to be one."""
+
+    value: Value
+    kind: Kind
+    scenes: tuple[int, ...]
+    origin: Origin
+    origins: Mapping[int, tuple[Any, Origin]]
+
+
+@dataclass(frozen=True, slots=True)
+class Reset:
+    """A velocity that may be drawn anew."""
+
+    value: Value
+    node: Node
+    reading: Reading
+    leaves: Leaves
+
+
+@dataclass(slots=True)
+class Drawing:
+    """What the values of one document have in common.
+
+    Attributes:
+        seed, num_scenes: of the batch.
+        sink: takes the diagnostics.
+        draws: the shared draws by their full names; filled before anything reads them.
+        pending: the values that the draw stage judges.
+        used: the shared draws that anything reads.
+        fixed: those that something reads which stays as it is built.
+        reads: for each shared draw, those that it reads.
+        random: the shared draws that a seed decides, by themselves or through others.
+        draw_origins: of the nodes in shared draws that can have no value, by identity.
+        drawn: whether any value is to be drawn.
+        resets: what a reset may change: its value by identity, its node, and what was read of it.
+    """
+
+    seed: int
+    num_scenes: int
+    sink: Sink
+    draws: dict[str, Node] = field(default_factory=dict[str, "Node"])
+    pending: list[Pending] = field(default_factory=list[Pending])
+    used: set[str] = field(default_factory=set[str])
+    fixed: set[str] = field(default_factory=set[str])
+    reads: dict[str, frozenset[str]] = field(default_factory=dict[str, frozenset[str]])
+    random: set[str] = field(default_factory=set[str])
+    draw_origins: dict[int, tuple[Any, Origin]] = field(default_factory=dict[int, "tuple[Any, Origin]"])
+    drawn: bool = False
+    resets: dict[int, Reset] = field(default_factory=dict[int, "Reset"])
+    everywhere: tuple[int, ...] = ()
+    _leaves: dict[tuple[int, int, str], Leaves] = field(default_factory=dict[tuple[int, int, str], "Leaves"])
+
+    def __post_init__(self) -> None:
+        self.everywhere = tuple(range(self.num_scenes))
+
+    @property
+    def varies(self) -> bool:
+        """Whether anything is to be drawn or judged by its rows."""
+        return bool(self.draws or self.pending or self.drawn)
+
+    def scenes_of(self, name: str) -> tuple[int, ...]:
+        """The scenes that a shared draw has a value in."""
+        node, scenes = self.draws[name], self.everywhere
+        if isinstance(node, Rows):
+            scenes = node.scene_idxs
+        for other in self.reads.get(name, ()):
+            known = set(self.scenes_of(other))
+            scenes = tuple(scene for scene in scenes if scene in known)
+        return scenes
+
+    def leaves(
+        self, scenes: tuple[int, ...] | None = None, scope: str = "", listed: tuple[int, ...] | None = None
+    ) -> Leaves:
+        """The leaves of an object.
+
+        Args:
+            scenes: that it is in; None: all.
+            scope: in which its names are looked up.
+            listed: the scenes of its `per_scene` lists, where these are not `scenes`.
+        """
+        scenes = self.everywhere if scenes is None else scenes
+        listed = scenes if listed is None else listed
+        # By identity, since objects share the tuples of their scenes; the leaves keep them.
+        key = (id(scenes), id(listed), scope)
+        found = self._leaves.get(key)
+        if found is None:
+            found = self._leaves[key] = Leaves(self, scenes, listed, scope)
+        return found
+
+
+class Leaves:
+    """Makes values over some scenes, reading names in one scope.
+
+    Attributes:
+        scenes: that the rows of the values follow.
+        listed: that the items of `per_scene` lists follow.
+        scope: the name of the instance that the names belong to; "" for the document.
+        partial: whether maps by scene need not name all scenes: nothing is asked of the others.
+    """
+
+    def __init__(
+        self,
+        drawing: Drawing,
+        scenes: tuple[int, ...],
+        listed: tuple[int, ...],
+        scope: str,
+        *,
+        partial: bool = False,
+    ) -> None:
+        self.drawing = drawing
+        self.partial = partial
+        self.scenes = scenes
+        self.listed = listed
+        self.scope = scope
+        self.sink = drawing.sink
+        self._batch: Batch | None = None
+
+    def value(self, given: Any, kind: Kind, owner: Origin, *at: str, reset: bool = False) -> Value:
+        """A leaf as a value.
+
+        Args:
+            given: as the models have it.
+            kind: of the field.
+            owner: of the node that has the field.
+            at: the field's keys there.
+            reset: whether a reset may change it.
+        """
+        if given.__class__ not in VARYING:
+            return literal(given if kind.convert is None else kind.convert(given), kind.dtype)
+        place = place_of(owner.child(*at))
+        reading = Reading(self, place.origin)
+        if kind.convert is not None and holds_template(given):
+            from scenecc.lower.parts import from_parts  # noqa: PLC0415 - a cycle; and few files have these
+
+            return from_parts(given, kind, place, self)
+        return self.finish(reading.item(given, kind, place), reading, kind, place.origin, reset=reset)
+
+    def given(self, given: Any, kind: Kind, owner: Origin, *at: str, reset: bool = False) -> Value | None:
+        """As `value`; None where the key was left out."""
+        return None if given is None else self.value(given, kind, owner, *at, reset=reset)
+
+    def finish(self, item: Any, reading: Reading, kind: Kind, origin: Origin, *, reset: bool = False) -> Value:
+        """An item that was read as a value: of what is known by scene the rows, of the rest how they are drawn."""
+        if not reset:
+            self.fix(reading)
+        if item.__class__ not in NODES:
+            return literal(tuple(item) if isinstance(item, list) else item, kind.dtype)
+        if self.sink.failed:
+            # What was reported may have left a hole in it.
+            return literal(kind.fallback, kind.dtype)
+        if reading.known:
+            return self._rows(item, reading, kind, origin)
+        self.drawing.drawn = True
+        value = varying(self.drawer(item, kind), support=self.support(item), rows=len(self.scenes))
+        if reading.risky:
+            self.pend(value, kind, origin, reading)
+        if reset:
+            self.drawing.resets[id(value)] = Reset(value, item, reading, self)
+        return value
+
+    def pend(self, value: Value, kind: Kind, origin: Origin, reading: Reading) -> None:
+        """Leaves a value to the draw stage to judge, with a warning where it may turn out to be out of its range."""
+        if reading.computed and kind.dtype != "bool":
+            bounds, support = kind.bounds(), value.support
+            outside = [number for number in support.numbers() if not bounds.low <= number <= bounds.high]
+            if outside:
+                message = f"this expression may give {outside[0]:g}, and it must be {bounds}"
+                hint = "each scene is judged as it is drawn; `min` and `max` in the expression keep it in its range"
+                self.sink.report("SC514", message, origin, hint=hint)
+        self.drawing.pending.append(Pending(value, kind, self.scenes, origin, reading.origins))
+
+    def inside(self, scope: str) -> Leaves:
+        """The leaves of a named thing of another scope, over the same scenes; its `per_scene` lists are by all."""
+        return self.drawing.leaves(self.scenes, scope, self.drawing.everywhere)
+
+    def fix(self, reading: Reading) -> None:
+        """Notes that a field stays as it is built, and with it all shared draws that it reads."""
+        self.drawing.fixed |= reading.reads
+
+    def _rows(self, node: Node, reading: Reading, kind: Kind, origin: Origin) -> Value:
+        from scenecc.values.failure import DrawError  # noqa: PLC0415 - loaded where something varies
+
+        try:
+            known = per_scene(self.evaluate(node), kind.dtype)
+            if not reading.cycled:
+                return known
+            # What no scene has is judged all the same.
+            found = self.support(node)
+            if found.alternatives is not None and len(found.alternatives) <= len(known.support.alternatives or ()):
+                return known
+            return varying(self.drawer(node, kind), support=found, rows=len(self.scenes))
+        except DrawError as error:
+            report_failure(error, reading.origins, origin, self.sink)
+            return literal(kind.fallback, kind.dtype)
+
+    def evaluate(self, node: Node) -> NDArray[Any]:
+        """A node's rows in the scenes.
+
+        Raises:
+            DrawError: it has none in some scene.
+        """
+        return self.batch().evaluate(node)
+
+    def support(self, node: Node) -> Support:
+        """Everything that a node can be."""
+        from scenecc.values.support import support  # noqa: PLC0415 - loaded where something varies
+
+        return support(node, self.drawing.draws)
+
+    def batch(self) -> Batch:
+        """The scenes, as draws are made for them."""
+        if self._batch is None:
+            import numpy as np  # noqa: PLC0415 - checking a scene in which nothing varies needs none
+
+            from scenecc.values.evaluate import Batch  # noqa: PLC0415 - likewise
+
+            scenes = np.array(self.scenes, dtype=np.int64)
+            drawing = self.drawing
+            self._batch = Batch(scenes, drawing.seed, drawing.num_scenes, drawing.draws, {})
+        return self._batch
+
+    def drawer(self, node: Node, kind: Kind) -> Callable[[], NDArray[Any]]:
+        """What draws a node's rows when they are first asked for."""
+
+        def draw() -> NDArray[Any]:
+            from scenecc.values.failure import DrawError  # noqa: PLC0415 - loaded where something varies
+
+            rows = self.evaluate(node)
+            if rows.dtype.kind not in _TAKEN[kind.dtype] or rows.shape[1:] != kind.shape:
+                raise DrawError(f"this is not {_wanted(kind)}", self.scenes[0], node)
+            return rows.astype(kind.dtype)
+
+        return draw
+
+    def draw_names(self, template: Template, origin: Origin) -> dict[str, str] | None:
+        """The shared draws that an expression reads, by the names that it has for them; None where one is unknown."""
+        prefix = f"{self.scope}/" if self.scope else ""
+        draws = self.drawing.draws
+        names = {name: prefix + name for name in template.names - BUILT_IN}
+        for name, full in names.items():
+            if full not in draws:
+                known = (draw[len(prefix) :] for draw in draws if draw.startswith(prefix))
+                hint = suggest_name(name, known, self.sink)
+                message = f"there is no parameter, loop variable or draw `{cut(name)}` here"
+                self.sink.report("SC201", message, origin, hint=hint)
+                return None
+        self.drawing.used |= set(names.values())
+        return names
+
+
+def _wanted(kind: Kind) -> str:
+    one = _ONE[kind.dtype]
+    return f"a list of {kind.shape[0]} numbers" if kind.shape else one
+
+
+def report_failure(error: Any, origins: Mapping[int, tuple[Any, Origin]], origin: Origin, sink: Sink) -> None:
+    """Reports what has no value in some scene, at the node that has none."""
+    place = origins.get(id(error.node), (None, origin))[1]
+    message, expression = f"in scene {error.scene}: {error.message}", error.expression
+    if expression is None:
+        sink.report("SC515", message, place)
+    else:
+        sink.report("SC202", message, place, hint=expression.hint, span=(expression.start, expression.end))

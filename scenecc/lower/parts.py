@@ -1,0 +1,79 @@
+"""Fields that are written in several ways (a colour as text or as numbers), where an expression gives the whole."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics.words import show
+from scenecc.lower.forms import Place, Reading, Step
+from scenecc.plan import Value, literal, varying
+from scenecc.values.failure import DrawError
+from scenecc.values.nodes import NODES, Const
+from scenecc.values.support import UNKNOWN, Support
+from scenecc.values.template import Template
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from scenecc.lower.kinds import Kind
+    from scenecc.lower.leaves import Leaves
+
+
+def from_parts(given: Any, kind: Kind, place: Place, leaves: Leaves) -> Value:
+    """A leaf in which an expression stands for a whole value, converted scene by scene.
+
+    Args:
+        given: as the models have it.
+        kind: of the field; it converts.
+        place: of the leaf.
+        leaves: of its object.
+    """
+    import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+    from scenecc.values.support import union  # noqa: PLC0415 - likewise
+
+    assert kind.convert is not None
+    convert = kind.convert
+    reading = Reading(leaves, place.origin)
+    parts: list[Any] = []
+
+    def leaf(one: Any, around: Place, step: Step) -> int:
+        inside = around.inside(step) if step else around
+        item = reading.item(one, kind, inside)
+        parts.append((item if item.__class__ in NODES else Const(item), isinstance(one, Template)))
+        return len(parts) - 1
+
+    index = reading.select(given, place, leaf)
+    leaves.fix(reading)
+    if leaves.sink.failed:
+        return literal(kind.fallback, kind.dtype)
+    which = index if index.__class__ in NODES else Const(index)
+
+    def row(made: Any, node: Any, scene: int) -> Any:
+        found = convert(made)
+        if found is None:
+            raise DrawError(f"it gives {show(made)}, which means nothing here", scene, node)
+        return found
+
+    def draw() -> NDArray[Any]:
+        numbers = leaves.evaluate(which)
+        rows = np.empty((len(leaves.scenes), *kind.shape), dtype=kind.dtype)
+        for number, (node, written) in enumerate(parts):
+            mine = np.flatnonzero(numbers == number)
+            if mine.size:
+                made = leaves.batch().only(mine).evaluate(node).tolist()
+                scenes = [leaves.scenes[i] for i in mine]
+                rows[mine] = [row(one, node, s) for one, s in zip(made, scenes, strict=True)] if written else made
+        return rows
+
+    supports = [_converted(leaves.support(node), kind) if written else leaves.support(node) for node, written in parts]
+    value = varying(draw, support=union(supports), rows=len(leaves.scenes))
+    leaves.pend(value, kind, place.origin, reading)
+    return value
+
+
+def _converted(support: Support, kind: Kind) -> Support:
+    """What a field can be whose expression can give so much."""
+    assert kind.convert is not None
+    made = None if support.alternatives is None else [kind.convert(item) for item in support.alternatives]
+    return UNKNOWN if made is None or None in made else Support.of(made, exact=support.exact)

@@ -1,0 +1,128 @@
+"""What a reset draws anew: recipes, in which everything that stays as it is built is its drawn rows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from scenecc.lower.poses import IDENTITY_POSE
+from scenecc.plan import Value, varying
+from scenecc.values.nodes import NODES, Composed, Rows
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from scenecc.lower.forms import Reading
+    from scenecc.lower.leaves import Drawing, Leaves
+    from scenecc.lower.places import Places
+    from scenecc.plan import BodyStructure, Entity
+    from scenecc.values.nodes import Node
+
+
+def stays(drawing: Drawing) -> frozenset[str]:
+    """The shared draws that stay as they are built: those that a field reads which does, and what these read."""
+    found: set[str] = set()
+    todo = list(drawing.fixed)
+    while todo:
+        name = todo.pop()
+        if name not in found:
+            found.add(name)
+            todo += drawing.reads.get(name, ())
+    return frozenset(found)
+
+
+class Recipes:
+    """Makes the recipes of a document's entities.
+
+    Args:
+        drawing: of the document.
+        places: where its entities stand.
+        leaves_of: the leaves of each entity and frame, by name.
+    """
+
+    def __init__(self, drawing: Drawing, places: Places) -> None:
+        self._drawing = drawing
+        self._places = places
+        self._stays = stays(drawing)
+        self._read: set[str] = set()
+        self._frozen: dict[tuple[str, tuple[int, ...]], Rows] = {}
+
+    def entity(self, entity: Entity) -> Entity:
+        """The entity with the recipes of its pose and velocities."""
+        structures = tuple(map(self._structure, entity.structures))
+        pose = entity.pose
+        if not pose.known and not self._places.is_fixed(entity.name):
+            leaves = self._places.leaves(entity.name)
+            node, drawn = self._pose(entity.name, leaves)
+            if drawn:
+                pose = _with_recipe(pose, node, len(entity.scene_idxs))
+        if pose is entity.pose and structures == entity.structures:
+            return entity
+        return replace(entity, pose=pose, structures=structures)
+
+    def draws(self) -> tuple[tuple[str, Node], ...]:
+        """The shared draws that the recipes read, in order; those that stay as they are built are their rows."""
+        needed: set[str] = set()
+        todo = list(self._read)
+        while todo:
+            name = todo.pop()
+            if name not in needed:
+                needed.add(name)
+                todo += () if name in self._stays else self._drawing.reads.get(name, ())
+        return tuple(
+            (name, self._rows_of(name) if name in self._stays and name in self._drawing.random else node)
+            for name, node in self._drawing.draws.items()
+            if name in needed
+        )
+
+    def _structure(self, body: BodyStructure) -> BodyStructure:
+        drawn: dict[str, Value] = {}
+        for field in ("linear_velocity", "angular_velocity"):
+            value: Value | None = getattr(body, field)
+            reset = self._drawing.resets.get(id(value))
+            if value is not None and reset is not None and self._is_drawn(reset.reading):
+                self._read |= reset.reading.reads
+                drawn[field] = _with_recipe(value, reset.node, len(reset.leaves.scenes))
+        return replace(body, **drawn) if drawn else body
+
+    def _is_drawn(self, reading: Reading) -> bool:
+        random = self._drawing.random
+        return reading.drawn or any(name in random and name not in self._stays for name in reading.reads)
+
+    def _pose(self, name: str, leaves: Leaves) -> tuple[Any, bool]:
+        """An entity's or frame's pose in the world as an item of a recipe, and whether a reset changes it."""
+        standing = self._places.standing(name)
+        if self._places.is_fixed(name):
+            return self._as_built(name, leaves), False
+        drawn = standing.reading is not None and self._is_drawn(standing.reading)
+        if standing.reading is not None:
+            self._read |= standing.reading.reads
+        if standing.parent is None:
+            return standing.local, drawn
+        outer, moved = self._pose(standing.parent, leaves)
+        item = standing.local if outer == IDENTITY_POSE else Composed(outer, standing.local)
+        return item, drawn or moved
+
+    def _as_built(self, name: str, leaves: Leaves) -> Any:
+        world = self._places.standing(name).world
+        if world.__class__ not in NODES:
+            return world
+        key = (name, leaves.scenes)
+        if key not in self._frozen:
+            self._frozen[key] = Rows(leaves.scenes, tuple(map(tuple, leaves.evaluate(world).tolist())))  # pyright: ignore[reportArgumentType]
+        return self._frozen[key]
+
+    def _rows_of(self, name: str) -> Rows:
+        """A shared draw as drawn, in all scenes that it has a value in."""
+        scenes = self._drawing.scenes_of(name)
+        rows = self._drawing.leaves(scenes).batch().shared(name).tolist()
+        return Rows(scenes, tuple(tuple(row) if isinstance(row, list) else row for row in rows))
+
+
+def _with_recipe(value: Value, node: Node, rows: int) -> Value:
+    def draw() -> NDArray[Any]:
+        import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+        return np.broadcast_to(value.data, (rows, *value.data.shape[1:]))
+
+    return varying(draw, support=value.support, recipe=node, rows=rows)

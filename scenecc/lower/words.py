@@ -1,0 +1,133 @@
+"""Leaves that name things (files, materials): every name that may be meant is looked up, whatever is drawn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from scenecc.diagnostics.words import show
+from scenecc.lower.forms import VARYING, Place, Reading, Step
+from scenecc.lower.kinds import Kind
+from scenecc.lower.picked import picked
+from scenecc.plan import Value, literal, varying
+from scenecc.values.nodes import NODES, Computed
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from scenecc.diagnostics import Origin
+    from scenecc.lower.leaves import Leaves
+
+Found = TypeVar("Found")
+
+_INDEX = Kind(dtype="int64", fallback=0)
+
+
+@dataclass(slots=True)
+class Named(Generic[Found]):
+    """What a leaf may name, and which of it each scene has.
+
+    Attributes:
+        found: by the number that `node` gives; None where it was reported.
+        value: (·,) the number in each scene.
+    """
+
+    found: list[Found | None]
+    value: Value
+
+    def indices(self, leaves: Leaves) -> Value:
+        """Where what is named has an index of its own, that index in each scene."""
+        values = [literal(index, "int64") for index in self.found]  # pyright: ignore[reportArgumentType]
+        return picked(values, self.value, len(leaves.scenes))
+
+
+@dataclass(slots=True)
+class _Lookup(Generic[Found]):
+    """The names that were met, each with a number, and what they mean."""
+
+    leaves: Leaves
+    find: Callable[[Any, Origin], Found | None]
+    numbers: dict[Any, int] = field(default_factory=dict[Any, int])
+    found: list[Any] = field(default_factory=list[Any])
+
+    def number(self, name: Any, origin: Origin) -> int:
+        # What is written inline is its own; a name is the same thing wherever it stands.
+        key = name if isinstance(name, str) else id(name)
+        number = self.numbers.get(key)
+        if number is None:
+            number = self.numbers[key] = len(self.found)
+            self.found.append(self.find(name, origin))
+        return number
+
+
+def read_names(given: Any, place: Place, leaves: Leaves, find: Callable[[Any, Origin], Found | None]) -> Named[Found]:
+    """A leaf that names something.
+
+    Args:
+        given: as the models have it: a name, a mapping that stands for one, a form of these, or an expression.
+        place: of the leaf.
+        leaves: of its object.
+        find: what a name means; None where it reports it.
+    """
+    lookup = _Lookup(leaves, find)
+    if given.__class__ not in VARYING:
+        lookup.number(given, place.origin)
+        return Named(lookup.found, literal(0, "int64"))
+    reading = Reading(leaves, place.origin)
+    computed: list[tuple[Computed, Origin]] = []
+
+    def leaf(one: Any, around: Place, step: Step) -> Any:
+        inside = around.inside(step) if step else around
+        if one.__class__ not in VARYING:
+            return lookup.number(one, inside.origin)
+        node = reading.item(one, _TEXT, inside)
+        if isinstance(node, Computed):
+            computed.append((node, inside.origin))
+        return node
+
+    node = reading.select(given, place, leaf)
+    for one, origin in computed:
+        _every_name(one, origin, lookup)
+    leaves.fix(reading)
+    if leaves.sink.failed or node.__class__ not in NODES:
+        return Named(lookup.found, literal(0, "int64"))
+    return Named(lookup.found, _numbers(node, reading, lookup, place, leaves))
+
+
+_TEXT = Kind(convert=str, fallback="")
+
+
+def _every_name(node: Computed, origin: Origin, lookup: _Lookup[Any]) -> None:
+    """Looks up every text that an expression can give."""
+    alternatives = lookup.leaves.support(node).alternatives
+    if alternatives is None:
+        message = "it cannot be told which names this expression gives"
+        hint = "let it read draws of a few alternatives (`choice`, `cycle`, `integers`)"
+        lookup.leaves.sink.report("SC317", message, origin, hint=hint)
+        return
+    for name in alternatives:
+        if isinstance(name, str):
+            lookup.number(name, origin)
+        else:
+            lookup.leaves.sink.report("SC317", f"this expression gives {show(name)}, and a name is wanted", origin)
+            return
+
+
+def _numbers(node: Any, reading: Reading, lookup: _Lookup[Any], place: Place, leaves: Leaves) -> Value:
+    """Which of the things each scene has."""
+    if not reading.computed:
+        return leaves.finish(node, reading, _INDEX, place.origin)
+    import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+    from scenecc.values.support import Support  # noqa: PLC0415 - likewise
+
+    def draw() -> NDArray[Any]:
+        rows = leaves.evaluate(node).tolist()
+        return np.array([row if isinstance(row, int) else lookup.numbers[row] for row in rows], dtype=np.int64)
+
+    support = Support.of(range(len(lookup.found)))
+    value = varying(draw, support=support, rows=len(leaves.scenes))
+    leaves.pend(value, _INDEX, place.origin, reading)
+    return value
