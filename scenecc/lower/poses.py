@@ -83,12 +83,20 @@ def lower_local_pose(pose: Vec3 | PoseMapping | None, owner: Origin, at: Path, w
 
 
 def compose(outer: Pose7, inner: Pose7) -> Pose7:
-    """`inner`, given in the frame of `outer`, in the frame that `outer` is given in."""
+    """`inner`, given in the frame of `outer`, in the frame that `outer` is given in.
+
+    A pose that does not turn passes the other's rotation on untouched.
+    """
     if outer == IDENTITY_POSE:
         return inner
     p, q = outer[:3], rotations.normalized(outer[3:])
     moved = rotations.rotate(q, inner[:3])
-    turned = rotations.normalized(rotations.multiply(q, inner[3:]))
+    if inner[3:] == IDENTITY:
+        turned = outer[3:]
+    elif outer[3:] == IDENTITY:
+        turned = inner[3:]
+    else:
+        turned = rotations.normalized(rotations.multiply(q, inner[3:]))
     return (p[0] + moved[0], p[1] + moved[1], p[2] + moved[2], *turned)
 
 

@@ -141,10 +141,14 @@ def rigidity(m: Floats) -> Floats:
 
 
 def compose(outer: Floats, inner: Floats) -> Floats:
-    """`inner`, given in the frame of `outer`, in the frame that `outer` is given in; poses (B, 7)."""
+    """`inner`, given in the frame of `outer`, in the frame that `outer` is given in; poses (B, 7).
+
+    A pose that does not turn passes the other's rotation on untouched.
+    """
     q = normalized(outer[:, 3:])
     p = outer[:, :3] + rotate(q, inner[:, :3])
-    composed = np.concatenate((p, normalized(multiply(q, inner[:, 3:]))), axis=1)
+    turned = np.where(_unturned(outer), inner[:, 3:], normalized(multiply(q, inner[:, 3:])))
+    composed = np.concatenate((p, np.where(_unturned(inner), outer[:, 3:], turned)), axis=1)
     still = (outer == _IDENTITY_POSE).all(axis=1)
     return np.where(still[:, None], inner, composed)
 
@@ -159,6 +163,10 @@ def turned(pose: Floats, rotation: Floats, step: Floats) -> Floats:
     shifted = np.concatenate((pose[:, :3] + step, rotation), axis=1)
     untouched = (rotation == _IDENTITY).all(axis=1) & (step == 0).all(axis=1)
     return np.where(untouched[:, None], pose, np.where(unturned[:, None], shifted, moved))
+
+
+def _unturned(pose: Floats) -> NDArray[np.bool_]:
+    return (pose[:, 3:] == _IDENTITY).all(axis=1)[:, None]
 
 
 def _dot(a: Floats, b: Floats) -> Floats:
