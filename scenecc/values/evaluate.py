@@ -45,7 +45,7 @@ class Batch:
 
     Args:
         scenes: indices of the scenes (B,), at least one, in any order.
-        seed: of every draw.
+        seed: of every draw, or one for each of the scenes.
         num_scenes: what `num_scenes` gives in an expression.
         draws: the shared draws by name; one may read those before it.
         given: values (N, …) that take the place of draws, row i being scene i's.
@@ -54,7 +54,7 @@ class Batch:
     def __init__(
         self,
         scenes: NDArray[np.int64],
-        seed: int,
+        seed: int | tuple[int, ...],
         num_scenes: int,
         draws: Mapping[str, Node],
         given: Mapping[str, NDArray[Any]],
@@ -95,7 +95,9 @@ class Batch:
 
     def only(self, rows: NDArray[np.intp]) -> Batch:
         """Some rows of the batch as one of their own."""
-        part = Batch(self.scenes[rows], self.seed, self.num_scenes, self.draws, self.given)
+        chosen: list[int] = rows.tolist()
+        seed = self.seed if isinstance(self.seed, int) else tuple(self.seed[row] for row in chosen)
+        part = Batch(self.scenes[rows], seed, self.num_scenes, self.draws, self.given)
         part._shared = {name: values[rows] for name, values in self._shared.items()}
         return part
 
@@ -108,27 +110,6 @@ class Batch:
             rows = np.flatnonzero(index == number)
             parts.append((rows, self.only(rows).item(items[number])))
         return columns.merged(len(self.scenes), parts)
-
-
-def evaluate_seeded(
-    node: Node,
-    scenes: NDArray[np.int64],
-    seeds: Sequence[int],
-    num_scenes: int,
-    draws: Mapping[str, Node],
-    given: Mapping[str, NDArray[Any]],
-) -> NDArray[Any]:
-    """As `Batch.evaluate`, where each scene has a seed of its own: `seeds[i]` is that of `scenes[i]`."""
-    groups: dict[int, list[int]] = {}
-    for row, seed in enumerate(seeds):
-        groups.setdefault(seed, []).append(row)
-    if len(groups) == 1:
-        return Batch(scenes, seeds[0], num_scenes, draws, given).evaluate(node)
-    parts: list[tuple[NDArray[np.intp], NDArray[Any]]] = []
-    for seed, members in groups.items():
-        rows = np.array(members, dtype=np.intp)
-        parts.append((rows, Batch(scenes[rows], seed, num_scenes, draws, given).evaluate(node)))
-    return columns.merged(len(scenes), parts)
 
 
 def _rows(batch: Batch, node: Rows) -> NDArray[Any]:

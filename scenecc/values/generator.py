@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from scenecc.values import philox
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
@@ -33,11 +35,13 @@ def philox_key(seed: int, key: Key) -> tuple[int, int]:
     return int.from_bytes(digest[:8], "little"), int.from_bytes(digest[8:16], "little")
 
 
-def words(seed: int, key: Key, scenes: NDArray[np.int64], first: int, count: int, lane: int = 0) -> NDArray[np.uint64]:
+def words(
+    seed: int | tuple[int, ...], key: Key, scenes: NDArray[np.int64], first: int, count: int, lane: int = 0
+) -> NDArray[np.uint64]:
     """The raw words `first` to `first + count` of a field in some scenes, (B, count).
 
     Args:
-        seed: any integer.
+        seed: any integer, or one for each of the scenes.
         key: the field's.
         scenes: indices of the scenes (B,), in any order.
         first: the first word; component j of a vector has word j.
@@ -46,20 +50,37 @@ def words(seed: int, key: Key, scenes: NDArray[np.int64], first: int, count: int
     """
     if scenes.size == 0:
         return np.empty((0, count), dtype=np.uint64)
+    first_block, last_block = first // _BLOCK, (first + count - 1) // _BLOCK
+    start = first - first_block * _BLOCK
+    if not isinstance(seed, int):
+        return _many_seeds(seed, key, scenes, range(first_block, last_block + 1), lane)[:, start : start + count]
     lowest = int(scenes.min())
     rows = int(scenes.max()) - lowest + 1
-    philox = np.array(philox_key(seed, key), dtype=np.uint64)
-    first_block, last_block = first // _BLOCK, (first + count - 1) // _BLOCK
+    key_words = np.array(philox_key(seed, key), dtype=np.uint64)
     blocks: list[NDArray[np.uint64]] = []
     for block in range(first_block, last_block + 1):
         # The generator counts up before it gives its first words: scene i has the counter (i + 1, block, lane, 0).
         counter = np.array((lowest, block, lane, 0), dtype=np.uint64)
-        stream = np.random.Philox(key=philox, counter=counter).random_raw(rows * _BLOCK)
+        stream = np.random.Philox(key=key_words, counter=counter).random_raw(rows * _BLOCK)
         blocks.append(np.asarray(stream, dtype=np.uint64).reshape(rows, _BLOCK))
     joined = blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=1)
-    start = first - first_block * _BLOCK
     joined = joined[:, start : start + count]
     return joined if rows == len(scenes) and _ascending(scenes) else joined[scenes - lowest]
+
+
+def _many_seeds(
+    seeds: tuple[int, ...], key: Key, scenes: NDArray[np.int64], blocks: Sequence[int], lane: int
+) -> NDArray[np.uint64]:
+    """The words of some blocks (B, 4 · blocks), where each scene has a seed of its own."""
+    key_of = {seed: philox_key(seed, key) for seed in set(seeds)}
+    keys = np.array([key_of[seed] for seed in seeds], dtype=np.uint64)
+    counters = np.zeros((len(seeds), 4), dtype=np.uint64)
+    counters[:, 0], counters[:, 2] = scenes + 1, lane
+    found: list[NDArray[np.uint64]] = []
+    for block in blocks:
+        counters[:, 1] = block
+        found.append(philox.block(keys, counters))
+    return np.concatenate(found, axis=1)
 
 
 def units(raw: NDArray[np.uint64]) -> NDArray[np.float64]:

@@ -16,9 +16,6 @@ Interval = tuple[float, float]
 
 EVERYTHING: Interval = (-math.inf, math.inf)
 
-LINEAR = frozenset(("Add", "Sub", "Mult", "Div"))
-"""Operators that reach their bounds where one operand is constant."""
-
 
 def _add(a: Interval, b: Interval) -> Interval:
     return _sorted(a[0] + b[0], a[1] + b[1])
@@ -91,6 +88,11 @@ BINARY: dict[str, Callable[[Interval, Interval], Interval]] = {
     "Pow": _power,
 }
 """By the name of the node's type in Python's `ast`."""
+
+
+def reached(name: str, b: Interval) -> bool:
+    """Whether an operator of which one operand is constant reaches its bounds; `b` is its second."""
+    return name in {"Add", "Sub", "Mult"} or (name == "Div" and not b[0] <= 0 <= b[1])
 
 
 def compared(name: str, a: Interval, b: Interval) -> set[bool]:

@@ -142,7 +142,7 @@ class _Walk:
         a, b = map(_bounds, parts)
         if a is not None and b is not None:
             low, high = interval_rules.BINARY[name](a, b)
-            return Reach(low=low, high=high, exact=name in interval_rules.LINEAR and _exact(parts))
+            return Reach(low=low, high=high, exact=interval_rules.reached(name, b) and _exact(parts))
         first, second = map(_items, parts)
         if name == "Add" and first is not None and second is not None:
             return Reach(items=(*first, *second), exact=_exact(parts))
