@@ -10,8 +10,8 @@ from scenecc.backends.sapien.fitting import fitting
 from scenecc.backends.sapien.interrupt import interrupts_wait
 from scenecc.backends.sapien.place import Placement, place, place_afresh, read
 from scenecc.backends.sapien.selected import scene_indices, seeds_of
-from scenecc.backends.sapien.start import Redraw, plan_start
-from scenecc.backends.sapien.state import EntityState, SceneState
+from scenecc.backends.sapien.start import Start
+from scenecc.backends.sapien.state import SceneState
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from scenecc.backends.sapien.bodies import Bodies
     from scenecc.backends.sapien.engine import sapien
+    from scenecc.backends.sapien.state import EntityState
     from scenecc.plan import ScenePlan
 
 
@@ -182,7 +183,7 @@ class SceneBatch:
         self._check_open()
         chosen = self._chosen(scene_idxs)
         seeds = seeds_of(seed, [self._seeds[index] for index in chosen])
-        self._place(chosen, self._redraw(self._start, chosen, seeds, draws or {}), exact=exact)
+        self._place(chosen, self._start.drawn(chosen, seeds, draws or {}), exact=exact)
         self._seeds.update(zip(chosen, seeds, strict=True))
 
     def state(self, scene_idxs: Sequence[int] | None = None) -> SceneState:
@@ -239,12 +240,8 @@ class SceneBatch:
         self._entities, self._removed = {}, {}
 
     @cached_property
-    def _start(self) -> dict[str, EntityState]:
-        return plan_start(self._plan, self._scene_idxs)
-
-    @cached_property
-    def _redraw(self) -> Redraw:
-        return Redraw(self._plan, self._scene_idxs)
+    def _start(self) -> Start:
+        return Start(self._plan, self._scene_idxs)
 
     def _place(self, scene_idxs: Sequence[int], states: Mapping[str, EntityState], *, exact: bool) -> None:
         order = [*self._entities, *self._removed]

@@ -30,17 +30,17 @@ def fitting(state: SceneState, bodies: Mapping[str, Bodies], scene_idxs: Sequenc
     found: dict[str, EntityState] = {}
     for name in {**bodies, **state.entities}:
         there, here = state.entities.get(name), bodies.get(name)
-        rows = [] if there is None else [there.scene_idxs.index(i) for i in chosen if i in there.scene_idxs]
-        saved = [] if there is None else [there.scene_idxs[row] for row in rows]
+        row_of = {} if there is None else {index: row for row, index in enumerate(there.scene_idxs)}
+        saved = [index for index in chosen if index in row_of]
         present = [] if here is None else [index for index in chosen if index in here.row_of]
         if saved != present:
             raise ValueError(
                 f"the state is of another plan: '{name}' is in the scenes {saved or 'none'} there, and in "
                 f"{present or 'none'} here"
             )
-        if there is not None and here is not None and rows:
+        if there is not None and here is not None and saved:
             _check(name, there)
-            found[name] = there.rows(rows)
+            found[name] = there.rows([row_of[index] for index in saved])
             _check_kinds(name, found[name], here)
     return found
 

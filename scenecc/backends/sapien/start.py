@@ -1,8 +1,7 @@
-"""Where the plan has every body at the start, and how a reset draws that anew."""
+"""Where every body of a batch is at its start, as the plan has it or as a reset draws it anew."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -10,77 +9,50 @@ import numpy as np
 from scenecc.backends.sapien.columns import taken
 from scenecc.backends.sapien.state import EntityState, resting
 from scenecc.backends.sapien.turn import parts_of, present_rows
+from scenecc.plan.recipe_shape import Shape, shape_of
 from scenecc.values.evaluate import Batch
 from scenecc.values.failure import DrawError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
     from scenecc.plan import BodyStructure, Entity, ScenePlan, Value
     from scenecc.values.nodes import Node
 
-VELOCITIES = ("linear_velocity", "angular_velocity")
-
-
-def plan_start(plan: ScenePlan, scene_idxs: tuple[int, ...]) -> dict[str, EntityState]:
-    """Of every entity that is in one of the scenes, as the plan has it."""
-    found = {entity.name: _entity_start(entity, scene_idxs) for entity in plan.entities}
-    return {name: state for name, state in found.items() if state is not None}
-
-
-def _entity_start(entity: Entity, scene_idxs: tuple[int, ...]) -> EntityState | None:
-    present, rows = present_rows(entity, scene_idxs)
-    if not present:
-        return None
-    pose = np.broadcast_to(taken(entity.pose, rows), (len(rows), 7))
-    start = resting(present, pose, np.zeros(len(rows), np.bool_))
-    for part in parts_of(entity, rows):
-        if part.structure.body_type == "dynamic":
-            start.dynamic[part.numbers] = True
-            for name, value in _velocities(part.structure):
-                getattr(start, name)[part.numbers] = taken(value, part.rows)
-    return start
-
-
-def _velocities(structure: BodyStructure) -> list[tuple[str, Value]]:
-    found = [(name, getattr(structure, name)) for name in VELOCITIES]
-    return [(name, value) for name, value in found if value is not None]
+_VELOCITIES = ("linear_velocity", "angular_velocity")
 
 
 class _Recipe(NamedTuple):
-    """One field that a reset draws anew.
-
-    Attributes:
-        rows: which rows of the entity's start it fills, ascending.
-    """
+    """One field that a reset draws anew, in those of the batch's scenes that have it."""
 
     entity: str
     field: str
     node: Node
-    rows: NDArray[np.intp]
+    scene_idxs: frozenset[int]
 
 
-class Redraw:
-    """Draws the reset-time fields of a batch anew; prepared once."""
+class Start:
+    """The start of a batch; prepared once, when it is first reset."""
 
     def __init__(self, plan: ScenePlan, scene_idxs: tuple[int, ...]) -> None:
         self._plan = plan
         self._draws: Mapping[str, Node] = dict(plan.draws)
-        self._recipes = [recipe for entity in plan.entities for recipe in _recipes(entity, scene_idxs)]
+        found = [(entity, *present_rows(entity, scene_idxs)) for entity in plan.entities]
+        present = [each for each in found if each[1]]
+        self._states = {entity.name: _state(entity, where, rows) for entity, where, rows in present}
+        self._row_of = {
+            name: {index: row for row, index in enumerate(state.scene_idxs)} for name, state in self._states.items()
+        }
+        self._recipes = [recipe for each in present for recipe in _recipes(*each)]
 
-    def __call__(
-        self,
-        start: Mapping[str, EntityState],
-        scene_idxs: Sequence[int],
-        seeds: Sequence[int],
-        given: Mapping[str, Any],
+    def drawn(
+        self, scene_idxs: Sequence[int], seeds: Sequence[int], given: Mapping[str, Any]
     ) -> dict[str, EntityState]:
-        """The start in some scenes, each by its own seed.
+        """The start of every entity in some scenes, each by a seed of its own.
 
         Args:
-            start: of the whole batch; it stays as it is.
             scene_idxs: which scenes.
             seeds: one a scene, in their order.
             given: in place of shared draws, name → one row a scene, in their order.
@@ -88,28 +60,40 @@ class Redraw:
         Raises:
             ValueError: something has no value, or none that the engine can hold; entity, field and scene are named.
         """
-        asked = np.array(scene_idxs, dtype=np.int64)
-        found = {
-            name: state.rows(np.flatnonzero(np.isin(state.scene_idxs, asked)).tolist()) for name, state in start.items()
-        }
-        whole = self._spread(given, asked)
-        for seed, members in _by_seed(seeds):
-            batch = Batch(np.sort(asked[members]), seed, self._plan.num_scenes, self._draws, whole)
-            for recipe in self._recipes:
-                _draw(recipe, batch, start[recipe.entity], found[recipe.entity])
-        return {name: state for name, state in found.items() if state.scene_idxs}
+        whole = self._spread(given, scene_idxs)
+        chosen = sorted(scene_idxs)
+        seed_of = dict(zip(scene_idxs, seeds, strict=True))
+        one = seeds[0] if len(set(seeds)) == 1 else tuple(seed_of[index] for index in chosen)
+        batch = Batch(np.array(chosen, dtype=np.int64), one, self._plan.num_scenes, self._draws, whole)
+        rows_of = {name: [rows[i] for i in chosen if i in rows] for name, rows in self._row_of.items()}
+        found = {name: state.rows(rows_of[name]) for name, state in self._states.items() if rows_of[name]}
+        for recipe in self._recipes:
+            if recipe.entity in found:
+                _draw(recipe, batch, found[recipe.entity])
+        return found
 
-    def _spread(self, given: Mapping[str, Any], asked: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
+    def _spread(self, given: Mapping[str, Any], scene_idxs: Sequence[int]) -> dict[str, NDArray[Any]]:
         """Values for some scenes as values for all, which is how the draws take them."""
+        if not given:
+            return {}
+        shapes: dict[str, Shape] = {}
+        for name, node in self._draws.items():
+            shapes[name] = shape_of(node, shapes)
         spread: dict[str, NDArray[Any]] = {}
         for name, rows in given.items():
-            if name not in self._draws:
+            if name not in shapes:
                 raise ValueError(_cannot_change(name, self._draws))
             values = np.asarray(rows)
-            if values.ndim == 0 or len(values) != len(asked):
-                raise ValueError(f"draws['{name}'] must have a row for each of the {len(asked)} scenes that are reset")
-            spread[name] = np.zeros((self._plan.num_scenes, *values.shape[1:]), values.dtype)
-            spread[name][asked] = values
+            shape = shapes[name]
+            # A shape with -1 in it is that of texts and lists, and None is not known.
+            own = values.shape[1:] if shape is None or -1 in shape else shape
+            if values.shape != (len(scene_idxs), *own) or values.dtype == object:
+                raise ValueError(
+                    f"draws['{name}'] must be of shape {(len(scene_idxs), *own)}, a row for each scene that is reset, "
+                    f"not {values.shape}"
+                )
+            spread[name] = np.zeros((self._plan.num_scenes, *own), values.dtype)
+            spread[name][list(scene_idxs)] = values
         return spread
 
 
@@ -121,32 +105,40 @@ def _cannot_change(name: str, draws: Mapping[str, Node]) -> str:
     )
 
 
-def _recipes(entity: Entity, scene_idxs: tuple[int, ...]) -> Iterator[_Recipe]:
-    present, rows = present_rows(entity, scene_idxs)
-    if not present:
-        return
-    if entity.pose.recipe is not None:
-        yield _Recipe(entity.name, "pose", entity.pose.recipe, np.arange(len(present)))
+def _state(entity: Entity, scene_idxs: tuple[int, ...], rows: NDArray[np.intp]) -> EntityState:
+    """As the plan has it."""
+    pose = np.broadcast_to(taken(entity.pose, rows), (len(rows), 7))
+    start = resting(scene_idxs, pose, np.zeros(len(rows), np.bool_))
     for part in parts_of(entity, rows):
+        if part.structure.body_type == "dynamic":
+            start.dynamic[part.numbers] = True
+            for name, value in _velocities(part.structure):
+                getattr(start, name)[part.numbers] = taken(value, part.rows)
+    return start
+
+
+def _recipes(entity: Entity, scene_idxs: tuple[int, ...], rows: NDArray[np.intp]) -> Iterator[_Recipe]:
+    if entity.pose.recipe is not None:
+        yield _Recipe(entity.name, "pose", entity.pose.recipe, frozenset(scene_idxs))
+    for part in parts_of(entity, rows):
+        numbers: list[int] = part.numbers.tolist()
+        where = frozenset(scene_idxs[number] for number in numbers)
         for name, value in _velocities(part.structure):
             if value.recipe is not None:
-                yield _Recipe(entity.name, name, value.recipe, part.numbers)
+                yield _Recipe(entity.name, name, value.recipe, where)
 
 
-def _by_seed(seeds: Sequence[int]) -> list[tuple[int, NDArray[np.intp]]]:
-    groups: dict[int, list[int]] = {}
-    for number, seed in enumerate(seeds):
-        groups.setdefault(seed, []).append(number)
-    return [(seed, np.array(members, dtype=np.intp)) for seed, members in groups.items()]
+def _velocities(structure: BodyStructure) -> list[tuple[str, Value]]:
+    found = [(name, getattr(structure, name)) for name in _VELOCITIES]
+    return [(name, value) for name, value in found if value is not None]
 
 
-def _draw(recipe: _Recipe, batch: Batch, start: EntityState, found: EntityState) -> None:
-    """Fills the rows of `found` that are in the batch's scenes and have the field."""
-    having = np.array(start.scene_idxs, dtype=np.int64)[recipe.rows]
-    numbers = np.flatnonzero(np.isin(batch.scenes, having))
-    if not numbers.size:
+def _draw(recipe: _Recipe, batch: Batch, found: EntityState) -> None:
+    """Fills the rows of `found` in those of the batch's scenes that have the field."""
+    having = [number for number, index in enumerate(batch.scenes.tolist()) if index in recipe.scene_idxs]
+    if not having:
         return
-    part = batch if len(numbers) == len(batch.scenes) else batch.only(numbers)
+    part = batch if len(having) == len(batch.scenes) else batch.only(np.array(having, dtype=np.intp))
     try:
         drawn = part.evaluate(recipe.node)
     except DrawError as error:
