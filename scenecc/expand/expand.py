@@ -17,6 +17,7 @@ from scenecc.expand.prefabs import Prefabs
 from scenecc.expand.run import Budget, Exhausted, Run
 from scenecc.expand.scenes import Scenes
 from scenecc.expand.scopes import Scope
+from scenecc.source.values import plain_mapping
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
@@ -51,7 +52,7 @@ def expand(
 
     Args:
         document: the top one, whose data was found to be sound as it is written.
-        params: name → plain value; paths among them are relative to the document's folder.
+        params: name → value; paths among them are relative to the document's folder.
         num_scenes: in place of the document's.
         seed: in place of the document's.
         draws: names of the shared draws that are given from outside.
@@ -59,6 +60,9 @@ def expand(
         limits: on what it may ask for.
         sink: takes the diagnostics.
     """
+    given = plain_mapping(params, sink, limits)
+    if given is None:
+        return None
     top = top_document(document)
     library = Library(load, limits.includes, sink)
     library.add(top)
@@ -67,7 +71,7 @@ def expand(
     if not module.good:
         return None
     compiled = compile_module(module, None, sink)
-    arguments = {name: Argument(value, Location(PARAMS), top, "") for name, value in params.items()}
+    arguments = {name: Argument(value, Location(PARAMS), top, "") for name, value in given.items()}
     head = _head(compiled, arguments, sink)
     count = head.get("num_scenes", 1) if num_scenes is None else num_scenes
     if type(count) is not int or not 1 <= count <= limits.scenes:

@@ -31,6 +31,9 @@ class ParamRow:
         default: as it may be written in YAML; None where the parameter must be given.
         range: "0.1 to 2", "at least 1" or the options of a choice; "" for any value of the type.
         description: for people; "" for none.
+        value: the default as plain data; None where the parameter must be given.
+        low, high: as plain data; None where there is none.
+        options: of a choice, as plain data; empty for other types.
     """
 
     name: str
@@ -38,6 +41,10 @@ class ParamRow:
     default: str | None
     range: str
     description: str
+    value: Any = None
+    low: Any = None
+    high: Any = None
+    options: tuple[Any, ...] = ()
 
 
 @frozen
@@ -92,7 +99,17 @@ def list_prefabs() -> list[PrefabRow]:
 
 def _row(param: Param) -> ParamRow:
     default = None if param.default is None else _written(param.default)
-    return ParamRow(param.name, param.kind or "any", default, _range(param), param.description)
+    return ParamRow(
+        param.name,
+        param.kind or "any",
+        default,
+        _range(param),
+        param.description,
+        param.default,
+        param.low,
+        param.high,
+        param.options,
+    )
 
 
 def _written(value: Any) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import posixpath
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -134,9 +135,15 @@ class Library:
 
 
 def shown_chain(chain: list[str]) -> str:
-    """The names of documents in a chain; of a long one the ends."""
-    names = [cut(name) for name in chain]
+    """The names of documents in a chain, from the folder of the first; of a long one the ends."""
+    folder = posixpath.dirname(chain[0])
+    names = [name.removeprefix(folder + "/") if folder else name for name in chain]
+    names = [name if len(name) <= _LONGEST else "…" + name[-_LONGEST:] for name in names]
     return " → ".join(names if len(names) <= 12 else [*names[:6], "…", *names[-5:]])
+
+
+_LONGEST = 60
+"""How much of a document's name a chain shows [characters]."""
 
 
 class _Merge:

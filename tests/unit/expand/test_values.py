@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 
 from scenecc.values.template import Template
@@ -136,6 +138,13 @@ def test_values_that_do_not_fit(expanded: Expander, declared: str, given: Any, c
     assert found.code == code
     assert found.file == "params"
     assert [related.location.line for related in found.related] == [2]
+
+
+def test_values_from_python_become_plain(expanded: Expander) -> None:
+    text = "params: {v: [0, 0], p: {type: file}}\nentities: {e: {x: '${v}', y: '${p}'}}"
+    entity = expanded.data(text, params={"v": np.array([1.0, 2.0]), "p": Path("a") / "b"})["entities"]["e"]
+    assert entity == {"x": [1.0, 2.0], "y": "a/b"}
+    assert expanded.one(text, params={"v": object(), "p": "a"}).code == "SC015"
 
 
 def test_parameters_that_vary_are_draws(expanded: Expander) -> None:
