@@ -99,9 +99,19 @@ def _write_head(source: Source, plan: ScenePlan) -> None:
             source.comment(line)
     source.comment("")
     source.comment("Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.")
+    if _draws_anew(plan):
+        source.comment(f"Poses and velocities that a reset would draw anew are those of the seed {plan.seed}.")
     if plan.physics.scene_spacing is not None or plan.physics.gpu_memory is not None:
         source.comment("Scene spacing and GPU memory are left out: they concern scenes that share a GPU simulation.")
     source.line()
+
+
+def _draws_anew(plan: ScenePlan) -> bool:
+    """Whether a reset would draw anything anew."""
+    poses = [entity.pose for entity in plan.entities]
+    bodies = [body for entity in plan.entities for body in entity.structures]
+    values = (*poses, *(body.linear_velocity for body in bodies), *(body.angular_velocity for body in bodies))
+    return any(value is not None and value.recipe is not None for value in values)
 
 
 def _scenes_word(count: int) -> str:
