@@ -13,14 +13,26 @@ from typing import Annotated, Any, Final, NoReturn
 import typer
 
 from scenecc.cli.build import build
+from scenecc.cli.diff import diff
 from scenecc.cli.emit import emit
 from scenecc.cli.explain import explain
 from scenecc.cli.output import print_err
+from scenecc.cli.params import params
+from scenecc.cli.prefabs import prefabs
 from scenecc.cli.report import Status
 from scenecc.cli.schema import schema
 from scenecc.cli.validate import validate
 
-COMMANDS: Final[tuple[Callable[..., Any], ...]] = (build, validate, emit, schema, explain)
+COMMANDS: Final[tuple[Callable[..., Any], ...]] = (
+    build,
+    validate,
+    emit,
+    diff,
+    params,
+    prefabs,
+    schema,
+    explain,
+)
 """Every command, as `scenecc --help` lists them. A function's name is the command's."""
 
 _INTERRUPTED = 130

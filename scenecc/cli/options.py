@@ -24,6 +24,13 @@ class Format(str, Enum):
     sarif = "sarif"
 
 
+class TableFormat(str, Enum):
+    """How a table is printed."""
+
+    text = "text"
+    json = "json"
+
+
 def at_least(least: int, *, digits: int = 18) -> Callable[[str | int], int]:
     """What reads an option's integer: ASCII digits, and no more of them than what follows can count with."""
 
@@ -117,4 +124,5 @@ AllowOutside = Annotated[
 Limits = Annotated[
     list[str] | None, typer.Option("--limit", metavar="NAME=VALUE", help="Raise a limit; may be given several times.")
 ]
+TableFormatOption = Annotated[TableFormat, typer.Option("--format", help="How the result is printed.")]
 FormatOption = Annotated[Format, typer.Option("--format", help="How diagnostics are printed.")]

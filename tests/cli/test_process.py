@@ -56,6 +56,16 @@ def test_every_command_has_help_with_examples(run, name: str) -> None:
         ("explain", "SC999"),
         ("explain", "SC101", "SC102"),
         ("schema", "x"),
+        ("diff",),
+        ("diff", "x.yaml", "y.yaml"),
+        ("diff", "x.yaml", "y.yaml", "z.yaml"),
+        ("params",),
+        ("params", "x.yaml"),
+        ("params", "-", "--format", "sarif"),
+        ("prefabs", "x"),
+        ("prefabs", "table", "cube"),
+        ("build", "x.yaml", "--set"),
+        ("build", "x.yaml", "--set", "size"),
     ],
 )
 def test_wrong_usage_is_2_and_says_something(run, arguments: tuple[str, ...]) -> None:

@@ -84,4 +84,12 @@ ROWS: tuple[Code, ...] = (
         example="$ scenecc build scene.yaml --num-scenes 4 --scenes 2:9",
         cure="Select scenes from 0 to one less than their number: `--scenes 2:4`, `--scenes 0,3` or `--scenes ::2`.",
     ),
+    Code(
+        code="SC909",
+        severity="error",
+        title="no prefab of that name ships",
+        cause="`scenecc prefabs` was given a name that none of the prefabs of the package has.",
+        example="$ scenecc prefabs tabel",
+        cure="Run `scenecc prefabs` without a name: it lists them all. Of a file of your own: `scenecc params FILE`.",
+    ),
 )

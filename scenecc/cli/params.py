@@ -1,0 +1,100 @@
+"""`scenecc params`."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from scenecc.cli.arguments import path_faults
+from scenecc.cli.find import STDIN
+from scenecc.cli.options import (
+    AllowOutside,
+    AssetRoots,
+    Format,
+    Limits,
+    SceneArgument,
+    TableFormat,
+    TableFormatOption,
+    parse_limits,
+)
+from scenecc.cli.output import print_out
+from scenecc.cli.report import print_asides, status
+from scenecc.cli.table import plain, table
+
+if TYPE_CHECKING:
+    from scenecc.questions import ParamRow
+
+_HEAD = ("name", "type", "default", "range", "description")
+
+
+def params(
+    scene: SceneArgument,
+    *,
+    asset_roots: AssetRoots = None,
+    allow_outside_assets: AllowOutside = False,
+    limits: Limits = None,
+    form: TableFormatOption = TableFormat.text,
+) -> None:
+    """List what a scene can be given by --set.
+
+    \b
+    Examples:
+      scenecc params scenes/parameters.yaml
+      scenecc params scenes/parameters.yaml --format json
+    """
+    from scenecc import api, questions
+
+    checked_limits = parse_limits(limits)
+    faults = path_faults(scene, None)
+    rows: list[ParamRow] = []
+    if not faults:
+        try:
+            rows = questions.list_params(
+                sys.stdin.buffer if scene == STDIN else scene,
+                asset_roots=asset_roots or (),
+                allow_outside_assets=allow_outside_assets,
+                limits=checked_limits,
+            )
+        except api.SceneError as error:
+            faults = error.diagnostics
+    if faults:
+        print_asides(faults, Format.text)
+        raise typer.Exit(status(faults))
+    if form is TableFormat.json:
+        print_out(json.dumps({"parameters": params_data(rows)}, indent=2, ensure_ascii=False) + "\n")
+    else:
+        print_out(params_table(rows))
+
+
+def params_table(rows: Sequence[ParamRow]) -> str:
+    """A line a parameter; of one that must be given the default is a dash."""
+    from scenecc.diagnostics.render import wants_color
+
+    if not rows:
+        return "no parameters\n"
+    cells = [
+        tuple(map(plain, (row.name, row.type, "–" if row.default is None else row.default, row.range, row.description)))
+        for row in rows
+    ]
+    return table(_HEAD, cells, color=wants_color(sys.stdout))
+
+
+def params_data(rows: Sequence[ParamRow]) -> list[dict[str, Any]]:
+    """The same for programs; what a parameter does not have is left out, such as the default of one to be given."""
+    found = [
+        {
+            "name": row.name,
+            "type": row.type,
+            "default": row.value,
+            "min": row.low,
+            "max": row.high,
+            "options": list(row.options) or None,
+            "description": row.description,
+        }
+        for row in rows
+    ]
+    return [{key: value for key, value in item.items() if value is not None} for item in found]

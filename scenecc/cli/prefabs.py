@@ -1,0 +1,73 @@
+"""`scenecc prefabs`."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from scenecc.cli.options import Format, TableFormat, TableFormatOption
+from scenecc.cli.output import print_out
+from scenecc.cli.params import params_data, params_table
+from scenecc.cli.report import print_asides, status, usage_error
+from scenecc.cli.table import plain, table
+
+if TYPE_CHECKING:
+    from scenecc.questions import PrefabRow
+
+_HEAD = ("name", "description", "parameters")
+_SHIPPED = "scenecc:"
+
+
+def prefabs(
+    name: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help="A prefab, as in table or scenecc:table.")
+    ] = None,
+    *,
+    form: TableFormatOption = TableFormat.text,
+) -> None:
+    """List the prefabs that ship, or what one can be given.
+
+    \b
+    Examples:
+      scenecc prefabs
+      scenecc prefabs table
+    """
+    from scenecc import questions
+
+    rows = questions.list_prefabs()
+    if name is not None:
+        full = name if name.startswith(_SHIPPED) else _SHIPPED + name
+        chosen = [row for row in rows if row.name == full]
+        if not chosen:
+            _refuse(name, [row.name for row in rows])
+        rows = chosen
+    if form is TableFormat.json:
+        print_out(json.dumps({"prefabs": _data(rows)}, indent=2, ensure_ascii=False) + "\n")
+    elif name is None:
+        print_out(_table(rows))
+    else:
+        print_out(f"{rows[0].name}: {rows[0].description}\n\n{params_table(rows[0].params)}")
+
+
+def _refuse(name: str, known: list[str]) -> None:
+    from scenecc.diagnostics.words import cut, suggest
+
+    hint = suggest(name if name.startswith(_SHIPPED) else _SHIPPED + name, known)
+    unknown = usage_error("SC909", f"no prefab `{cut(name)}` ships with scenecc", file="scenecc", hint=hint)
+    print_asides([unknown], Format.text)
+    raise typer.Exit(status([unknown]))
+
+
+def _table(rows: Sequence[PrefabRow]) -> str:
+    from scenecc.diagnostics.render import wants_color
+
+    cells = [(row.name, plain(row.description), ", ".join(param.name for param in row.params)) for row in rows]
+    return table(_HEAD, cells, color=wants_color(sys.stdout))
+
+
+def _data(rows: Sequence[PrefabRow]) -> list[dict[str, Any]]:
+    return [{"name": row.name, "description": row.description, "parameters": params_data(row.params)} for row in rows]
