@@ -49,11 +49,14 @@ def collide(a: Sequence[int], b: Sequence[int]) -> bool:
 def _varies(entity: Entity, structure: BodyStructure) -> bool:
     """Whether the entity's scenes differ in what `meet` looks at."""
     groups = structure.collision_groups
-    return entity.pick is not None or (groups is not None and groups.varies)
+    return entity.pick is not None or (groups is not None and groups.may_vary)
 
 
 def _picked(entity: Entity, structure: BodyStructure, row: int) -> bool:
-    return entity.structure(row) is structure
+    """Whether an entity may have a structure in one of its scenes, whatever is drawn."""
+    if entity.pick is None or entity.pick.known:
+        return entity.structure(row) is structure
+    return any(entity.structures[int(index)] is structure for index in entity.pick.numbers())
 
 
 def _groups(structure: BodyStructure, row: int) -> Sequence[int]:

@@ -6,13 +6,14 @@ import math
 import struct
 from typing import TYPE_CHECKING, Any
 
-from scenecc.plan import Box, Capsule, Cylinder, Sphere
+from scenecc.checks.judged import Row, alternatives, highest, lowest, rows, waits
+from scenecc.plan import Box, Capsule, Cylinder, Sphere, literal
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.plan import BodyStructure
+    from scenecc.plan import BodyStructure, Value
 
 DENSITY = 1000.0
 """SAPIEN's own [kg/m³]."""
@@ -20,22 +21,23 @@ DENSITY = 1000.0
 LIGHTEST, LARGEST = 1e-6, 3.4028234663852886e38
 """What SAPIEN makes of a smaller mass, and the end of single precision [kg]."""
 
-_VOLUME: dict[type, Callable[[Any], float]] = {
-    Box: lambda shape: 8 * _product(shape.half_size.numbers()[:3]),
-    Sphere: lambda shape: 4 / 3 * math.pi * shape.radius.numbers()[0] ** 3,
-    Capsule: lambda shape: _round(shape) * (2 * shape.half_length.numbers()[0] + 4 / 3 * shape.radius.numbers()[0]),
-    Cylinder: lambda shape: _round(shape) * 2 * shape.half_length.numbers()[0],
+_SIZES: dict[type, Callable[[Any], tuple[Value, ...]]] = {
+    Box: lambda shape: (shape.half_size,),
+    Sphere: lambda shape: (shape.radius,),
+    Capsule: lambda shape: (shape.radius, shape.half_length),
+    Cylinder: lambda shape: (shape.radius, shape.half_length),
 }
-"""Volumes [m³] in the first scene; those of meshes are known once the engine has read them."""
+"""What a volume follows from; those of meshes are known once the engine has read them."""
 
+_VOLUME: dict[type, Callable[..., float]] = {
+    Box: lambda half: 8 * half[0] * half[1] * half[2],
+    Sphere: lambda radius: 4 / 3 * math.pi * radius[0] ** 3,
+    Capsule: lambda radius, half: math.pi * radius[0] ** 2 * (2 * half[0] + 4 / 3 * radius[0]),
+    Cylinder: lambda radius, half: math.pi * radius[0] ** 2 * 2 * half[0],
+}
+"""Volumes [m³] of one row of each."""
 
-def _product(sizes: tuple[float, ...]) -> float:
-    x, y, z = sizes
-    return x * y * z
-
-
-def _round(shape: Capsule | Cylinder) -> float:
-    return math.pi * shape.radius.numbers()[0] ** 2
+_SAPIEN = literal(DENSITY)
 
 
 def mass_is_clear(body: BodyStructure, _name: str, origin: Origin, sink: Sink) -> None:
@@ -50,19 +52,40 @@ def mass_is_clear(body: BodyStructure, _name: str, origin: Origin, sink: Sink) -
         )
 
 
-def weight_can_be_held(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
+def weight_can_be_held(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
     """What follows from the densities of a body that moves is a mass that SAPIEN keeps as it is."""
     if body.body_type != "dynamic" or body.inertial is not None or not body.collisions:
         return
+    shapes = [(shape.geometry, _SAPIEN if shape.density is None else shape.density) for shape in body.collisions]
+    values = [density for _, density in shapes]
+    for geometry, _ in shapes:
+        values += _SIZES.get(type(geometry), _no_sizes)(geometry)
+    if waits(values, drawn=drawn):
+        return
+    found = rows(values)
+    for row in [tuple(map(lowest, values)), tuple(map(highest, values))] if found is None else found:
+        if not _weighs(body, name, [type(geometry) for geometry, _ in shapes], row, origin, sink):
+            return
+
+
+def _no_sizes(_geometry: Any) -> tuple[Value, ...]:
+    return ()
+
+
+def _weighs(
+    body: BodyStructure, name: str, types: list[type], row: tuple[Row, ...], origin: Origin, sink: Sink
+) -> bool:
+    """Whether one row of a body's densities, then its sizes, gives a mass that can be held; otherwise a report."""
+    sizes = iter(row[len(types) :])
     weight, dense = 0.0, False
-    for shape in body.collisions:
-        density = DENSITY if shape.density is None else max(shape.density.numbers())
+    for type_, (density,) in zip(types, row, strict=False):
+        volume = _VOLUME.get(type_)
+        measured = None if volume is None else volume(*(next(sizes) for _ in range(_SIZE_COUNT[type_])))
         if density:
             dense = True
-            measure = _VOLUME.get(type(shape.geometry))
-            if measure is None:
-                return
-            weight += measure(shape.geometry) * density
+            if measured is None:
+                return True
+            weight += measured * density
     if not dense:
         _weightless(body, name, origin, sink)
     elif weight > LARGEST:
@@ -73,6 +96,12 @@ def weight_can_be_held(body: BodyStructure, name: str, origin: Origin, sink: Sin
         hint = "mend the sizes or the densities (lengths are in metres), or give `inertial`"
         message = f"`{name}` weighs {weight:.3g} kg by its densities, and SAPIEN would make a milligram of it"
         sink.report("SC511", message, origin, at="key", hint=hint)
+    else:
+        return True
+    return False
+
+
+_SIZE_COUNT: dict[type, int] = {Box: 1, Sphere: 1, Capsule: 2, Cylinder: 2}
 
 
 def _weightless(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
@@ -93,15 +122,28 @@ def single(number: float) -> float:
         return math.copysign(math.inf, number)
 
 
-def inertia_is_real(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
+def inertia_is_real(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
     """No principal moment of a real body is above the sum of the other two."""
     if body.inertial is None:
         return
-    moments = iter(body.inertial.inertia.numbers())
-    if any(2 * max(row) > sum(row) * (1 + 1e-9) for row in zip(moments, moments, moments, strict=True)):
+    inertia = body.inertial.inertia
+    if waits([inertia], drawn=drawn):
+        return
+    found = alternatives(inertia)
+    if any(map(_is_impossible, found if found is not None else _most_unequal(inertia))):
         sink.report(
             "SC506",
             f"no body has the inertia of `{name}`: one moment is above the sum of the others",
             origin.child("inertial", "inertia"),
             hint="each of ixx, iyy, izz is at most the sum of the other two",
         )
+
+
+def _is_impossible(moments: Row) -> bool:
+    return 2 * max(moments) > sum(moments) * (1 + 1e-9)
+
+
+def _most_unequal(inertia: Value) -> list[Row]:
+    """Of moments that lie between bounds, each at its most beside the others at their least."""
+    least, most = lowest(inertia), highest(inertia)
+    return [tuple(most[j] if j == i else least[j] for j in range(3)) for i in range(3)]

@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from scenecc.checks.collide import Reach, meet, reach
-from scenecc.checks.mass import inertia_is_real, mass_is_clear, single, weight_can_be_held
+from scenecc.checks.contact import default_contacts, offsets_of, surface_is_real
+from scenecc.checks.judged import waits
+from scenecc.checks.mass import inertia_is_real, mass_is_clear, weight_can_be_held
 from scenecc.diagnostics import Origin
-from scenecc.plan import Mesh, PhysicalMaterial, Plane, TriangleMesh, literal
+from scenecc.plan import Mesh, Plane, TriangleMesh
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Mapping
 
     from scenecc.diagnostics import Sink
     from scenecc.plan import BodyStructure, CollisionShape, Entity, ScenePlan
 
     Found = tuple[Entity, BodyStructure, CollisionShape]
 
-CONTACT_OFFSET, REST_OFFSET = 0.01, 0.0
-"""SAPIEN's own (`sapien.physx.get_shape_config()`)."""
+
+class NumberRule(Protocol):
+    """A rule about numbers of a body."""
+
+    def __call__(self, body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+        """Reports what is wrong; `drawn`: of what waits for its rows."""
+
 
 LANGUAGE_KEYS = {
     "disable_gravity": "gravity",
@@ -57,29 +64,30 @@ WHY_NOTHING = {
 }
 
 
-def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink: Sink) -> None:
-    """Applies every rule to every body and material.
+def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink: Sink, *, drawn: bool = False) -> None:
+    """Applies every rule to every body and material. Draws nothing, unless `drawn`.
 
     Args:
         plan: with or without lines behind its origins.
         material_origins: for each physical material, where it is written.
         sink: takes the diagnostics.
+        drawn: judge what waits for its rows, and nothing else: rules that an expression is part of.
     """
     for entity in plan.entities:
         for structure in entity.structures:
             origin = _origin(structure, entity, plan)
-            for rule in BODY_RULES:
-                rule(structure, entity.name, origin, sink)
+            for number_rule in NUMBER_RULES:
+                number_rule(structure, entity.name, origin, sink, drawn=drawn)
+            if not drawn:
+                for rule in BODY_RULES:
+                    rule(structure, entity.name, origin, sink)
+            offsets_of(structure, plan.physics, origin, sink, drawn=drawn)
     for index, material in enumerate(plan.physical_materials):
         origin = material_origins.get(index) or _plan_origin(plan).child("physical_materials", index)
-        _surface(material, origin, sink)
-    default = plan.physics.default_material
-    if default is not None:
-        given = (default.static_friction, default.dynamic_friction, default.restitution)
-        place = _physics_origin(plan).child("default_material")
-        _surface(PhysicalMaterial(*map(literal, given)), place, sink)
-    _offsets(plan, sink)
-    _sdf_on_planes(plan, sink)
+        surface_is_real(material, origin, sink, drawn=drawn)
+    if not drawn:
+        default_contacts(plan.physics, _physics_origin(plan), sink)
+        _sdf_on_planes(plan, sink)
 
 
 def _origin(structure: BodyStructure, entity: Entity, plan: ScenePlan) -> Origin:
@@ -176,7 +184,9 @@ def _meshes_that_move(body: BodyStructure, name: str, origin: Origin, sink: Sink
 
 def _mirrored(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
     for shape in body.visuals:
-        if isinstance(shape.geometry, Mesh) and not all(shape.geometry.scale.numbers()):
+        scale = shape.geometry.scale if isinstance(shape.geometry, Mesh) else None
+        # What an expression gives is held to the same in the draw stage.
+        if scale is not None and not waits([scale], drawn=False) and not all(scale.numbers()):
             place = (shape.origin or origin).child("scale")
             sink.report("SC104", f"a scale of 0 leaves nothing of a mesh of `{name}`", place)
 
@@ -186,70 +196,14 @@ BODY_RULES: tuple[Callable[[BodyStructure, str, Origin, Sink], None], ...] = (
     _planes_stand_still,
     _effective,
     mass_is_clear,
-    weight_can_be_held,
-    inertia_is_real,
     _groups,
     _meshes_that_move,
     _mirrored,
 )
 
 
-def _surface(material: PhysicalMaterial, origin: Origin, sink: Sink) -> None:
-    slides_harder = _above(material.dynamic_friction.numbers(), material.static_friction.numbers())
-    if slides_harder is not None:
-        dynamic, static = slides_harder
-        sink.report(
-            "SC504",
-            f"dynamic friction {dynamic:g} is above static friction {static:g}",
-            origin,
-            hint="what is left out is the default material's; sliding never rubs more than sticking",
-        )
-    bouncy = [number for number in material.restitution.numbers() if not 0 <= number <= 1]
-    if bouncy:
-        sink.report("SC505", f"restitution {bouncy[0]:g} is not in 0..1", origin)
-
-
-def _above(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, float] | None:
-    """The first pair whose `a` is above its `b`; where they do not go row by row, the largest and the smallest."""
-    pairs = zip(a, b, strict=True) if len(a) == len(b) else [(max(a), min(b))]
-    return next((pair for pair in pairs if pair[0] > pair[1]), None)
-
-
-def _offsets(plan: ScenePlan, sink: Sink) -> None:
-    """Contacts are made before shapes rest on each other."""
-    physics = plan.physics
-    contact = CONTACT_OFFSET if physics.contact_offset is None else physics.contact_offset
-    rest = REST_OFFSET if physics.rest_offset is None else physics.rest_offset
-    if single(contact) <= single(rest):
-        key = "rest_offset" if physics.rest_offset is not None else "contact_offset"
-        _offset(contact, rest, _physics_origin(plan).child(key), sink)
-    for entity in plan.entities:
-        for structure in entity.structures:
-            for shape in structure.collisions:
-                if shape.contact_offset is None and shape.rest_offset is None:
-                    continue
-                contacts = (contact,) if shape.contact_offset is None else shape.contact_offset.numbers()
-                rests = (rest,) if shape.rest_offset is None else shape.rest_offset.numbers()
-                bad = next((pair for pair in _by_row(contacts, rests) if single(pair[0]) <= single(pair[1])), None)
-                if bad is not None:
-                    key = "rest_offset" if shape.rest_offset is not None else "contact_offset"
-                    origin = shape.origin or _origin(structure, entity, plan)
-                    _offset(*bad, origin.child(key), sink)
-
-
-def _by_row(a: tuple[float, ...], b: tuple[float, ...]) -> Iterator[tuple[float, float]]:
-    """Pairs of two columns, each of one number in all or of one a row."""
-    rows = max(len(a), len(b))
-    return zip(a * rows if len(a) == 1 else a, b * rows if len(b) == 1 else b, strict=True)
-
-
-def _offset(contact: float, rest: float, origin: Origin, sink: Sink) -> None:
-    sink.report(
-        "SC507",
-        f"contact_offset {contact:g} is not above rest_offset {rest:g}",
-        origin,
-        hint="contacts must begin before shapes rest: raise contact_offset or lower rest_offset",
-    )
+NUMBER_RULES: tuple[NumberRule, ...] = (weight_can_be_held, inertia_is_real)
+"""Rules about numbers that may differ from scene to scene."""
 
 
 def _sdf_on_planes(plan: ScenePlan, sink: Sink) -> None:

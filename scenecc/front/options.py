@@ -91,7 +91,7 @@ def integer(value: object, name: str, least: int) -> int:
 
 def select_scenes(scenes: str, num_scenes: int, sink: Sink) -> tuple[int, ...] | None:
     """The scenes that a command line selects, in the notation of a file; None where that was reported."""
-    from scenecc.lower.selection import select
+    from scenecc.spec.selection import select
 
     found = Sink()
     items = [int(item) if _INDEX.fullmatch(item) else item for item in scenes.split(",")]

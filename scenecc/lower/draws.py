@@ -73,7 +73,7 @@ def _given(rows: Any, drawing: Drawing, place: Origin, sink: Sink) -> Any:
         message = f"an array of shape {tuple(data.shape)} was given for this draw: it must be {wanted}"
         sink.report("SC318", message, place, at="key", hint="one row for each scene of the batch")
     elif data.dtype.kind not in "biufU" or (data.dtype.kind == "f" and not np.isfinite(data).all()):
-        sink.report("SC318", "what was given for this draw is not made of finite numbers, flags or texts", place, at="key")
+        sink.report("SC318", "this draw was given something else than finite numbers, flags or texts", place, at="key")
     else:
         return Rows(drawing.everywhere, tuple(map(_row, data.tolist())))
     return Const(0.0)

@@ -150,7 +150,7 @@ class Reading:
         scenes = self._leaves.listed
         if len(items) != len(scenes):
             message = f"{_count(len(items), 'value')} for {_count(len(scenes), 'scene')}"
-            hint = "one for each scene that the object is in, by ascending index; or write {per_scene: {0: …, default: …}}"
+            hint = "one for each scene that the object is in, by ascending index; or {per_scene: {0: …, default: …}}"
             self._leaves.sink.report("SC314", message, place.origin.child("per_scene"), hint=hint)
             return leaf(items[0], place, ("per_scene", 0)) if items else 0.0
         return Rows(scenes, self._each(items, "per_scene", place, leaf))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import cut, suggest_name
@@ -186,7 +186,11 @@ class Leaves:
         if reading.known:
             return self._rows(item, reading, kind, origin)
         self.drawing.drawn = True
-        value = varying(self.drawer(item, kind), support=self.support(item), rows=len(self.scenes))
+        support = self.support(item)
+        if reading.computed:
+            # Expressions may tie values together, so rules over several are judged by rows.
+            support = replace(support, exact=False)
+        value = varying(self.drawer(item, kind), support=support, rows=len(self.scenes))
         if reading.risky:
             self.pend(value, kind, origin, reading)
         if reset:

@@ -30,9 +30,7 @@ TEXTURES = (
     "emission_texture",
     "transmission_texture",
 )
-FRICTION: dict[str, Kind] = {
-    name: number(name) for name in ("static_friction", "dynamic_friction", "restitution")
-}
+FRICTION: dict[str, Kind] = {name: number(name) for name in ("static_friction", "dynamic_friction", "restitution")}
 DENSITY = number("density")
 _SEEN: dict[str, Kind] = {**{name: number(name) for name in NUMBERS}, "base_color": COLOR, "emission": EMISSION}
 
@@ -189,7 +187,9 @@ class Materials:
 
     def _texture(self, given: Any, origin: Origin, leaves: Leaves) -> Texture | None:
         mapping = isinstance(given, TextureMapping)
-        file = self._tables.files_of(given.file if mapping else given, origin.child("file") if mapping else origin, leaves)
+        file = self._tables.files_of(
+            given.file if mapping else given, origin.child("file") if mapping else origin, leaves
+        )
         if file is None:
             return None
         if not mapping:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import show
@@ -67,7 +68,7 @@ def from_parts(given: Any, kind: Kind, place: Place, leaves: Leaves) -> Value:
         return rows
 
     supports = [_converted(leaves.support(node), kind) if written else leaves.support(node) for node, written in parts]
-    value = varying(draw, support=union(supports), rows=len(leaves.scenes))
+    value = varying(draw, support=replace(union(supports), exact=False), rows=len(leaves.scenes))
     leaves.pend(value, kind, place.origin, reading)
     return value
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import cut, suggest_name
@@ -77,10 +77,10 @@ class Places:
             fixed: whether it stays as it is built.
         """
         pose = self._placed[name].pose
-        if (pose.__class__ is not PoseMapping or pose.relative_to is None) and not self._names.scopes.get(name):
+        apart = pose.__class__ is not PoseMapping or pose.relative_to is None
+        if apart and not self._names.scopes.get(name) and not pose_varies(pose):
             # Most stand in the world, and few of these are asked for again.
-            if not pose_varies(pose):
-                return literal(lower_pose(pose, owner, ("pose",), self._sink))
+            return literal(lower_pose(pose, owner, ("pose",), self._sink))
         standing = self.standing(name)
         leaves = self._leaves_of(name)
         readings = self._readings(name)

@@ -156,4 +156,3 @@ def _axis(sink: Sink) -> Kind:
         sink.report("SC114", "an axis of length 0 has no direction", origin)
 
     return Kind((3,), convert=convert, complain=complain, fallback=(1.0, 0.0, 0.0))
-

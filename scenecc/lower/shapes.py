@@ -146,8 +146,10 @@ class Shapes:
     def _visual(
         self, visual: VisualMaterial | None, color: Value | None, default: Defaults, *, named: bool
     ) -> Value | None:
-        """The row of what is seen: a material with the colour of the shape or, where nothing closer gives one, the
-        body's. A material that the shape itself names is closer to it than the body's colour."""
+        """The row of what is seen: a material with the colour of the shape or, if nothing closer gives one, the body's.
+
+        A material that the shape itself names is closer to it than the body's colour.
+        """
         if color is None and not (named and visual is not None and visual.base_color is not None):
             color = default.color
         if color is not None:

@@ -127,7 +127,7 @@ def _numbers(node: Any, reading: Reading, lookup: _Lookup[Any], place: Place, le
         rows = leaves.evaluate(node).tolist()
         return np.array([row if isinstance(row, int) else lookup.numbers[row] for row in rows], dtype=np.int64)
 
-    support = Support.of(range(len(lookup.found)))
+    support = Support.of(range(len(lookup.found)), exact=False)
     value = varying(draw, support=support, rows=len(leaves.scenes))
     leaves.pend(value, _INDEX, place.origin, reading)
     return value

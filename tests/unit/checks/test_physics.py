@@ -12,7 +12,8 @@ from plugins.sample_plans import indices, rubbing
 
 from scenecc import validate
 from scenecc.checks.collide import collide, meet, reach
-from scenecc.checks.physics import BODY_RULES, CONTACT_OFFSET, REST_OFFSET, check_physics
+from scenecc.checks.contact import CONTACT_OFFSET, REST_OFFSET
+from scenecc.checks.physics import BODY_RULES, NUMBER_RULES, check_physics
 from scenecc.plan import (
     AssetFile,
     BodyStructure,
@@ -63,7 +64,7 @@ def test_the_defaults_are_the_engines() -> None:
 
 def test_a_good_body_passes_every_rule(sink: Any) -> None:
     check(sink, entity("a", body(mass=constant(1.0))), entity("b", body(kind="static")))
-    assert len(BODY_RULES) == len(set(BODY_RULES))
+    assert len({*BODY_RULES, *NUMBER_RULES}) == len(BODY_RULES) + len(NUMBER_RULES)
 
 
 def test_plans_without_origins_have_paths(sink: Any) -> None:

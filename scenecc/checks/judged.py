@@ -1,0 +1,75 @@
+"""What a rule judges of a value: all that it can be, without drawing it, or else its rows once they are drawn.
+
+What is known by scene is judged scene by scene. What forms draw is judged by the corners of all that it can be, since
+no seed may decide whether a file is right. An expression may tie values together (a sliding friction that is a share
+of the sticking one), so a rule that one is part of is judged by rows, once there are some.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from scenecc.plan import Value
+
+Row = tuple[float, ...]
+
+
+def waits(values: Sequence[Value], *, drawn: bool) -> bool:
+    """Whether a rule is none of this stage's: it is the draw stage's (`drawn`) if a value of it holds an expression."""
+    return any(map(_by_rows, values)) is not drawn
+
+
+def rows(values: Sequence[Value]) -> Iterator[tuple[Row, ...]] | None:
+    """The rows of values that are known, or were drawn since one holds an expression, side by side.
+
+    None where a rule has to be judged by corners.
+    """
+    if not any(value.may_vary for value in values):
+        return iter([tuple(value.numbers() for value in values)])
+    if not all(value.known for value in values) and not any(_by_rows(value) for value in values):
+        return None
+    columns = [value.data.reshape(len(value.data), -1).tolist() for value in values]
+    count = max(map(len, columns))
+    return zip(*(column * count if len(column) == 1 else column for column in columns), strict=True)
+
+
+def alternatives(value: Value) -> list[Row] | None:
+    """Every row that one value can have; None where they lie between bounds."""
+    found = rows([value])
+    if found is not None:
+        return [row for (row,) in found]
+    several = value.support.alternatives
+    return None if several is None else [item if isinstance(item, tuple) else (item,) for item in several]
+
+
+def lowest(value: Value) -> Row:
+    """The least that each component can be."""
+    return _corner(value, high=False)
+
+
+def highest(value: Value) -> Row:
+    """The most that each component can be."""
+    return _corner(value, high=True)
+
+
+def above(a: Value, b: Value) -> tuple[float, float] | None:
+    """A pair of numbers that two values can have in one scene, the first of which is above the second."""
+    found = rows([a, b])
+    pairs = [(highest(a)[0], lowest(b)[0])] if found is None else [(x[0], y[0]) for x, y in found]
+    return next((pair for pair in pairs if pair[0] > pair[1]), None)
+
+
+def _by_rows(value: Value) -> bool:
+    return not value.known and not value.support.exact
+
+
+def _corner(value: Value, *, high: bool) -> Row:
+    if value.known:
+        pick = max if high else min
+        return tuple(map(pick, zip(*value.data.reshape(len(value.data), -1).tolist(), strict=True)))
+    support = value.support
+    corner = support.high if high else support.low
+    return corner if isinstance(corner, tuple) else (corner,)
