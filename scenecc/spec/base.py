@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, ValidationInfo
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
 from pydantic_core import PydanticCustomError, core_schema
 
 from scenecc.spec.plain import EXPRESSION
-from scenecc.spec.unions import NOT_MEANT, VALUE, in_order, plain_json
+from scenecc.spec.unions import EXPANDED, NOT_MEANT, VALUE, in_order, plain_json
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -69,9 +69,9 @@ def key(description: str, *, default: Any = None, examples: list[Any] | None = N
     return Field(default=None, description=description, examples=examples, json_schema_extra=extra)
 
 
-def _literal(text: str, info: ValidationInfo) -> str:
+def _literal(text: str) -> str:
     """Refuses an expression where any text is right: it would be taken as it is written."""
-    if EXPRESSION in text and not (info.context and info.context.expanded):
+    if EXPRESSION in text and not EXPANDED.get():
         raise PydanticCustomError(NOT_MEANT, "a text without `${{`")
     return text
 
@@ -80,12 +80,12 @@ class Scoped:
     """The annotation of names that are made: those of an expanded document may have slashes."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        def otherwise(node: object, info: ValidationInfo) -> str:
-            if info.context and info.context.expanded and isinstance(node, str) and _REFERENCE.match(node):
+        def otherwise(node: object) -> str:
+            if EXPANDED.get() and isinstance(node, str) and _REFERENCE.match(node):
                 return node
             raise PydanticCustomError(NOT_MEANT, "a name as written")
 
-        return in_order([(handler(source), VALUE)], core_schema.with_info_plain_validator_function(otherwise))
+        return in_order([(handler(source), VALUE)], core_schema.no_info_plain_validator_function(otherwise))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         return plain_json(schema, handler)

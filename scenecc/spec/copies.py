@@ -14,13 +14,13 @@ from scenecc.spec.leaf import Fixed
 from scenecc.spec.mistakes import Mistakes
 from scenecc.spec.plain import is_mapping
 from scenecc.spec.scalars import NonNegativeInt
-from scenecc.spec.unions import NOT_MEANT, SHAPE, Reading, by_kind, in_order, is_varying, plain_json
+from scenecc.spec.unions import EXPANDED, NOT_MEANT, SHAPE, by_kind, in_order, is_varying, plain_json
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
-    from pydantic_core.core_schema import ValidationInfo, ValidatorFunctionWrapHandler
+    from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 
 Variable = Annotated[str, StringConstraints(pattern=VARIABLE_PATTERN)]
 """The name of a parameter, a loop variable or a draw."""
@@ -65,7 +65,7 @@ class _Repeated:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         schema = handler(source)
-        return in_order([(schema, SHAPE)], core_schema.with_info_wrap_validator_function(_shape, schema))
+        return in_order([(schema, SHAPE)], core_schema.no_info_wrap_validator_function(_shape, schema))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         return plain_json(schema, handler)
@@ -76,17 +76,16 @@ Repeated = _Repeated()
 _repeat: TypeAdapter[Any] = TypeAdapter(Repeat, config={"strict": True, "defer_build": True})
 
 
-def _shape(node: Any, plain: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
+def _shape(node: Any, plain: ValidatorFunctionWrapHandler) -> Any:
     """A shape as written that only expansion understands. What its type decides about is judged after that."""
-    reading: Reading = info.context or Reading()
     kind = node.get("type") if is_mapping(node) else None
-    is_open = is_varying(kind, expanded=reading.expanded)
-    if reading.expanded or not is_mapping(node) or not (is_open or "repeat" in node):
+    is_open = is_varying(kind)
+    if EXPANDED.get() or not is_mapping(node) or not (is_open or "repeat" in node):
         raise PydanticCustomError(NOT_MEANT, "a plain shape")
     mistakes = Mistakes()
     if "repeat" in node:
         try:
-            _repeat.validate_python(node["repeat"], context=reading)
+            _repeat.validate_python(node["repeat"])
         except ValidationError as problem:
             mistakes.take(problem, "repeat")
     shape: Any = None

@@ -11,13 +11,12 @@ from pydantic_core import PydanticCustomError, core_schema
 from scenecc.spec.body import Body
 from scenecc.spec.features import NOT_YET
 from scenecc.spec.mistakes import Mistakes, told
-from scenecc.spec.unions import BODY, NOT_MEANT, Reading, entity_kind, in_order
+from scenecc.spec.unions import BODY, NOT_MEANT, entity_kind, in_order
 
 if TYPE_CHECKING:
     from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
-    from pydantic_core.core_schema import ValidationInfo
 
     from scenecc.spec.instance import BodyCopies, Instance
     from scenecc.spec.variants import Variants
@@ -40,25 +39,24 @@ class _Entity:
     """The annotation of an entity. Models of all but plain bodies are made only where there is such an entity."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return in_order([(handler(source), BODY)], core_schema.with_info_plain_validator_function(_otherwise))
+        return in_order([(handler(source), BODY)], core_schema.no_info_plain_validator_function(_otherwise))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         models = [entity_model(label) for label in ("#copies", "#use", "#variants")]
         return {"anyOf": [handler(model.__pydantic_core_schema__) for model in models]}
 
 
-def _otherwise(node: Any, info: ValidationInfo) -> Any:
+def _otherwise(node: Any) -> Any:
     label = entity_kind(node)
     if label == BODY:
         raise PydanticCustomError(NOT_MEANT, "a plain body")
-    reading: Reading = info.context or Reading()
     mistakes = Mistakes()
     if label in NOT_YET:
         mistakes.add(told("SC109", f"{NOT_YET[label]} are not supported yet", at="key"), node, label)
         mistakes.stop()
     made: Any = None
     try:
-        made = entity_model(label).__pydantic_validator__.validate_python(node, context=reading)
+        made = entity_model(label).__pydantic_validator__.validate_python(node)
     except ValidationError as problem:
         mistakes.take(problem, label)
     else:

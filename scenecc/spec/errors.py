@@ -21,9 +21,7 @@ if TYPE_CHECKING:
 Located = list[tuple["ErrorDetails", "Path"]]
 
 
-def report_errors(
-    errors: Iterable[ErrorDetails], data: dict[str, Any], origin: Origin, sink: Sink, *, expanded: bool = False
-) -> None:
+def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: Origin, sink: Sink) -> None:
     """Reports each mistake at its place in the document.
 
     Args:
@@ -31,11 +29,10 @@ def report_errors(
         data: the document.
         origin: of its root.
         sink: takes the diagnostics.
-        expanded: it is an expanded one.
     """
     located: Located = []
     for error in errors:
-        path = document_path(error["loc"], data, expanded=expanded)
+        path = document_path(error["loc"], data)
         if path is not None and error["type"] != NOT_MEANT:
             located.append((error, path))
     misspelt = _misspelt(located)

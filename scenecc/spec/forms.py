@@ -15,7 +15,7 @@ from scenecc.spec.expressions import written
 from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.mistakes import THIS, Mistakes, told
 from scenecc.spec.plain import is_mapping, is_sequence
-from scenecc.spec.unions import Reading, any_varying, is_varying
+from scenecc.spec.unions import EXPANDED, any_varying, is_varying
 from scenecc.values import forms
 from scenecc.values.template import Template
 
@@ -41,13 +41,11 @@ class FormReader:
     """Reads what varies of one value.
 
     Args:
-        reading: how the document is read.
         mistakes: takes what is wrong.
         refused: why no form may stand here, though an expression may; None: forms may.
     """
 
-    def __init__(self, reading: Reading, mistakes: Mistakes, refused: str | None = None) -> None:
-        self._reading = reading
+    def __init__(self, mistakes: Mistakes, refused: str | None = None) -> None:
         self._mistakes = mistakes
         self._refused = refused
 
@@ -64,10 +62,9 @@ class FormReader:
             plain: validates one that does not vary.
             loc: where it is in the value that is validated.
         """
-        expanded = self._reading.expanded
-        if is_varying(node, expanded=expanded):
+        if is_varying(node):
             return self._form(node, domain, plain, loc) if is_mapping(node) else self._template(node, loc)
-        if is_sequence(node) and domain.item is not None and any_varying(node, expanded=expanded):
+        if is_sequence(node) and domain.item is not None and any_varying(node):
             return self.vector(node, domain, loc)
         return self.plain(node, plain, loc)
 
@@ -91,8 +88,8 @@ class FormReader:
     def varies(self, node: Any, domain: Domain) -> bool:
         """Whether a value, or a component of it, is an expression or a form."""
         if domain.item is None:
-            return is_varying(node, expanded=self._reading.expanded)
-        return any_varying(node, expanded=self._reading.expanded)
+            return is_varying(node)
+        return any_varying(node)
 
     def vector(self, node: Any, domain: Domain, loc: Loc) -> Any:
         """A list of numbers, some of which may vary."""
@@ -150,11 +147,11 @@ class FormReader:
         return forms.Choice(items, self._weights(node, len(items), loc))
 
     def _is_expression(self, node: Any) -> bool:
-        return is_varying(node, expanded=self._reading.expanded) and not is_mapping(node)
+        return is_varying(node) and not is_mapping(node)
 
     def _list(self, node: Any, loc: Loc) -> Any:
         """An expression in place of a form's list: judged once it has its value."""
-        if self._reading.expanded:
+        if EXPANDED.get():
             message = f"the values of a form cannot differ from scene to scene: {THIS} is an expression"
             self._mistakes.add(told("SC116", message), node, *loc)
             return None
@@ -193,7 +190,7 @@ class FormReader:
         if "weights" not in node:
             return None
         weights, at = node["weights"], (*loc, "weights")
-        if is_varying(weights, expanded=self._reading.expanded):
+        if is_varying(weights):
             return self._list(weights, at)
         if not is_sequence(weights):
             self._mistakes.add(told("SC103", f"{THIS} must be a list of numbers"), weights, *at)
@@ -206,7 +203,7 @@ class FormReader:
         return tuple(found)
 
     def _weight(self, node: Any, loc: Loc) -> Any:
-        if is_varying(node, expanded=self._reading.expanded):
+        if is_varying(node):
             return self._list(node, loc)
         if isinstance(node, bool) or not isinstance(node, int | float):
             self._mistakes.add(told("SC103", f"{THIS} must be a number, not {show(node)}"), node, *loc)

@@ -15,7 +15,6 @@ from scenecc.spec.mistakes import Mistakes
 from scenecc.spec.unions import (
     VALUE,
     VECTOR,
-    Reading,
     any_varying,
     branches,
     in_order,
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema, PydanticCustomError
-    from pydantic_core.core_schema import ValidationInfo, ValidatorFunctionWrapHandler
+    from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 
     from scenecc.values.forms import Varying
 
@@ -62,7 +61,7 @@ class _Varies:
             in_order(choices, core_schema.no_info_plain_validator_function(_refusing(refuse))) if expected else schema
         )
         read = _leaf(domain, refuse, self._refused)
-        union = in_order(choices, core_schema.with_info_wrap_validator_function(read, plain))
+        union = in_order(choices, core_schema.no_info_wrap_validator_function(read, plain))
         union["metadata"] = {"expected": expected}
         return union
 
@@ -78,15 +77,15 @@ def _refusing(refuse: Refuse) -> Callable[[Any], Any]:
 
 
 def _leaf(domain: Domain, refuse: Refuse, refused: str | None) -> Any:
-    def read(node: Any, plain: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
-        reading: Reading = info.context or Reading()
-        looks = any_varying if domain.item is not None else is_varying
-        if not looks(node, expanded=reading.expanded):
+    varies = any_varying if domain.item is not None else is_varying
+
+    def read(node: Any, plain: ValidatorFunctionWrapHandler) -> Any:
+        if not varies(node):
             raise refuse(node)
         from scenecc.spec.forms import FormReader
 
         mistakes = Mistakes()
-        value = FormReader(reading, mistakes, refused).leaf(node, domain, plain, ())
+        value = FormReader(mistakes, refused).leaf(node, domain, plain, ())
         mistakes.stop()
         return value
 
@@ -101,15 +100,14 @@ class _Fixed:
         choices, expected = branches(schema)
         refuse = refusal(choices, expected)
 
-        def read(node: Any, info: ValidationInfo) -> Any:
-            reading: Reading = info.context or Reading()
-            if not is_varying(node, expanded=reading.expanded):
+        def read(node: Any) -> Any:
+            if not is_varying(node):
                 raise refuse(node)
             from scenecc.spec.expressions import read_fixed
 
             return read_fixed(node)
 
-        union = in_order(choices, core_schema.with_info_plain_validator_function(read))
+        union = in_order(choices, core_schema.no_info_plain_validator_function(read))
         union["metadata"] = {"expected": expected}
         return union
 

@@ -12,13 +12,16 @@ from scenecc.spec.document import SceneFile
 from scenecc.spec.errors import report_errors
 from scenecc.spec.plain import is_mapping, is_sequence
 from scenecc.spec.start import Start
-from scenecc.spec.unions import Reading
+from scenecc.spec.unions import EXPANDED
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
 
 _NAMED = ("entities", "materials", "frames", "collision_groups", "params", "draws")
 """Mappings whose keys are names, so that a note among them would read as an entry."""
+
+MOST_ERRORS = 6 * MAX_REPORTS
+"""Errors of pydantic's among which there are as many mistakes as are told: each branch of a union has its own."""
 
 
 def parse(data: dict[str, Any], origin: Origin, sink: Sink, *, expanded: bool = False) -> SceneFile | None:
@@ -30,25 +33,32 @@ def parse(data: dict[str, Any], origin: Origin, sink: Sink, *, expanded: bool = 
         sink: takes the diagnostics.
         expanded: it is an expanded document: `${` in a text is literal, and a `Template` is what is left of one.
     """
-    reading = Reading(expanded=expanded)
+    token = EXPANDED.set(expanded)
+    try:
+        return _parsed(data, origin, sink)
+    finally:
+        EXPANDED.reset(token)
+
+
+def _parsed(data: dict[str, Any], origin: Origin, sink: Sink) -> SceneFile | None:
     if any(key.startswith(NOTE_PREFIX) for name in _NAMED for key in _keys(data.get(name))):
         data = without_notes(data)
     try:
-        return SceneFile.model_validate(data, context=reading)
+        return SceneFile.model_validate(data)
     except ValidationError as problem:
-        many = problem.error_count() > MAX_REPORTS
+        many = problem.error_count() > MOST_ERRORS
         errors = [] if many else problem.errors(include_url=False)
     if many:
         clean = without_notes(data)
-        return None if _report_first(clean, origin, sink, reading) else SceneFile.model_validate(clean, context=reading)
+        return None if _report_first(clean, origin, sink) else SceneFile.model_validate(clean)
     if any(_is_note(error["loc"][-1]) for error in errors if error["type"] == "extra_forbidden"):
         # Only a file that holds notes pays for their removal.
-        return parse(without_notes(data), origin, sink, expanded=expanded)
-    report_errors(errors, data, origin, sink, expanded=reading.expanded)
+        return _parsed(without_notes(data), origin, sink)
+    report_errors(errors, data, origin, sink)
     return None
 
 
-def _report_first(data: dict[str, Any], origin: Origin, sink: Sink, reading: Reading) -> bool:
+def _report_first(data: dict[str, Any], origin: Origin, sink: Sink) -> bool:
     """Reports the first of very many errors, if there are any without the notes.
 
     Pydantic lists all or none, and takes a kilobyte for each.
@@ -57,10 +67,10 @@ def _report_first(data: dict[str, Any], origin: Origin, sink: Sink, reading: Rea
     while True:
         start = Start(data, nodes)
         try:
-            SceneFile.model_validate(start.data, context=reading)
+            SceneFile.model_validate(start.data)
         except ValidationError as problem:
-            if start.whole or problem.error_count() >= MAX_REPORTS:
-                report_errors(problem.errors(include_url=False), start.data, origin, sink, expanded=reading.expanded)
+            if start.whole or problem.error_count() >= MOST_ERRORS:
+                report_errors(problem.errors(include_url=False), start.data, origin, sink)
                 if not start.whole:
                     hint = "mend these first; the rest of the file was not looked at"
                     sink.report("SC016", f"checking stopped after {MAX_REPORTS} errors", origin, hint=hint)

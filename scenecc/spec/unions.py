@@ -7,6 +7,7 @@ written there, so that a mistake gives one diagnostic.
 
 from __future__ import annotations
 
+from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic_core import PydanticCustomError, core_schema
@@ -48,17 +49,12 @@ _KINDS: dict[type, str] = {
 }
 
 
-class Reading:
-    """How a document is read: pydantic's validation context.
+TYPE = "type"
+"""The key that tells the shapes apart."""
 
-    Attributes:
-        expanded: it is the expanded one: `${` in a text is literal, and templates stand for what is left to evaluate.
-    """
-
-    __slots__ = ("expanded",)
-
-    def __init__(self, *, expanded: bool = False) -> None:
-        self.expanded = expanded
+EXPANDED: ContextVar[bool] = ContextVar("EXPANDED", default=False)
+"""Whether the document at hand is expanded: then `${` in a text is literal, and templates stand for what is left to
+evaluate. (Pydantic's own context would have to be passed on by every validator that is called from another.)"""
 
 
 def kind(value: object) -> str | None:
@@ -73,21 +69,21 @@ _ALWAYS = frozenset((OTHERWISE, "#use", "#variants", "#copies"))
 """Labels that only errors have that were meant."""
 
 
-def is_varying(node: object, *, expanded: bool) -> bool:
+def is_varying(node: object) -> bool:
     """Whether a node is an expression or a form, and no plain value."""
     if isinstance(node, str):
-        return EXPRESSION in node and not expanded
+        return EXPRESSION in node and not EXPANDED.get()
     if is_mapping(node):
         return not VARIATION_FORMS.isdisjoint(node)
     # Documents hold plain data and, once expanded, templates.
     return kind(node) is None and node is not None
 
 
-def any_varying(node: object, *, expanded: bool) -> bool:
+def any_varying(node: object) -> bool:
     """The same, or a list with such a component."""
     if is_sequence(node):
-        return any(any_varying(item, expanded=expanded) for item in node)
-    return is_varying(node, expanded=expanded)
+        return any(map(any_varying, node))
+    return is_varying(node)
 
 
 def entity_kind(node: object) -> str:
@@ -98,17 +94,17 @@ def entity_kind(node: object) -> str:
     return next(kinds, BODY if _COPY_KEYS.isdisjoint(node) else "#copies")
 
 
-def is_meant(label: str, node: object, *, expanded: bool) -> bool:
+def is_meant(label: str, node: object) -> bool:
     """Whether the errors of a branch speak of what is written at its place."""
     if label in _ALWAYS:
         return True
     if label == BODY:
         return entity_kind(node) == BODY
     if label == SHAPE:
-        return expanded or not (is_mapping(node) and ("repeat" in node or is_varying(node.get("type"), expanded=False)))
+        return EXPANDED.get() or not (is_mapping(node) and ("repeat" in node or is_varying(node.get(TYPE))))
     if label in {VECTOR, COMPONENTS}:
-        return not any_varying(node, expanded=expanded) and (label == VECTOR or kind(node) == "#list")
-    return not is_varying(node, expanded=expanded) and label in {VALUE, kind(node)}
+        return not any_varying(node) and (label == VECTOR or kind(node) == "#list")
+    return not is_varying(node) and label in {VALUE, kind(node)}
 
 
 class Branches(NamedTuple):

@@ -26,7 +26,7 @@ KEY_MARK = "[key]"
 """What pydantic appends to the place of a mapping's key."""
 
 
-def document_path(loc: tuple[PathKey, ...], data: Any, *, expanded: bool) -> Path | None:
+def document_path(loc: tuple[PathKey, ...], data: Any) -> Path | None:
     """Pydantic's `loc` as a path into the document; None where it leads through a branch that was not meant.
 
     Labels of ours start with `#`; the tag of a shape is its `type` and follows a list's index.
@@ -39,7 +39,7 @@ def document_path(loc: tuple[PathKey, ...], data: Any, *, expanded: bool) -> Pat
             # What follows is the label of a key's own branch.
             break
         if isinstance(segment, str) and segment.startswith("#"):
-            if not is_meant(segment, node, expanded=expanded):
+            if not is_meant(segment, node):
                 return None
             continue
         if after_index and is_mapping(node) and node.get("type") == segment:
