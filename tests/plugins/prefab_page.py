@@ -21,7 +21,7 @@ The bodies of ManiSkill's convenience builders (`mani_skill.utils.building`), wi
 colours, and the same defaults where ManiSkill has one; where it has none, the default is ours. Tests compare each
 with plain SAPIEN code to the last bit. ManiSkill need not be installed. What ManiSkill calls `name`, `scene_idxs` and
 `initial_pose` any instance has: its name, `scene_idxs` and `pose`. A dynamic body with `add_collision: false` would
-fall for ever, which is an error (`SC501`).""",
+fall for ever, which is an error (`SC502`).""",
         (
             "ground",
             "cube",
