@@ -170,7 +170,7 @@ class _Compiler:
         parts = [self.closure(argument, depth) for argument in node.args]
         if not fewest <= len(parts) <= most:
             wanted = str(fewest) if fewest == most else f"{fewest} to {most}" if most < MANY else f"at least {fewest}"
-            noun = "argument" if wanted == "1" else "arguments"
+            noun = "arguments" if most > 1 and most < MANY else "argument"
             raise ExpressionError(f"`{func.id}` takes {wanted} {noun}, not {len(parts)}", *span)
         if len(parts) == 1:
             (part,) = parts

@@ -143,10 +143,9 @@ def power(a: Any, b: Any, span: Span) -> Any:
         raise ExpressionError("a negative number has whole powers only", *span)
     if type(a) is int and type(b) is int and b > 0 and abs(a) > 1 and (abs(a).bit_length() - 1) * b >= INT_BITS:
         raise ExpressionError(f"the integer has more than {INT_BITS} bits", *span)
-    if type(a) is int and type(b) is int and abs(a) <= 1:
-        # Whole powers of these are themselves, however large the exponent.
-        b = (b % 2 or 2) if b >= 0 else -(-b % 2 or 2)
-        return 1 if a == 0 and b == 0 else a**b
+    if type(a) is int and type(b) is int and abs(a) <= 1 and abs(b) > 2:
+        # Of these only whether the exponent is odd counts, however large it is.
+        b = (1 if b % 2 else 2) * (1 if b > 0 else -1)
     try:
         return finite(a**b, span)
     except OverflowError:

@@ -21,6 +21,7 @@ QUATERNIONS = st.one_of(
     st.sampled_from([(1.0, 0.0, 0.0, 0.0), (-1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), (1.0, 0.0, -0.0, 0.0)]),
     st.tuples(NUMBERS, NUMBERS, NUMBERS, NUMBERS).filter(lambda q: math.hypot(*q) > 1e-3).map(scalar.normalized),
 )
+AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 POSES = st.tuples(VECTORS, QUATERNIONS).map(lambda parts: (*parts[0], *parts[1]))
 
 
@@ -62,9 +63,7 @@ def test_shortest_rotations(cases: list[Any]) -> None:
     assert_same(scalar.shortest_from_x, arrays.shortest_from_x, cases)
 
 
-@given(
-    rows(QUATERNIONS.map(lambda q: tuple(zip(*(scalar.rotate(q, axis) for axis in np.eye(3).tolist()), strict=True))))
-)
+@given(rows(QUATERNIONS.map(lambda q: tuple(zip(*(scalar.rotate(q, axis) for axis in AXES), strict=True)))))
 def test_rotations_of_matrices(cases: list[Any]) -> None:
     assert_same(scalar.from_matrix, arrays.from_matrix, cases)
 
@@ -92,7 +91,7 @@ def test_poses_turned_in_their_own_frame(cases: list[Any]) -> None:
 def test_how_far_a_matrix_is_from_a_rigid_motion(cases: list[Any]) -> None:
     matrices: list[Any] = []
     for pose, off in cases:
-        axes = zip(*(scalar.rotate(pose[3:], axis) for axis in np.eye(3).tolist()), strict=True)
+        axes = zip(*(scalar.rotate(pose[3:], axis) for axis in AXES), strict=True)
         matrices.append([*([*row, p * (1 + off)] for row, p in zip(axes, pose[:3], strict=True)), [0.0, 0.0, off, 1.0]])
     expected = [scalar.rigidity(matrix) for matrix in matrices]
     np.testing.assert_allclose(arrays.rigidity(np.array(matrices)), expected, rtol=1e-12, atol=1e-14)
