@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from scenecc.backends.sapien.assets_on_disk import crashes_the_reader
 from scenecc.backends.sapien.columns import taken
@@ -12,13 +15,10 @@ from scenecc.backends.sapien.engine import physx, render
 from scenecc.backends.sapien.failure import EngineFailure
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    import numpy as np
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.columns import Column
-    from scenecc.plan import CoacdParams, Friction, PhysicalMaterial, ScenePlan, Texture, Value, VisualMaterial
+    from scenecc.plan import CoacdParams, ScenePlan, Texture, Value, VisualMaterial
 
 
 class Resources:
@@ -31,8 +31,9 @@ class Resources:
     def __init__(self, plan: ScenePlan) -> None:
         self._plan = plan
         default = plan.physics.default_material
-        self.default_material: Any = physx.get_default_material() if default is None else _physical(default)
-        self._physical: dict[tuple[object, ...], Any] = {}
+        self.default_material: Any = physx.get_default_material() if default is None else _physical(*astuple(default))
+        self._physical: dict[tuple[float, ...], Any] = {}
+        self._same: dict[int, Column | None] = {}
         self._visual: dict[tuple[object, ...], Any] = {}
         self._textures: dict[tuple[object, ...], Any] = {}
 
@@ -40,13 +41,48 @@ class Resources:
         """`PhysxMaterial` a row, or one for all; None: the default material."""
         if material is None:
             return [self.default_material]
-        table = self._plan.physical_materials
-        return _by_row(material, rows, table, self._physical, lambda index, row: _physical(table[index].row(row)))
+        if not material.varies and (fixed := self._fixed(int(material.as_drawn()[0]))) is not None:
+            return fixed
+        indices = np.broadcast_to(taken(material, rows), len(rows))
+        numbers = np.empty((len(rows), 3))
+        for index in np.unique(indices).tolist():
+            where = indices == index
+            numbers[where] = self._numbers(index, rows[where])
+        return list(map(self._physical_material, zip(indices.tolist(), *numbers.T.tolist(), strict=True)))
+
+    def _fixed(self, index: int) -> Column | None:
+        """A physical material that is the same in every scene, as the column of all shapes that have it."""
+        if index not in self._same:
+            values = self._plan.physical_materials[index].values()
+            numbers = [value.as_drawn()[0] for value in values]
+            differs = any(value.varies for value in values)
+            self._same[index] = None if differs else [self._physical_material((index, *numbers))]
+        return self._same[index]
+
+    def _numbers(self, index: int, rows: NDArray[np.intp]) -> NDArray[np.float64]:
+        """Of a physical material (B, 3)."""
+        columns = [taken(value, rows) for value in self._plan.physical_materials[index].values()]
+        return np.stack(np.broadcast_arrays(*columns), axis=1)
+
+    def _physical_material(self, key: tuple[float, ...]) -> Any:
+        if key not in self._physical:
+            self._physical[key] = _physical(*key[1:])
+        return self._physical[key]
 
     def visual(self, material: Value, rows: NDArray[np.intp]) -> Column:
         """`RenderMaterial` a row, or one for all."""
         table = self._plan.visual_materials
-        return _by_row(material, rows, table, self._visual, lambda index, row: self._make_visual(table[index], row))
+        indices: list[int] = taken(material, rows).tolist()
+        varying = {i: [value for value in table[i].values() if value.varies] for i in dict.fromkeys(indices)}
+        if len(indices) == 1 and varying[indices[0]]:
+            indices *= len(rows)
+        column: Column = []
+        for index, row in zip(indices, rows.tolist(), strict=False):
+            key = (index, *(value.data[row].tobytes() for value in varying[index]))
+            if key not in self._visual:
+                self._visual[key] = self._make_visual(table[index], row)
+            column.append(self._visual[key])
+        return column
 
     def meshes(self, indices: NDArray[np.int64], code: str) -> Column:
         """Path of a mesh a row.
@@ -96,26 +132,5 @@ class Resources:
         return self._textures[key]
 
 
-def _by_row(
-    material: Value,
-    rows: NDArray[np.intp],
-    table: Sequence[PhysicalMaterial | VisualMaterial],
-    known: dict[tuple[object, ...], Any],
-    make: Callable[[int, int], Any],
-) -> Column:
-    """The materials of a shape, one a row or one for all; `make`: from an index and a row."""
-    indices: list[int] = taken(material, rows).tolist()
-    varying = {i: [v for v in table[i].values() if v.varies] for i in dict.fromkeys(indices)}
-    if len(indices) == 1 and varying[indices[0]]:
-        indices *= len(rows)
-    column: Column = []
-    for index, row in zip(indices, rows.tolist(), strict=False):
-        key = (index, *(value.data[row].tobytes() for value in varying[index]))
-        if key not in known:
-            known[key] = make(index, row)
-        column.append(known[key])
-    return column
-
-
-def _physical(material: Friction) -> Any:
-    return physx.PhysxMaterial(material.static_friction, material.dynamic_friction, material.restitution)
+def _physical(static_friction: float, dynamic_friction: float, restitution: float) -> Any:
+    return physx.PhysxMaterial(static_friction, dynamic_friction, restitution)

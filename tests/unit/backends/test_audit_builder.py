@@ -109,8 +109,8 @@ def test_swapped_frictions(
 ) -> None:
     """Of the plan's default material, or of the shape that names one where the plan says nothing of it."""
 
-    def swapped(material: Any) -> Any:
-        return physx.PhysxMaterial(material.dynamic_friction, material.static_friction, material.restitution)
+    def swapped(static_friction: float, dynamic_friction: float, restitution: float) -> Any:
+        return physx.PhysxMaterial(dynamic_friction, static_friction, restitution)
 
     asked = replace(plan, physics=Physics(default_material=default))
     assert not messages(asked, level)
