@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics import Location, Origin
 from scenecc.diagnostics.words import cut, suggest
 from scenecc.expand.kinds import kind_of
-from scenecc.expand.patterns import is_varying
+from scenecc.expand.patterns import has_failed, is_varying
 from scenecc.expand.ranges import form_of
 from scenecc.expand.run import Run
 from scenecc.spec.plain import is_mapping, is_sequence
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+    from collections.abc import Set as AbstractSet
 
     from scenecc.diagnostics import Sink
     from scenecc.expand.compiled import Compiled
@@ -47,10 +48,12 @@ class Bound:
     Attributes:
         values: of those that are the same in every scene.
         varying: those that are not.
+        failed: those without a value, which was reported.
     """
 
     values: dict[str, Any]
     varying: dict[str, Argument]
+    failed: frozenset[str]
 
 
 def bind_params(
@@ -79,20 +82,26 @@ def bind_params(
     _known(compiled, given, sink)
     values = dict(constants)
     varying: dict[str, Argument] = {}
+    failed = set(compiled.module.section("params")) - compiled.params.keys()
     parent = use if isinstance(use, Origin) else None
     for name, declared in compiled.params.items():
         param = declared
         argument = given.get(name)
         if argument is None or param.kind is None:
-            default = _default(param, values, scope, parent, objects, sink)
+            default = _default(param, values, failed, scope, parent, objects, sink)
             if default is not None and param.kind is None and not is_varying(default.value):
                 param = replace(param, kind=kind_of(default.value))
             argument = argument or default
         if argument is None:
             _required(param, use, parent, sink)
+            failed.add(name)
+            continue
+        if has_failed(argument.value):
+            failed.add(name)
             continue
         wrong = param.misfit(argument.value)
         if wrong is not None:
+            failed.add(name)
             _refuse(param, argument, wrong, parent, sink)
             continue
         value = argument.value
@@ -104,7 +113,7 @@ def bind_params(
             varying[name] = Argument(value, argument.place, argument.document, argument.scope)
         else:
             values[name] = value
-    return Bound(values, varying)
+    return Bound(values, varying, frozenset(failed))
 
 
 def _known(compiled: Compiled, given: Mapping[str, Argument], sink: Sink) -> None:
@@ -116,13 +125,19 @@ def _known(compiled: Compiled, given: Mapping[str, Argument], sink: Sink) -> Non
 
 
 def _default(
-    param: Param, values: dict[str, Any], scope: str, use: Origin | None, objects: Budget, sink: Sink
+    param: Param,
+    values: dict[str, Any],
+    failed: AbstractSet[str],
+    scope: str,
+    use: Origin | None,
+    objects: Budget,
+    sink: Sink,
 ) -> Argument | None:
     if param.default is None:
         return None
-    run = Run(param.part.document.name, param.part.parent(use), values, objects, sink)
+    run = Run(param.part.document.name, param.part.parent(use), values, objects, sink, failed)
     value = param.default if param.pattern is None else param.pattern.make(run)
-    return Argument(value, run.origin(param.path), param.part.document, scope)
+    return Argument(value, run.origin(param.default_path), param.part.document, scope)
 
 
 def _required(param: Param, use: Origin | Location | None, parent: Origin | None, sink: Sink) -> None:
@@ -135,11 +150,10 @@ def _required(param: Param, use: Origin | Location | None, parent: Origin | None
 
 
 def _refuse(param: Param, argument: Argument, wrong: tuple[str, str], parent: Origin | None, sink: Sink) -> None:
-    if isinstance(argument.value, str) and "${" in argument.value and sink.failed:
-        return  # an expression without a value, which was reported
     code, words = wrong
     declared = Origin(param.part.document.name, param.path, "", param.part.parent(parent))
-    related = [("the parameter", declared, "key")] if argument.place != declared else []
+    is_default = isinstance(argument.place, Origin) and argument.place.path[:2] == param.path
+    related = [] if is_default else [("the parameter", declared, "key")]
     message = f"the parameter `{cut(param.name)}` {words}"
     sink.report(code, message, argument.place, related=related)  # pyright: ignore[reportArgumentType]
 

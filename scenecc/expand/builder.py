@@ -11,6 +11,7 @@ from scenecc.expand.arguments import Argument, Bound, bind_params
 from scenecc.expand.materials import material_name
 from scenecc.expand.output import Output, scoped
 from scenecc.expand.patterns import is_varying
+from scenecc.expand.run import Failed
 from scenecc.expand.scopes import Scope
 from scenecc.spec.base import NAME_PATTERN
 
@@ -188,7 +189,7 @@ class Builder:
             return value
         if is_varying(value):
             run.report("SC203", "`if` cannot read what differs from scene to scene", condition.path)
-        elif not (isinstance(value, str) and "${" in value and run.sink.failed):
+        elif not isinstance(value, Failed):
             run.report("SC223", f"`if` must be true or false, not {show(value)}", condition.path)
         return False
 
@@ -199,7 +200,7 @@ class Builder:
             return made
         if is_varying(made):
             run.report("SC203", "`name` cannot read what differs from scene to scene", namer.path)
-        elif not (isinstance(made, str) and "${" in made and run.sink.failed):
+        elif not isinstance(made, Failed):
             hint = "a name starts with a letter or `_` and goes on with letters, digits, `_`, `.` and `-`"
             run.report("SC107", f"{show(made)} is not a name", namer.path, hint=hint)
         return name
@@ -211,9 +212,11 @@ class Builder:
             self._instances.take(1, run, unit.body.path)
         place = run.origin(use.reference.path)
         reference = use.reference.make(run)
-        if not isinstance(reference, str) or "${" in reference:
-            if not run.sink.failed:
+        if not isinstance(reference, str) or isinstance(reference, Failed):
+            if is_varying(reference):
                 run.report("SC203", "`use` cannot read what differs from scene to scene", use.reference.path)
+            elif not isinstance(reference, Failed):
+                run.report("SC103", f"`use` must be a text, not {show(reference)}", use.reference.path)
             return
         compiled = self._prefabs.find(reference, unit.body.part.document, place, scope.chain)
         selection = scope.selection
@@ -227,7 +230,7 @@ class Builder:
         bound = self.bind(compiled, arguments, scope=full, use=place, key=f"{name}.")
         prefix = f"{full}/" if use.prefix is None else scope.prefix + str(use.prefix.make(run))
         chain = (*scope.chain, compiled.module.main.document)
-        inner = Scope(compiled, full, prefix, place, selection, dict(bound.values), chain)
+        inner = Scope(compiled, full, prefix, place, selection, dict(bound.values), bound.failed, chain)
         self._output.prefixes[full] = prefix
         body = unit.body.make(run)
         origin = run.origin(unit.body.path)

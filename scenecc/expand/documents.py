@@ -51,6 +51,11 @@ class SceneDocument:
         """As origins have it."""
         return self.document.name
 
+    @property
+    def shown(self) -> str:
+        """As messages have it."""
+        return self.document.name or "<dict>"
+
     def reference(self, uri: str) -> str:
         """A path or uri that stands in this document, as `scenecc.source.paths.resolve` takes it with `folder`."""
         if self.tree is None or _SCHEME.match(uri) or uri.startswith("/"):

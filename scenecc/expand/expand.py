@@ -83,7 +83,7 @@ def expand(
     builder = Builder(output, Prefabs(library, sink), Scenes(count, sink), draws, objects, instances, sink)
     bound = builder.bind(compiled, arguments, scope="", use=Location(PARAMS))
     try:
-        builder.expand(Scope(compiled, "", "", None, None, dict(bound.values), (top,)), bound)
+        builder.expand(Scope(compiled, "", "", None, None, dict(bound.values), bound.failed, (top,)), bound)
     except Exhausted:
         return None
     _given(draws, compiled, output, sink)

@@ -94,8 +94,8 @@ def out_of_range(value: Any, low: Any, high: Any) -> str | None:
         for index, part in enumerate(value) if is_sequence(value) else ((None, value),):
             limit = bound if bounds is None else bounds[index or 0] if (index or 0) < len(bounds) else None
             if limit is not None and is_beyond(part, limit):
-                where = "" if index is None else f"component {index} "
-                return f"{where}must be {words} {show(limit)}, not {show(part)}"
+                where = "" if index is None else f" in component {index}"
+                return f"must be {words} {show(limit)}{where}, not {show(part)}"
     return None
 
 

@@ -185,13 +185,13 @@ class _Merge:
                 self._good = False
                 continue
             if any(found.identity == above.identity for above in chain):
-                names = [str(above.name) for above in (*chain, found)]
+                names = [above.shown for above in (*chain, found)]
                 self._report("SC232", f"files include one another in a circle: {shown_chain(names)}", place)
                 continue
             inner = Part(found, (*part.via, (document.name, path)))
             if found.identity in self._reached:
                 continue
-            if self._library.is_too_deep([str(above.name) for above in (*chain, found)], place):
+            if self._library.is_too_deep([above.shown for above in (*chain, found)], place):
                 self._good = False
                 continue
             self._only_parts(inner)

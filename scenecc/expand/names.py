@@ -63,7 +63,8 @@ def _unknown(name: str, meaning: Meaning | None, names: Names, template: Templat
         what = meaning.removeprefix("later ")
         hint = f"a {what} may read those above it"
         return ExpressionError(f"the {what} `{cut(name)}` is defined further down", *template.place(name), hint)
-    hint = suggest(name, (known for known, meaning in names.items() if not meaning.startswith("later")))
+    known = [known for known, meaning in names.items() if not meaning.startswith("later") and known not in BUILTIN]
+    hint = suggest(name, (*known, *BUILTIN))
     return ExpressionError(f"unknown name `{cut(name)}`", *template.place(name), hint)
 
 

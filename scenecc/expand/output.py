@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scenecc.diagnostics import Path, Sink
+    from scenecc.diagnostics.diagnostic import RelatedPlace
     from scenecc.expand.documents import SceneDocument
 
 _SECTIONS = (
@@ -67,9 +68,9 @@ class Output:
         entries = self.sections[section]
         if name in entries:
             first = self.origin(section, name)
-            related = [("the first of this name", first, "key" if first.path[-1] == name else "value")]
             message = f"the name `{cut(name)}` comes twice among the {section}"
-            self._sink.report("SC221", message, origin, at="key", related=related)  # pyright: ignore[reportArgumentType]
+            related: list[RelatedPlace] = [("the first of this name", first, "key")]
+            self._sink.report("SC221", message, origin, at="key", related=related)
             return False
         entries[name] = node
         if lists or origin.copy or origin.parent or origin.file != self._top or origin.path != (section, name):

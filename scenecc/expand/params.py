@@ -34,6 +34,7 @@ class Param:
         description: for people.
         part: the document in which it is written.
         path: of it there.
+        default_path: of its default.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Param:
     description: str
     part: Part
     path: Path
+    default_path: Path
 
     def misfit(self, value: Any) -> tuple[str, str] | None:
         """The code and words of what is wrong with a value; None where it is good.
@@ -109,6 +111,7 @@ def read_param(name: str, node: Any, part: Part, compiler: Compiler, run: Run) -
     param = Param(
         name, kind, default, pattern, known.get("min"), known.get("max"), tuple(options or ()), description, part,
         path,
+        at,
     )  # fmt: skip
     return param if _is_sound(param, options, run) else None
 

@@ -13,6 +13,7 @@ from scenecc.diagnostics.words import show
 from scenecc.expand.expansion import Items
 from scenecc.expand.loops import Loop
 from scenecc.expand.names import Names, check_free, check_names
+from scenecc.expand.run import Failed
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.plain import is_mapping, is_sequence
@@ -43,11 +44,25 @@ class Scalar:
 
     def make(self, run: Run) -> Any:
         """The value, or the template with its constants."""
+        if run.failed and not run.failed.isdisjoint(self.template.names):
+            return Failed(self.template.text)
         try:
             return self.template.bind(run.values)
         except ExpressionError as error:
             run.fail(error, self.path)
-            return self.template.text
+            return Failed(self.template.text)
+
+
+@dataclass(frozen=True, slots=True)
+class Unreadable:
+    """A scalar that was reported."""
+
+    text: str
+
+    def make(self, run: Run) -> Any:
+        """Nothing of use."""
+        del run
+        return Failed(self.text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,8 +181,7 @@ def _axis(made: Any, path: Path, run: Run) -> Sequence[Any] | None:
     else:
         wrong = f"a loop variable takes a list or {{count: n}}, not {show(made)}"
         count = made
-    # An expression without a value was reported as such, and left as it is written.
-    if not (isinstance(count, str) and "${" in count and run.sink.failed):
+    if not isinstance(count, Failed):
         run.report("SC220", wrong, path)
     return None
 
@@ -200,15 +214,15 @@ class Compiler:
             return self.entries(node, path)
         return self._sequence(node, path) if isinstance(node, list) else None
 
-    def scalar(self, text: str, path: Path) -> Scalar | None:
-        """The pattern of a text; None where it was reported."""
+    def scalar(self, text: str, path: Path) -> Pattern:
+        """The pattern of a text."""
         try:
             template = Template.parse(text)
         except ExpressionError as error:
             self.run.fail(error, path, "SC118")
-            return None
+            return Unreadable(text)
         good = check_names(template, self.names, path, self.run, structure=self.structure)
-        return Scalar(template, path) if good else None
+        return Scalar(template, path) if good else Unreadable(text)
 
     def entries(self, node: dict[str, Any], path: Path, without: frozenset[str] = frozenset()) -> Entries | None:
         """The pattern of a mapping, some of whose keys are left out."""
@@ -265,3 +279,10 @@ def is_varying(value: Any) -> bool:
     if is_mapping(value):
         return not VARIATION_FORMS.isdisjoint(value) or any(map(is_varying, value.values()))
     return is_sequence(value) and any(map(is_varying, value))
+
+
+def has_failed(value: Any) -> bool:
+    """Whether something in a value that was made has none."""
+    if is_mapping(value):
+        return any(map(has_failed, value.values()))
+    return any(map(has_failed, value)) if is_sequence(value) else isinstance(value, Failed)

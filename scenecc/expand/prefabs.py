@@ -41,7 +41,7 @@ class Prefabs:
         document = self._library.find(reference, owner, place)
         if document is None:
             return None
-        names = [str(above.name) for above in (*chain, document)]
+        names = [above.shown for above in (*chain, document)]
         if any(document.identity == above.identity for above in chain):
             message = f"a prefab uses itself: {shown_chain(names)}"
             self._sink.report("SC232", message, place, hint="leave one of these uses out")

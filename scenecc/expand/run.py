@@ -8,6 +8,7 @@ from scenecc.diagnostics import Origin
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+    from collections.abc import Set as AbstractSet
 
     from scenecc.diagnostics import Path, Sink
     from scenecc.diagnostics.diagnostic import RelatedPlace
@@ -17,6 +18,12 @@ if TYPE_CHECKING:
     from scenecc.values.failure import ExpressionError
 
 _MOST_SHOWN = 10**18
+
+
+class Failed(str):
+    """Stands for a scalar whose value was reported, or reads something that was; nothing more is said about it."""
+
+    __slots__ = ()
 
 
 class Exhausted(Exception):
@@ -47,9 +54,9 @@ class Budget:
         if self._left >= 0:
             return
         needed = self._most - self._left
-        shown = str(needed) if needed <= _MOST_SHOWN else "more than 10¹⁸"
+        shown = f"at least {needed}" if needed <= _MOST_SHOWN else "more than 10¹⁸"
         hint = f"raise it with --limit {self._name}=N or limits={{'{self._name}': N}}"
-        message = f"at least {shown} {self._what} are more than the limit of {self._most}"
+        message = f"{shown} {self._what} are more than the limit of {self._most}"
         run.sink.report(self._code, message, run.origin(path), hint=hint)
         raise Exhausted
 
@@ -61,20 +68,28 @@ class Run:
         file: the document's name.
         parent: what brought it in; None for the top document.
         values: name → value of parameters, loop variables and the like. Changes from copy to copy.
+        failed: names without a value, which was reported.
         objects: how many may still be made.
         sink: takes the diagnostics.
         copies: the loops around, with the number of the copy in each.
         lists: of the lists with repeated items met so far, what their items stand for.
     """
 
-    __slots__ = ("copies", "file", "lists", "objects", "parent", "sink", "values")
+    __slots__ = ("copies", "failed", "file", "lists", "objects", "parent", "sink", "values")
 
     def __init__(
-        self, file: str | None, parent: Origin | None, values: dict[str, Any], objects: Budget, sink: Sink
+        self,
+        file: str | None,
+        parent: Origin | None,
+        values: dict[str, Any],
+        objects: Budget,
+        sink: Sink,
+        failed: AbstractSet[str] = frozenset(),
     ) -> None:
         self.file = file
         self.parent = parent
         self.values = values
+        self.failed = failed
         self.objects = objects
         self.sink = sink
         self.copies: list[tuple[Loop, int]] = []

@@ -26,6 +26,7 @@ class Scope:
         use: the `use`; None for the top.
         selection: the scenes that the instance is in.
         values: of parameters and constants.
+        failed: parameters without a value, which was reported.
         chain: the modules that lead here, this one last.
     """
 
@@ -35,6 +36,7 @@ class Scope:
     use: Origin | None
     selection: Selection
     values: dict[str, Any]
+    failed: frozenset[str]
     chain: Chain
     runs: dict[int, Run] = field(default_factory=dict[int, Run])
 
@@ -42,5 +44,7 @@ class Scope:
         """The run of one of its documents."""
         run = self.runs.get(id(part))
         if run is None:
-            run = self.runs[id(part)] = Run(part.document.name, part.parent(self.use), self.values, objects, sink)
+            parent = part.parent(self.use)
+            run = Run(part.document.name, parent, self.values, objects, sink, self.failed)
+            self.runs[id(part)] = run
         return run

@@ -86,8 +86,8 @@ ROWS: tuple[Code, ...] = (
         "error",
         "not something to repeat over",
         "A loop variable takes a list, or `{count: n}` for the numbers 0 to n - 1.",
-        "scenecc: 1\nentities:\n  cube:\n    repeat: {i: {count: 1.5}}\n" + _BOX,
-        "Write a list, or a whole number.",
+        'scenecc: 1\nparams: {n: 3}\nentities:\n  cube:\n    repeat: {i: "${n}"}\n' + _BOX,
+        "Write a list, or `{count: n}` with a whole number.",
     ),
     Code(
         "SC221",

@@ -181,7 +181,7 @@ def test_a_default_cannot_read_a_later_parameter(expanded: Expander) -> None:
         ("params: {p: {type: number, default: 1, min: a}}", "SC214", 45),
         ("params: {p: {type: number, default: 1, min: 2, max: 0}}", "SC214", 53),
         ("params: {p: {type: vector, default: [1, 2], min: [1]}}", "SC214", 50),
-        ("params: {p: {type: number, default: a}}", "SC211", 13),
+        ("params: {p: {type: number, default: a}}", "SC211", 37),
         ("params: {p: {type: number}}", "SC213", 13),
         ("params: {sqrt: 1}", "SC204", 10),
         ("params: {scene: 1}", "SC204", 10),
