@@ -15,7 +15,7 @@ from scenecc.lower.names import qualified, scope_of
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.spec.body import CollisionGroup
+    from scenecc.spec.places import CollisionGroup
 
 GROUPS = 31
 """32 bits of an integer, less the one for what has no group."""

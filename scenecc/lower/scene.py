@@ -128,8 +128,10 @@ def _names(scene: SceneFile, origin: Origin, sink: Sink) -> None:
         )
 
 
-def _physics(given: PhysicsKeys, origin: Origin) -> Physics:
+def _physics(given: PhysicsKeys | None, origin: Origin) -> Physics:
     """The same keys; those left out stay None."""
+    if given is None:
+        return Physics(origin=origin)
     values = {name: getattr(given, name) for name in type(given).model_fields}
     if given.default_material is not None:
         values["default_material"] = Friction(**given.default_material.model_dump())

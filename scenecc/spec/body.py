@@ -1,16 +1,22 @@
 """Bodies: shapes, mass and the knobs of a rigid body."""
 
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, Strict, Tag
 
 from scenecc.spec.base import Maybe, Model, Name, Text, key
+from scenecc.spec.later import Later
 from scenecc.spec.leaf import Fixed, Leaf
 from scenecc.spec.material import Color, MaterialRef
 from scenecc.spec.pose import Pose
-from scenecc.spec.scalars import Iterations, NonNegative, Positive, Positive3, Unit, Vec3, VelocityIterations
+from scenecc.spec.scalars import Iterations, NonNegative, Positive, Unit, Vec3, VelocityIterations
 from scenecc.spec.shapes import CollisionSpec, ShapeSpec, VisualSpec
 from scenecc.spec.unions import by_kind
+
+if TYPE_CHECKING:
+    from scenecc.spec.inertial import Inertial
+else:
+    Inertial = Annotated[Any, Later("scenecc.spec.inertial", "Inertial")]
 
 BodyTypeName = Literal["dynamic", "kinematic", "static", "none"]
 MotionAxis = Literal["x", "y", "z", "rx", "ry", "rz"]
@@ -33,14 +39,6 @@ SceneIdxs = Fixed[
     ]
 ]
 """[0, 2], a slice ("0:8", "::2", "4:"), or a list of both."""
-
-
-class Inertial(Model):
-    """Mass properties given instead of computed from shapes and densities."""
-
-    mass: Leaf[Positive] = Field(description="Mass [kg].")
-    com: Maybe[Pose] = key("Centre of mass and principal axes, in the body's frame.", default=[0, 0, 0])
-    inertia: Leaf[Positive3] = Field(description="Principal moments [ixx, iyy, izz] along the axes of `com` [kg·m²].")
 
 
 class EntityKeys(Model):
@@ -109,17 +107,3 @@ class BodyKeys(BodyKnobs):
 
 class Body(EntityKeys, BodyKeys):
     """One rigid body a scene: shapes, mass, knobs."""
-
-
-class Frame(Model):
-    """A place with no body, to put others relative to."""
-
-    pose: Pose = Field(description="In the world, or in the frame of `relative_to`: [x, y, z] or a mapping.")
-
-
-class CollisionGroup(Model):
-    """Which groups this one does not collide with."""
-
-    ignore: list[Fixed[Name]] = Field(
-        default_factory=list, description="Names of groups, its own among them if so wished."
-    )

@@ -1,18 +1,27 @@
 """A scene file as a whole."""
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, WithJsonSchema
 
 from scenecc.spec.base import AnyText, Maybe, Model, NewName, Text, key
-from scenecc.spec.body import CollisionGroup, Frame
 from scenecc.spec.copies import NewVariable, Variable
-from scenecc.spec.draws import Draw
 from scenecc.spec.entities import Entity
+from scenecc.spec.later import Later
 from scenecc.spec.leaf import Fixed
-from scenecc.spec.material import Material
-from scenecc.spec.physics import Physics
 from scenecc.spec.scalars import NonNegativeInt, PositiveInt
+
+if TYPE_CHECKING:
+    from scenecc.spec.draws import Draw
+    from scenecc.spec.material import Material
+    from scenecc.spec.physics import Physics
+    from scenecc.spec.places import CollisionGroup, Frame
+else:
+    Draw = Annotated[Any, Later("scenecc.spec.draws", "Draw")]
+    Material = Annotated[Any, Later("scenecc.spec.material", "Material")]
+    Physics = Annotated[Any, Later("scenecc.spec.physics", "Physics")]
+    CollisionGroup = Annotated[Any, Later("scenecc.spec.places", "CollisionGroup")]
+    Frame = Annotated[Any, Later("scenecc.spec.places", "Frame")]
 
 # Not `Literal[1]`, which takes 1.0 and true for 1.
 Version = Annotated[int, Field(ge=1, le=1), WithJsonSchema({"const": 1})]
@@ -38,7 +47,7 @@ class SceneFile(Model):
     include: list[Fixed[Text]] = Field(
         default_factory=list, description="Files merged in ahead of this one, in order.", examples=[["common.yaml"]]
     )
-    physics: Physics = Field(default_factory=Physics, description="Settings of the simulation.")
+    physics: Maybe[Physics] = key("Settings of the simulation.")
     materials: dict[NewName, Material] = Field(default_factory=dict, description="Named materials.")
     collision_groups: dict[NewName, CollisionGroup] = Field(
         default_factory=dict, description="Groups of bodies that may ignore one another."

@@ -10,24 +10,29 @@ from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from pydantic import BaseModel, ConfigDict
 from pydantic_core import core_schema
 
 from scenecc.spec.unions import TYPE
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
 
-    from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
+    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
 
+    Validate = Callable[[Any], Any]
+
+_SHAPES = "scenecc.spec.shape_types"
+
 
 class Later:
-    """An annotation that stands for a model.
+    """An annotation that stands for a type.
 
     Args:
-        module: in which the model is.
-        name: of it.
+        module: in which the type is.
+        name: of it: a model, or an alias.
     """
 
     def __init__(self, module: str, name: str) -> None:
@@ -35,25 +40,33 @@ class Later:
         self._name = name
 
     @cached_property
-    def model(self) -> type[BaseModel]:
-        """The model, built."""
-        found: type[BaseModel] = getattr(import_module(self._module), self._name)
-        found.model_rebuild()
-        return found
+    def type(self) -> Any:
+        """The type."""
+        return getattr(import_module(self._module), self._name)
+
+    @cached_property
+    def _built(self) -> tuple[CoreSchema, Validate]:
+        if isinstance(self.type, type(BaseModel)):
+            self.type.model_rebuild()
+            return self.type.__pydantic_core_schema__, self.type.__pydantic_validator__.validate_python
+        from pydantic import TypeAdapter
+
+        adapter: TypeAdapter[Any] = TypeAdapter(self.type, config=ConfigDict(strict=True))
+        return adapter.core_schema, adapter.validator.validate_python
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return self.schema()
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        return handler(self.model.__pydantic_core_schema__)
+        return handler(self._built[0])
 
     def schema(self) -> CoreSchema:
         """Of a validator that is the model's, from the first value on."""
         return core_schema.no_info_plain_validator_function(self._validator())
 
-    def _validator(self) -> Callable[[Any], Any]:
+    def _validator(self) -> Validate:
         def first(_self: object, node: Any) -> Any:
-            validate = self.model.__pydantic_validator__.validate_python
+            validate = self._built[1]
             # Looked up on the type at every call, and called without a frame of Python's.
             validator.__call__ = staticmethod(validate)  # pyright: ignore[reportAttributeAccessIssue]
             return validate(node)
@@ -64,15 +77,17 @@ class Later:
 
 
 class ByType:
-    """An annotation that stands for a union of models by their key `type`.
+    """An annotation that stands for a union of the models of shapes, by their key `type`.
 
     Args:
-        module: in whose submodules the models are.
-        names: type → submodule and name of the model.
+        role: what the names of the models end with: type `convex_mesh` in a module of that name is `ConvexMeshShape`.
+        types: the words that `type` may be.
     """
 
-    def __init__(self, module: str, names: Mapping[str, tuple[str, str]]) -> None:
-        self._branches = {type_: Later(f"{module}.{part}", name) for type_, (part, name) in names.items()}
+    def __init__(self, role: str, types: tuple[str, ...]) -> None:
+        self._branches = {
+            type_: Later(f"{_SHAPES}.{type_}", "".join(map(str.capitalize, type_.split("_"))) + role) for type_ in types
+        }
 
     def types(self) -> tuple[str, ...]:
         """The words that `type` may be."""
@@ -80,12 +95,11 @@ class ByType:
 
     def model(self, type_: str) -> type[BaseModel]:
         """The model of a type."""
-        return self._branches[type_].model
+        return self._branches[type_].type
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         choices = {type_: branch.schema() for type_, branch in self._branches.items()}
         return core_schema.tagged_union_schema(choices, discriminator=TYPE)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        branches = [handler(branch.model.__pydantic_core_schema__) for branch in self._branches.values()]
-        return {"oneOf": branches}
+        return {"oneOf": [branch.__get_pydantic_json_schema__(schema, handler) for branch in self._branches.values()]}

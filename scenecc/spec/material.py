@@ -1,11 +1,12 @@
 """Materials: how a surface rubs and how it looks."""
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, StringConstraints, Tag
 from typing_extensions import TypeAliasType
 
 from scenecc.spec.base import Maybe, Model, Name, Text, key
+from scenecc.spec.later import Later
 from scenecc.spec.leaf import Fixed, Leaf
 from scenecc.spec.scalars import NonNegative, Unit
 from scenecc.spec.unions import COMPONENTS, by_kind
@@ -89,11 +90,16 @@ class Material(Model):
     visual: Maybe[Visual] = key("How it looks.")
 
 
+if TYPE_CHECKING:
+    _Inline = Material
+else:
+    _Inline = Annotated[Any, Later("scenecc.spec.material", "Material")]
+
 MaterialRef = TypeAliasType(
     "MaterialRef",
     Leaf[
         Annotated[
-            Annotated[Name, Tag("#word")] | Annotated[Material, Tag("#mapping")],
+            Annotated[Name, Tag("#word")] | Annotated[_Inline, Tag("#mapping")],
             by_kind("a name from `materials`, or a mapping with `physical` or `visual`"),
         ]
     ],

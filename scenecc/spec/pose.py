@@ -1,11 +1,12 @@
 """Poses: where something is, and how it is turned."""
 
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, Strict, Tag
 from typing_extensions import TypeAliasType
 
 from scenecc.spec.base import Maybe, Model, Reference, key
+from scenecc.spec.later import Later
 from scenecc.spec.leaf import Computed, Fixed, Leaf
 from scenecc.spec.scalars import Finite, Vec3, Vec4
 from scenecc.spec.unions import COMPONENTS, by_kind
@@ -59,11 +60,16 @@ class PoseMapping(Model):
     relative_to: Maybe[Fixed[Reference]] = key("The entity, frame or camera in whose frame this pose stands.")
 
 
+if TYPE_CHECKING:
+    _Mapping = PoseMapping
+else:
+    _Mapping = Annotated[Any, Later("scenecc.spec.pose", "PoseMapping")]
+
 Pose = TypeAliasType(
     "Pose",
     Leaf[
         Annotated[
-            Annotated[Vec3, Tag(COMPONENTS)] | Annotated[PoseMapping, Tag("#mapping")],
+            Annotated[Vec3, Tag(COMPONENTS)] | Annotated[_Mapping, Tag("#mapping")],
             by_kind("[x, y, z] or a mapping with p, q, rpy, …"),
         ]
     ],

@@ -14,6 +14,7 @@ from typing_extensions import TypeAliasType
 
 from scenecc.spec.entities import entity_model
 from scenecc.spec.features import VARIATION_FORMS
+from scenecc.spec.later import ByType, Later
 from scenecc.spec.plain import is_mapping, is_sequence
 from scenecc.spec.unions import BODY, OTHERWISE, SHAPE, VALUE, VECTOR, is_meant
 
@@ -96,7 +97,11 @@ def _bare(annotation: Any) -> Any:
         if isinstance(annotation, TypeAliasType):
             annotation = annotation.__value__
         elif typing.get_origin(annotation) is Annotated:
-            annotation = typing.get_args(annotation)[0]
+            annotation, *said = typing.get_args(annotation)
+            for item in said:
+                if isinstance(item, ByType):
+                    return item
+                annotation = item.type if isinstance(item, Later) else annotation
         elif _is_union(annotation) and len(_branches(annotation)) == 1:
             annotation = _branches(annotation)[0]
         else:
@@ -117,6 +122,8 @@ def _below(annotation: Any, segment: PathKey) -> Any:
         return annotation
     if segment in _ENTITIES:
         return entity_model(str(segment))
+    if isinstance(annotation, ByType):
+        return annotation.model(str(segment))
     if _is_union(annotation):
         return next((branch for branch in _branches(annotation) if _tag(branch) == segment), Any)
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
@@ -132,7 +139,4 @@ def _tag(branch: Any) -> str | None:
         for item in typing.get_args(branch)[1:]:
             if isinstance(item, Tag):
                 return item.tag
-    bare = _bare(branch)
-    if isinstance(bare, type) and issubclass(bare, BaseModel) and "type" in bare.model_fields:
-        return str(typing.get_args(bare.model_fields["type"].annotation)[0])
     return None

@@ -1,0 +1,1 @@
+"""Shapes, one module a type: loaded when a document has one."""
