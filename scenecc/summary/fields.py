@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, Final
 
@@ -47,16 +48,36 @@ class Fields:
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """A value of the plan under the name that a scene file has for it."""
+    """A value of the plan under the name that a scene file has for it.
+
+    `drawn`: what it is in the scenes at hand, where less is known of all that it can be.
+    """
 
     label: str
     support: Support
     varies: bool
     at_reset: bool = False
+    drawn: bool = False
 
 
 def _found(label: str, value: Value) -> _Found:
-    return _Found(label, value.support, value.may_vary, value.recipe is not None)
+    support, drawn = _told(value)
+    return _Found(label, support, value.may_vary, value.recipe is not None, drawn)
+
+
+def _told(value: Value) -> tuple[Support, bool]:
+    """What is told of a value: everything that it can be, or what it is where nothing bounds that."""
+    support = value.support
+    if support.alternatives is not None or not value.may_vary or _is_finite(support.low, support.high):
+        return support, False
+    return Support.of_rows(value.data), True
+
+
+def _is_finite(*bounds: Any) -> bool:
+    return all(
+        _is_finite(*bound) if isinstance(bound, tuple) else bound is not None and math.isfinite(bound)
+        for bound in bounds
+    )
 
 
 _NAMES: Final = {
@@ -70,7 +91,7 @@ _COLORS: Final = frozenset({"base_color", "emission"})
 
 
 def entity_fields(entity: Entity, plan: ScenePlan) -> Fields:
-    """What an entity says, and what of it differs between its scenes. Draws nothing."""
+    """What an entity says, and what of it differs between its scenes."""
     found: dict[str, list[_Found]] = {}
     for item in _values(entity, plan):
         found.setdefault(item.label, []).append(item)
@@ -129,9 +150,15 @@ def _material(
     for name in names:
         values = [_value(getattr(row, name)) for row in rows]
         given = [value for value in values if value is not None]
-        support = union(value.support for value in given)
+        told = [_told(value) for value in given]
+        support = union(part for part, _ in told)
         one = support.alternatives is not None and len(support.alternatives) == 1
-        yield _Found(f"{where}.material.{name}", support, varies=len(given) < len(rows) or not one)
+        yield _Found(
+            f"{where}.material.{name}",
+            support,
+            varies=len(given) < len(rows) or not one,
+            drawn=any(drawn for _, drawn in told),
+        )
 
 
 def _value(item: Any) -> Value | None:
@@ -141,25 +168,33 @@ def _value(item: Any) -> Value | None:
 def _differing(label: str, items: list[_Found], plan: ScenePlan) -> Iterator[VaryingField]:
     support = union(item.support for item in items)
     at_reset = any(item.at_reset for item in items)
+    start, end = ("", ", as drawn") if any(item.drawn for item in items) else _around(support)
     name = label.rsplit(".", 1)[-1]
     if name in {"pose", "com"} and support.low is not None:
-        for part, start, end in (("p", 0, 3), ("q", 3, 7)):
-            low, high = support.low[start:end], support.high[start:end]
-            if low != high:
-                words = support_words(_part(support, start, end)) if part == "p" else _rotations(support)
-                yield VaryingField(f"{label}.{part}", words, at_reset)
+        p, q = _part(support, 0, 3), _part(support, 3, 7)
+        if p.low != p.high:
+            yield VaryingField(f"{label}.p", start + support_words(p) + end, at_reset)
+        if q.low != q.high:
+            yield VaryingField(f"{label}.q", _rotation(q, start, end), at_reset)
         return
-    yield VaryingField(label, _words(name, support, plan.files), at_reset)
+    yield VaryingField(label, start + _words(name, support, plan.files) + end, at_reset)
+
+
+def _around(support: Support) -> tuple[str, str]:
+    """Bounds of what is computed may be wider than what occurs."""
+    return ("", "") if support.exact or support.alternatives is not None else ("within ", "")
+
+
+def _rotation(q: Support, start: str, end: str) -> str:
+    """A quaternion's bounds say little, unless they leave out an axis."""
+    is_any = q.alternatives is None and q.low == (-1, -1, -1, -1) and q.high == (1, 1, 1, 1)
+    return "any rotation" if is_any else start + support_words(q) + end
 
 
 def _part(support: Support, start: int, end: int) -> Support:
     if support.alternatives is not None:
         return Support.of(item[start:end] for item in support.alternatives)
     return Support(None, support.low[start:end], support.high[start:end], support.exact)
-
-
-def _rotations(support: Support) -> str:
-    return "any rotation" if support.alternatives is None else support_words(_part(support, 3, 7))
 
 
 def _words(name: str, support: Support, files: Sequence[AssetFile]) -> str:

@@ -89,9 +89,26 @@ def test_a_pose_differs_in_its_position_or_its_rotation() -> None:
     turned = per_scene([[0, 0, 1, 1, 0, 0, 0], [0, 0, 1, 0, 1, 0, 0], [0, 0, 1, 0, 0, 1, 0]])
     assert differing(body, pose=moved) == {"pose.p": "[0, 0, 1] | [1, 0, 1] | [2, 0, 1]"}
     assert list(differing(body, pose=turned)) == ["pose.q"]
-    low, high = (0, 0, 1, -1, -1, -1, -1), (0, 2, 1, 1, 1, 1, 1)
+    low, high = (0, 0, 1, -1, 0, 0, -1), (0, 2, 1, 1, 0, 0, 1)
     drawn = varying(never, support=Support(None, low, high, True), rows=3)
-    assert differing(body, pose=drawn) == {"pose.p": "[0, 0 … 2, 1]", "pose.q": "any rotation"}
+    assert differing(body, pose=drawn) == {"pose.p": "[0, 0 … 2, 1]", "pose.q": "[-1 … 1, 0, 0, -1 … 1]"}
+
+
+def test_bounds_that_may_be_too_wide_say_so() -> None:
+    computed = varying(never, support=Support(None, 0.5, 2, exact=False), rows=3)
+    assert differing(BodyStructure("dynamic", (BOX,), mass=computed)) == {"mass": "within 0.5 … 2"}
+
+
+def test_an_even_rotation_is_any() -> None:
+    low, high = (0, 0, 0, -1, -1, -1, -1), (0, 0, 0, 1, 1, 1, 1)
+    turned = varying(never, support=Support(None, low, high, True), rows=3)
+    assert differing(BodyStructure("static", (BOX,)), pose=turned) == {"pose.q": "any rotation"}
+
+
+def test_of_what_has_no_bounds_the_drawn_values_are_told() -> None:
+    loose = varying(lambda: np.arange(3.0), support=Support(None, -np.inf, np.inf, exact=False), rows=3)
+    structure = BodyStructure("dynamic", (BOX,), linear_damping=loose)
+    assert differing(structure) == {"linear_damping": "0 | 1 | 2, as drawn"}
 
 
 def test_what_a_reset_draws_is_marked() -> None:
