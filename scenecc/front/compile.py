@@ -88,9 +88,13 @@ def compile_source(source: Source, options: Options, sink: Sink, *, drawn: bool 
         return None
     clock.lap("check")
     if drawn:
+        from scenecc.checks.physics import check_physics
         from scenecc.lower import draw
 
         plan = draw(lowered, sink)
+        if plan is not None and lowered.drawing.pending:
+            check_physics(plan, lowered.material_origins, sink, drawn=True)
+            plan = None if sink.failed else plan
         clock.lap("draw")
     return plan and Compiled(plan, clock.timings)
 

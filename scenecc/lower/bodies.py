@@ -11,15 +11,17 @@ from scenecc.lower.names import qualified
 from scenecc.lower.shape_poses import local_pose
 from scenecc.lower.shapes import Defaults
 from scenecc.plan import BodyStructure, Inertial, literal
+from scenecc.plan.knobs import knobs_of
 from scenecc.spec.body import MOTION_AXES
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.groups import Bits
     from scenecc.lower.leaves import Leaves
-    from scenecc.lower.materials import Materials
+    from scenecc.lower.materials import Materials, Surface, Surfaces
     from scenecc.lower.shapes import Shapes
     from scenecc.plan import CollisionShape, Value, VisualShape
+    from scenecc.plan.knobs import Knob
 
 Layer = tuple[Any, "Origin"]
 """Keys of a body and the node that has them. Of several layers the last one that has a key counts."""
@@ -29,38 +31,25 @@ def _locked(axes: list[str]) -> tuple[bool, ...]:
     return tuple(axis in axes for axis in MOTION_AXES)
 
 
+def _kind(knob: Knob) -> Kind:
+    if knob.field == "disable_gravity":
+        return Kind(dtype="bool", convert=opposite, fallback=False)
+    if knob.field == "locked_motion_axes":
+        return Kind((6,), "bool", convert=_locked)
+    return vector(knob.shape[0], knob.field, knob.dtype) if knob.shape else number(knob.field, knob.dtype)
+
+
 KNOBS: dict[str, tuple[str, Kind]] = {
-    "mass": ("mass", number("mass")),
-    "gravity": ("disable_gravity", Kind(dtype="bool", convert=opposite, fallback=False)),
-    "locked_axes": ("locked_motion_axes", Kind((6,), "bool", convert=_locked)),
-    "linear_velocity": ("linear_velocity", vector(3, "linear_velocity")),
-    "angular_velocity": ("angular_velocity", vector(3, "angular_velocity")),
-    "linear_damping": ("linear_damping", number("linear_damping")),
-    "angular_damping": ("angular_damping", number("angular_damping")),
-    "max_linear_velocity": ("max_linear_velocity", number("max_linear_velocity")),
-    "max_angular_velocity": ("max_angular_velocity", number("max_angular_velocity")),
-    "max_depenetration_velocity": ("max_depenetration_velocity", number("max_depenetration_velocity")),
-    "max_contact_impulse": ("max_contact_impulse", number("max_contact_impulse")),
-    "sleep_threshold": ("sleep_threshold", number("sleep_threshold")),
-    "solver_position_iterations": (
-        "solver_position_iterations",
-        number("solver_position_iterations", "int64"),
-    ),
-    "solver_velocity_iterations": (
-        "solver_velocity_iterations",
-        number("solver_velocity_iterations", "int64"),
-    ),
-    "collision_bits": ("collision_groups", vector(4, "collision_groups", "int64")),
-    "visibility": ("visibility", number("visibility")),
-    "shading_mode": ("shading_mode", number("shading_mode", "int64")),
+    knob.key: (knob.field, _kind(knob)) for knob in knobs_of("mass", "body", "groups", "look")
 }
 """Key of the language → field of the plan, and what a row of it holds."""
 
 _KNOB_NAMES = frozenset(KNOBS)
 
-VELOCITIES = frozenset(("linear_velocity", "angular_velocity"))
+VELOCITIES = frozenset(knob.field for knob in knobs_of("body") if knob.reset)
 """Knobs that a reset draws anew."""
 
+_NUMBERS = frozenset((int, float))
 _NO_DEFAULTS = Defaults()
 _INERTIA = vector(3, "inertia")
 
@@ -73,10 +62,12 @@ class Bodies:
         self._materials = materials
         self._groups = groups
         self._sink = sink
+        self._by_surface: dict[int, Defaults] = {}
 
     def lower(self, body: Any, origin: Origin, leaves: Leaves) -> BodyStructure:
         """A body's structure; shapes that were reported are missing in it."""
-        self._does_something(body, body, origin)
+        if body.color is not None or body.density is not None or body.collision_group is not None:
+            self._does_something(body, body, origin)
         return self._structure(body.body_type, ((body, origin),), leaves)
 
     def variant(self, common: Layer, own: Layer, leaves: Leaves) -> BodyStructure:
@@ -97,12 +88,12 @@ class Bodies:
                 if seen is not None:
                     visuals.append(seen)
         for body, origin in layers:
-            for i, shape in enumerate(body.collisions):
+            for i, shape in enumerate(body.collisions) if body.collisions else ():
                 collides = self._shapes.collision(shape, default, leaves, origin.child("collisions", i))
                 if collides is not None:
                     collisions.append(collides)
         for body, origin in layers:
-            for i, shape in enumerate(body.visuals):
+            for i, shape in enumerate(body.visuals) if body.visuals else ():
                 seen = self._shapes.visual(shape, default, leaves, origin.child("visuals", i))
                 if seen is not None:
                     visuals.append(seen)
@@ -130,6 +121,10 @@ class Bodies:
 
     def _defaults(self, layers: tuple[Layer, ...], leaves: Leaves) -> Defaults:
         found = _NO_DEFAULTS
+        if len(layers) == 1 and layers[0][0].color is None and layers[0][0].density is None:
+            # Many bodies name a material and nothing else.
+            surface = self._materials.surface(layers[0][0].material, layers[0][1], leaves)
+            return found if surface is None else self._of_surface(surface)
         for body, origin in layers:
             if body.material is None and body.color is None and body.density is None:
                 continue
@@ -143,11 +138,21 @@ class Bodies:
             )
         return found
 
+    def _of_surface(self, surface: Surface | Surfaces) -> Defaults:
+        known = self._by_surface.get(id(surface))
+        if known is None:
+            known = self._by_surface[id(surface)] = Defaults(surface)
+        return known
+
     def _knobs(self, body: Any, origin: Origin, leaves: Leaves, knobs: dict[str, Value]) -> None:
         given = body.model_fields_set
         for name in _KNOB_NAMES & given:
             field, kind = KNOBS[name]
-            knobs[field] = leaves.value(getattr(body, name), kind, origin, name, reset=name in VELOCITIES)
+            item = getattr(body, name)
+            if item.__class__ in _NUMBERS and kind.convert is None:
+                knobs[field] = literal(item, kind.dtype)
+            else:
+                knobs[field] = leaves.value(item, kind, origin, name, reset=name in VELOCITIES)
         if body.collision_group is None:
             return
         if "collision_bits" in given:
@@ -187,12 +192,11 @@ class Bodies:
     def _inertial(self, layers: tuple[Layer, ...], leaves: Leaves) -> Inertial | None:
         for body, origin in reversed(layers):
             given = body.inertial
-            if given is None:
-                continue
-            place = origin.child("inertial")
-            return Inertial(
-                leaves.value(given.mass, KNOBS["mass"][1], place, "mass"),
-                local_pose(given.com, origin, ("inertial", "com"), "a centre of mass", leaves),
-                leaves.value(given.inertia, _INERTIA, place, "inertia"),
-            )
+            if given is not None:
+                place = origin.child("inertial")
+                return Inertial(
+                    leaves.value(given.mass, KNOBS["mass"][1], place, "mass"),
+                    local_pose(given.com, origin, ("inertial", "com"), "a centre of mass", leaves),
+                    leaves.value(given.inertia, _INERTIA, place, "inertia"),
+                )
         return None

@@ -71,19 +71,22 @@ class Entities:
         """The entities, in order; what was reported is missing in them."""
         for name in self._scene.frames:
             self.places.world(name, self._origin.child("frames", name), fixed=False)
-        everywhere, origin = self._drawing.everywhere, self._origin
+        everywhere, origin, selections = self._drawing.everywhere, self._origin, self._selections
+        world = self.places.world
+        scopes, of_all = self._names.scopes, self._drawing.leaves()
         entities: list[Entity] = []
         for name, entity in self._scene.entities.items():
             place = origin.child("entities", name)
-            leaves = self._leaves(name)
+            leaves = self._leaves(name) if name in selections or name in scopes else of_all
             if entity.__class__ is Body:
-                structures, pick = (bodies.lower(entity, place, leaves),), None
+                structure = bodies.lower(entity, place, leaves)
+                structures, pick, fixed = (structure,), None, structure.body_type not in _MOVING
             else:
                 # An expanded document has no others.
                 structures, pick = self._variants(entity, place, leaves, bodies)
-            fixed = not all(structure.body_type in _MOVING for structure in structures)
-            pose = self.places.world(name, place, fixed=fixed)
-            entities.append(Entity(name, self._selections.get(name, everywhere), pose, structures, pick, place))
+                fixed = not all(structure.body_type in _MOVING for structure in structures)
+            pose = world(name, place, fixed=fixed)
+            entities.append(Entity(name, selections.get(name, everywhere), pose, structures, pick, place))
         return tuple(entities)
 
     def _variants(

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from scenecc.values.evaluate import Batch
     from scenecc.values.nodes import Node
     from scenecc.values.support import Support
+    from scenecc.values.supporting import Reader
     from scenecc.values.template import Template
 
 _TAKEN = {"float64": "fi", "int64": "i", "bool": "b"}
@@ -83,10 +84,19 @@ class Drawing:
     drawn: bool = False
     resets: dict[int, Reset] = field(default_factory=dict[int, "Reset"])
     everywhere: tuple[int, ...] = ()
+    _reader: Reader | None = None
     _leaves: dict[tuple[int, int, str], Leaves] = field(default_factory=dict[tuple[int, int, str], "Leaves"])
 
     def __post_init__(self) -> None:
         self.everywhere = tuple(range(self.num_scenes))
+
+    def reader(self) -> Reader:
+        """What tells supports, those of the shared draws once."""
+        if self._reader is None:
+            from scenecc.values.supporting import Reader  # noqa: PLC0415 - loaded where something varies
+
+            self._reader = Reader(self.draws, {}, self.num_scenes)
+        return self._reader
 
     @property
     def varies(self) -> bool:
@@ -199,9 +209,9 @@ class Leaves:
 
     def pend(self, value: Value, kind: Kind, origin: Origin, reading: Reading) -> None:
         """Leaves a value to the draw stage to judge, with a warning where it may turn out to be out of its range."""
-        if reading.computed and kind.dtype != "bool":
-            bounds, support = kind.bounds(), value.support
-            outside = [number for number in support.numbers() if not bounds.low <= number <= bounds.high]
+        if reading.computed and (kind.quantity or kind.within):
+            bounds = kind.bounds()
+            outside = [number for number in value.support.numbers() if not bounds.low <= number <= bounds.high]
             if outside:
                 message = f"this expression may give {outside[0]:g}, and it must be {bounds}"
                 hint = "each scene is judged as it is drawn; `min` and `max` in the expression keep it in its range"
@@ -242,9 +252,7 @@ class Leaves:
 
     def support(self, node: Node) -> Support:
         """Everything that a node can be."""
-        from scenecc.values.support import support  # noqa: PLC0415 - loaded where something varies
-
-        return support(node, self.drawing.draws)
+        return self.drawing.reader().support(node)
 
     def batch(self) -> Batch:
         """The scenes, as draws are made for them."""

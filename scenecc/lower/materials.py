@@ -12,11 +12,13 @@ from scenecc.lower.names import qualified, scope_of
 from scenecc.lower.words import read_names
 from scenecc.plan import Friction, PhysicalMaterial, Texture, Value, VisualMaterial, literal
 from scenecc.spec.material import Material, TextureMapping
+from scenecc.values.template import Template
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scenecc.diagnostics import Origin, Sink
+    from scenecc.lower.forms import Place
     from scenecc.lower.leaves import Leaves
     from scenecc.lower.tables import Tables
     from scenecc.spec.material import Physical, Visual
@@ -186,15 +188,28 @@ class Materials:
         return VisualMaterial(**parts)
 
     def _texture(self, given: Any, origin: Origin, leaves: Leaves) -> Texture | None:
-        mapping = isinstance(given, TextureMapping)
-        file = self._tables.files_of(
-            given.file if mapping else given, origin.child("file") if mapping else origin, leaves
-        )
-        if file is None:
-            return None
-        if not mapping:
-            return Texture(file)
-        return Texture(file, given.mipmap_levels, given.filter_mode, given.address_mode, given.srgb)
+        samplings: list[tuple[Any, Place]] = []
+
+        def unwrap(one: Any, place: Place) -> tuple[Any, Place]:
+            if isinstance(one, TextureMapping):
+                samplings.append((_sampling(one), place))
+                return one.file, place.key("file")
+            if one.__class__ is str or one.__class__ is Template:
+                samplings.append((None, place))
+            return one, place
+
+        file = self._tables.files_of(given, origin, leaves, unwrap)
+        sampling = samplings[0][0] if samplings else None
+        for other, place in samplings:
+            if other != sampling and not isinstance(given, TextureMapping):
+                message = "a texture is sampled in one way: these alternatives differ in more than their files"
+                self._sink.report("SC321", message, place.origin, hint="give each the same keys beside its `file`")
+                return None
+        return file and Texture(file, *(sampling or ()))
+
+
+def _sampling(given: TextureMapping) -> tuple[Any, ...]:
+    return (given.mipmap_levels, given.filter_mode, given.address_mode, given.srgb)
 
 
 def colored(visual: VisualMaterial | None, color: Value | None) -> VisualMaterial | None:

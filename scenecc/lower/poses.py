@@ -54,8 +54,9 @@ def lower_pose(pose: Vec3 | PoseMapping | None, owner: Origin, at: Path, sink: S
 
 def rotation_of(pose: PoseMapping, owner: Origin, at: Path, sink: Sink) -> tuple[str | None, bool]:
     """The key of a pose's rotation, `matrix` included, and whether there is one at most; otherwise it is reported."""
-    forms = ROTATIONS & pose.model_fields_set
-    if "matrix" in pose.model_fields_set:
+    given = pose.model_fields_set
+    forms = ROTATIONS & given
+    if "matrix" in given:
         others = [*(["p"] if pose.p is not None else []), *_ordered(forms)]
         if others:
             message = f"`matrix` stands alone, not beside {_listed(others)}"

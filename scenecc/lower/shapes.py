@@ -10,7 +10,7 @@ from scenecc.lower.kinds import COLOR, number
 from scenecc.lower.materials import DENSITY, PLAIN, Materials, Surface, Surfaces, colored
 from scenecc.lower.picked import picked
 from scenecc.lower.shape_poses import shape_pose
-from scenecc.plan import CollisionShape, Plane, Value, VisualShape, literal
+from scenecc.plan import CollisionShape, Mesh, Plane, Value, VisualShape, literal
 from scenecc.plan import VisualMaterial as SeenMaterial
 
 if TYPE_CHECKING:
@@ -95,7 +95,9 @@ class Shapes:
         leaves: Leaves,
         origin: Origin,
     ) -> CollisionShape:
-        density = leaves.given(shape.density, DENSITY, origin, "density")
+        density = None
+        if shape.density is not None:
+            density = leaves.value(shape.density, DENSITY, origin, "density")
         if isinstance(surface, Surfaces):
             physical, otherwise = self._physicals(surface, default, geometry, leaves)
         else:
@@ -105,10 +107,10 @@ class Shapes:
             pose,
             physical,
             otherwise if density is None else density,
-            leaves.given(shape.contact_offset, _CONTACT, origin, "contact_offset"),
-            leaves.given(shape.rest_offset, _REST, origin, "rest_offset"),
-            leaves.given(shape.patch_radius, _PATCH, origin, "patch_radius"),
-            leaves.given(shape.min_patch_radius, _MIN_PATCH, origin, "min_patch_radius"),
+            None if shape.contact_offset is None else leaves.value(shape.contact_offset, _CONTACT, origin, "contact_offset"),
+            None if shape.rest_offset is None else leaves.value(shape.rest_offset, _REST, origin, "rest_offset"),
+            None if shape.patch_radius is None else leaves.value(shape.patch_radius, _PATCH, origin, "patch_radius"),
+            None if shape.min_patch_radius is None else leaves.value(shape.min_patch_radius, _MIN_PATCH, origin, "min_patch_radius"),
             origin,
         )
 
@@ -133,10 +135,14 @@ class Shapes:
         leaves: Leaves,
         origin: Origin,
     ) -> VisualShape:
-        color = leaves.given(shape.color, COLOR, origin, "color")
+        color = None if shape.color is None else leaves.value(shape.color, COLOR, origin, "color")
         named = shape.material is not None
         if isinstance(surface, Surfaces):
             visuals = [self._visual(one.visual, color, default, named=named) for one in surface.each]
+            if isinstance(geometry, Mesh) and None in visuals and any(visual is not None for visual in visuals):
+                message = "in some scenes this mesh would have the materials of its file, and in others one of these"
+                hint = "give every alternative a `visual`"
+                self._sink.report("SC321", message, origin.child("material"), hint=hint)
             fresh = self._tables.visual_materials.value(SeenMaterial())
             material = _one_of(visuals, fresh, surface.pick, len(leaves.scenes))
         else:

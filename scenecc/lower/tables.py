@@ -7,7 +7,7 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from scenecc.lower.forms import place_of
-from scenecc.lower.words import read_names
+from scenecc.lower.words import Unwrap, as_it_is, read_names
 from scenecc.plan import AssetFile, PhysicalMaterial, Texture, Value, VisualMaterial, literal
 
 if TYPE_CHECKING:
@@ -89,18 +89,21 @@ class Tables:
         self.file_origins.setdefault(index, origin)
         return index
 
-    def files_of(self, given: Any, origin: Origin, leaves: Leaves) -> Value | None:
+    def files_of(
+        self, given: Any, origin: Origin, leaves: Leaves, unwrap: Unwrap = as_it_is
+    ) -> Value | None:
         """A leaf that names a file as indices into `files`; None where one of its alternatives was reported.
 
         Args:
             given: as the models have it.
             origin: of the leaf.
             leaves: of the object.
+            unwrap: what names the file in an alternative that is a mapping.
         """
         if given.__class__ is str:
             index = self.file(given, origin)
             return None if index is None else literal(index, "int64")
-        named = read_names(given, place_of(origin), leaves, self.file)
+        named = read_names(given, place_of(origin), leaves, self.file, unwrap)
         return None if None in named.found else named.indices(leaves)
 
     def physical(self, row: PhysicalMaterial, origin: Origin) -> Value:

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from scenecc.diagnostics.words import show
-from scenecc.lower.forms import VARYING, Place, Reading, Step
+from scenecc.lower.forms import SELECTORS, VARYING, Place, Reading, Step
 from scenecc.lower.kinds import Kind
 from scenecc.lower.picked import picked
 from scenecc.plan import Value, literal, varying
 from scenecc.values.nodes import NODES, Computed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Origin
@@ -62,7 +61,21 @@ class _Lookup(Generic[Found]):
         return number
 
 
-def read_names(given: Any, place: Place, leaves: Leaves, find: Callable[[Any, Origin], Found | None]) -> Named[Found]:
+Unwrap = Callable[[Any, Place], tuple[Any, Place]]
+
+
+def as_it_is(given: Any, place: Place) -> tuple[Any, Place]:
+    """What is itself a name."""
+    return given, place
+
+
+def read_names(
+    given: Any,
+    place: Place,
+    leaves: Leaves,
+    find: Callable[[Any, Origin], Found | None],
+    unwrap: Unwrap = as_it_is,
+) -> Named[Found]:
     """A leaf that names something.
 
     Args:
@@ -70,8 +83,10 @@ def read_names(given: Any, place: Place, leaves: Leaves, find: Callable[[Any, Or
         place: of the leaf.
         leaves: of its object.
         find: what a name means; None where it reports it.
+        unwrap: what names it in an alternative that is a mapping.
     """
     lookup = _Lookup(leaves, find)
+    given, place = unwrap(given, place)
     if given.__class__ not in VARYING:
         lookup.number(given, place.origin)
         return Named(lookup.found, literal(0, "int64"))
@@ -79,7 +94,9 @@ def read_names(given: Any, place: Place, leaves: Leaves, find: Callable[[Any, Or
     computed: list[tuple[Computed, Origin]] = []
 
     def leaf(one: Any, around: Place, step: Step) -> Any:
-        inside = around.inside(step) if step else around
+        one, inside = unwrap(one, around.inside(step) if step else around)
+        if one.__class__ in SELECTORS:
+            return reading.select(one, inside, leaf)
         if one.__class__ not in VARYING:
             return lookup.number(one, inside.origin)
         node = reading.item(one, _TEXT, inside)
