@@ -55,7 +55,7 @@ class Support:
         return Support.of(rows.tolist())
 
 
-UNKNOWN = Support(None, None, None, False)  # noqa: FBT003 - its fields are those of the class above
+UNKNOWN = Support(None, None, None, exact=False)
 """Anything at all."""
 
 

@@ -35,7 +35,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-_TURN = Support(None, (-1.0,) * 4, (1.0,) * 4, False)  # noqa: FBT003 - a quaternion that is not looked into
+_TURN = Support(None, (-1.0,) * 4, (1.0,) * 4, exact=False)
+"""A quaternion that is not looked into."""
+
 _DIRECT = (Const, Rows, Cycled, Chosen, Drawn, RandomRotated, Shared)
 """Nodes whose support is that of their items."""
 
