@@ -96,6 +96,9 @@ class Builder:
         for section, nodes in (("materials", compiled.materials), ("collision_groups", compiled.groups)):
             for name, made in nodes.items():
                 self._node(section, scoped(scope.name, name), made, scope)
+        # What one use of a prefab leaves unused another uses, as does a default in whose place something is given.
+        unsuspected = compiled.materials if scope.name else compiled.default_materials()
+        self._output.used_materials.update([scoped(scope.name, name) for name in unsuspected])
         for name, made in compiled.frames.items():
             self._placed("frames", scope.prefix + name, made, scope)
         if not scope.name:

@@ -106,6 +106,11 @@ class Compiled:
     others: dict[str, dict[str, Made]]
     units: list[Unit]
 
+    def default_materials(self) -> list[str]:
+        """The materials that parameters have by default."""
+        params = self.params.values()
+        return [param.default for param in params if param.kind == "material" and isinstance(param.default, str)]
+
 
 def compile_module(module: Module, use: Origin | None, sink: Sink) -> Compiled:
     """Looks through a module; what is wrong in every use of it is reported.

@@ -92,7 +92,8 @@ class Expansion:
         given: draws that stand for what a `with` says → the scope in which the `with` is written.
         selections: entity or frame → scene indices, ascending, where an instance narrows them; `scene_idxs` is then
             left out of the data.
-        used_materials: materials that a `with` names, for whoever reports those never used.
+        used_materials: materials that are not to be reported as never used: a `with` names them, they are inside an
+            instance, or a parameter has them by default.
         documents: by the name that origins have.
     """
 

@@ -76,12 +76,25 @@ def _literal(text: str) -> str:
     return text
 
 
+REFERENCE_PATTERN = r"^[A-Za-z_][A-Za-z0-9_.-]*(?:/[A-Za-z_][A-Za-z0-9_.-]*)*$"
+
+_REFERENCE = re.compile(REFERENCE_PATTERN)
+_WHOLE = re.compile(REFERENCE_PATTERN.replace("^", "^/?", 1))
+
+
 class Scoped:
-    """The annotation of names that are made: those of an expanded document may have slashes."""
+    """The annotation of names that an expanded document may have with slashes in them.
+
+    Args:
+        whole: they may begin with one too, and are then names of the whole document.
+    """
+
+    def __init__(self, *, whole: bool = False) -> None:
+        self._pattern = _WHOLE if whole else _REFERENCE
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         def otherwise(node: object) -> str:
-            if EXPANDED.get() and isinstance(node, str) and _REFERENCE.match(node):
+            if EXPANDED.get() and isinstance(node, str) and self._pattern.match(node):
                 return node
             raise PydanticCustomError(NOT_MEANT, "a name as written")
 
@@ -97,11 +110,11 @@ Name = Annotated[str, StringConstraints(pattern=NAME_PATTERN)]
 NewName = Annotated[Name, Scoped()]
 """What something is called from here on."""
 
-REFERENCE_PATTERN = r"^[A-Za-z_][A-Za-z0-9_.-]*(?:/[A-Za-z_][A-Za-z0-9_.-]*)*$"
 Reference = Annotated[str, StringConstraints(pattern=REFERENCE_PATTERN)]
 """What names an entity or a frame, which may be inside an instance."""
 
-_REFERENCE = re.compile(REFERENCE_PATTERN)
+GivenName = Annotated[Name, Scoped(whole=True)]
+"""What names something that a prefab may be given by the file that uses it."""
 
 AnyText = Annotated[str, AfterValidator(_literal)]
 Text = Annotated[str, StringConstraints(min_length=1), AfterValidator(_literal)]

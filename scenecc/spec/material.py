@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, StringConstraints, Tag
 from typing_extensions import TypeAliasType
 
-from scenecc.spec.base import Maybe, Model, Name, Text, key
+from scenecc.spec.base import GivenName, Maybe, Model, Text, key
 from scenecc.spec.later import Later
 from scenecc.spec.leaf import Fixed, Leaf
 from scenecc.spec.scalars import NonNegative, Unit
@@ -99,7 +99,7 @@ MaterialRef = TypeAliasType(
     "MaterialRef",
     Leaf[
         Annotated[
-            Annotated[Name, Tag("#word")] | Annotated[_Inline, Tag("#mapping")],
+            Annotated[GivenName, Tag("#word")] | Annotated[_Inline, Tag("#mapping")],
             by_kind("a name from `materials`, or a mapping with `physical` or `visual`"),
         ]
     ],
