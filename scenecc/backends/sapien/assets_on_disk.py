@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenecc.backends.sapien.engine import physx, render
-from scenecc.plan import ConvexMesh, ConvexParts, Mesh, TriangleMesh
+from scenecc.plan import MeshGeometry
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -79,7 +79,7 @@ def refresh(plan: ScenePlan, *, rendered: bool) -> None:
 def _paths(plan: ScenePlan, geometries: Iterable[CollisionGeometry | VisualGeometry]) -> list[Path]:
     used: set[int] = set()
     for geometry in geometries:
-        if isinstance(geometry, (ConvexMesh, ConvexParts, TriangleMesh, Mesh)):
+        if isinstance(geometry, MeshGeometry):
             used.update(geometry.file.data.tolist())
     return [plan.files[index].path for index in sorted(used)]
 

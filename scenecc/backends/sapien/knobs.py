@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from scenecc.backends.sapien.columns import Column, poses, scalars, taken, vectors
 from scenecc.backends.sapien.engine import physx, render
+from scenecc.plan.knobs import knobs_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -77,37 +78,29 @@ SHAPE_POSE = Knob(_Shape.set_local_pose, "local_pose", poses, IDENTITY)
 VISUAL_POSE = Knob(render.RenderShape.set_local_pose, "local_pose", poses, IDENTITY)
 """`pose` of a shape, colliding or seen."""
 
-SHAPE_KNOBS = Knobs(
-    {
-        "density": Knob(_Shape.set_density, "density", scalars, 1000.0),
-        "patch_radius": Knob(_Shape.set_patch_radius, "patch_radius", scalars, 0.0),
-        "min_patch_radius": Knob(_Shape.set_min_patch_radius, "min_patch_radius", scalars, 0.0),
-        "contact_offset": Knob(_Shape.set_contact_offset, "contact_offset", scalars),
-        "rest_offset": Knob(_Shape.set_rest_offset, "rest_offset", scalars),
-    }
-)
-"""Fields of `CollisionShape`, set before the shape is attached (its density cannot be set later)."""
-
 GROUPS = Knob(_Shape.set_collision_groups, "collision_groups", scalars, (1, 1, 0, 0))
 """`BodyStructure.collision_groups`, set on every shape of the body."""
 
-BODY_KNOBS = Knobs(
-    {
-        "disable_gravity": Knob(_Body.set_disable_gravity, "disable_gravity", scalars, False),
-        "locked_motion_axes": Knob(_Body.set_locked_motion_axes, "locked_motion_axes", scalars, (False,) * 6),
-        "linear_damping": Knob(_Body.set_linear_damping, "linear_damping", scalars),
-        "angular_damping": Knob(_Body.set_angular_damping, "angular_damping", scalars),
-        "max_linear_velocity": Knob(_Body.set_max_linear_velocity, "max_linear_velocity", scalars),
-        "max_angular_velocity": Knob(_Body.set_max_angular_velocity, "max_angular_velocity", scalars),
-        "max_depenetration_velocity": Knob(_Body.set_max_depenetration_velocity, "max_depenetration_velocity", scalars),
-        "max_contact_impulse": Knob(_Body.set_max_contact_impulse, "max_contact_impulse", scalars),
-        "sleep_threshold": Knob(_Body.set_sleep_threshold, "sleep_threshold", scalars),
-        "solver_position_iterations": Knob(_Body.set_solver_position_iterations, "solver_position_iterations", scalars),
-        "solver_velocity_iterations": Knob(_Body.set_solver_velocity_iterations, "solver_velocity_iterations", scalars),
-        "linear_velocity": Knob(_Body.set_linear_velocity, "linear_velocity", vectors, (0.0, 0.0, 0.0)),
-        "angular_velocity": Knob(_Body.set_angular_velocity, "angular_velocity", vectors, (0.0, 0.0, 0.0)),
-    }
-)
+
+def _knobs(component: Any, part: Literal["body", "shape"]) -> Knobs:
+    """Rows of the plan's table; the engine's names are the plan's."""
+    return Knobs(
+        {
+            knob.field: Knob(
+                getattr(component, f"set_{knob.field}"),
+                knob.field,
+                vectors if knob.dtype == "float64" and knob.shape else scalars,
+                knob.untouched,
+            )
+            for knob in knobs_of(part)
+        }
+    )
+
+
+SHAPE_KNOBS = _knobs(_Shape, "shape")
+"""Fields of `CollisionShape`, set before the shape is attached (its density cannot be set later)."""
+
+BODY_KNOBS = _knobs(_Body, "body")
 """Fields of `BodyStructure` that a dynamic or kinematic body has, set once its shapes and mass are there."""
 
 RENDER_KNOBS = Knobs(

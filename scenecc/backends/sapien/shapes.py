@@ -13,7 +13,7 @@ from scenecc.backends.sapien.engine_log import DROPPED_PART, engine_log
 from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.backends.sapien.knobs import GROUPS, SHAPE_KNOBS, SHAPE_POSE, VISUAL_POSE, Step, knob_steps
 from scenecc.backends.sapien.visual import VISUAL, Look, front_face
-from scenecc.plan import ConvexMesh, ConvexParts, Mesh, Plane, TriangleMesh
+from scenecc.plan import ConvexParts, MeshGeometry, Plane
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -159,7 +159,7 @@ def _visual(shape: VisualShape, rows: NDArray[np.intp], resources: Resources) ->
 
 
 def _samples(geometry: CollisionGeometry | VisualGeometry, rows: NDArray[np.intp]) -> tuple[int, ...]:
-    if not isinstance(geometry, (ConvexMesh, ConvexParts, TriangleMesh, Mesh)):
+    if not isinstance(geometry, MeshGeometry):
         return ()
     _, first = np.unique(taken(geometry.file, rows), return_index=True)
     return tuple(first.tolist())

@@ -11,15 +11,13 @@ from scenecc.backends.sapien.audit.geometry import COLLISION_SIZES
 from scenecc.backends.sapien.audit.sweep import Expected, Place, Sweep
 from scenecc.backends.sapien.columns import plain_row
 from scenecc.backends.sapien.knobs import GROUPS, SHAPE_KNOBS
-from scenecc.plan import ConvexMesh, ConvexParts, Plane, TriangleMesh
+from scenecc.plan import ConvexMesh, ConvexParts, MeshGeometry, Plane, TriangleMesh
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from scenecc.backends.sapien.audit.meshes import Meshes
     from scenecc.plan import BodyStructure, CollisionShape, ScenePlan, Value
-
-MESHES = (ConvexMesh, ConvexParts, TriangleMesh)
 
 
 def part_counts(structure: BodyStructure, row: int, meshes: Meshes) -> list[int]:
@@ -69,7 +67,7 @@ class ShapeAudit:
                 continue
             for name, size in sizes(shape.geometry, row).items():
                 self._sweep.hold(name, size, part, place)
-            if isinstance(shape.geometry, MESHES):
+            if isinstance(shape.geometry, MeshGeometry):
                 self._mesh(shape.geometry, part, number, row, place)
             look_at_pose(shape.pose, part, row, place, self._sweep, self._defaults)
             self._sweep.expect_but(defaults, own, part, place)
