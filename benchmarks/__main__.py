@@ -16,6 +16,7 @@ BENCHMARKS = {
     "validate": "benchmarks.reading",
     "live": "benchmarks.live",
     "drake": "benchmarks.drake",
+    "vary": "benchmarks.vary",
     "linear": "benchmarks.linear",
     "process": "benchmarks.process",
 }
