@@ -38,7 +38,7 @@ class Fields:
     """What an object says.
 
     Attributes:
-        count: how many fields have a value.
+        count: how many fields have a value; a pose is two.
         varying: those that differ, in the order of the plan.
     """
 
@@ -99,7 +99,12 @@ def entity_fields(entity: Entity, plan: ScenePlan) -> Fields:
     for label, items in found.items():
         if any(item.varies for item in items):
             varying += _differing(label, items, plan)
-    return Fields(len(found), tuple(varying))
+    return Fields(sum(2 if _is_pose(label) else 1 for label in found), tuple(varying))
+
+
+def _is_pose(label: str) -> bool:
+    """Whether a field is told as two: a position and a rotation."""
+    return label.rsplit(".", 1)[-1] in {"pose", "com"}
 
 
 def _values(entity: Entity, plan: ScenePlan) -> Iterator[_Found]:
@@ -169,14 +174,14 @@ def _differing(label: str, items: list[_Found], plan: ScenePlan) -> Iterator[Var
     support = union(item.support for item in items)
     at_reset = any(item.at_reset for item in items)
     start, end = ("", ", as drawn") if any(item.drawn for item in items) else _around(support)
-    name = label.rsplit(".", 1)[-1]
-    if name in {"pose", "com"} and support.low is not None:
+    if _is_pose(label) and support.low is not None:
         p, q = _part(support, 0, 3), _part(support, 3, 7)
         if p.low != p.high:
             yield VaryingField(f"{label}.p", start + support_words(p) + end, at_reset)
         if q.low != q.high:
             yield VaryingField(f"{label}.q", _rotation(q, start, end), at_reset)
         return
+    name = label.rsplit(".", 1)[-1]
     yield VaryingField(label, start + _words(name, support, plan.files) + end, at_reset)
 
 

@@ -73,7 +73,7 @@ def test_a_dry_run_says_what_differs(run, scene: Path) -> None:
     assert done.returncode == 0
     objects, fields, totals = done.stdout.split("\n\n")
     assert [line.split()[0] for line in objects.splitlines()] == ["name", "floor", "cube", "post"]
-    assert objects.splitlines()[2].endswith("3 of 3")
+    assert objects.splitlines()[2].endswith("3 of 4")
     assert [re.sub("  +", "  ", line.strip()) for line in fields.splitlines()] == [
         "differs  values",
         "cube  pose.p  at reset  within [-1 … 1, 0, 0.2 … 0.4]",

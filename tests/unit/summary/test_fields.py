@@ -55,7 +55,7 @@ BOX = CollisionShape(Box(constant([1, 1, 1])))
 def test_what_is_the_same_everywhere_does_not_differ() -> None:
     entity = Entity("thing", SCENES, constant(HERE), (BodyStructure("dynamic", (BOX,), mass=constant(2)),))
     fields = entity_fields(entity, ScenePlan("plan", 3, (entity,), Physics()))
-    assert (fields.count, fields.varying) == (3, ())
+    assert (fields.count, fields.varying) == (4, ())
 
 
 def test_a_field_is_called_as_in_the_file_and_nothing_is_drawn() -> None:
