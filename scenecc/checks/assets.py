@@ -19,7 +19,7 @@ from scenecc.checks.mesh_obj import mtl_images
 from scenecc.checks.mesh_read import MESH_SUFFIXES, read_mesh
 from scenecc.checks.mesh_rules import check_use
 from scenecc.diagnostics import Origin
-from scenecc.plan import ConvexMesh, ConvexParts, Mesh, TriangleMesh
+from scenecc.plan import ConvexMesh, ConvexParts, Mesh, MeshGeometry, TriangleMesh
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
@@ -79,7 +79,7 @@ def _uses(plan: ScenePlan, origins: Mapping[int, Origin]) -> Iterator[tuple[int,
     for structure in (structure for entity in plan.entities for structure in entity.structures):
         for shape in (*structure.collisions, *structure.visuals):
             geometry = shape.geometry
-            if isinstance(geometry, ConvexMesh | ConvexParts | TriangleMesh | Mesh):
+            if isinstance(geometry, MeshGeometry):
                 for index in _indices(geometry.file):
                     yield index, _use(geometry), (shape.origin or structure.origin or top).child("file")
         for shape in structure.visuals:
@@ -94,7 +94,7 @@ def _indices(value: Value) -> list[int]:
     return list(dict.fromkeys(map(int, value.numbers())))
 
 
-def _use(geometry: ConvexMesh | ConvexParts | TriangleMesh | Mesh) -> Use:
+def _use(geometry: MeshGeometry) -> Use:
     match geometry:
         case ConvexMesh():
             return "hull"

@@ -10,6 +10,7 @@ from scenecc.checks.judged import waits
 from scenecc.checks.mass import inertia_is_real, mass_is_clear, weight_can_be_held
 from scenecc.diagnostics import Origin
 from scenecc.plan import Mesh, Plane, TriangleMesh
+from scenecc.plan.knobs import KNOBS, fields_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -27,35 +28,15 @@ class NumberRule(Protocol):
         """Reports what is wrong; `drawn`: of what waits for its rows."""
 
 
-LANGUAGE_KEYS = {
-    "disable_gravity": "gravity",
-    "locked_motion_axes": "locked_axes",
-    "collision_groups": "collision_bits",
-}
+LANGUAGE_KEYS = {knob.field: knob.key for knob in KNOBS if knob.field != knob.key}
 """Fields of the plan whose key in a scene file has another name."""
 
-MOVING = (
-    "mass",
-    "inertial",
-    "disable_gravity",
-    "linear_damping",
-    "angular_damping",
-    "linear_velocity",
-    "angular_velocity",
-    "locked_motion_axes",
-    "max_linear_velocity",
-    "max_angular_velocity",
-    "max_depenetration_velocity",
-    "max_contact_impulse",
-    "sleep_threshold",
-    "solver_position_iterations",
-    "solver_velocity_iterations",
-)
+MOVING = (*fields_of("mass"), "inertial", *fields_of("body"))
 """What only a dynamic body has: PhysX moves no other by forces."""
 
 _ID_BITS = 0xFFFF
 
-SEEN = ("visibility", "shading_mode")
+SEEN = fields_of("look")
 
 WHY_NOTHING = {
     "kinematic": "PhysX does not move it by forces",

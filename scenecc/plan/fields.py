@@ -18,34 +18,21 @@ import numpy as np
 from scenecc import plan as _plan
 from scenecc.diagnostics import Origin
 from scenecc.plan import physics as _physics
+from scenecc.plan.bounds import (
+    ANY,
+    AT_LEAST_0,
+    COUNT,
+    LARGEST,
+    POSITION_ITERATIONS,
+    POSITIVE,
+    UNIT,
+    VELOCITY_ITERATIONS,
+    Bounds,
+)
+from scenecc.plan.knobs import KNOBS
 
 Dtype = type[np.float64] | type[np.int64] | type[np.bool_]
 Table = Literal["files", "physical_materials", "visual_materials"]
-
-
-@dataclass(frozen=True, slots=True)
-class Bounds:
-    """The numbers that are allowed, both ends included. `nonzero`: 0 is not."""
-
-    low: float = -np.inf
-    high: float = np.inf
-    nonzero: bool = False
-
-    def __str__(self) -> str:
-        low = "" if self.low == -np.inf else f"at least {self.low:g}"
-        high = "" if self.high == np.inf else f"at most {self.high:g}"
-        return " and ".join(filter(None, (low, high, "not 0" if self.nonzero else "")))
-
-
-LARGEST = 3.4028234663852886e38
-SMALLEST = 1.1754943508222875e-38
-"""The range of single precision, in which the engine computes; the language has the same."""
-
-ANY = Bounds(-LARGEST, LARGEST)
-POSITIVE = Bounds(SMALLEST, LARGEST)
-AT_LEAST_0 = Bounds(0, LARGEST)
-UNIT = Bounds(0, 1)
-COUNT = Bounds(0, 2**31 - 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +127,10 @@ _POSITIVE2 = Quantity(shape=(2,), bounds=POSITIVE)
 _UNIT = Quantity(bounds=UNIT)
 _FILE = Quantity(np.int64, table="files")
 
+_DTYPES: dict[str, Dtype] = {"float64": np.float64, "int64": np.int64, "bool": np.bool_}
+
 QUANTITIES: dict[str, Quantity] = {
+    **{knob.field: Quantity(_DTYPES[knob.dtype], knob.shape, knob.bounds, reset=knob.reset) for knob in KNOBS},
     "pose": _POSE,
     "Entity.pose": Quantity(shape=(7,), pose=True, reset=True),
     "com": _POSE,
@@ -155,29 +145,7 @@ QUANTITIES: dict[str, Quantity] = {
     "Mesh.scale": Quantity(shape=(3,), bounds=Bounds(-LARGEST, LARGEST, nonzero=True)),
     "CollisionShape.material": Quantity(np.int64, table="physical_materials"),
     "VisualShape.material": Quantity(np.int64, table="visual_materials"),
-    "density": _AT_LEAST_0,
-    "contact_offset": _POSITIVE,
-    "rest_offset": _NUMBER,
-    "patch_radius": _AT_LEAST_0,
-    "min_patch_radius": _AT_LEAST_0,
-    "mass": _POSITIVE,
     "inertia": _POSITIVE3,
-    "disable_gravity": _FLAG,
-    "locked_motion_axes": Quantity(np.bool_, (6,)),
-    "linear_velocity": Quantity(shape=(3,), reset=True),
-    "angular_velocity": Quantity(shape=(3,), reset=True),
-    "linear_damping": _AT_LEAST_0,
-    "angular_damping": _AT_LEAST_0,
-    "max_linear_velocity": _POSITIVE,
-    "max_angular_velocity": _POSITIVE,
-    "max_depenetration_velocity": _POSITIVE,
-    "max_contact_impulse": _POSITIVE,
-    "sleep_threshold": _AT_LEAST_0,
-    "solver_position_iterations": Quantity(np.int64, bounds=Bounds(1, 255)),
-    "solver_velocity_iterations": Quantity(np.int64, bounds=Bounds(0, 255)),
-    "collision_groups": Quantity(np.int64, (4,), Bounds(0, 2**32 - 1)),
-    "visibility": _UNIT,
-    "shading_mode": Quantity(np.int64, bounds=Bounds(0, 255)),
     "pick": Quantity(np.int64, bounds=COUNT),
     "static_friction": _AT_LEAST_0,
     "dynamic_friction": _AT_LEAST_0,
@@ -206,8 +174,8 @@ BOUNDS: dict[str, Bounds] = {
     "sleep_threshold": AT_LEAST_0,
     "scene_spacing": POSITIVE,
     "spacing": POSITIVE,
-    "solver_position_iterations": Bounds(1, 255),
-    "solver_velocity_iterations": Bounds(0, 255),
+    "solver_position_iterations": POSITION_ITERATIONS,
+    "solver_velocity_iterations": VELOCITY_ITERATIONS,
     "mipmap_levels": Bounds(1, 32),
     "threshold": Bounds(0.01, 1),
     "cpu_workers": Bounds(0, 256),

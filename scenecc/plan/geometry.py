@@ -129,3 +129,5 @@ class TiledPlane:
 
 CollisionGeometry = Box | Sphere | Capsule | Cylinder | Plane | ConvexMesh | ConvexParts | TriangleMesh
 VisualGeometry = Box | Sphere | Capsule | Cylinder | VisualPlane | Mesh | TiledPlane
+MeshGeometry = ConvexMesh | ConvexParts | TriangleMesh | Mesh
+"""Those that a file has: each has a `file` and a `scale`."""

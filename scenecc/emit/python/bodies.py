@@ -11,6 +11,7 @@ import numpy as np
 from scenecc.emit.python.columns import IDENTITY, Columns, pose
 from scenecc.emit.python.geometry import COLLISIONS, VISUALS, Arguments
 from scenecc.emit.python.knobs import (
+    ARGUMENTS,
     BODY_KNOBS,
     LOOK_KNOBS,
     OFFSETS,
@@ -132,10 +133,7 @@ def _collision_arguments(shape: CollisionShape, body: Body) -> Arguments:
         **_pose_argument(shape.pose, columns),
         **COLLISIONS[type(shape.geometry)].arguments(shape.geometry, columns, body.files),
         **_material_argument(shape, body),
-        **{
-            name: columns.value(getattr(shape, name), name)
-            for name in given(shape, ("density", "patch_radius", "min_patch_radius"))
-        },
+        **{name: columns.value(getattr(shape, name), name) for name in given(shape, ARGUMENTS)},
     }
 
 
@@ -222,7 +220,7 @@ def _write_shape(shape: CollisionShape, body: Body) -> None:
         source.statement(call("shape.set_collision_groups", groups))
     if shape.density is None and isinstance(shape.geometry, Plane):
         source.line("shape.density = 0")
-    for name in given(shape, ("density", "patch_radius", "min_patch_radius", *OFFSETS)):
+    for name in given(shape, (*ARGUMENTS, *OFFSETS)):
         source.statement(columns.value(getattr(shape, name), name), assign=f"shape.{name}")
     source.line("body.attach(shape)")
 

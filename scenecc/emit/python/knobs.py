@@ -6,32 +6,22 @@ from typing import TYPE_CHECKING
 
 from scenecc.emit.python.columns import Columns, number, numbers, pose
 from scenecc.emit.python.layout import Node, Source, call
+from scenecc.plan.knobs import fields_of
 
 if TYPE_CHECKING:
     from scenecc.plan import BodyStructure, CollisionShape, Inertial
 
-BODY_KNOBS = (
-    "disable_gravity",
-    "locked_motion_axes",
-    "linear_damping",
-    "angular_damping",
-    "max_linear_velocity",
-    "max_angular_velocity",
-    "max_depenetration_velocity",
-    "max_contact_impulse",
-    "sleep_threshold",
-    "solver_position_iterations",
-    "solver_velocity_iterations",
-    "linear_velocity",
-    "angular_velocity",
-)
+BODY_KNOBS = fields_of("body")
 """Properties of a dynamic component by the plan's names."""
 
-LOOK_KNOBS = ("visibility", "shading_mode")
+LOOK_KNOBS = fields_of("look")
 """Properties of a render component by the plan's names."""
 
 OFFSETS = ("contact_offset", "rest_offset")
 """Properties of a collision shape that no `add_*_collision` takes."""
+
+ARGUMENTS = tuple(name for name in fields_of("shape") if name not in OFFSETS)
+"""Properties of a collision shape that all of them take."""
 
 
 def given(holder: object, names: tuple[str, ...]) -> list[str]:

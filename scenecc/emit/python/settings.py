@@ -6,26 +6,10 @@ from typing import TYPE_CHECKING
 
 from scenecc.emit.python.columns import number
 from scenecc.emit.python.layout import Group, Node, Source, call, list_of
+from scenecc.plan.settings import SCENE, process_settings
 
 if TYPE_CHECKING:
     from scenecc.plan import Physics
-
-_SCENE = (
-    "gravity",
-    "bounce_threshold",
-    "enable_pcm",
-    "enable_tgs",
-    "enable_ccd",
-    "enable_enhanced_determinism",
-    "enable_friction_every_iteration",
-)
-_SHAPE = ("contact_offset", "rest_offset")
-_BODY = ("solver_position_iterations", "solver_velocity_iterations", "sleep_threshold")
-_SDF = {
-    "spacing": "spacing",
-    "subgrid_size": "subgridSize",
-    "num_threads_for_construction": "num_threads_for_construction",
-}
 
 
 class Settings:
@@ -33,16 +17,9 @@ class Settings:
 
     def __init__(self, physics: Physics) -> None:
         self._workers = physics.cpu_workers
-        sdf = physics.sdf
-        tables = {
-            "scene": {name: getattr(physics, name) for name in _SCENE},
-            "shape": {name: getattr(physics, name) for name in _SHAPE},
-            "body": {name: getattr(physics, name) for name in _BODY},
-            "sdf": {theirs: None if sdf is None else getattr(sdf, name) for name, theirs in _SDF.items()},
-        }
         self._changes = {
-            kind: {name: _node(value) for name, value in table.items() if value is not None}
-            for kind, table in tables.items()
+            kind: {name: _node(value) for name, value in given.items()}
+            for kind, given in process_settings(physics).items()
         }
 
     @property
@@ -90,7 +67,7 @@ class Settings:
         if kind != "scene" or self._workers is None:
             return call(f"physx.set_{kind}_config", "config")
         # The number of workers is no property of the object, and the call that takes it sets everything.
-        everything: dict[str, Node] = {name: f"config.{name}" for name in _SCENE}
+        everything: dict[str, Node] = {name: f"config.{name}" for name in SCENE}
         return call("physx.set_scene_config", **everything, cpu_workers=str(self._workers))
 
 

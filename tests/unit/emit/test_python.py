@@ -19,7 +19,6 @@ from plugins.sample_plans import FLAG, INT, SAMPLES, entity, look, pose, rubbing
 
 from scenecc.diagnostics import Sink
 from scenecc.emit import EMITTERS, emit
-from scenecc.emit.python import settings as emitted_settings
 from scenecc.emit.python.columns import number
 from scenecc.emit.python.files import COACD_DEFAULTS
 from scenecc.emit.python.geometry import COLLISIONS, VISUALS
@@ -44,6 +43,7 @@ from scenecc.plan import (
     constant,
     per_scene,
 )
+from scenecc.plan.settings import SDF
 from scenecc.plan.to_json import plan_to_json
 
 
@@ -294,7 +294,7 @@ def test_no_setting_of_the_simulation_is_dropped() -> None:
         assert script(ScenePlan("p", 1, (), Physics(sdf=sdf))) != script(
             ScenePlan("p", 1, (), Physics(sdf=SdfConfig(0.1, 2, 3)))
         ), name
-    assert set(emitted_settings._SDF) == {item.name for item in dataclasses.fields(SdfConfig)}
+    assert set(SDF) == {item.name for item in dataclasses.fields(SdfConfig)}
     assert "GPU" in script(ScenePlan("p", 1, (), Physics(gpu_memory=GpuMemory(heap_capacity=5))))
 
 

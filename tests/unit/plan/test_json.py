@@ -407,9 +407,9 @@ def test_ten_thousand_entities_share_their_scenes() -> None:
 
 
 def test_the_bounds_are_those_of_the_language() -> None:
-    from scenecc.plan import fields
+    from scenecc.plan import bounds, fields
     from scenecc.spec import physics, scalars
 
-    assert (fields.LARGEST, fields.SMALLEST) == (scalars.LARGEST, scalars.SMALLEST)
+    assert (bounds.LARGEST, bounds.SMALLEST) == (scalars.LARGEST, scalars.SMALLEST)
     assert fields.BOUNDS["cpu_workers"].high == physics.THREADS
     assert fields.BOUNDS["num_threads_for_construction"].high == physics.THREADS

@@ -1,0 +1,32 @@
+"""Ranges of the plan's numbers."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import NamedTuple
+
+
+class Bounds(NamedTuple):
+    """The numbers that are allowed, both ends included. `nonzero`: 0 is not."""
+
+    low: float = -inf
+    high: float = inf
+    nonzero: bool = False
+
+    def __str__(self) -> str:
+        low = "" if self.low == -inf else f"at least {self.low:g}"
+        high = "" if self.high == inf else f"at most {self.high:g}"
+        return " and ".join(filter(None, (low, high, "not 0" if self.nonzero else "")))
+
+
+LARGEST = 3.4028234663852886e38
+SMALLEST = 1.1754943508222875e-38
+"""The range of single precision, in which the engine computes; the language has the same."""
+
+ANY = Bounds(-LARGEST, LARGEST)
+POSITIVE = Bounds(SMALLEST, LARGEST)
+AT_LEAST_0 = Bounds(0, LARGEST)
+UNIT = Bounds(0, 1)
+COUNT = Bounds(0, 2**31 - 1)
+POSITION_ITERATIONS = Bounds(1, 255)
+VELOCITY_ITERATIONS = Bounds(0, 255)

@@ -1,0 +1,39 @@
+"""The table of what can be said of bodies and shapes covers them."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from scenecc.plan import BodyStructure, CollisionShape
+from scenecc.plan.fields import Quantity, slots
+from scenecc.plan.knobs import KNOBS, Knob, fields_of
+
+
+@pytest.mark.parametrize(
+    ("cls", "parts", "others"),
+    [
+        (BodyStructure, ("mass", "body", "groups", "look"), set[str]()),
+        (CollisionShape, ("shape",), {"pose", "material"}),
+    ],
+)
+def test_each_value_of_a_body_and_a_shape_is_a_row(cls: type, parts: tuple[str, ...], others: set[str]) -> None:
+    values = {slot.name for slot in slots(cls) if isinstance(slot.kind, Quantity)}
+    assert values == set(fields_of(*parts)) | others  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize("knob", KNOBS, ids=lambda knob: knob.field)
+def test_what_is_untouched_is_a_row_of_its_kind(knob: Knob) -> None:
+    kind = next(slot.kind for cls in (BodyStructure, CollisionShape) for slot in slots(cls) if slot.name == knob.field)
+    assert isinstance(kind, Quantity)
+    assert (kind.shape, kind.bounds, kind.reset) == (knob.shape, knob.bounds, knob.reset)
+    if knob.untouched is not None:
+        row = knob.untouched if knob.shape else (knob.untouched,)
+        assert len(row) == (knob.shape[0] if knob.shape else 1)
+        assert all(knob.bounds.low <= number <= knob.bounds.high for number in row)
+
+
+def test_fields_are_told_once() -> None:
+    assert len({knob.field for knob in KNOBS}) == len({knob.key for knob in KNOBS}) == len(KNOBS)
+    assert {field.name for field in dataclasses.fields(CollisionShape)} >= set(fields_of("shape"))
