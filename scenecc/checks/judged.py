@@ -7,7 +7,7 @@ of the sticking one), so a rule that one is part of is judged by rows, once ther
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -42,7 +42,7 @@ def alternatives(value: Value) -> list[Row] | None:
     if found is not None:
         return [row for (row,) in found]
     several = value.support.alternatives
-    return None if several is None else [item if isinstance(item, tuple) else (item,) for item in several]
+    return None if several is None else list(map(_row, several))
 
 
 def lowest(value: Value) -> Row:
@@ -68,8 +68,10 @@ def _by_rows(value: Value) -> bool:
 
 def _corner(value: Value, *, high: bool) -> Row:
     if value.known:
-        pick = max if high else min
-        return tuple(map(pick, zip(*value.data.reshape(len(value.data), -1).tolist(), strict=True)))
-    support = value.support
-    corner = support.high if high else support.low
-    return corner if isinstance(corner, tuple) else (corner,)
+        rows: list[list[float]] = value.data.reshape(len(value.data), -1).tolist()
+        return tuple(map(max if high else min, zip(*rows, strict=True)))
+    return _row(value.support.high if high else value.support.low)
+
+
+def _row(item: Any) -> Row:
+    return item if item.__class__ is tuple else (item,)

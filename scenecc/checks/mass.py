@@ -29,11 +29,11 @@ _SIZES: dict[type, Callable[[Any], tuple[Value, ...]]] = {
 }
 """What a volume follows from; those of meshes are known once the engine has read them."""
 
-_VOLUME: dict[type, Callable[..., float]] = {
-    Box: lambda half: 8 * half[0] * half[1] * half[2],
-    Sphere: lambda radius: 4 / 3 * math.pi * radius[0] ** 3,
-    Capsule: lambda radius, half: math.pi * radius[0] ** 2 * (2 * half[0] + 4 / 3 * radius[0]),
-    Cylinder: lambda radius, half: math.pi * radius[0] ** 2 * 2 * half[0],
+_VOLUME: dict[type, Callable[[list[Row]], float]] = {
+    Box: lambda sizes: 8 * math.prod(sizes[0]),
+    Sphere: lambda sizes: 4 / 3 * math.pi * sizes[0][0] ** 3,
+    Capsule: lambda sizes: math.pi * sizes[0][0] ** 2 * (2 * sizes[1][0] + 4 / 3 * sizes[0][0]),
+    Cylinder: lambda sizes: math.pi * sizes[0][0] ** 2 * 2 * sizes[1][0],
 }
 """Volumes [m³] of one row of each."""
 
@@ -80,7 +80,7 @@ def _weighs(
     weight, dense = 0.0, False
     for type_, (density,) in zip(types, row, strict=False):
         volume = _VOLUME.get(type_)
-        measured = None if volume is None else volume(*(next(sizes) for _ in range(_SIZE_COUNT[type_])))
+        measured = None if volume is None else volume([next(sizes) for _ in range(_SIZE_COUNT[type_])])
         if density:
             dense = True
             if measured is None:

@@ -5,14 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from scenecc.lower.leaves import report_failure
+from scenecc.lower.pending import report_failure
 from scenecc.lower.resets import Recipes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Sink
-    from scenecc.lower.leaves import Drawing, Pending
+    from scenecc.lower.leaves import Drawing
+    from scenecc.lower.pending import Pending
     from scenecc.lower.scene import Lowered
     from scenecc.plan import ScenePlan
     from scenecc.plan.fields import Bounds

@@ -80,7 +80,7 @@ def _given(rows: Any, drawing: Drawing, place: Origin, sink: Sink) -> Any:
 
 
 def _row(item: Any) -> Any:
-    return tuple(item) if isinstance(item, list) else item  # pyright: ignore[reportUnknownArgumentType]
+    return tuple(item) if item.__class__ is list else item
 
 
 def _plain(item: Any) -> Any:
@@ -99,13 +99,9 @@ def _count(draw: Any) -> int | None:
             return _count(items[0])
         case forms.SceneMap(items, default):
             return _count(items[0][1] if items else default)
-        case forms.Uniform(low, _) | forms.Integers(low, _) | forms.LogUniform(low, _):
-            return _count(low)
-        case forms.Normal(mean, _):
-            return _count(mean)
+        case forms.Uniform(first, _) | forms.Integers(first, _) | forms.LogUniform(first, _) | forms.Normal(first, _):
+            return _count(first)
         case forms.Vector(items):
             return len(items)
-        case list() | tuple():
-            return len(draw)  # pyright: ignore[reportUnknownArgumentType]
         case _:
-            return None
+            return len(draw) if draw.__class__ in {list, tuple} else None

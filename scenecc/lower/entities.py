@@ -85,7 +85,7 @@ class Entities:
                 # An expanded document has no others.
                 structures, pick = self._variants(entity, place, leaves, bodies)
                 fixed = not all(structure.body_type in _MOVING for structure in structures)
-            pose = world(name, place, fixed=fixed)
+            pose: Value = world(name, place, fixed=fixed)
             entities.append(Entity(name, selections.get(name, everywhere), pose, structures, pick, place))
         return tuple(entities)
 

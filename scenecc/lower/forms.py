@@ -37,6 +37,13 @@ SELECTORS = frozenset((PerScene, SceneMap, Cycle, Choice))
 VARYING = SELECTORS | {Uniform, Integers, LogUniform, Normal, RandomRotation, Vector, Template}
 """All that may stand in place of a plain value, by type."""
 
+_DRAWN: dict[type, nodes.Kind] = {
+    Uniform: "uniform",
+    Integers: "integers",
+    LogUniform: "log_uniform",
+    Normal: "normal",
+}
+
 Step = tuple["PathKey", ...]
 
 
@@ -189,14 +196,12 @@ class Reading:
             case RandomRotation():
                 self.drawn = True
                 return RandomRotated(self._key(place))
-            case Normal(mean, std, clip):
-                return self._drawn("normal", (mean, std), clip, kind, place)
-            case Integers(low, high):
-                return self._drawn("integers", (low, high), None, kind, place)
-            case LogUniform(low, high):
-                return self._drawn("log_uniform", (low, high), None, kind, place)
             case _:
-                return self._drawn("uniform", (given.low, given.high), None, kind, place)
+                what, clip = _DRAWN[given.__class__], None
+                bounds = (given.mean, given.std) if what == "normal" else (given.low, given.high)
+                if what == "normal":
+                    clip = given.clip
+                return self._drawn(what, bounds, clip, kind, place)
 
     def plain(self, given: Any, kind: Kind, around: Place, step: Step) -> Any:
         """A plain value as a row; the kind's own where it was reported."""

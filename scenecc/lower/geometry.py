@@ -64,10 +64,10 @@ def _visual_plane(shape: Any, tables: Tables, leaves: Leaves, origin: Origin) ->
 
 
 def _scale(shape: Any, kind: Kind, tables: Tables, leaves: Leaves, origin: Origin) -> Value:
-    scale = shape.scale
+    scale: Any = shape.scale
     if scale.__class__ not in _PLAIN:
         return leaves.value(scale, kind, origin, "scale")
-    return tables.size(scale if isinstance(scale, tuple) else (scale, scale, scale))
+    return tables.size(scale if scale.__class__ is tuple else (scale, scale, scale))
 
 
 def _convex_mesh(shape: Any, tables: Tables, leaves: Leaves, origin: Origin) -> plan.ConvexMesh | None:

@@ -93,10 +93,8 @@ def opposite(flag: Any) -> bool | None:
     return not flag if isinstance(flag, bool) else None
 
 
-def _are_numbers(items: Any) -> bool:
-    if not isinstance(items, tuple | list):
-        return False
-    return all(isinstance(item, int | float) and not isinstance(item, bool) for item in items)
+def _are_numbers(given: Any) -> bool:
+    return given.__class__ in {tuple, list} and all(item.__class__ in {int, float} for item in given)
 
 
 COLOR = Kind((4,), quantity="base_color", convert=read_color, fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import cut, suggest_name
 from scenecc.lower.forms import VARYING, Reading, holds_template, place_of
+from scenecc.lower.pending import Pending, Reset, report_failure
 from scenecc.plan import Value, literal, per_scene, varying
 from scenecc.values.nodes import NODES, Rows
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
 
     from numpy.typing import NDArray
 
@@ -30,27 +31,6 @@ _ONE = {"float64": "a number", "int64": "an integer", "bool": "true or false"}
 
 BUILT_IN = frozenset(("scene", "num_scenes"))
 """Names that every expression can read."""
-
-
-@dataclass(frozen=True, slots=True)
-class Pending:
-    """A value that only its rows can be judged by: an expression's, or a rotation that can fail to be one."""
-
-    value: Value
-    kind: Kind
-    scenes: tuple[int, ...]
-    origin: Origin
-    origins: Mapping[int, tuple[Any, Origin]]
-
-
-@dataclass(frozen=True, slots=True)
-class Reset:
-    """A velocity that may be drawn anew."""
-
-    value: Value
-    node: Node
-    reading: Reading
-    leaves: Leaves
 
 
 @dataclass(slots=True)
@@ -105,13 +85,10 @@ class Drawing:
 
     def scenes_of(self, name: str) -> tuple[int, ...]:
         """The scenes that a shared draw has a value in."""
-        node, scenes = self.draws[name], self.everywhere
-        if isinstance(node, Rows):
-            scenes = node.scene_idxs
-        for other in self.reads.get(name, ()):
-            known = set(self.scenes_of(other))
-            scenes = tuple(scene for scene in scenes if scene in known)
-        return scenes
+        node = self.draws[name]
+        found = set(node.scene_idxs) if isinstance(node, Rows) else set(self.everywhere)
+        found = found.intersection(*map(self.scenes_of, self.reads.get(name, ())))
+        return tuple(sorted(found))
 
     def leaves(
         self, scenes: tuple[int, ...] | None = None, scope: str = "", listed: tuple[int, ...] | None = None
@@ -189,7 +166,7 @@ class Leaves:
         if not reset:
             self.fix(reading)
         if item.__class__ not in NODES:
-            return literal(tuple(item) if isinstance(item, list) else item, kind.dtype)
+            return literal(item, kind.dtype)
         if self.sink.failed:
             # What was reported may have left a hole in it.
             return literal(kind.fallback, kind.dtype)
@@ -298,13 +275,3 @@ class Leaves:
 def _wanted(kind: Kind) -> str:
     one = _ONE[kind.dtype]
     return f"a list of {kind.shape[0]} numbers" if kind.shape else one
-
-
-def report_failure(error: Any, origins: Mapping[int, tuple[Any, Origin]], origin: Origin, sink: Sink) -> None:
-    """Reports what has no value in some scene, at the node that has none."""
-    place = origins.get(id(error.node), (None, origin))[1]
-    message, expression = f"in scene {error.scene}: {error.message}", error.expression
-    if expression is None:
-        sink.report("SC515", message, place)
-    else:
-        sink.report("SC202", message, place, hint=expression.hint, span=(expression.start, expression.end))

@@ -115,7 +115,7 @@ class Materials:
         each = tuple(found or PLAIN for found in named.found)
         return each[0] if len(each) == 1 else Surfaces(each, named.value)
 
-    def report_unused(self, used: set[str], leaves: Leaves) -> None:
+    def report_unused(self, used: frozenset[str], leaves: Leaves) -> None:
         """A warning for each named material that no shape has; its files are looked up all the same.
 
         Args:

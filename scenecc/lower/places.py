@@ -68,8 +68,8 @@ class Places:
         self._standing: dict[str, Standing] = {}
         self._fixed: set[str] = set()
 
-    def world(self, name: str, owner: Origin, *, fixed: bool) -> Value | None:
-        """The world pose of an entity as a value; a frame's, which is none, is only looked at.
+    def world(self, name: str, owner: Origin, *, fixed: bool) -> Value:
+        """The world pose of an entity or a frame as a value.
 
         Args:
             name: of the entity or frame.

@@ -21,6 +21,8 @@ from scenecc.values.nodes import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from scenecc.diagnostics import Origin, Sink
 
 POSE = Kind((7,), fallback=IDENTITY_POSE)
@@ -36,9 +38,14 @@ def pose_varies(pose: Any) -> bool:
     if pose.__class__ is not PoseMapping:
         return pose.__class__ in VARYING
     # All keys at once: ten thousand poses are asked.
-    if not VARYING.isdisjoint(map(type, vars(pose).values())):
+    if _any_varies(pose):
         return True
-    return pose.axis_angle is not None and not VARYING.isdisjoint(map(type, vars(pose.axis_angle).values()))
+    return pose.axis_angle is not None and _any_varies(pose.axis_angle)
+
+
+def _any_varies(keys: PoseMapping | AxisAngle) -> bool:
+    items: Iterable[Any] = vars(keys).values()
+    return not VARYING.isdisjoint(map(type, items))
 
 
 def pose_item(pose: Any, place: Place, reading: Reading, sink: Sink) -> Any:

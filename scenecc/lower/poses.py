@@ -26,27 +26,28 @@ ROTATIONS = frozenset(("q", "rpy", "rpy_deg", "axis_angle", "look_at"))
 AXES: dict[str, Vec3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
-def lower_pose(pose: Vec3 | PoseMapping | None, owner: Origin, at: Path, sink: Sink) -> Pose7:
+def lower_pose(pose: Any, owner: Origin, at: Path, sink: Sink) -> Pose7:
     """Seven numbers; the identity where nothing is written or what is written was reported.
 
     `relative_to` is not looked at: that is a matter of the document.
 
     Args:
-        pose: as written.
+        pose: as written; nothing of it varies.
         owner: of the node that has the pose.
         at: where the pose is in it (most poses are never spoken of, and need no origin of their own).
         sink: takes the diagnostics.
     """
     if pose is None:
         return IDENTITY_POSE
-    if isinstance(pose, tuple):
-        return (*pose, 1.0, 0.0, 0.0, 0.0)
+    if pose.__class__ is tuple:
+        x, y, z = pose
+        return (x, y, z, 1.0, 0.0, 0.0, 0.0)
     form, clear = rotation_of(pose, owner, at, sink)
     if not clear:
         return IDENTITY_POSE
     if form == "matrix":
         return _from_matrix(pose.matrix, owner.child(*at), sink)
-    p = pose.p or (0.0, 0.0, 0.0)
+    p: Vec3 = pose.p or (0.0, 0.0, 0.0)
     if form is None:
         return (*p, 1.0, 0.0, 0.0, 0.0)
     return (*p, *(_rotation(pose, form, p, owner, (*at, form), sink) or IDENTITY))
@@ -68,19 +69,6 @@ def rotation_of(pose: PoseMapping, owner: Origin, at: Path, sink: Sink) -> tuple
     for form in forms:
         return form, True
     return None, True
-
-
-def lower_local_pose(pose: Vec3 | PoseMapping | None, owner: Origin, at: Path, what: str, sink: Sink) -> Pose7:
-    """As `lower_pose`, of something that stands in the frame of its body and of nothing else."""
-    if isinstance(pose, PoseMapping) and pose.relative_to is not None:
-        sink.report(
-            "SC115",
-            f"`relative_to` does nothing here: {what} stands in the frame of its body",
-            owner.child(*at, "relative_to"),
-            at="key",
-            hint="leave `relative_to` out",
-        )
-    return lower_pose(pose, owner, at, sink)
 
 
 def compose(outer: Pose7, inner: Pose7) -> Pose7:
@@ -118,23 +106,18 @@ def direction(axis: str | Vec3) -> Vec3:
     return AXES[axis] if isinstance(axis, str) else axis
 
 
-def _rotation(pose: PoseMapping, form: str, p: Vec3, owner: Origin, at: Path, sink: Sink) -> Quat | None:
+def _rotation(pose: Any, form: str, p: Vec3, owner: Origin, at: Path, sink: Sink) -> Quat | None:
     match form:
         case "q":
-            assert pose.q is not None
             return lower_quaternion(pose.q, owner, at, sink)
         case "rpy":
-            assert pose.rpy is not None
             return rotations.from_rpy(*pose.rpy)
         case "rpy_deg":
-            assert pose.rpy_deg is not None
             roll, pitch, yaw = pose.rpy_deg
             return rotations.from_rpy(math.radians(roll), math.radians(pitch), math.radians(yaw))
         case "axis_angle":
-            assert pose.axis_angle is not None
             return _axis_angle(pose.axis_angle, owner.child(*at), sink)
         case _:
-            assert pose.look_at is not None
             return _looking(pose.look_at, p, owner.child(*at), sink)
 
 
@@ -165,7 +148,7 @@ def axis_angle_is_clear(given: AxisAngle, origin: Origin, sink: Sink) -> bool:
     return True
 
 
-def _axis_angle(given: AxisAngle, origin: Origin, sink: Sink) -> Quat | None:
+def _axis_angle(given: Any, origin: Origin, sink: Sink) -> Quat | None:
     if not axis_angle_is_clear(given, origin, sink):
         return None
     axis = direction(given.axis)

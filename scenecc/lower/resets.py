@@ -116,7 +116,7 @@ class Recipes:
         """A shared draw as drawn, in all scenes that it has a value in."""
         scenes = self._drawing.scenes_of(name)
         rows = self._drawing.leaves(scenes).batch().shared(name).tolist()
-        return Rows(scenes, tuple(tuple(row) if isinstance(row, list) else row for row in rows))
+        return Rows(scenes, tuple(tuple(row) if row.__class__ is list else row for row in rows))
 
 
 def _with_recipe(value: Value, node: Node, rows: int) -> Value:

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from scenecc.lower.tables import Tables
     from scenecc.plan import VisualMaterial
 
-_CONTACT, _REST = number("contact_offset"), number("rest_offset")
-_PATCH, _MIN_PATCH = number("patch_radius"), number("min_patch_radius")
+_NEAR = tuple((name, number(name)) for name in ("contact_offset", "rest_offset", "patch_radius", "min_patch_radius"))
+_LEFT_OUT = (None,) * len(_NEAR)
 
 SAPIEN_DENSITY = 1000.0
 """Of what gives none, but for a plane, which has none [kg/m³]."""
@@ -102,17 +102,12 @@ class Shapes:
             physical, otherwise = self._physicals(surface, default, geometry, leaves)
         else:
             physical, otherwise = surface.physical, default.density if surface.density is None else surface.density
-        return CollisionShape(
-            geometry,
-            pose,
-            physical,
-            otherwise if density is None else density,
-            None if shape.contact_offset is None else leaves.value(shape.contact_offset, _CONTACT, origin, "contact_offset"),
-            None if shape.rest_offset is None else leaves.value(shape.rest_offset, _REST, origin, "rest_offset"),
-            None if shape.patch_radius is None else leaves.value(shape.patch_radius, _PATCH, origin, "patch_radius"),
-            None if shape.min_patch_radius is None else leaves.value(shape.min_patch_radius, _MIN_PATCH, origin, "min_patch_radius"),
-            origin,
-        )
+        near = (shape.contact_offset, shape.rest_offset, shape.patch_radius, shape.min_patch_radius)
+        if near != _LEFT_OUT:
+            near = tuple(leaves.given(item, kind, origin, key) for item, (key, kind) in zip(near, _NEAR, strict=True))
+        contact, rest, patch, min_patch = near
+        density = otherwise if density is None else density
+        return CollisionShape(geometry, pose, physical, density, contact, rest, patch, min_patch, origin)
 
     def _physicals(
         self, surfaces: Surfaces, default: Defaults, geometry: Any, leaves: Leaves

@@ -89,9 +89,7 @@ class Tables:
         self.file_origins.setdefault(index, origin)
         return index
 
-    def files_of(
-        self, given: Any, origin: Origin, leaves: Leaves, unwrap: Unwrap = as_it_is
-    ) -> Value | None:
+    def files_of(self, given: Any, origin: Origin, leaves: Leaves, unwrap: Unwrap = as_it_is) -> Value | None:
         """A leaf that names a file as indices into `files`; None where one of its alternatives was reported.
 
         Args:
