@@ -14,7 +14,7 @@ from scenecc.spec.leaf import Fixed
 from scenecc.spec.mistakes import Mistakes
 from scenecc.spec.plain import is_mapping
 from scenecc.spec.scalars import NonNegativeInt
-from scenecc.spec.unions import EXPANDED, NOT_MEANT, SHAPE, by_kind, in_order, is_varying, plain_json
+from scenecc.spec.unions import EXPANDED, NOT_MEANT, SHAPE, TYPE, by_kind, in_order, is_varying, plain_json
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -68,7 +68,8 @@ class _Repeated:
         return in_order([(schema, SHAPE)], core_schema.no_info_wrap_validator_function(_shape, schema))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        return plain_json(schema, handler)
+        is_open = {"properties": {TYPE: {"pattern": r"\$\{"}}, "required": [TYPE]}
+        return {"if": is_open, "then": {"type": "object"}, "else": plain_json(schema, handler)}
 
 
 Repeated = _Repeated()
@@ -78,7 +79,7 @@ _repeat: TypeAdapter[Any] = TypeAdapter(Repeat, config={"strict": True, "defer_b
 
 def _shape(node: Any, plain: ValidatorFunctionWrapHandler) -> Any:
     """A shape as written that only expansion understands. What its type decides about is judged after that."""
-    kind = node.get("type") if is_mapping(node) else None
+    kind = node.get(TYPE) if is_mapping(node) else None
     is_open = is_varying(kind)
     if EXPANDED.get() or not is_mapping(node) or not (is_open or "repeat" in node):
         raise PydanticCustomError(NOT_MEANT, "a plain shape")
@@ -95,7 +96,7 @@ def _shape(node: Any, plain: ValidatorFunctionWrapHandler) -> Any:
         else:
             shape = plain({key: item for key, item in node.items() if key != "repeat"})
     except PydanticCustomError as problem:
-        mistakes.add(problem, kind, "type")
+        mistakes.add(problem, kind, TYPE)
     except ValidationError as problem:
         mistakes.take(problem)
     mistakes.stop()

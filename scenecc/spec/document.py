@@ -23,6 +23,9 @@ else:
     CollisionGroup = Annotated[Any, Later("scenecc.spec.places", "CollisionGroup")]
     Frame = Annotated[Any, Later("scenecc.spec.places", "Frame")]
 
+Param = Annotated[Any, WithJsonSchema({"x-ref": "Parameter"})]
+"""A default or a mapping; expansion judges it, with what it is given."""
+
 # Not `Literal[1]`, which takes 1.0 and true for 1.
 Version = Annotated[int, Field(ge=1, le=1), WithJsonSchema({"const": 1})]
 
@@ -38,7 +41,7 @@ class SceneFile(Model):
     description: Fixed[AnyText] = Field(default="", description="For people.")
     num_scenes: Fixed[PositiveInt] = Field(default=1, description="How many parallel scenes.")
     seed: Fixed[NonNegativeInt] = Field(default=0, description="Seed of every draw.")
-    params: dict[Variable, Any] = Field(
+    params: dict[Variable, Param] = Field(
         default_factory=dict, description="What the file can be given from outside: name → default, or a mapping."
     )
     draws: dict[NewVariable, Draw] = Field(

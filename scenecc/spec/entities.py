@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import ValidationError
@@ -10,6 +9,7 @@ from pydantic_core import PydanticCustomError, core_schema
 
 from scenecc.spec.body import Body
 from scenecc.spec.features import NOT_YET
+from scenecc.spec.later import Later
 from scenecc.spec.mistakes import Mistakes, told
 from scenecc.spec.unions import BODY, NOT_MEANT, entity_kind, in_order
 
@@ -23,16 +23,15 @@ if TYPE_CHECKING:
 
 
 _MODELS = {
-    "#use": ("scenecc.spec.instance", "Instance"),
-    "#variants": ("scenecc.spec.variants", "Variants"),
-    "#copies": ("scenecc.spec.instance", "BodyCopies"),
+    "#use": Later("scenecc.spec.instance", "Instance"),
+    "#variants": Later("scenecc.spec.variants", "Variants"),
+    "#copies": Later("scenecc.spec.instance", "BodyCopies"),
 }
 
 
 def entity_model(label: str) -> type[BaseModel]:
     """The model of an entity that is no plain body, by its label."""
-    module, name = _MODELS[label]
-    return getattr(import_module(module), name)
+    return _MODELS[label].type
 
 
 class _Entity:
@@ -42,8 +41,12 @@ class _Entity:
         return in_order([(handler(source), BODY)], core_schema.no_info_plain_validator_function(_otherwise))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        models = [entity_model(label) for label in ("#copies", "#use", "#variants")]
-        return {"anyOf": [handler(model.__pydantic_core_schema__) for model in models]}
+        use, variants, body = (later.json_schema(handler) for later in _MODELS.values())
+        return {
+            "if": {"required": ["use"]},
+            "then": use,
+            "else": {"if": {"required": ["variants"]}, "then": variants, "else": body},
+        }
 
 
 def _otherwise(node: Any) -> Any:
@@ -56,7 +59,7 @@ def _otherwise(node: Any) -> Any:
         mistakes.stop()
     made: Any = None
     try:
-        made = entity_model(label).__pydantic_validator__.validate_python(node)
+        made = _MODELS[label].validate(node)
     except ValidationError as problem:
         mistakes.take(problem, label)
     else:

@@ -54,11 +54,27 @@ class Later:
         adapter: TypeAdapter[Any] = TypeAdapter(self.type, config=ConfigDict(strict=True))
         return adapter.core_schema, adapter.validator.validate_python
 
+    @property
+    def core_schema(self) -> CoreSchema:
+        """Pydantic's schema of the type."""
+        return self._built[0]
+
+    @property
+    def validate(self) -> Validate:
+        """Validates a value."""
+        return self._built[1]
+
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return self.schema()
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        return handler(self._built[0])
+        return self.json_schema(handler)
+
+    def json_schema(self, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """The JSON Schema of the type."""
+        # A handler alone would write the type out at every use of it; what it is handed inside of definitions has its
+        # own one.
+        return handler(core_schema.definitions_schema(self.core_schema, []))
 
     def schema(self) -> CoreSchema:
         """Of a validator that is the model's, from the first value on."""
@@ -66,7 +82,7 @@ class Later:
 
     def _validator(self) -> Validate:
         def first(_self: object, node: Any) -> Any:
-            validate = self._built[1]
+            validate = self.validate
             # Looked up on the type at every call, and called without a frame of Python's.
             validator.__call__ = staticmethod(validate)  # pyright: ignore[reportAttributeAccessIssue]
             return validate(node)
@@ -102,4 +118,4 @@ class ByType:
         return core_schema.tagged_union_schema(choices, discriminator=TYPE)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        return {"oneOf": [branch.__get_pydantic_json_schema__(schema, handler) for branch in self._branches.values()]}
+        return {"oneOf": [branch.json_schema(handler) for branch in self._branches.values()]}

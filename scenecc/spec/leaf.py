@@ -62,11 +62,21 @@ class _Varies:
         )
         read = _leaf(domain, refuse, self._refused)
         union = in_order(choices, core_schema.no_info_wrap_validator_function(read, plain))
-        union["metadata"] = {"expected": expected}
+        union["metadata"] = {"expected": expected, "varying": self._varying(domain)}
         return union
 
+    def _varying(self, domain: Domain) -> str:
+        """The definition of what may stand in the value's place, in the JSON Schema."""
+        if self._refused is not None:
+            return "Expression"
+        return "VaryingInteger" if domain.whole else "VaryingNumber" if domain.of_numbers else "VaryingValue"
+
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        return plain_json(schema, handler)
+        from scenecc.spec.json_forms import varying_json
+
+        varying: str = schema["metadata"]["varying"]  # pyright: ignore[reportTypedDictNotRequiredAccess]
+        component = "Expression" if varying == "Expression" else "VaryingNumber"
+        return varying_json(plain_json(schema, handler), varying, component)
 
 
 def _refusing(refuse: Refuse) -> Callable[[Any], Any]:
@@ -112,7 +122,9 @@ class _Fixed:
         return union
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        return plain_json(schema, handler)
+        from scenecc.spec.json_forms import varying_json
+
+        return varying_json(plain_json(schema, handler), "Expression", "Expression")
 
 
 if TYPE_CHECKING:

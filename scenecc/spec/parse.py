@@ -51,7 +51,7 @@ def _parsed(data: dict[str, Any], origin: Origin, sink: Sink) -> SceneFile | Non
     if many:
         clean = without_notes(data)
         return None if _report_first(clean, origin, sink) else SceneFile.model_validate(clean)
-    if any(_is_note(error["loc"][-1]) for error in errors if error["type"] == "extra_forbidden"):
+    if any(_is_note(segment) for error in errors for segment in error["loc"]):
         # Only a file that holds notes pays for their removal.
         return _parsed(without_notes(data), origin, sink)
     report_errors(errors, data, origin, sink)

@@ -1,11 +1,11 @@
 """The keys of every shape in a list."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, Tag
+from pydantic import ConfigDict, Field, Tag
 from typing_extensions import TypeAliasType
 
-from scenecc.spec.base import Maybe, Model, Text, key
+from scenecc.spec.base import NOTES, Maybe, Model, Text, key
 from scenecc.spec.leaf import Fixed, Leaf
 from scenecc.spec.material import Color, MaterialRef
 from scenecc.spec.pose import Pose
@@ -41,8 +41,16 @@ MirrorScale = TypeAliasType(
 """One number or [x, y, z]; negative mirrors, zero is refused by a check."""
 
 
+def _repeatable(schema: dict[str, Any]) -> None:
+    """Shapes take `repeat`, which expansion takes out before their models see it."""
+    schema["patternProperties"] = NOTES
+    schema["properties"]["repeat"] = {"x-ref": "Repeat", "description": "As of an entity."}
+
+
 class ShapeKeys(Model):
     """Keys of every shape."""
+
+    model_config = ConfigDict(json_schema_extra=_repeatable)
 
     pose: Maybe[Pose] = key("In the body's frame: [x, y, z] or a mapping.")
     material: Maybe[MaterialRef] = key("A name from `materials`, or {physical, visual}.")

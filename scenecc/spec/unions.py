@@ -166,8 +166,12 @@ class _ByKind:
 def plain_json(schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
     """The JSON Schema of a union's plain branches."""
     union: Any = schema
-    choices = union["choices"][:-1]
-    return handler(choices[0][0] if len(choices) == 1 else core_schema.union_schema(choices))
+    choices: list[Any] = union.get("choices", [])
+    if union["type"] != "union" or choices[-1][1:] != (OTHERWISE,):
+        # One annotation was put upon another, which has taken the last branch off.
+        return handler(schema)
+    plain = choices[:-1]
+    return handler(plain[0][0] if len(plain) == 1 else core_schema.union_schema(plain))
 
 
 def by_kind(expected: str, *, nonzero: bool = False) -> Any:
