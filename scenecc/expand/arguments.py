@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Location, Origin
 from scenecc.diagnostics.words import cut, suggest
+from scenecc.expand.expansion import Mark
 from scenecc.expand.kinds import kind_of
 from scenecc.expand.patterns import has_failed, is_varying
 from scenecc.expand.ranges import form_of
@@ -36,9 +37,14 @@ class Argument:
     """
 
     value: Any
-    place: Origin | Location
+    place: Mark | Location
     document: SceneDocument
     scope: str
+
+    @property
+    def told(self) -> Origin | Location:
+        """The place as it is told."""
+        return self.place.origin if isinstance(self.place, Mark) else self.place
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +127,7 @@ def _known(compiled: Compiled, given: Mapping[str, Argument], sink: Sink) -> Non
         # A declaration that was reported may have been meant.
         if name not in compiled.module.section("params"):
             message = f"there is no parameter `{cut(name)}`"
-            sink.report("SC210", message, argument.place, at="key", hint=suggest(name, compiled.params))
+            sink.report("SC210", message, argument.told, at="key", hint=suggest(name, compiled.params))
 
 
 def _default(
@@ -137,7 +143,7 @@ def _default(
         return None
     run = Run(param.part.document.name, param.part.parent(use), values, objects, sink, failed)
     value = param.default if param.pattern is None else param.pattern.make(run)
-    return Argument(value, run.origin(param.default_path), param.part.document, scope)
+    return Argument(value, run.mark(param.default_path), param.part.document, scope)
 
 
 def _required(param: Param, use: Origin | Location | None, parent: Origin | None, sink: Sink) -> None:
@@ -152,10 +158,10 @@ def _required(param: Param, use: Origin | Location | None, parent: Origin | None
 def _refuse(param: Param, argument: Argument, wrong: tuple[str, str], parent: Origin | None, sink: Sink) -> None:
     code, words = wrong
     declared = Origin(param.part.document.name, param.path, "", param.part.parent(parent))
-    is_default = isinstance(argument.place, Origin) and argument.place.path[:2] == param.path
+    is_default = isinstance(argument.place, Mark) and argument.place.path[:2] == param.path
     related = [] if is_default else [("the parameter", declared, "key")]
     message = f"the parameter `{cut(param.name)}` {words}"
-    sink.report(code, message, argument.place, related=related)  # pyright: ignore[reportArgumentType]
+    sink.report(code, message, argument.told, related=related)  # pyright: ignore[reportArgumentType]
 
 
 def _relocated(value: Any, owner: SceneDocument, compiled: Compiled) -> Any:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics import Origin
 from scenecc.diagnostics.words import show
 from scenecc.expand.arguments import Argument, Bound, bind_params
+from scenecc.expand.expansion import Mark
 from scenecc.expand.materials import material_name
 from scenecc.expand.output import Output, scoped
 from scenecc.expand.patterns import is_varying
@@ -18,7 +18,7 @@ from scenecc.spec.base import NAME_PATTERN
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
-    from scenecc.diagnostics import Location, Sink
+    from scenecc.diagnostics import Location, Origin, Sink
     from scenecc.expand.compiled import Compiled, Made, Unit
     from scenecc.expand.params import Param
     from scenecc.expand.prefabs import Prefabs
@@ -112,7 +112,7 @@ class Builder:
         """Parameters that differ from scene to scene become draws."""
         for name, argument in bound.varying.items():
             full = scoped(scope.name, name)
-            place = argument.place if isinstance(argument.place, Origin) else Origin(argument.place.file)
+            place = argument.place if isinstance(argument.place, Mark) else Mark(argument.place.file, ())
             self._output.add("draws", full, argument.value, place, scenes=scope.selection)
             if argument.scope != scope.name:
                 self._output.given[full] = argument.scope
@@ -123,7 +123,7 @@ class Builder:
             value = made.make(run)
             full = scoped(scope.name, name)
             if is_varying(value) or full in self._draws:
-                self._output.add("draws", full, value, run.origin(made.path))
+                self._output.add("draws", full, value, run.mark(made.path))
             else:
                 # The same in every scene: whatever reads it is the same too, and need not be computed for each.
                 scope.values[name] = value
@@ -132,7 +132,7 @@ class Builder:
         run = scope.run(made.part, self._objects, self._sink)
         run.lists = {}
         node = made.make(run)
-        return self._output.add(section, name, node, run.origin(made.path), run.lists)
+        return self._output.add(section, name, node, run.mark(made.path), run.lists)
 
     def _placed(self, section: str, name: str, made: Made, scope: Scope) -> None:
         if self._node(section, name, made, scope) and scope.name:
@@ -147,7 +147,7 @@ class Builder:
         if loop is None:
             return
         budget = self._objects if unit.use is None else self._instances
-        budget.take(loop.count, run, unit.axes.path)
+        budget.take(loop.count * unit.weight, run, unit.axes.path)
         values, names = run.values, loop.names
         for number, members in enumerate(loop):
             values.update(zip(names, members, strict=True))
@@ -176,7 +176,7 @@ class Builder:
             self._output.selections[full] = selection
             if "scene_idxs" in node:
                 node = {key: item for key, item in node.items() if key != "scene_idxs"}
-        if self._output.add("entities", full, node, run.origin(unit.body.path), run.lists) and scope.name:
+        if self._output.add("entities", full, node, run.mark(unit.body.path), run.lists) and scope.name:
             self._output.scopes[full] = scope.name
 
     def _selection(self, unit: Unit, scope: Scope, run: Run) -> Selection:
@@ -212,7 +212,7 @@ class Builder:
         use = unit.use
         assert use is not None
         if unit.axes is None:
-            self._instances.take(1, run, unit.body.path)
+            self._instances.take(unit.weight, run, unit.body.path)
         place = run.origin(use.reference.path)
         reference = use.reference.make(run)
         if not isinstance(reference, str) or isinstance(reference, Failed):
@@ -228,6 +228,7 @@ class Builder:
             selection = self._scenes.narrowed(given, scope.selection, run.origin(unit.selection.path))
         if compiled is None or (selection is not None and not selection):
             return
+        self._instances.take(compiled.weight, run, unit.body.path)
         full = scope.prefix + name
         arguments = {param: self._argument(made, selection, scope, run) for param, made in use.given.items()}
         bound = self.bind(compiled, arguments, scope=full, use=place, key=f"{name}.")
@@ -236,9 +237,9 @@ class Builder:
         inner = Scope(compiled, full, prefix, place, selection, dict(bound.values), bound.failed, chain)
         self._output.prefixes[full] = prefix
         body = unit.body.make(run)
-        origin = run.origin(unit.body.path)
+        mark = run.mark(unit.body.path)
         self.expand(inner, bound)
-        self._anchor(full, body, origin, selection, scope)
+        self._anchor(full, body, mark, selection, scope)
 
     def _argument(self, made: Made, selection: Selection, scope: Scope, run: Run) -> Argument:
         value = made.make(run)
@@ -247,9 +248,9 @@ class Builder:
             if wrong is not None:
                 message = f"`per_scene` must have {len(selection)} values, one for each scene of the instance"
                 run.report("SC106", message, wrong)
-        return Argument(value, run.origin(made.path), made.part.document, scope.name)
+        return Argument(value, run.mark(made.path), made.part.document, scope.name)
 
-    def _anchor(self, full: str, body: dict[str, Any], origin: Origin, selection: Selection, scope: Scope) -> None:
+    def _anchor(self, full: str, body: dict[str, Any], mark: Mark, selection: Selection, scope: Scope) -> None:
         """The frame in which an instance stands."""
         output = self._output
         # A prefab without a prefix may hold an entity of the instance's own name, which then has it.
@@ -257,7 +258,7 @@ class Builder:
         anchor = f"{full}/instance" if is_taken else full
         output.anchors[full] = anchor
         node = {"pose": body["pose"]} if "pose" in body else _NOWHERE
-        if not output.add("frames", anchor, node, origin):
+        if not output.add("frames", anchor, node, mark):
             return
         if scope.name:
             output.scopes[anchor] = scope.name

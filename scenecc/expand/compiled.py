@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.expand.names import BUILTIN, Meaning, check_free
 from scenecc.expand.params import Param, read_param
-from scenecc.expand.patterns import Axes, Compiler, Pattern
+from scenecc.expand.patterns import PER_OBJECT, Axes, Compiler, Pattern, count_scalars
 from scenecc.expand.run import Budget, Run
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.plain import is_mapping, is_sequence
@@ -69,6 +69,7 @@ class Unit:
         condition: its `if`.
         namer: the names of its copies.
         use: the prefab; None for what is no instance.
+        weight: for how many objects each copy counts: one, and more where very much is to be filled in.
     """
 
     name: str
@@ -78,11 +79,7 @@ class Unit:
     namer: Made | None
     selection: Made | None
     use: Use | None
-
-    @property
-    def is_plain(self) -> bool:
-        """Whether it is one entity, exactly as written."""
-        return self.body.pattern is None and self.axes is self.condition is self.use is None
+    weight: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +91,7 @@ class Compiled:
         params: by name, in order.
         draws, materials, groups, frames, physics, environment: by name, in order.
         units: the entities.
+        weight: for how many objects a use of the rest counts: none, and some where very much is to be filled in.
     """
 
     module: Module
@@ -105,6 +103,7 @@ class Compiled:
     settings: dict[str, dict[str, Made]]
     others: dict[str, dict[str, Made]]
     units: list[Unit]
+    weight: int
 
     def default_materials(self) -> list[str]:
         """The materials that parameters have by default."""
@@ -134,16 +133,23 @@ class _ModuleCompiler:
     def compiled(self) -> Compiled:
         params = self._params()
         draws = self._draws()
+        sections = (
+            self._section("materials"),
+            self._section("collision_groups", "`collision_groups`"),
+            self._section("frames"),
+        )
+        weight = (
+            sum(count_scalars(made.pattern) for nodes in (draws, *sections) for made in nodes.values()) // PER_OBJECT
+        )
         return Compiled(
             self._module,
             params,
             draws,
-            self._section("materials"),
-            self._section("collision_groups", "`collision_groups`"),
-            self._section("frames"),
+            *sections,
             {name: self._section(name, f"`{name}`") for name in ("physics", "environment")},
             {name: self._section(name) for name in ("constraints", "lights", "cameras")},
             [self._unit(name, entry) for name, entry in self._module.section("entities").items()],
+            weight,
         )
 
     def _run(self, part: Part) -> Run:
@@ -209,7 +215,9 @@ class _ModuleCompiler:
             node if inner is None else inner.node, inner if inner and inner.patterns else None, entry.part, path
         )
         condition, namer, selection = (self._fixed(node, key, entry, compiler) for key in ("if", "name", "scene_idxs"))
-        return Unit(name, body, axes, condition, namer, selection, use)
+        given = use.given.values() if use is not None else ()
+        weight = 1 + sum(count_scalars(made.pattern) for made in (body, *given)) // PER_OBJECT
+        return Unit(name, body, axes, condition, namer, selection, use, weight)
 
     def _needs_repeat(self, node: dict[str, Any], entry: Entry) -> None:
         if "name" in node:

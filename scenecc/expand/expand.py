@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics import Location, Sink
+from scenecc.diagnostics import Location, Origin, Sink
 from scenecc.diagnostics.words import cut, suggest
 from scenecc.expand.arguments import Argument, bind_params
 from scenecc.expand.builder import Builder
@@ -85,6 +85,10 @@ def expand(
     try:
         builder.expand(Scope(compiled, "", "", None, None, dict(bound.values), bound.failed, (top,)), bound)
     except Exhausted:
+        return None
+    except RecursionError:
+        # With the limit raised: a use takes several calls.
+        sink.report("SC608", "prefabs are deeper within one another than Python's stack allows", Origin(top.name))
         return None
     _given(draws, compiled, output, sink)
     if sink.failed:

@@ -27,23 +27,49 @@ class Items:
 
 
 @frozen
+class Mark:
+    """The place of a node as written, and the copy of it. Cheap to make: `origin` is asked for where something is told.
+
+    Attributes:
+        file, path, parent: as `Origin` has them.
+        copies: the loops around, with the number of the copy in each.
+    """
+
+    file: str | None
+    path: Path
+    parent: Origin | None = None
+    copies: tuple[tuple[Loop, int], ...] = ()
+
+    @property
+    def copy(self) -> str:
+        """Which copy it is: "i=1, j=-1"."""
+        return ", ".join([loop.text(number) for loop, number in self.copies])
+
+    @property
+    def origin(self) -> Origin:
+        """The origin as written."""
+        return Origin(self.file, self.path, self.copy, self.parent)
+
+
+@frozen
 class Record:
     """Where a named node of the expanded data (`entities.leg_0`) was written.
 
     Attributes:
-        origin: of the node as written; its `copy` is that of the entity.
+        mark: of the node.
         lists: path as written below the node → items, for each list with repeated ones; None where there is none.
         scenes: the scenes that a `per_scene` list was turned into a mapping for; None where none was.
     """
 
-    origin: Origin
+    mark: Mark
     lists: Mapping[Path, tuple[Items, ...]] | None = None
     scenes: tuple[int, ...] | None = None
 
     def trace(self, path: Path) -> Origin:
         """The origin as written of what stands at a path below the node."""
         written: list[str | int] = []
-        copies = [self.origin.copy] if self.origin.copy else []
+        mark = self.mark
+        copies = [mark.copy] if mark.copies else []
         for step in path:
             items = self.lists.get(tuple(written)) if self.lists and isinstance(step, int) else None
             if items and isinstance(step, int):
@@ -55,8 +81,7 @@ class Record:
                 written.append(self.scenes.index(int(step)))
             else:
                 written.append(step)
-        origin = self.origin
-        return Origin(origin.file, (*origin.path, *written), ", ".join(copies), origin.parent)
+        return Origin(mark.file, (*mark.path, *written), ", ".join(copies), mark.parent)
 
 
 def _start(items: Items) -> int:

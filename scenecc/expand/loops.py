@@ -29,9 +29,9 @@ class Loop:
 
     def text(self, number: int) -> str:
         """What tells a copy from the others: "i=1, j=-1"."""
-        values: list[Any] = []
-        for axis in reversed(self.axes):
+        told: list[str] = []
+        for name, axis in zip(reversed(self.names), reversed(self.axes), strict=True):
             number, index = divmod(number, len(axis))
-            values.append(axis[index])
-        pairs = zip(self.names, reversed(values), strict=True)
-        return ", ".join(f"{name}={show(value, _SHOWN)}" for name, value in pairs)
+            value = axis[index]
+            told.append(f"{name}={value if type(value) is int else show(value, _SHOWN)}")
+        return ", ".join(reversed(told))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics import Origin
 from scenecc.diagnostics.words import cut, suggest
+from scenecc.expand.expansion import Mark
 from scenecc.expand.output import Output, scoped
 from scenecc.spec.plain import is_mapping
 
@@ -32,7 +32,7 @@ def material_name(argument: Argument, key: str, output: Output, sink: Sink) -> A
         name = scoped(argument.scope, key)
         while name in materials:
             name += "_"
-        output.add("materials", name, value, place if isinstance(place, Origin) else Origin(place.file))
+        output.add("materials", name, value, place if isinstance(place, Mark) else Mark(place.file, ()))
         output.used_materials.add(name)
         return ABSOLUTE + name
     if not isinstance(value, str) or value.startswith(ABSOLUTE):
@@ -47,5 +47,5 @@ def material_name(argument: Argument, key: str, output: Output, sink: Sink) -> A
     ]
     hint = suggest(value, known) or "a material is named under `materials` or written inline"
     message = f"there is no material `{cut(value)}`"
-    sink.report("SC301", message, place, hint=hint)
+    sink.report("SC301", message, argument.told, hint=hint)
     return value

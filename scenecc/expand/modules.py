@@ -121,7 +121,14 @@ class Library:
     def module(self, document: SceneDocument, use: Origin | None) -> Module:
         """A document with what it includes. `use`: what it is first used from."""
         if document.identity not in self._modules:
-            self._modules[document.identity] = _Merge(self, use, self._sink).module(document)
+            try:
+                module = _Merge(self, use, self._sink).module(document)
+            except RecursionError:
+                # With the limit raised: an include takes several calls.
+                message = "files include one another deeper than Python's stack allows"
+                self._sink.report("SC608", message, Origin(document.name, ("include",), "", use))
+                module = Module(Part(document), (), good=False)
+            self._modules[document.identity] = module
         return self._modules[document.identity]
 
     def is_too_deep(self, chain: list[str], place: Origin) -> bool:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Origin
 from scenecc.diagnostics.words import cut
-from scenecc.expand.expansion import Expansion, Items, Record
+from scenecc.expand.expansion import Expansion, Items, Mark, Record
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -51,7 +51,7 @@ class Output:
         section: str,
         name: str,
         node: Any,
-        origin: Origin,
+        mark: Mark,
         lists: Mapping[Path, tuple[Items, ...]] | None = None,
         scenes: tuple[int, ...] | None = None,
     ) -> bool:
@@ -61,7 +61,7 @@ class Output:
             section: of the data.
             name: the full one.
             node: plain data.
-            origin: as written.
+            mark: where it is written.
             lists: its lists that hold repeated items.
             scenes: as `Record` has them.
         """
@@ -70,17 +70,17 @@ class Output:
             first = self.origin(section, name)
             message = f"the name `{cut(name)}` comes twice among the {section}"
             related: list[RelatedPlace] = [("the first of this name", first, "key")]
-            self._sink.report("SC221", message, origin, at="key", related=related)
+            self._sink.report("SC221", message, mark.origin, at="key", related=related)
             return False
         entries[name] = node
-        if lists or origin.copy or origin.parent or origin.file != self._top or origin.path != (section, name):
-            self._records[section, name] = Record(origin, lists or None, scenes)
+        if lists or mark.copies or mark.parent or mark.file != self._top or mark.path != (section, name):
+            self._records[section, name] = Record(mark, lists or None, scenes)
         return True
 
     def origin(self, section: str, name: str) -> Origin:
         """Where a named node was written."""
         record = self._records.get((section, name))
-        return Origin(self._top, (section, name)) if record is None else record.origin
+        return Origin(self._top, (section, name)) if record is None else record.mark.origin
 
     def expansion(self, head: dict[str, Any], documents: Mapping[str | None, SceneDocument]) -> Expansion:
         """All of it. `head`: the keys that stand before the sections."""

@@ -100,12 +100,12 @@ class Repeated:
     """A list some of whose items are repeated.
 
     Attributes:
-        items: the item without its `repeat`, its pattern, and what repeats it.
+        items: the item without its `repeat`, its pattern, what repeats it, and for how many objects each copy counts.
         path: of the list as written.
         below: the same, from the named node on.
     """
 
-    items: tuple[tuple[Any, Pattern | None, Axes | None], ...]
+    items: tuple[tuple[Any, Pattern | None, Axes | None, int], ...]
     path: Path
     below: Path
 
@@ -113,7 +113,7 @@ class Repeated:
         """The list, longer or shorter; `run.lists` says what its items stand for."""
         made: list[Any] = []
         starts: list[Items] = []
-        for index, (node, pattern, axes) in enumerate(self.items):
+        for index, (node, pattern, axes, weight) in enumerate(self.items):
             if axes is None:
                 starts.append(Items(len(made), index, None))
                 made.append(node if pattern is None else pattern.make(run))
@@ -121,7 +121,7 @@ class Repeated:
             loop = axes.loop(run)
             if loop is None or not loop.count:
                 continue
-            run.objects.take(loop.count - 1, run, axes.path)
+            run.objects.take(loop.count * weight - 1, run, axes.path)
             starts.append(Items(len(made), index, loop))
             made += [node] * loop.count if pattern is None else _copies(pattern, loop, run)
         run.lists[self.below] = tuple(starts)
@@ -259,13 +259,31 @@ class Compiler:
                     patterns.append((index, pattern))
         return Sequenced(node, tuple(patterns)) if patterns else None
 
-    def _item(self, item: Any, path: Path) -> tuple[Any, Pattern | None, Axes | None]:
+    def _item(self, item: Any, path: Path) -> tuple[Any, Pattern | None, Axes | None, int]:
         if not is_mapping(item) or "repeat" not in item:
-            return item, self.pattern(item, path), None
+            return item, self.pattern(item, path), None, 1
         axes, inner = self.axes(item["repeat"], (*path, "repeat"))
         pattern = inner.entries(item, path, _REPEAT)
         assert pattern is not None
-        return pattern.node, pattern if pattern.patterns else None, axes
+        weight = 1 + count_scalars(pattern) // PER_OBJECT
+        return pattern.node, pattern if pattern.patterns else None, axes, weight
+
+
+PER_OBJECT = 100
+"""How many scalars may be filled in for one object before it counts as more: what is repeated may be long."""
+
+
+def count_scalars(pattern: Pattern | None) -> int:
+    """How many scalars a pattern fills in, repeated items counted once."""
+    match pattern:
+        case None:
+            return 0
+        case Entries(patterns=inner) | Sequenced(patterns=inner):
+            return sum(count_scalars(below) for _, below in inner)
+        case Repeated(items=items):
+            return sum(count_scalars(below) for _, below, *_ in items)
+        case _:
+            return 1
 
 
 _HOLD_MORE = frozenset((str, dict, list))

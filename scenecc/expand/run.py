@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics import Origin
+from scenecc.expand.expansion import Mark
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from collections.abc import Set as AbstractSet
 
-    from scenecc.diagnostics import Path, Sink
+    from scenecc.diagnostics import Origin, Path, Sink
     from scenecc.diagnostics.diagnostic import RelatedPlace
     from scenecc.diagnostics.origin import At
     from scenecc.expand.expansion import Items
@@ -95,13 +95,13 @@ class Run:
         self.copies: list[tuple[Loop, int]] = []
         self.lists: dict[Path, tuple[Items, ...]] = {}
 
-    def origin(self, path: Path) -> Origin:
-        """The origin as written of a node of the document, in the copy at hand."""
-        return Origin(self.file, path, self.copy(), self.parent)
+    def mark(self, path: Path) -> Mark:
+        """The place of a node of the document, in the copy at hand."""
+        return Mark(self.file, path, self.parent, tuple(self.copies))
 
-    def copy(self) -> str:
-        """The copy at hand: "i=1, j=-1"."""
-        return ", ".join([loop.text(number) for loop, number in self.copies])
+    def origin(self, path: Path) -> Origin:
+        """The same, as it is told."""
+        return self.mark(path).origin
 
     def report(
         self,

@@ -305,3 +305,16 @@ def test_a_thousand_uses_read_a_prefab_once(expanded: Expander, monkeypatch: pyt
     data = expanded.data("entities: {a: {repeat: {i: {count: 1000}}, use: leg.yaml}}", {"leg.yaml": LEG})
     assert len(data["entities"]) == 1000
     assert read == ["leg.yaml"]
+
+
+def test_a_chain_beyond_the_stack_is_told(expanded: Expander) -> None:
+    files = {f"p{i}.yaml": f"entities: {{x: {{use: p{i + 1}.yaml}}}}" for i in range(600)}
+    files["p600.yaml"] = "entities: {x: {mass: 1}}"
+    assert expanded.one("entities: {x: {use: p0.yaml}}", files, limits={"includes": 10_000}).code == "SC608"
+
+
+def test_a_chain_of_includes_beyond_the_stack_is_told(expanded: Expander) -> None:
+    files = {f"p{i}.yaml": f"include: [p{i + 1}.yaml]" for i in range(1200)}
+    files["p1200.yaml"] = "entities: {x: {mass: 1}}"
+    found = expanded("include: [p0.yaml]", files, limits={"includes": 10_000})
+    assert found is not None or [each.code for each in expanded.found] == ["SC608"]

@@ -162,3 +162,10 @@ def test_the_limit_counts_exactly(expanded: Expander) -> None:
     text = "entities: {a: {repeat: {i: {count: 3}}, shapes: [{repeat: {j: {count: 4}}, type: box}]}}"
     assert expanded(text, limits={"objects": 12}) is not None
     assert expanded(text, limits={"objects": 11}) is None
+
+
+def test_what_is_long_counts_for_more(expanded: Expander) -> None:
+    values = ", ".join(["'${i}'"] * 1000)
+    text = f"entities: {{a: {{repeat: {{i: {{count: 1000}}}}, mass: {{cycle: [{values}]}}}}}}"
+    assert expanded.one(text, limits={"objects": 5000}).code == "SC604"
+    assert expanded(text, limits={"objects": 20_000}) is not None
