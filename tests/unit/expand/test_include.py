@@ -10,7 +10,7 @@ import pytest
 from scenecc.diagnostics import Origin
 
 if TYPE_CHECKING:
-    from conftest import Expander
+    from plugins.expander import Expander
 
 
 def test_included_files_are_merged_ahead_in_order(expanded: Expander) -> None:

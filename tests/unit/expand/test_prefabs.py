@@ -11,7 +11,7 @@ from scenecc.diagnostics import Origin
 from scenecc.values.template import Template
 
 if TYPE_CHECKING:
-    from conftest import Expander
+    from plugins.expander import Expander
 
 LEG = """
 params: {length: {type: number, default: 0.4, min: 0.1}, finish: {type: material, default: oak}}

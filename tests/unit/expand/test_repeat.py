@@ -10,7 +10,7 @@ import pytest
 from scenecc.diagnostics import Origin
 
 if TYPE_CHECKING:
-    from conftest import Expander
+    from plugins.expander import Expander
 
 
 def test_entities_are_numbered_in_their_order(expanded: Expander) -> None:

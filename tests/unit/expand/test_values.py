@@ -11,9 +11,7 @@ import pytest
 from scenecc.values.template import Template
 
 if TYPE_CHECKING:
-    from conftest import Expander
-
-BOX = "shapes: [{type: box, half_size: [0.1, 0.1, 0.1]}]"
+    from plugins.expander import Expander
 
 
 def test_constants_are_filled_in_and_keep_their_type(expanded: Expander) -> None:
