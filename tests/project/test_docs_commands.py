@@ -47,6 +47,7 @@ def blocks() -> list[Block]:
 
 SHELL = [block for block in blocks() if block.language in SHELLS]
 RUN = [block for block in SHELL if not block.mark]
+SCENES = [block for block in blocks() if block.language == "yaml" and block.text.startswith("scenecc: 1\n")]
 README = [block for block in blocks() if block.page.name == "README.md"]
 
 
@@ -99,7 +100,7 @@ def test_the_main_job_prints_what_the_readme_shows(clone: Path, environment: dic
 
 
 def test_the_readmes_scene_builds_and_its_slip_is_told_as_shown(tmp_path: Path, environment: dict[str, str]) -> None:
-    (scene,) = [block for block in README if block.language == "yaml"]
+    scene = next(block for block in README if block.language == "yaml")
     (tmp_path / "scene.yaml").write_text(scene.text)
     built = shell("scenecc build scene.yaml", tmp_path, environment)
     assert built.returncode == 0, built.stderr
@@ -108,6 +109,24 @@ def test_the_readmes_scene_builds_and_its_slip_is_told_as_shown(tmp_path: Path, 
     (shown,) = [block.text for block in README if block.text.startswith("scene.yaml:")]
     assert told.returncode == 1
     assert shown in told.stdout
+
+
+def test_the_readmes_scenes_differ_as_shown(tmp_path: Path, environment: dict[str, str]) -> None:
+    _, scene = [block for block in README if block.language == "yaml"]
+    (tmp_path / "clutter.yaml").write_text(scene.text)
+    (command,) = re.findall(r"`(scenecc build clutter.yaml [^`]*)`", (ROOT / "README.md").read_text())
+    done = shell(command, tmp_path, environment)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith(_text_after(scene))
+
+
+@pytest.mark.parametrize("block", SCENES, ids=str)
+def test_every_scene_in_the_pages_compiles_without_a_word(
+    block: Block, tmp_path: Path, environment: dict[str, str]
+) -> None:
+    (tmp_path / "scene.yaml").write_text(block.text)
+    done = shell("scenecc build scene.yaml --dry-run", tmp_path, environment)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
