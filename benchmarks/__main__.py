@@ -17,6 +17,7 @@ BENCHMARKS = {
     "live": "benchmarks.live",
     "drake": "benchmarks.drake",
     "vary": "benchmarks.vary",
+    "expand": "benchmarks.expand",
     "linear": "benchmarks.linear",
     "process": "benchmarks.process",
 }
