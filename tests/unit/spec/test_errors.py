@@ -112,46 +112,58 @@ def test_a_key_that_the_language_leaves_out_is_refused_by_name(key: str) -> None
 @pytest.mark.parametrize("form", sorted(VARIATION_FORMS))
 @pytest.mark.parametrize(
     "path",
-    [
-        ("mass",),
-        ("pose",),
-        ("color",),
-        ("material",),
-        ("gravity",),
-        ("linear_velocity", 1),
-        ("pose", "p"),
-        ("pose", "axis_angle"),
-        ("inertial",),
-        ("inertial", "com"),
-        ("material", "visual", "normal_texture"),
-        ("shapes", 0, "radius"),
-        ("shapes", 0),
-    ],
+    [("physics",), ("physics", "sdf"), ("entities", "body", "inertial"), ("entities", "body", "shapes", 0)],
     ids=str,
 )
-def test_a_varying_value_is_one_diagnostic_where_it_stands(form: str, path: tuple[Any, ...]) -> None:
-    value: Any = {form: [1, 2], "weights": [1, 2], "clip": [0, 1]}
-    document: Any = {
-        "pose": {"p": [0, 0, 0]},
-        "linear_velocity": [0, 0, 0],
-        "inertial": {"mass": 1, "inertia": [1, 1, 1]},
-        "material": {"visual": {}},
-        "shapes": [dict(BALL)],
-    }
+def test_a_form_in_place_of_a_mapping_is_one_diagnostic(form: str, path: tuple[Any, ...]) -> None:
+    document: Any = {"physics": {}, **body(inertial={"mass": 1, "inertia": [1, 1, 1]})}
     node = document
     for key in path[:-1]:
-        node = node.setdefault(key, {}) if isinstance(node, dict) else node[key]
-    node[path[-1]] = value
-    found = only({"entities": {"body": document}})
-    assert found.code == "SC109"
-    assert found.path.endswith(str(path[-1]) if isinstance(path[-1], str) else f"[{path[-1]}]")
+        node = node[key]
+    node[path[-1]] = {form: [1, 2], "weights": [1, 2], "clip": [0, 1]}
+    found = only(document)
+    assert found.code == "SC116"
+    assert found.message.endswith(f"cannot differ from scene to scene as a whole: `{form}`")
 
 
 @pytest.mark.parametrize(
-    "keys", [{"body_type": {"cycle": [1]}}, {"scene_idxs": {"cycle": [1]}}, {"shapes": [{"type": {"choice": [1]}}]}]
+    ("keys", "path"),
+    [
+        ({"body_type": {"cycle": ["static"]}}, "body_type"),
+        ({"scene_idxs": {"cycle": [1]}}, "scene_idxs"),
+        ({"locked_axes": ["x", {"choice": ["y"]}]}, "locked_axes[1]"),
+        ({"shapes": {"choice": [[BALL]]}}, "shapes"),
+    ],
 )
-def test_structure_never_varies(keys: dict[str, Any]) -> None:
-    assert only(body(**keys)).code == "SC103"
+def test_structure_never_varies(keys: dict[str, Any], path: str) -> None:
+    found = only(body(**keys))
+    assert (found.code, found.path) == ("SC116", f"entities.body.{path}")
+
+
+@pytest.mark.parametrize(
+    ("keys", "code", "path", "words"),
+    [
+        ({"mass": {"unifrom": [1, 2]}}, "SC103", "mass", "did you mean `uniform`?"),
+        (
+            {"solver_position_iterations": {"uniform": [1, 2]}},
+            "SC116",
+            "solver_position_iterations.uniform",
+            "integers",
+        ),
+        ({"mass": {"normal": [1, 2]}}, "SC120", "mass", "clip: [low, high]"),
+        ({"pose": {"uniform": [0, 1], "q": "uniform"}}, "SC117", "pose.q", "`p: {uniform: …}`"),
+        ({"pose": {"q": {"choice": [[1, 0, 0, 0]]}}}, "SC116", "pose.q.choice", "`rpy`"),
+        ({"material": {"choice": [{"physicl": {}}]}}, "SC101", "material.choice[0].physicl", "physical"),
+        ({"with": {}}, "SC101", "with", "`use`"),
+        ({"pick": 0}, "SC101", "pick", "`variants`"),
+        ({"repaet": {}}, "SC101", "repaet", "`repeat`"),
+        ({"if": "n > 1"}, "SC103", "if", "`${n > 1}`"),
+    ],
+)
+def test_what_was_probably_meant_of_variation_is_said(keys: dict[str, Any], code: str, path: str, words: str) -> None:
+    found = only(body(**keys))
+    assert (found.code, found.path) == (code, f"entities.body.{path}")
+    assert words in found.hint
 
 
 def test_an_entity_or_a_material_may_be_named_like_a_form() -> None:
