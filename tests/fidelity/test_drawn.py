@@ -1,4 +1,4 @@
-"""Scenes whose values are drawn: each as it is among all, however many are built, and what was drawn is what is there."""
+"""Scenes whose values are drawn: each as it is among all, and what was drawn is what is there."""
 
 from __future__ import annotations
 
@@ -97,12 +97,11 @@ def test_drawn_materials(chosen: list[int] | None) -> None:
             assert material is not None
             wanted = plan.physical_materials[int(material.row(row))].row(row)
             component: Any = obj.components[0]
-            first, second = (shape.physical_material for shape in component.collision_shapes)
-            assert first is second or first.static_friction == second.static_friction
-            found = (first.static_friction, first.dynamic_friction, first.restitution)
-            assert found == tuple(
-                map(np.float32, (wanted.static_friction, wanted.dynamic_friction, wanted.restitution))
-            )
+            for shape in component.collision_shapes:
+                found = shape.physical_material
+                assert found.static_friction == np.float32(wanted.static_friction)
+                assert found.dynamic_friction == np.float32(wanted.dynamic_friction)
+                assert found.restitution == np.float32(wanted.restitution)
 
 
 def test_materials_alike_are_one_object() -> None:
