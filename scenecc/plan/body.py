@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Literal
 
 from scenecc.diagnostics.frozen import frozen
@@ -59,7 +59,7 @@ class VisualShape:
     origin: Origin | None = field(default=None, compare=False)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Inertial:
     """Mass properties that are given instead of computed.
 

@@ -135,7 +135,8 @@ class Fields:
         if item is None:
             return "left out"
         if field.endswith(".file"):
-            return self._tables.names[item]
+            number: int = item
+            return self._tables.names[number]
         return json.dumps(item)
 
     def _taken(self, kind: Quantity, value: Value, side: Side) -> NDArray[Any]:

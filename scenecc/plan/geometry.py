@@ -6,7 +6,6 @@ the language's `axis`, `normal` and `offset` are part of a shape's pose by now.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from scenecc.diagnostics.frozen import frozen
@@ -22,14 +21,14 @@ class Box:
     half_size: Value
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Sphere:
     """`radius`: (·,) [m]."""
 
     radius: Value
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Capsule:
     """`radius` and `half_length` (without the caps): (·,) [m]."""
 
@@ -37,7 +36,7 @@ class Capsule:
     half_length: Value
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Cylinder:
     """`radius` and `half_length`: (·,) [m]."""
 
@@ -45,7 +44,7 @@ class Cylinder:
     half_length: Value
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Plane:
     """An endless colliding half space below the plane x = 0.
 
@@ -55,14 +54,14 @@ class Plane:
     every_scene: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class VisualPlane:
     """What is seen of a plane. `half_size`: (·, 2), along its own y and z [m]."""
 
     half_size: Value
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ConvexMesh:
     """The convex hull of a file. `file`: (·,) index into `ScenePlan.files`; `scale`: (·, 3)."""
 
@@ -70,7 +69,7 @@ class ConvexMesh:
     scale: Value
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class CoacdParams:
     """Arguments of CoACD; those left out are the defaults of `sapien.wrapper.coacd.do_coacd`."""
 
@@ -87,7 +86,7 @@ class CoacdParams:
     seed: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ConvexParts:
     """Several convex meshes of one file, SAPIEN's "multiple convex meshes".
 
@@ -99,7 +98,7 @@ class ConvexParts:
     coacd: CoacdParams | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class TriangleMesh:
     """A non-convex mesh. `sdf`: cook a signed distance field, which a dynamic body needs."""
 
@@ -108,7 +107,7 @@ class TriangleMesh:
     sdf: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Mesh:
     """What a file shows. `file`: (·,) index into `ScenePlan.files`; `scale`: (·, 3), mirrored if negative."""
 
@@ -116,7 +115,7 @@ class Mesh:
     scale: Value
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class TiledPlane:
     """A flat quad facing its own +z with a repeated texture: ManiSkill's tiled plane.
 

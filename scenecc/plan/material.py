@@ -5,8 +5,10 @@ Rows of a material's values follow the scenes of the entities whose shapes have 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from typing import TYPE_CHECKING, Literal
+
+from scenecc.diagnostics.frozen import frozen
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
     from scenecc.plan.value import Value
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class AssetFile:
     """A file that the scene uses.
 
@@ -28,7 +30,7 @@ class AssetFile:
     path: Path = field(compare=False)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Friction:
     """The numbers of a `sapien.physx.PhysxMaterial`, the same in every scene. They have no unit."""
 
@@ -37,7 +39,7 @@ class Friction:
     restitution: float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PhysicalMaterial:
     """`sapien.physx.PhysxMaterial`: (·,) each, without unit."""
 
@@ -54,7 +56,7 @@ class PhysicalMaterial:
         return Friction(*(float(value.row(index)) for value in self.values()))
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Texture:
     """An image and how it is sampled; None is what `sapien.render.RenderTexture2D` does without it.
 
@@ -73,7 +75,7 @@ class Texture:
         return {name: value for name, value in given.items() if value is not None}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class VisualMaterial:
     """`sapien.render.RenderMaterial`; None leaves SAPIEN's own.
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING
+
+from scenecc.diagnostics.frozen import frozen
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
@@ -12,7 +14,7 @@ if TYPE_CHECKING:
 Vec3 = tuple[float, float, float]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SdfConfig:
     """`sapien.physx.set_sdf_config`. `spacing` [m]."""
 
@@ -21,7 +23,7 @@ class SdfConfig:
     num_threads_for_construction: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class GpuMemory:
     """`sapien.physx.set_gpu_memory_config`: capacities in bytes or in counts, as there."""
 
@@ -35,7 +37,7 @@ class GpuMemory:
     collision_stack_size: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Physics:
     """What SAPIEN keeps per scene (`timestep` [s]) and as process-wide defaults (all others).
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.frozen import frozen
@@ -41,7 +41,7 @@ class Entity:
         return self.structures[0 if self.pick is None else int(self.pick.row(row))]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ScenePlan:
     """A whole batch, ready to be instantiated or emitted.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -15,13 +15,21 @@ if TYPE_CHECKING:
 _put = object.__setattr__
 
 
-class _Varying(NamedTuple):
-    """Where the data of a value that varies come from, and what is known of them before they are drawn."""
+class _Varying:
+    """Where the data of a value that varies come from, and what is known of them before they are drawn.
 
-    draw: Callable[[], NDArray[Any]] | None
-    rows: int
-    support: Support | None
-    recipe: Node | None
+    A plain class: every process that knows a plan makes this one, and others take a millisecond to make.
+    """
+
+    __slots__ = ("draw", "recipe", "rows", "support")
+
+    def __init__(
+        self, draw: Callable[[], NDArray[Any]] | None, rows: int, support: Support | None, recipe: Node | None
+    ) -> None:
+        self.draw = draw
+        self.rows = rows
+        self.support = support
+        self.recipe = recipe
 
 
 class Value:
@@ -64,7 +72,7 @@ class Value:
     def __reduce__(self) -> tuple[Callable[..., Value], tuple[Any, ...]]:
         source = self._source
         if isinstance(source, _Varying):
-            return _restored, (self.data, source._replace(draw=None))
+            return _restored, (self.data, _Varying(None, source.rows, source.support, source.recipe))
         return _value, (self.data,)
 
     def __repr__(self) -> str:
