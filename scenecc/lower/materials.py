@@ -12,7 +12,6 @@ from scenecc.lower.names import qualified, scope_of
 from scenecc.lower.words import read_names
 from scenecc.plan import Friction, PhysicalMaterial, Texture, Value, VisualMaterial, literal
 from scenecc.spec.material import Material, TextureMapping
-from scenecc.values.template import Template
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -53,12 +52,6 @@ class Surface:
     physical: Value | None = None
     visual: VisualMaterial | None = None
     density: Value | None = None
-
-    @property
-    def varies(self) -> bool:
-        """Whether it may differ from scene to scene."""
-        values = () if self.visual is None else self.visual.values()
-        return any(value is not None and value.may_vary for value in (*values, self.physical, self.density))
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +131,7 @@ class Materials:
                 self._unknown(name, owner.child(*at), leaves)
                 return PLAIN
             found = self._lowered[full] = self._lower(given, self._origin.child(full), leaves.inside(scope_of(full)))
-            if found.varies:
+            if self._varies(found):
                 self._varying[full] = {leaves.scenes: found}
         by_scenes = self._varying.get(full)
         if by_scenes is None:
@@ -148,6 +141,15 @@ class Materials:
             place, inside = self._origin.child(full), leaves.inside(scope_of(full))
             by_scenes[leaves.scenes] = self._lower(self._named[full], place, inside)
         return by_scenes[leaves.scenes]
+
+    def _varies(self, surface: Surface) -> bool:
+        """Whether a material may differ from scene to scene, so that its rows follow the scenes of what has it."""
+        values = [surface.density] if surface.density is not None else []
+        if surface.visual is not None:
+            values += surface.visual.values()
+        if surface.physical is not None:
+            values += self._tables.physical_materials.rows[int(surface.physical.numbers()[0])].values()
+        return any(value.may_vary for value in values)
 
     def _unknown(self, name: str, place: Origin, leaves: Leaves) -> None:
         prefix = qualified("", leaves.scope)
@@ -191,17 +193,14 @@ class Materials:
         samplings: list[tuple[Any, Place]] = []
 
         def unwrap(one: Any, place: Place) -> tuple[Any, Place]:
-            if isinstance(one, TextureMapping):
-                samplings.append((_sampling(one), place))
-                return one.file, place.key("file")
-            if one.__class__ is str or one.__class__ is Template:
-                samplings.append((None, place))
-            return one, place
+            mapping = isinstance(one, TextureMapping)
+            samplings.append((_sampling(one) if mapping else None, place))
+            return (one.file, place.key("file")) if mapping else (one, place)
 
         file = self._tables.files_of(given, origin, leaves, unwrap)
         sampling = samplings[0][0] if samplings else None
         for other, place in samplings:
-            if other != sampling and not isinstance(given, TextureMapping):
+            if other != sampling:
                 message = "a texture is sampled in one way: these alternatives differ in more than their files"
                 self._sink.report("SC321", message, place.origin, hint="give each the same keys beside its `file`")
                 return None

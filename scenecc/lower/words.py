@@ -86,17 +86,17 @@ def read_names(
         unwrap: what names it in an alternative that is a mapping.
     """
     lookup = _Lookup(leaves, find)
-    given, place = unwrap(given, place)
+    written = given
+    if given.__class__ not in SELECTORS:
+        given, place = unwrap(given, place)
     if given.__class__ not in VARYING:
         lookup.number(given, place.origin)
         return Named(lookup.found, literal(0, "int64"))
     reading = Reading(leaves, place.origin)
     computed: list[tuple[Computed, Origin]] = []
 
-    def leaf(one: Any, around: Place, step: Step) -> Any:
-        one, inside = unwrap(one, around.inside(step) if step else around)
-        if one.__class__ in SELECTORS:
-            return reading.select(one, inside, leaf)
+    def bare(one: Any, around: Place, step: Step) -> Any:
+        inside = around.inside(step) if step else around
         if one.__class__ not in VARYING:
             return lookup.number(one, inside.origin)
         node = reading.item(one, _TEXT, inside)
@@ -104,7 +104,10 @@ def read_names(
             computed.append((node, inside.origin))
         return node
 
-    node = reading.select(given, place, leaf)
+    def leaf(one: Any, around: Place, step: Step) -> Any:
+        return reading.select(*unwrap(one, around.inside(step) if step else around), bare)
+
+    node = reading.select(given, place, leaf if given is written else bare)
     for one, origin in computed:
         _every_name(one, origin, lookup)
     leaves.fix(reading)

@@ -1,0 +1,223 @@
+"""Forms on the fields of bodies, as values of the plan."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from unit.lower.scenes import codes, compiled, entity, scene
+
+from scenecc import compile_scene, validate
+from scenecc.values import generator
+
+BOX: dict[str, Any] = {"type": "box", "half_size": [0.1, 0.2, 0.3]}
+
+
+def shape(body: dict[str, Any], **top: Any) -> Any:
+    """The first colliding shape of a body over four scenes."""
+    return entity(compiled(body, num_scenes=4, **top)).structures[0].collisions[0]
+
+
+def size(half_size: Any, **top: Any) -> np.ndarray:
+    return shape({"shapes": [{"type": "box", "half_size": half_size}]}, **top).geometry.half_size.data
+
+
+def mass(form: Any, **top: Any) -> list[float]:
+    return entity(compiled({"mass": form, **top.pop("body", {})}, num_scenes=4, **top)).structures[0].mass.data.tolist()
+
+
+@pytest.mark.parametrize(
+    ("form", "expected"),
+    [
+        ({"per_scene": [1, 2, 3, 4]}, [1, 2, 3, 4]),
+        ({"per_scene": {"0": 1, "3": 2, "default": 5}}, [1, 5, 5, 2]),
+        ({"cycle": [1, 2, 3]}, [1, 2, 3, 1]),
+        ({"cycle": [1, {"per_scene": {"1": 7, "default": 8}}]}, [1, 7, 1, 8]),
+        ({"per_scene": [3, 3, 3, 3]}, [3]),
+        ("${1 + scene * num_scenes}", [1, 5, 9, 13]),
+    ],
+)
+def test_what_the_scene_decides(form: Any, expected: list[float]) -> None:
+    assert mass(form) == expected
+
+
+@pytest.mark.parametrize(
+    ("form", "low", "high"),
+    [
+        ({"uniform": [1, 2]}, 1, 2),
+        ({"log_uniform": [0.1, 10]}, 0.1, 10),
+        ({"normal": [1, 0.1], "clip": [0.5, 2]}, 0.5, 2),
+        ({"uniform": [1, {"cycle": [2, 3]}]}, 1, 3),
+        ({"choice": [{"uniform": [1, 2]}, {"uniform": [3, 4]}]}, 1, 4),
+    ],
+)
+def test_what_is_drawn_stays_within_its_bounds(form: Any, low: float, high: float) -> None:
+    drawn = mass(form)
+    assert len(set(drawn)) == 4
+    assert all(low <= number <= high for number in drawn)
+    support = entity(compiled({"mass": form}, num_scenes=4)).structures[0].mass.support
+    assert (support.low, support.high) == (low, high)
+
+
+def test_a_choice_gives_its_items_alone() -> None:
+    drawn = entity(compiled({"mass": {"choice": [1, 2], "weights": [1, 3]}}, num_scenes=400)).structures[0].mass
+    assert set(drawn.data.tolist()) == {1, 2}
+    assert 0.6 < np.mean(drawn.data == 2) < 0.9
+
+
+def test_integers_stay_integers() -> None:
+    body = entity(compiled({"solver_position_iterations": {"integers": [1, 8]}}, num_scenes=64)).structures[0]
+    value = body.solver_position_iterations
+    assert value is not None
+    assert value.data.dtype == np.int64
+    assert set(value.data.tolist()) == set(range(1, 9))
+
+
+def test_flags_are_picked_and_turned_into_their_opposite() -> None:
+    body = entity(compiled({"gravity": {"cycle": [True, False]}}, num_scenes=3)).structures[0]
+    assert body.disable_gravity is not None
+    assert body.disable_gravity.data.tolist() == [False, True, False]
+
+
+def test_a_flag_by_expression() -> None:
+    body = entity(compiled({"gravity": "${scene < 2}"}, num_scenes=3)).structures[0]
+    assert body.disable_gravity is not None
+    assert body.disable_gravity.data.tolist() == [False, False, True]
+
+
+def test_components_have_the_draws_of_the_whole() -> None:
+    whole = size({"uniform": [[0.1, 0.1, 0.1], [0.2, 0.2, 0.2]]})
+    parts = size([{"uniform": [0.1, 0.2]}, 0.15, {"uniform": [0.1, 0.2]}])
+    assert whole[:, [0, 2]].tolist() == parts[:, [0, 2]].tolist()
+    assert parts[:, 1].tolist() == [0.15] * 4
+    assert len(set(whole.ravel())) == 12
+
+
+def test_an_expression_may_give_a_whole_vector() -> None:
+    draws = {"half": {"uniform": [[0.1, 0.1, 0.1], [0.2, 0.2, 0.2]]}}
+    assert (
+        size("${half}", draws=draws).tolist() == size(["${half[0]}", "${half[1]}", "${half[2]}"], draws=draws).tolist()
+    )
+
+
+def test_a_scale_is_one_number_for_all_axes_or_three(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+
+    def scales(form: Any) -> np.ndarray:
+        mesh = {"type": "mesh", "file": "asset://a.obj", "scale": form}
+        body = {"body_type": "kinematic", "shapes": [], "visuals": [mesh]}
+        plan = compile_scene(scene(body, num_scenes=4), asset_roots=[tmp_path])
+        geometry: Any = entity(plan).structures[0].visuals[0].geometry
+        return geometry.scale.data
+
+    one = scales({"uniform": [1, 2]})
+    assert (one == one[:, :1]).all()
+    assert len(set(one[:, 0])) == 4
+    three = scales({"uniform": [[1, 1, -2], [2, 2, -1]]})
+    assert three[:, 0].tolist() == one[:, 0].tolist()
+    assert len(set(three.ravel())) == 12
+    mixed = scales({"cycle": [2, [1, 2, 3], "${scene + 1}"]})
+    assert mixed.tolist() == [[2, 2, 2], [1, 2, 3], [3, 3, 3], [2, 2, 2]]
+
+
+def colors(body: dict[str, Any], **top: Any) -> list[list[float]]:
+    plan = compiled(body, num_scenes=4, **top)
+    index = int(entity(plan).structures[0].visuals[0].material.data[0])  # type: ignore[union-attr]
+    base = plan.visual_materials[index].base_color
+    assert base is not None
+    return base.data.tolist()
+
+
+RED, GREEN, BLUE = [1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 0.2]
+
+
+def test_colours_are_texts_and_lists_in_one_form() -> None:
+    assert colors({"color": {"cycle": ["#ff0000", [0, 1, 0], [0, 0, 1, 0.2]]}}) == [RED, GREEN, BLUE, RED]
+    assert colors({"shapes": [{**BOX, "color": {"cycle": ["#ff0000", [0, 1, 0]]}}]}) == [RED, GREEN, RED, GREEN]
+
+
+def test_colours_by_expression_are_read_as_they_turn_out() -> None:
+    draws = {"paint": {"cycle": ["#ff0000", "#00ff00"]}}
+    assert colors({"color": "${paint}"}, draws=draws) == [RED, GREEN, RED, GREEN]
+    assert colors({"color": {"cycle": ["${paint}", [0, 0, 1, 0.2]]}}, draws=draws) == [RED, BLUE, RED, BLUE]
+    assert colors({"color": "${[1, 0, 0] if scene else [0, 1, 0]}"}) == [GREEN, RED, RED, RED]
+
+
+def test_the_alpha_that_is_left_out_does_not_vary() -> None:
+    drawn = np.array(colors({"color": {"uniform": [[0, 0, 0], [1, 1, 1]]}}))
+    assert (drawn[:, 3] == 1).all()
+    assert len(set(drawn[:, :3].ravel())) == 12
+    part = np.array(colors({"color": [{"uniform": [0, 1]}, 0, 0]}))
+    assert part[:, 0].tolist() == drawn[:, 0].tolist()
+    assert part[:, 1:].tolist() == [[0, 0, 1]] * 4
+
+
+def test_a_colour_of_the_body_is_drawn_once_for_its_shapes() -> None:
+    plan = compiled({"color": {"uniform": [[0, 0, 0], [1, 1, 1]]}, "shapes": [BOX, BOX]}, num_scenes=4)
+    first, second = (visual.material for visual in entity(plan).structures[0].visuals)
+    assert first is not None
+    assert second is not None
+    assert first.data.tolist() == second.data.tolist()
+
+
+def test_a_colour_that_is_none_is_told_with_its_scene() -> None:
+    with pytest.raises(Exception, match="in scene 1: it gives 'red'"):
+        compiled({"color": "${'red' if scene == 1 else '#ff0000'}"}, num_scenes=2)
+
+
+@pytest.mark.parametrize(
+    ("form", "code", "path"),
+    [
+        ({"per_scene": [1, 2]}, "SC314", "mass.per_scene"),
+        ({"per_scene": {"0": 1, "1": 2}}, "SC315", "mass.per_scene"),
+        ({"per_scene": {"0": 1, "9": 2, "default": 3}}, "SC315", "mass.per_scene.9"),
+        ({"choice": [1, {"per_scene": [1]}]}, "SC314", "mass.choice[1].per_scene"),
+    ],
+)
+def test_values_by_scene_for_other_scenes(form: Any, code: str, path: str) -> None:
+    assert codes(scene({"mass": form}, num_scenes=3)) == [(code, f"entities.body.{path}")]
+
+
+def test_lists_by_scene_follow_the_scenes_of_the_entity() -> None:
+    plan = compiled({"mass": {"per_scene": [5, 6]}, "scene_idxs": [1, 3]}, num_scenes=4)
+    assert entity(plan).structures[0].mass.data.tolist() == [5, 6]  # type: ignore[union-attr]
+    assert codes(scene({"mass": {"per_scene": {"0": 1, "default": 2}}, "scene_idxs": [1, 3]}, num_scenes=4)) == [
+        ("SC315", "entities.body.mass.per_scene.0")
+    ]
+
+
+def test_validation_draws_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any, **__: Any) -> Any:
+        raise AssertionError("something was drawn")
+
+    monkeypatch.setattr(generator, "words", refuse)
+    document = scene(
+        {
+            "pose": {"p": {"uniform": [[0, 0, 0], [1, 1, 1]]}, "q": "uniform"},
+            "mass": {"log_uniform": [1, 2]},
+            "material": {"choice": ["a", "b"]},
+            "color": {"choice": ["#ff0000", "${paint}"]},
+            "shapes": [
+                {
+                    "type": "box",
+                    "half_size": {"uniform": [[0.1, 0.1, 0.1], [1, 1, 1]]},
+                    "contact_offset": {"uniform": [0.1, 0.2]},
+                    "rest_offset": "${x / 100}",
+                    "density": {"choice": [1, 2]},
+                }
+            ],
+        },
+        num_scenes=8,
+        draws={"x": {"uniform": [0, 1]}, "paint": {"choice": ["#00ff00", "#0000ff"]}},
+        materials={"a": {"physical": {"static_friction": {"uniform": [0.5, 1]}}}, "b": {"visual": {"roughness": 0.5}}},
+    )
+    document["entities"]["other"] = {
+        "pose": {"relative_to": "body", "rpy_deg": [0, 0, {"uniform": [0, 90]}]},
+        "pick": {"choice": [0, 1]},
+        "variants": [{"shapes": [BOX]}, {"shapes": [{"type": "sphere", "radius": {"uniform": [1, 2]}}]}],
+    }
+    assert validate(document) == []
+    with pytest.raises(AssertionError, match="something was drawn"):
+        assert entity(compile_scene(document)).pose.data.shape
