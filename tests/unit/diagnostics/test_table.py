@@ -16,6 +16,7 @@ TABLE = PACKAGE / "diagnostics" / "codes"
 FILES = {
     "0": "reading",
     "1": "language",
+    "2": "expansion",
     "3": "names",
     "4": "assets",
     "5": "physics",
