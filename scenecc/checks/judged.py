@@ -27,7 +27,7 @@ def rows(values: Sequence[Value]) -> Iterator[tuple[Row, ...]] | None:
 
     None where a rule has to be judged by corners.
     """
-    if not any(value.may_vary for value in values):
+    if all(value.is_constant for value in values):
         return iter([tuple(value.numbers() for value in values)])
     if not all(value.known for value in values) and not any(_by_rows(value) for value in values):
         return None

@@ -10,7 +10,7 @@ from scenecc.lower.kinds import Kind
 from scenecc.lower.leaves import Leaves
 from scenecc.lower.names import scope_of
 from scenecc.values import forms
-from scenecc.values.nodes import NODES, Const, Rows
+from scenecc.values.nodes import NODES, Const, Cycled
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -41,6 +41,7 @@ def lower_draws(
         place = origin.child(name)
         if name in given:
             drawing.draws[name] = _given(given[name], drawing, place, drawing.sink)
+            drawing.random.add(name)  # a reset may be given other rows
             continue
         scope = names.given.get(name, scope_of(name))
         everywhere = drawing.everywhere
@@ -75,7 +76,8 @@ def _given(rows: Any, drawing: Drawing, place: Origin, sink: Sink) -> Any:
     elif data.dtype.kind not in "biufU" or (data.dtype.kind == "f" and not np.isfinite(data).all()):
         sink.report("SC318", "this draw was given something else than finite numbers, flags or texts", place, at="key")
     else:
-        return Rows(drawing.everywhere, tuple(map(_row, data.tolist())))
+        # One for each scene, so that this is by index, as rows are: those are what stays as it is built.
+        return Cycled(tuple(map(_row, data.tolist())))
     return Const(0.0)
 
 

@@ -94,6 +94,7 @@ class Reading:
     """
 
     def __init__(self, leaves: Leaves, origin: Origin) -> None:
+        leaves.drawing.read += 1
         self._leaves = leaves
         self._section: Any = origin.path[0]
         self._name = str(origin.path[1])

@@ -48,6 +48,7 @@ class Drawing:
         random: the shared draws that a seed decides, by themselves or through others.
         draw_origins: of the nodes in shared draws that can have no value, by identity.
         drawn: whether any value is to be drawn.
+        read: how many fields with forms or expressions were read.
         resets: what a reset may change: its value by identity, its node, and what was read of it.
     """
 
@@ -62,6 +63,7 @@ class Drawing:
     random: set[str] = field(default_factory=set[str])
     draw_origins: dict[int, tuple[Any, Origin]] = field(default_factory=dict[int, "tuple[Any, Origin]"])
     drawn: bool = False
+    read: int = 0
     resets: dict[int, Reset] = field(default_factory=dict[int, "Reset"])
     everywhere: tuple[int, ...] = ()
     _reader: Reader | None = None

@@ -130,8 +130,9 @@ class Materials:
             if given is None:
                 self._unknown(name, owner.child(*at), leaves)
                 return PLAIN
+            before = leaves.drawing.read
             found = self._lowered[full] = self._lower(given, self._origin.child(full), leaves.inside(scope_of(full)))
-            if self._varies(found):
+            if leaves.drawing.read != before:
                 self._varying[full] = {leaves.scenes: found}
         by_scenes = self._varying.get(full)
         if by_scenes is None:
@@ -141,15 +142,6 @@ class Materials:
             place, inside = self._origin.child(full), leaves.inside(scope_of(full))
             by_scenes[leaves.scenes] = self._lower(self._named[full], place, inside)
         return by_scenes[leaves.scenes]
-
-    def _varies(self, surface: Surface) -> bool:
-        """Whether a material may differ from scene to scene, so that its rows follow the scenes of what has it."""
-        values = [surface.density] if surface.density is not None else []
-        if surface.visual is not None:
-            values += surface.visual.values()
-        if surface.physical is not None:
-            values += self._tables.physical_materials.rows[int(surface.physical.numbers()[0])].values()
-        return any(value.may_vary for value in values)
 
     def _unknown(self, name: str, place: Origin, leaves: Leaves) -> None:
         prefix = qualified("", leaves.scope)

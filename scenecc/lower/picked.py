@@ -41,4 +41,4 @@ def picked(values: Sequence[Value], pick: Value, rows: int) -> Value:
 
 
 def _same(a: Value, b: Value) -> bool:
-    return not a.may_vary and not b.may_vary and a.numbers() == b.numbers()
+    return a.is_constant and b.is_constant and a.numbers() == b.numbers()

@@ -53,8 +53,10 @@ class Recipes:
         pose = entity.pose
         if not pose.known and not self._places.is_fixed(entity.name):
             leaves = self._places.leaves(entity.name)
-            node, drawn = self._pose(entity.name, leaves)
+            read: set[str] = set()
+            node, drawn = self._pose(entity.name, leaves, read)
             if drawn:
+                self._read |= read
                 pose = _with_recipe(pose, node, len(entity.scene_idxs))
         if pose is entity.pose and structures == entity.structures:
             return entity
@@ -89,17 +91,23 @@ class Recipes:
         random = self._drawing.random
         return reading.drawn or any(name in random and name not in self._stays for name in reading.reads)
 
-    def _pose(self, name: str, leaves: Leaves) -> tuple[Any, bool]:
-        """An entity's or frame's pose in the world as an item of a recipe, and whether a reset changes it."""
+    def _pose(self, name: str, leaves: Leaves, read: set[str]) -> tuple[Any, bool]:
+        """An entity's or frame's pose in the world as an item of a recipe, and whether a reset changes it.
+
+        Args:
+            name: of the entity or frame.
+            leaves: of the entity that the recipe is for.
+            read: takes the shared draws that it reads.
+        """
         standing = self._places.standing(name)
         if self._places.is_fixed(name):
             return self._as_built(name, leaves), False
         drawn = standing.reading is not None and self._is_drawn(standing.reading)
         if standing.reading is not None:
-            self._read |= standing.reading.reads
+            read |= standing.reading.reads
         if standing.parent is None:
             return standing.local, drawn
-        outer, moved = self._pose(standing.parent, leaves)
+        outer, moved = self._pose(standing.parent, leaves, read)
         item = standing.local if outer == IDENTITY_POSE else Composed(outer, standing.local)
         return item, drawn or moved
 

@@ -65,7 +65,7 @@ def shape_pose(shape: Any, origin: Origin, leaves: Leaves) -> Value | None:
         pose = _before(pose, AXIS_TURNS[shape.axis], leaves)
     elif type_ == "plane":
         pose = _plane_pose(shape, pose, origin, leaves)
-    return None if not pose.may_vary and pose.numbers() == IDENTITY_POSE else pose
+    return None if pose.is_constant and pose.numbers() == IDENTITY_POSE else pose
 
 
 _TURNED = frozenset(("capsule", "cylinder", "plane"))
@@ -73,7 +73,7 @@ _TURNED = frozenset(("capsule", "cylinder", "plane"))
 
 def _before(pose: Value, turn: Quat, leaves: Leaves, step: Vec3 = (0.0, 0.0, 0.0)) -> Value:
     """A pose with the same turn and step in every scene put before it."""
-    if not pose.may_vary:
+    if pose.is_constant:
         return literal(turned(_seven(pose), turn, step))
     if turn == IDENTITY and not any(step):
         return pose

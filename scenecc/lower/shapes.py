@@ -158,7 +158,7 @@ class Shapes:
         return None if visual is None else self._tables.visual_materials.value(visual)
 
     def _with_color(self, visual: VisualMaterial | None, color: Value) -> VisualMaterial | None:
-        if color.may_vary:
+        if not color.is_constant:
             return colored(visual, color)
         # Of one colour there is one material, however many shapes have it.
         key = (id(visual), color.numbers())

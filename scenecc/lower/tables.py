@@ -57,7 +57,7 @@ class Table(Generic[Row]):
 def _content(row: Any) -> Hashable:
     """What a material consists of; what may vary is only itself, since comparing it would draw it."""
     if isinstance(row, Value):
-        return ("value", id(row)) if row.may_vary else row.numbers()
+        return row.numbers() if row.is_constant else ("value", id(row))
     if isinstance(row, PhysicalMaterial | VisualMaterial | Texture):
         return tuple(_content(getattr(row, item.name)) for item in fields(row))
     return row

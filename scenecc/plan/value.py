@@ -112,6 +112,12 @@ class Value:
         return not isinstance(self._source, _Varying)
 
     @property
+    def is_constant(self) -> bool:
+        """Whether it is one thing, whatever is drawn: known, and the same in every scene."""
+        source = self._source
+        return not isinstance(source, _Varying) and (source is not None or self.data.shape[0] == 1)
+
+    @property
     def may_vary(self) -> bool:
         """Whether the scenes need not all have the same; draws nothing."""
         source = self._source

@@ -10,7 +10,7 @@ import pytest
 from unit.checks.test_assets import png
 from unit.lower.scenes import BALL, codes, compiled, entity, scene
 
-from scenecc import ScenePlan, SceneError, compile_scene, validate
+from scenecc import SceneError, ScenePlan, compile_scene, validate
 
 OAK = {"physical": {"static_friction": 0.5, "dynamic_friction": 0.4, "density": 700}, "visual": {"roughness": 0.7}}
 ICE = {"physical": {"static_friction": 0.1, "dynamic_friction": 0.05}}
