@@ -7,7 +7,7 @@ from typing import Any
 from scenecc.spec.plain import is_mapping, is_sequence
 
 _AT_THE_TOP = ("params", "draws", "include")
-_OF_ENTITIES = ("use", "if", "repeat", "name")
+_OF_ENTITIES = frozenset(("use", "if", "repeat", "name"))
 
 
 def needs_expansion(data: dict[str, Any], text: str | None) -> bool:
@@ -24,7 +24,7 @@ def needs_expansion(data: dict[str, Any], text: str | None) -> bool:
     entities = data.get("entities")
     if is_mapping(entities):
         for entity in entities.values():
-            if is_mapping(entity) and any(key in entity for key in _OF_ENTITIES):
+            if is_mapping(entity) and not _OF_ENTITIES.isdisjoint(entity):
                 return True
     # A backslash may stand for any character.
     if text is None or "\\" in text:
