@@ -86,7 +86,7 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
             builder.add_box_visual(half_size=[0.02, 0.15, 0.05], material=cushion_look)
         builder.initial_pose = sapien.Pose(
             [0.4134820086129933, 0, 0.05803463394644405],
-            [0.9848077530122081, 0, 0.17364817766693036, 0],
+            [0.984807753012208, 0, 0.17364817766693033, 0],
         )
         builder.build(name="cushion")
 
