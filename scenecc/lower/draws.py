@@ -77,7 +77,8 @@ def _given(rows: Any, drawing: Drawing, place: Origin, sink: Sink) -> Any:
         sink.report("SC318", "this draw was given something else than finite numbers, flags or texts", place, at="key")
     else:
         # One for each scene, so that this is by index, as rows are: those are what stays as it is built.
-        return Cycled(tuple(map(_row, data.tolist())))
+        items: list[Any] = data.tolist()
+        return Cycled(tuple(map(_row, items)))
     return Const(0.0)
 
 

@@ -12,6 +12,7 @@ from scenecc.backends.sapien.turn import parts_of, present_rows
 from scenecc.plan.recipe_shape import Shape, shape_of
 from scenecc.values.evaluate import Batch
 from scenecc.values.failure import DrawError
+from scenecc.values.nodes import Rows
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -39,6 +40,8 @@ class Start:
     def __init__(self, plan: ScenePlan, scene_idxs: tuple[int, ...]) -> None:
         self._plan = plan
         self._draws: Mapping[str, Node] = dict(plan.draws)
+        # What stays as it is built stands in the plan as its rows.
+        self._drawn_again = [name for name, node in plan.draws if not isinstance(node, Rows)]
         found = [(entity, *present_rows(entity, scene_idxs)) for entity in plan.entities]
         present = [each for each in found if each[1]]
         self._states = {entity.name: _state(entity, where, rows) for entity, where, rows in present}
@@ -81,8 +84,8 @@ class Start:
             shapes[name] = shape_of(node, shapes)
         spread: dict[str, NDArray[Any]] = {}
         for name, rows in given.items():
-            if name not in shapes:
-                raise ValueError(_cannot_change(name, self._draws))
+            if name not in self._drawn_again:
+                raise ValueError(_cannot_change(name, self._drawn_again))
             values = np.asarray(rows)
             shape = shapes[name]
             # A shape with -1 in it is that of texts and lists, and None is not known.
@@ -97,8 +100,8 @@ class Start:
         return spread
 
 
-def _cannot_change(name: str, draws: Mapping[str, Node]) -> str:
-    known = ", ".join(draws) or "none"
+def _cannot_change(name: str, names: Sequence[str]) -> str:
+    known = ", ".join(names) or "none"
     return (
         f"a reset cannot change a shared draw '{name}'; those that it can: {known}. A draw that a size, a material, a "
         "static pose or anything else that is built reads stays as built: build another batch to change it"
