@@ -1,0 +1,99 @@
+"""Names inside instances of prefabs: what is inside of them, and what stands relative to them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from unit.lower.scenes import entity
+
+from scenecc import SceneError, ScenePlan, compile_scene
+
+PREFAB = """\
+scenecc: 1
+params: {size: 0.1}
+draws: {half: {uniform: [0.1, 0.2]}}
+materials:
+  oak: {physical: {static_friction: 0.9, dynamic_friction: 0.8, restitution: {uniform: [0, 1]}}}
+collision_groups: {debris: {ignore: [debris]}}
+frames: {top: {pose: [0, 0, 1]}}
+entities:
+  leg:
+    material: oak
+    collision_group: debris
+    pose: {p: ["${half}", 0, 0], relative_to: top}
+    mass: "${size}"
+    shapes: [{type: box, half_size: ["${half}", "${half}", 0.1]}]
+"""
+
+SCENE = """\
+scenecc: 1
+num_scenes: 4
+materials:
+  oak: {physical: {static_friction: 0.2, dynamic_friction: 0.1}}
+draws: {half: {uniform: [1, 2]}}
+entities:
+  a: {use: prefab.yaml, pose: {p: {uniform: [[0, 0, 0], [1, 1, 1]]}}, with: {size: "${half}"}}
+  b: {use: prefab.yaml, scene_idxs: [1, 3], pose: [0, 0, 5], with: {size: {cycle: [1, 2]}}}
+  cube:
+    material: oak
+    pose: {p: [0, 0, 1], relative_to: a/leg}
+    shapes: [{type: sphere, radius: "${half}"}]
+"""
+
+
+def compiled(tmp_path: Path, scene: str = SCENE, prefab: str = PREFAB) -> ScenePlan:
+    (tmp_path / "prefab.yaml").write_text(prefab)
+    (tmp_path / "scene.yaml").write_text(scene)
+    return compile_scene(tmp_path / "scene.yaml")
+
+
+def shape(plan: ScenePlan, name: str) -> Any:
+    return entity(plan, name).structures[0].collisions[0]
+
+
+def test_names_mean_what_is_inside(tmp_path: Path) -> None:
+    plan = compiled(tmp_path)
+    a, b, cube = (entity(plan, name) for name in ("a/leg", "b/leg", "cube"))
+    assert b.scene_idxs == (1, 3)
+    inside, outside = shape(plan, "a/leg").material.data[0], shape(plan, "cube").material.data[0]
+    assert plan.physical_materials[inside].static_friction.data.tolist() == [0.9]
+    assert plan.physical_materials[outside].static_friction.data.tolist() == [0.2]
+    halves = [shape(plan, name).geometry.half_size.data[:, 0] for name in ("a/leg", "b/leg")]
+    assert (np.concatenate(halves) < 0.2).all()
+    assert not set(halves[0]) & set(halves[1])
+    assert (shape(plan, "cube").geometry.radius.data >= 1).all()
+    # The bits of a group of each instance.
+    bits = [one.structures[0].collision_groups.data[0].tolist() for one in (a, b)]  # type: ignore[union-attr]
+    assert bits[0] != bits[1]
+    assert a.structures[0].mass.data.tolist() == shape(plan, "cube").geometry.radius.data.tolist()  # type: ignore[union-attr]
+    assert b.structures[0].mass.data.tolist() == [2]  # type: ignore[union-attr]
+    assert (cube.pose.data[:, :3] - a.pose.data[:, :3]).round(12).tolist() == [[0, 0, 1]] * 4
+
+
+def test_what_is_inside_stands_where_the_instance_does(tmp_path: Path) -> None:
+    plan = compiled(tmp_path)
+    halves = shape(plan, "b/leg").geometry.half_size.data[:, 0]
+    assert entity(plan, "b/leg").pose.data[:, :3].tolist() == [[half, 0, 6] for half in halves]
+    a = entity(plan, "a/leg").pose.data
+    assert ((a[:, 1:3] >= [0, 1]) & (a[:, 1:3] <= [1, 2])).all()
+    assert len(set(a[:, 1])) == 4
+
+
+def test_rows_of_a_material_inside_follow_the_scenes_of_each_instance(tmp_path: Path) -> None:
+    plan = compiled(tmp_path)
+    of_a, of_b = (
+        plan.physical_materials[shape(plan, name).material.data[0]].restitution.data.shape
+        for name in ("a/leg", "b/leg")
+    )
+    assert (of_a, of_b) == ((4,), (2,))
+
+
+def test_what_is_outside_cannot_be_named(tmp_path: Path) -> None:
+    prefab = PREFAB.replace("relative_to: top", "relative_to: cube").replace("material: oak", "material: ash")
+    with pytest.raises(SceneError) as caught:
+        compiled(tmp_path, SCENE + "  ash: {shapes: [{type: sphere, radius: 1}]}\n", prefab)
+    found = {(diagnostic.code, Path(diagnostic.file or "").name) for diagnostic in caught.value.diagnostics}
+    assert found == {("SC303", "prefab.yaml"), ("SC301", "prefab.yaml")}
