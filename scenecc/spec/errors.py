@@ -58,14 +58,18 @@ def _formed(located: Located, data: dict[str, Any]) -> dict[Path, str | None]:
     """The mappings that are forms where none may stand, and their keys."""
     formed: dict[Path, str | None] = {}
     for error, path in located:
-        if error["type"] in {TOLD, WRONG_KIND} or KEY_MARK in error["loc"]:
+        kind = error["type"]
+        if kind in {TOLD, WRONG_KIND, "missing"} or KEY_MARK in error["loc"]:
             continue
-        owner = path[:-1] if error["type"] in {"extra_forbidden", "missing"} else path
-        node = follow(data, owner)
-        if owner not in _NAMED and is_mapping(node):
-            form = next((key for key in node if key in VARIATION_FORMS), None)
-            if form is not None:
-                formed[owner] = form
+        if kind == "extra_forbidden":
+            owner, form = path[:-1], str(path[-1])
+        else:
+            node = follow(data, path)
+            # A shape without a type may have a normal.
+            forms = VARIATION_FORMS - {"normal"} if kind == "union_tag_not_found" else VARIATION_FORMS
+            owner, form = path, next((key for key in node if key in forms), "") if is_mapping(node) else ""
+        if form in VARIATION_FORMS and owner not in _NAMED:
+            formed.setdefault(owner, form)
     return formed
 
 

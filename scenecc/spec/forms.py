@@ -150,11 +150,9 @@ class FormReader:
         return is_varying(node) and not is_mapping(node)
 
     def _list(self, node: Any, loc: Loc) -> Any:
-        """An expression in place of a form's list: judged once it has its value."""
-        if EXPANDED.get():
-            message = f"the values of a form cannot differ from scene to scene: {THIS} is an expression"
-            self._mistakes.add(told("SC116", message), node, *loc)
-            return None
+        """An expression in place of a form's list or of a weight: judged once it has its value."""
+        if EXPANDED.get() or is_mapping(node):
+            return self.mistake("SC116", f"{THIS} cannot differ from scene to scene", node, loc)
         return self._template(node, loc)
 
     def _items(self, node: Any, domain: Domain, plain: Validate, loc: Loc) -> tuple[Any, ...]:

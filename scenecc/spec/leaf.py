@@ -40,7 +40,7 @@ T = TypeVar("T")
 ROTATION = "a rotation varies through `rpy`, `axis_angle` or `q: uniform`, or with its whole pose"
 
 
-class _Varies:
+class Varies:
     """The annotation of a leaf.
 
     Args:
@@ -48,7 +48,7 @@ class _Varies:
     """
 
     def __init__(self, refused: str | None = None) -> None:
-        self._refused = refused
+        self.refused = refused
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         schema = handler(source)
@@ -60,14 +60,14 @@ class _Varies:
         plain = (
             in_order(choices, core_schema.no_info_plain_validator_function(_refusing(refuse))) if expected else schema
         )
-        read = _leaf(domain, refuse, self._refused)
+        read = _leaf(domain, refuse, self.refused)
         union = in_order(choices, core_schema.no_info_wrap_validator_function(read, plain))
         union["metadata"] = {"expected": expected, "varying": self._varying(domain)}
         return union
 
     def _varying(self, domain: Domain) -> str:
         """The definition of what may stand in the value's place, in the JSON Schema."""
-        if self._refused is not None:
+        if self.refused is not None:
             return "Expression"
         return "VaryingInteger" if domain.whole else "VaryingNumber" if domain.of_numbers else "VaryingValue"
 
@@ -132,6 +132,6 @@ if TYPE_CHECKING:
     Computed = T | Varying
     Fixed = T | T
 else:
-    Leaf = Annotated[T, _Varies()]
-    Computed = Annotated[T, _Varies(ROTATION)]
+    Leaf = Annotated[T, Varies()]
+    Computed = Annotated[T, Varies(ROTATION)]
     Fixed = Annotated[T, _Fixed()]

@@ -11,7 +11,9 @@ from pydantic import BaseModel, Tag
 from pydantic.fields import FieldInfo
 from typing_extensions import TypeAliasType
 
-from scenecc.spec.unions import kind
+from scenecc.spec.later import ByType, Later
+from scenecc.spec.leaf import Varies
+from scenecc.spec.unions import COMPONENTS, any_varying, kind
 
 Key = tuple[type[BaseModel], str]
 """A key of a model."""
@@ -26,6 +28,10 @@ def parts(annotation: Any) -> tuple[Any, list[Any]]:
         elif typing.get_origin(annotation) is Annotated:
             annotation, *more = typing.get_args(annotation)
             for item in more:
+                if isinstance(item, Later):
+                    annotation = item.type
+                elif isinstance(item, ByType):
+                    annotation = item
                 said += item.metadata if isinstance(item, FieldInfo) else [item]
         else:
             return annotation, said
@@ -34,6 +40,8 @@ def parts(annotation: Any) -> tuple[Any, list[Any]]:
 def branches(annotation: Any) -> list[Any]:
     """The branches of a union, without the None of a key that may be left out; empty for anything else."""
     annotation, _ = parts(annotation)
+    if isinstance(annotation, ByType):
+        return [annotation.model(type_) for type_ in annotation.types()]
     if typing.get_origin(annotation) not in (typing.Union, types.UnionType):
         return []
     return [branch for branch in typing.get_args(annotation) if branch is not type(None)]
@@ -54,6 +62,8 @@ def all_keys(annotation: Any) -> set[Key]:
             new = {(bare, name) for name in fields} - found
             found |= new
             todo += [fields[name].annotation for _, name in new]
+        elif isinstance(bare, ByType):
+            todo += branches(bare)
         else:
             todo += [arg for arg in typing.get_args(bare) if typing.get_origin(bare) is not typing.Literal]
     return found
@@ -68,7 +78,7 @@ def choices(annotation: Any) -> set[tuple[Key, Any]]:
             bare, _ = parts(todo.pop())
             if typing.get_origin(bare) is typing.Literal:
                 found |= {((model, name), word) for word in typing.get_args(bare)}
-            elif not is_model(bare):
+            elif not is_model(bare) and not isinstance(bare, ByType):
                 todo += typing.get_args(bare)
     return found
 
@@ -77,11 +87,14 @@ def written(annotation: Any, node: Any) -> Iterator[tuple[Key, Any]]:
     """The keys that a document writes, each with its value."""
     bare, _ = parts(annotation)
     if options := branches(bare):
-        yield from written(_branch(options, node), node)
+        if not _is_form(node):
+            yield from written(_branch(options, node), node)
     elif is_model(bare):
         for name, value in node.items():
             yield (bare, name), value
             yield from written(bare.model_fields[name].annotation, value)
+    elif not typing.get_args(bare):
+        return
     elif isinstance(node, (list, tuple)):
         items = [arg for arg in typing.get_args(bare) if arg is not Ellipsis]
         for i, item in enumerate(node):
@@ -91,6 +104,31 @@ def written(annotation: Any, node: Any) -> Iterator[tuple[Key, Any]]:
             yield from written(typing.get_args(bare)[1], item)
 
 
+def leaves(annotation: Any, node: Any) -> Iterator[tuple[Any, Any, bool]]:
+    """The values of a document that may vary: what they stand in, their key there, and whether they are numbers."""
+    bare, _ = parts(annotation)
+    if options := branches(bare):
+        if not _is_form(node):
+            yield from leaves(_branch(options, node), node)
+    elif is_model(bare):
+        for name, value in node.items():
+            field = bare.model_fields[name]
+            option = branches(field.annotation)
+            inner, said = parts(option[0] if len(option) == 1 else field.annotation)
+            if any(isinstance(item, Varies) and item.refused is None for item in [*said, *field.metadata]):
+                yield node, name, inner is float or {parts(arg)[0] for arg in typing.get_args(inner)} == {float}
+            else:
+                yield from leaves(field.annotation, value)
+    elif isinstance(node, list | dict) and (args := typing.get_args(bare)):
+        for item in node.values() if isinstance(node, dict) else node:
+            yield from leaves(args[-1], item)
+
+
+def _is_form(node: Any) -> bool:
+    """Whether a node is read by none of the branches; a plane's `normal` is no form."""
+    return any_varying(node) and not (isinstance(node, dict) and "type" in node)
+
+
 def _branch(options: list[Any], node: Any) -> Any:
     """The branch that a node is read by: that of its `type`, else that of its kind of node."""
     if len(options) == 1:
@@ -98,7 +136,7 @@ def _branch(options: list[Any], node: Any) -> Any:
     for option in options:
         bare, said = parts(option)
         tags = [item.tag for item in said if isinstance(item, Tag)]
-        if tags and tags[0] == kind(node):
+        if tags and tags[0].replace(COMPONENTS, "#list") == kind(node):
             return option
         if (
             not tags

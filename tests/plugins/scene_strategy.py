@@ -16,17 +16,19 @@ from typing import Any
 import annotated_types
 from hypothesis import strategies as st
 from plugins.expectations import GOOD
-from plugins.scene_models import Key, branches, is_model, parts
+from plugins.scene_models import Key, branches, is_model, leaves, parts
 from pydantic import StringConstraints
 
 from scenecc.checks.physics import LANGUAGE_KEYS, MOVING, SEEN
-from scenecc.spec.base import NAME_PATTERN
-from scenecc.spec.body import Inertial
+from scenecc.spec.base import NAME_PATTERN, REFERENCE_PATTERN
 from scenecc.spec.document import SceneFile
+from scenecc.spec.inertial import Inertial
 from scenecc.spec.material import Physical, TextureMapping
 from scenecc.spec.physics import DefaultMaterial, Physics
 from scenecc.spec.pose import AxisAngle, PoseMapping
-from scenecc.spec.shape_keys import CoacdKeys, CollisionKeys, FileKeys, PlaneKeys
+from scenecc.spec.shape_keys import CollisionKeys, FileKeys
+from scenecc.spec.shape_types.convex_parts import CoacdKeys
+from scenecc.spec.shape_types.plane import PlaneKeys
 
 FOLDER = GOOD
 """The folder that the files of a document are relative to."""
@@ -80,6 +82,9 @@ NARROWER: dict[Key, Make] = {
     (SceneFile, "scenecc"): _one_of(1),
     (SceneFile, "num_scenes"): _one_of(1, 2, 3, 4),
     (SceneFile, "seed"): _one_of(0, 7, 2**70),
+    (SceneFile, "params"): _one_of({}, {"size": 1.5, "parts": {"type": "list", "default": []}}),
+    (SceneFile, "draws"): _one_of({}, {"u": {"uniform": [0, 1]}, "v": "${2 * u}", "w": {"cycle": ["a", "b"]}}),
+    (SceneFile, "include"): _one_of([]),
     (Physics, "timestep"): _between(0.001, 0.02),
     (Physics, "cpu_workers"): _one_of(0),
     (Physics, "contact_offset"): _between(0.011, 0.05),
@@ -89,7 +94,7 @@ NARROWER: dict[Key, Make] = {
     (Physical, "restitution"): _between(0, 1),
     (DefaultMaterial, "restitution"): _between(0, 1),
     (Inertial, "inertia"): _three(_between(1, 2)),
-    (PoseMapping, "q"): _one_of(*_TURNS),
+    (PoseMapping, "q"): _one_of(*_TURNS, "uniform"),
     (PoseMapping, "look_at"): lambda random: [random.uniform(20, 30), random.randint(-9, 9), random.uniform(-9, 9)],
     (PoseMapping, "matrix"): _one_of(
         [[0, -1, 0, 1], [1, 0, 0, 2.5], [0, 0, 1, -3], [0, 0, 0, 1]],
@@ -168,7 +173,7 @@ def _scalar(kind: Any, said: list[Any], name: str) -> Make:
     if kind is str:
         pattern = next((item.pattern for item in said if isinstance(item, StringConstraints) and item.pattern), None)
         assert pattern is None or isinstance(pattern, str)
-        if pattern == NAME_PATTERN:
+        if pattern in {NAME_PATTERN, REFERENCE_PATTERN}:
             return _one_of(*ENTITIES)
         if pattern is not None:
             assert pattern.startswith("^#"), f"nothing is known of {pattern}: teach the strategy"
@@ -339,6 +344,22 @@ def _masses(document: dict[str, Any], random: Random) -> None:
                 node["density"] = 1
 
 
+def _forms(document: dict[str, Any], random: Random) -> None:
+    """Some of the values that may vary, as forms that leave them as they are: what goes together stays so."""
+    for owner, key, is_number in list(leaves(SceneFile, document)):
+        value = owner[key]
+        if random.random() < 0.9 or (isinstance(value, dict) and "relative_to" in value):
+            continue
+        forms: list[dict[str, Any]] = [
+            {"cycle": [value]},
+            {"choice": [value, copy.deepcopy(value)], "weights": [1, 2]},
+            {"per_scene": {"default": value}},
+        ]
+        if is_number:
+            forms += [{"uniform": [value, value]}, {"normal": [value, 0], "clip": [value, value]}]
+        owner[key] = random.choice(forms)
+
+
 RULES: tuple[Callable[[dict[str, Any], Random], None], ...] = (
     _one_rotation,
     _selections,
@@ -349,4 +370,5 @@ RULES: tuple[Callable[[dict[str, Any], Random], None], ...] = (
     _body_types,
     _moving_shapes,
     _masses,
+    _forms,
 )

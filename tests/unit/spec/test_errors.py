@@ -184,3 +184,9 @@ def test_a_strangers_words_are_cut() -> None:
             len(diagnostic.message) + len(diagnostic.hint or "") < 1000
             for diagnostic in validate({"scenecc": 1, **document})
         )
+
+
+def test_the_normal_of_a_plane_is_no_form() -> None:
+    plane = {"type": "plane", "normal": [0, 0, 1]}
+    assert only(body(body_type="static", shapes=[{**plane, "colour": "#ff0000"}])).code == "SC101"
+    assert only(body(body_type="static", shapes=[{"normal": [0, 0, 1]}])).code == "SC102"
