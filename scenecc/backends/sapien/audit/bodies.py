@@ -16,7 +16,7 @@ from scenecc.backends.sapien.engine import physx, sapien
 from scenecc.plan import ConvexParts
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -125,7 +125,8 @@ def look_at_all(turn: Turn, part: Part, meshes: Meshes, sweep: Sweep) -> None:
 
 def _counts(turn: Turn, part: Part, components: list[Any], meshes: Meshes, sweep: Sweep) -> None:
     # One body's shapes at a time: Python's objects for all of them would have to be made and kept at once.
-    found = np.fromiter(map(len, map(_shapes_of, components)), dtype=np.int64, count=len(components))
+    shapes: Iterator[Any] = map(_shapes_of, components)
+    found = np.fromiter(map(len, shapes), dtype=np.int64, count=len(components))
     if any(isinstance(shape.geometry, ConvexParts) for shape in part.structure.collisions):
         expected = np.array([sum(part_counts(part.structure, row, meshes)) for row in map(int, part.rows)])
     else:
