@@ -87,6 +87,7 @@ class Reading:
     Attributes:
         drawn: whether it has draws of its own.
         computed: whether it has expressions.
+        broken: whether something of it was reported, so that what stands for it means nothing.
         reads: the shared draws that its expressions read.
         cycled: whether it has alternatives that no scene may have.
         risky: whether it can have no value in some scene, or one out of its range.
@@ -102,6 +103,7 @@ class Reading:
         self.computed = False
         self.cycled = False
         self.risky = False
+        self.broken = False
         self.reads: set[str] = set()
         self.origins: dict[int, tuple[Any, Origin]] = {}
 
@@ -116,6 +118,7 @@ class Reading:
         self.computed |= other.computed
         self.cycled |= other.cycled
         self.risky |= other.risky
+        self.broken |= other.broken
         self.reads |= other.reads
         self.origins |= other.origins
 
@@ -157,6 +160,7 @@ class Reading:
     def _per_scene(self, items: tuple[Any, ...], place: Place, leaf: Leaf) -> Any:
         scenes = self._leaves.listed
         if len(items) != len(scenes):
+            self.broken = True
             message = f"{_count(len(items), 'value')} for {_count(len(scenes), 'scene')}"
             hint = "one for each scene that the object is in, by ascending index; or {per_scene: {0: …, default: …}}"
             self._leaves.sink.report("SC314", message, place.origin.child("per_scene"), hint=hint)
@@ -176,6 +180,7 @@ class Reading:
         if default is not MISSING:
             default = self.select(default, place, leaf, ("per_scene", "default"))
         elif missing := set(scenes) - read.keys():
+            self.broken = True
             message = f"there is no value for scene {min(missing)}"
             self._leaves.sink.report("SC315", message, origin, hint="add it, or a `default`")
             default = next(iter(read.values()), 0.0)
@@ -211,6 +216,7 @@ class Reading:
         made = kind.convert(given)
         if made is not None:
             return made
+        self.broken = True
         if kind.complain is not None:
             kind.complain(given, around.origin.child(*step), self._leaves.sink)
         return kind.fallback
@@ -218,6 +224,7 @@ class Reading:
     def _computed(self, given: Template, kind: Kind, place: Place) -> Any:
         names = self._leaves.draw_names(given, place.origin)
         if names is None:
+            self.broken = True
             return kind.fallback
         self.computed = True
         self.reads |= set(names.values())

@@ -169,8 +169,7 @@ class Leaves:
             self.fix(reading)
         if item.__class__ not in NODES:
             return literal(item, kind.dtype)
-        if self.sink.failed:
-            # What was reported may have left a hole in it.
+        if reading.broken:
             return literal(kind.fallback, kind.dtype)
         if reading.known:
             return self._rows(item, reading, kind, origin)

@@ -46,7 +46,7 @@ def from_parts(given: Any, kind: Kind, place: Place, leaves: Leaves) -> Value:
 
     index = reading.select(given, place, leaf)
     leaves.fix(reading)
-    if leaves.sink.failed:
+    if reading.broken:
         return literal(kind.fallback, kind.dtype)
     which = index if index.__class__ in NODES else Const(index)
 

@@ -112,8 +112,9 @@ def _varying_plane(shape: Any, pose: Value, origin: Origin, leaves: Leaves) -> V
     offset = reading.item(shape.offset, _OFFSET, place.key("offset"))
     if normal.__class__ not in NODES and not any(normal):
         _no_direction(origin, leaves.sink)
+        return pose
     leaves.fix(reading)
-    if leaves.sink.failed:
+    if reading.broken:
         return pose
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 

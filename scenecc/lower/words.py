@@ -111,7 +111,7 @@ def read_names(
     for one, origin in computed:
         _every_name(one, origin, lookup)
     leaves.fix(reading)
-    if leaves.sink.failed or node.__class__ not in NODES:
+    if reading.broken or None in lookup.found or node.__class__ not in NODES:
         return Named(lookup.found, literal(0, "int64"))
     return Named(lookup.found, _numbers(node, reading, lookup, place, leaves))
 
