@@ -6,22 +6,37 @@
 # Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.
 # Poses and velocities that a reset would draw anew are those of the seed 0.
 
-import importlib.util
+import atexit
+import base64
+import shutil
+import tempfile
+import zlib
 from pathlib import Path
 
 import sapien
 from sapien import physx
 
 
-def package_file(package: str, path: str) -> Path:
-    """A file of an installed package, found without importing it."""
-    spec = importlib.util.find_spec(package)
-    if spec is None or spec.origin is None:
-        raise FileNotFoundError(f"the package {package} is not installed")
-    return Path(spec.origin).parent / path
+def packed_file(name: str, lines: list[str]) -> Path:
+    """A file that this script brings with it; gone when the script ends."""
+    folder = Path(tempfile.mkdtemp())
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    (folder / name).write_bytes(zlib.decompress(base64.b64decode("".join(lines))))
+    return folder / name
 
 
-TILES = package_file("scenecc", "prefabs/tiles.png")
+TILES = packed_file(
+    "tiles.png",
+    [
+        "eNrt3bEJwkAYgNGLlQgpLXQZUSIakCBiaeEYWhntREdwBiewyAIO4RKWYsQVIofwPkjSJT88uCrHHefF",
+        "JO30OyGENJ9mi/pZfq52q77PVs9LCNUpz4bLTZKU1W4QzoraB+Dxs77fuP+s7/v/en4AAAAAAAAAAAAA",
+        "AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA0CKDIv6crMoAlIuL8AAAAAAAAAAAA",
+        "AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAaBBA9gc4P8ASEWl+AAAAAAAAAAAA",
+        "AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAANAgg+wOcH2CJiDQ/AAAAAAAAAAAA",
+        "AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAGgRQxF7d7eS27yWhLh8X2XW0PrwB",
+        "8+aKaQ==",
+    ],
+)
 FILES = [TILES]
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import zlib
 from dataclasses import fields
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
@@ -48,6 +50,21 @@ def convex_parts(mesh: Path, **parameters: object) -> str:
     return str(file)
 '''
 
+_PACKED_FILE = '''\
+def packed_file(name: str, lines: list[str]) -> Path:
+    """A file that this script brings with it; gone when the script ends."""
+    folder = Path(tempfile.mkdtemp())
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    (folder / name).write_bytes(zlib.decompress(base64.b64decode("".join(lines))))
+    return folder / name
+'''
+
+_LINE = 80
+"""Characters of a packed file on a line."""
+
+_OWN = "pkg://scenecc/"
+"""Files that come with scenecc itself, which a script must do without: it brings them with it."""
+
 COACD_DEFAULTS = CoacdParams(
     threshold=0.05,
     max_convex_hull=-1,
@@ -70,7 +87,9 @@ class Files:
     def __init__(self, files: tuple[AssetFile, ...], names: Names) -> None:
         self._files = files
         self._names = [names.take(PurePosixPath(file.uri).stem.upper()) for file in files]
-        self._schemes = {file.uri.partition("://")[0] for file in files if "://" in file.uri}
+        self._packed = any(map(_is_packed, files))
+        others = [file.uri for file in files if "://" in file.uri and not _is_packed(file)]
+        self._schemes = {uri.partition("://")[0] for uri in others}
         self._beside = any("://" not in file.uri and not Path(file.uri).is_absolute() for file in files)
         self._cut = False
 
@@ -91,12 +110,14 @@ class Files:
     def imports(self) -> list[str]:
         """Import statements of the standard library, sorted; known once all bodies are written."""
         wanted = {
-            "import atexit": self._cut,
+            "import atexit": self._cut or self._packed,
+            "import base64": self._packed,
             "import functools": self._cut,
             "import importlib.util": "pkg" in self._schemes,
             "import os": "asset" in self._schemes,
-            "import shutil": self._cut,
-            "import tempfile": self._cut,
+            "import shutil": self._cut or self._packed,
+            "import tempfile": self._cut or self._packed,
+            "import zlib": self._packed,
             "from pathlib import Path": bool(self._files),
         }
         return [text for text, needed in wanted.items() if needed]
@@ -108,7 +129,11 @@ class Files:
 
     def write_head(self, source: Source) -> None:
         """The functions that find files, and the constants."""
-        helpers = ((_PACKAGE_FILE, "pkg" in self._schemes), (_ASSET_FILE, "asset" in self._schemes))
+        helpers = (
+            (_PACKAGE_FILE, "pkg" in self._schemes),
+            (_ASSET_FILE, "asset" in self._schemes),
+            (_PACKED_FILE, self._packed),
+        )
         for text in (text for text, needed in (*helpers, (_CONVEX_PARTS, self._cut)) if needed):
             source.line()
             source.line()
@@ -121,7 +146,8 @@ class Files:
         if self._beside:
             source.line("HERE = Path(__file__).resolve().parent")
         for file, name in zip(self._files, self._names, strict=True):
-            source.statement(_expression(file.uri, WIDTH - len(name)), assign=name)
+            expression = _packed(file) if _is_packed(file) else _expression(file.uri, WIDTH - len(name))
+            source.statement(expression, assign=name)
         source.statement(list_of(self._names), assign="FILES")
 
     def write_check(self, source: Source) -> None:
@@ -129,6 +155,16 @@ class Files:
         if self._files:
             with source.block("for file in FILES:"), source.block("if not file.is_file():"):
                 source.line("raise FileNotFoundError(file)")
+
+
+def _is_packed(file: AssetFile) -> bool:
+    return file.uri.startswith(_OWN) and file.path.is_file()
+
+
+def _packed(file: AssetFile) -> Node:
+    text = base64.b64encode(zlib.compress(file.path.read_bytes(), 9)).decode("ascii")
+    lines = [string(text[start : start + _LINE]) for start in range(0, len(text), _LINE)]
+    return call("packed_file", string(file.path.name), list_of(lines))
 
 
 def _expression(uri: str, width: int) -> Node:

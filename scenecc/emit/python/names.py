@@ -7,10 +7,11 @@ import keyword
 import re
 
 _SCRIPT = {
-    "FILES", "HERE", "Iterator", "Path", "asset_file", "atexit", "body", "build_scenes", "builder", "config",
-    "contextmanager", "convex_parts", "default_material", "coacd", "entity", "file", "functools", "i", "importlib",
-    "k", "look", "main", "os", "package_file", "parts", "physics_settings", "physx", "render", "sapien", "scene",
-    "scenes", "shape", "shutil", "systems", "tempfile", "trimesh",
+    "FILES", "HERE", "Iterator", "Path", "asset_file", "atexit", "base64", "body", "build_scenes", "builder",
+    "coacd", "config", "contextmanager", "convex_parts", "default_material", "entity", "file", "functools",
+    "i", "importlib", "k", "look", "main", "os", "package_file", "packed_file", "parts", "physics_settings",
+    "physx", "render", "sapien", "scene", "scenes", "shape", "shutil", "systems", "tempfile", "trimesh",
+    "zlib",
 }  # fmt: skip
 """What a script itself may use."""
 
