@@ -100,23 +100,24 @@ def read_param(name: str, node: Any, part: Part, compiler: Compiler, run: Run) -
         return None
     default = known.get("default")
     pattern = None if default is None else compiler.pattern(default, at)
-    kind = known.get("type") or (None if pattern is not None else kind_of(default))
-    if kind not in KINDS and (kind is not None or pattern is None):
+    kind = known["type"] if "type" in known else None if pattern is not None else kind_of(default)
+    if not (isinstance(kind, str) and kind in KINDS) and (kind is not None or pattern is None):
         hint = suggest(kind, KINDS) if isinstance(kind, str) else f"give it a `type`: {', '.join(KINDS)}"
         what = f"there is no type {show(kind)}" if kind is not None else f"the type of `{cut(name)}` is not told"
         run.report("SC214", what, (*path, "type") if kind is not None else path, hint=hint)
         return None
-    options = known.get("options")
-    description = str(known.get("description", ""))
+    options, description = known.get("options", ()), known.get("description", "")
+    if not is_sequence(options) or not isinstance(description, str):
+        key, what = ("options", "a list") if not is_sequence(options) else ("description", "a text")
+        run.report("SC214", f"`{key}` must be {what}, not {show(known[key])}", (*path, key))
+        return None
     param = Param(
-        name, kind, default, pattern, known.get("min"), known.get("max"), tuple(options or ()), description, part,
-        path,
-        at,
-    )  # fmt: skip
-    return param if _is_sound(param, options, run) else None
+        name, kind, default, pattern, known.get("min"), known.get("max"), tuple(options), description, part, path, at
+    )
+    return param if _is_sound(param, run) else None
 
 
-def _is_sound(param: Param, options: Any, run: Run) -> bool:
+def _is_sound(param: Param, run: Run) -> bool:
     """Whether `min`, `max` and `options` go with the type; reported where not."""
     wrong: tuple[str, str] | None = None
     for key, bound in (("min", param.low), ("max", param.high)):
@@ -132,7 +133,7 @@ def _is_sound(param: Param, options: Any, run: Run) -> bool:
         beyond = out_of_range(param.high, param.low, None) if not is_sequence(param.low) else None
         if beyond is not None:
             wrong = "max", "`max` is below `min`"
-    if (param.kind == "choice") is not bool(options):
+    if (param.kind == "choice") is not bool(param.options):
         what = "a choice needs `options`" if param.kind == "choice" else f"a {param.kind} has no `options`"
         wrong = "options", what
     if wrong is not None:

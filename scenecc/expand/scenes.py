@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from scenecc.diagnostics.words import show
 from scenecc.expand.ranges import form_of
 from scenecc.spec.plain import is_mapping, is_sequence
 from scenecc.spec.selection import select
@@ -13,6 +14,9 @@ if TYPE_CHECKING:
 
 Selection = tuple[int, ...] | None
 """Scene indices, ascending; None for every scene."""
+
+
+_ITEMS = (int, str)
 
 
 class Scenes:
@@ -27,7 +31,7 @@ class Scenes:
         """The scenes of what selects some inside of what is in others. Empty where the selection was reported."""
         key = repr(given)
         if key not in self._known:
-            self._known[key] = select(given, self.count, place, self._sink)
+            self._known[key] = self._select(given, place)
         chosen = self._known[key]
         if chosen is None:
             return ()
@@ -35,6 +39,14 @@ class Scenes:
             return chosen
         among = frozenset(outer)
         return tuple(scene for scene in chosen if scene in among)
+
+    def _select(self, given: Any, place: Origin) -> Selection:
+        # An expression may have given anything.
+        if isinstance(given, str) or (is_sequence(given) and all(type(item) in _ITEMS for item in given)):
+            return select(given if isinstance(given, str) else list(given), self.count, place, self._sink)
+        message = f'`scene_idxs` must be a list of indices, or a slice such as "0:8", not {show(given)}'
+        self._sink.report("SC103", message, place)
+        return None
 
     def by_scene(self, value: Any, selection: tuple[int, ...], path: Path) -> tuple[Any, Path | None]:
         """A value with its `per_scene` lists, one item for each selected scene, as mappings by scene index.

@@ -318,3 +318,9 @@ def test_a_chain_of_includes_beyond_the_stack_is_told(expanded: Expander) -> Non
     files["p1200.yaml"] = "entities: {x: {mass: 1}}"
     found = expanded("include: [p0.yaml]", files, limits={"includes": 10_000})
     assert found is not None or [each.code for each in expanded.found] == ["SC608"]
+
+
+@pytest.mark.parametrize("given", ["[[0]]", "[1.5]", "'${v}'", "['${v}']"])
+def test_scenes_of_an_instance_are_indices(expanded: Expander, given: str) -> None:
+    text = f"params: {{v: [[0]]}}\nentities: {{a: {{use: p.yaml, scene_idxs: {given}}}}}"
+    assert expanded.one(text, {"p.yaml": "entities: {it: {mass: 1}}"}).code == "SC103"
