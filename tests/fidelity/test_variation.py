@@ -6,11 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import sapien
+import yaml
 from fidelity.compare import assert_same_scene, assert_same_trajectory
 from fidelity.hand import UP, built, counts
 from plugins.sample_plans import indices, rubbing
 from sapien import physx
 
+from scenecc import compile_scene
 from scenecc.plan import (
     AssetFile,
     BodyStructure,
@@ -139,3 +141,112 @@ def test_a_scene_built_alone_is_as_it_is_among_all(meshes: dict[str, Path]) -> N
 def test_an_entity_in_none_of_the_chosen_scenes_is_absent(meshes: dict[str, Path]) -> None:
     batch = built(varied(meshes), scene_idxs=[3])
     assert list(batch.entities) == ["ground", "box", "variant"]
+
+
+WRITTEN = """
+scenecc: 1
+num_scenes: 6
+seed: 4
+draws:
+  half: {uniform: [0.02, 0.05]}
+  paint: {choice: ["#336699", "#993333"]}
+materials:
+  grippy: {physical: {static_friction: 0.8, dynamic_friction: 0.7, restitution: 0.5}}
+  slick: {physical: {static_friction: {uniform: [0.1, 0.3]}, dynamic_friction: 0.1, restitution: 0}}
+frames:
+  table: {pose: {p: [0, 0, {per_scene: [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]}], rpy_deg: [0, 0, {uniform: [0, 90]}]}}
+entities:
+  ground:
+    body_type: static
+    shapes: [{type: plane}]
+  cube:
+    pose: {p: {uniform: [[-0.1, -0.1, 0.3], [0.1, 0.1, 0.5]]}, q: uniform, relative_to: table}
+    linear_velocity: [{normal: [0, 0.1]}, 0, 0]
+    mass: {log_uniform: [0.1, 1]}
+    gravity: {cycle: [true, false]}
+    shapes:
+      - type: box
+        half_size: ["${half}", "${2 * half}", 0.03]
+        material: {cycle: [grippy, slick]}
+  bin:
+    scene_idxs: [1, 2, 5]
+    pose: {cycle: [[0.4, 0, 1], {p: [0.4, 0, 1], axis_angle: {axis: z, angle_deg: {uniform: [0, 45]}}}]}
+    pick: {per_scene: {2: 1, default: 0}}
+    density: {per_scene: [100, 200, 300]}
+    variants:
+      - shapes: [{type: capsule, radius: "${half}", half_length: 0.05, axis: z, pose: [0, {uniform: [0, 0.1]}, 0]}]
+      - shapes: [{type: sphere, radius: 0.06}]
+        body_type: kinematic
+"""
+
+
+def numbers(value: Any, row: int) -> Any:
+    return value.row(row).tolist()
+
+
+def written_by_hand(i: int, plan: ScenePlan) -> Any:
+    """What a person would write who had the drawn numbers of one scene."""
+    ground, cube, bin_ = plan.entities
+    scene: Any = sapien.Scene([physx.PhysxCpuSystem()])
+    builder = scene.create_actor_builder()
+    builder.add_plane_collision(pose=sapien.Pose([0, 0, 0], ground.structures[0].collisions[0].pose.row(0)[3:]))  # type: ignore[union-attr]
+    builder.build_static(name="ground")
+
+    body = cube.structures[0]
+    box: Any = body.collisions[0].geometry
+    half = numbers(box.half_size, i)
+    builder = scene.create_actor_builder()
+    friction = plan.physical_materials[int(body.collisions[0].material.row(i))].row(i)  # type: ignore[union-attr]
+    sliding = (0.8, 0.7, 0.5) if i % 2 == 0 else (friction.static_friction, 0.1, 0)
+    builder.add_box_collision(half_size=[half[0], 2 * half[0], 0.03], material=physx.PhysxMaterial(*sliding))
+    pose = numbers(cube.pose, i)
+    builder.initial_pose = sapien.Pose(pose[:3], pose[3:])
+    component = builder.build(name="cube").components[0]
+    mass, inertia = component.mass, component.inertia.astype(float)
+    component.mass = numbers(body.mass, i)
+    component.inertia = inertia * (numbers(body.mass, i) / mass)
+    component.set_disable_gravity(i % 2 == 1)
+    component.set_linear_velocity(numbers(body.linear_velocity, i))
+
+    if i in bin_.scene_idxs:
+        row = bin_.scene_idxs.index(i)
+        builder = scene.create_actor_builder()
+        pose = numbers(bin_.pose, row)
+        builder.initial_pose = sapien.Pose(pose[:3], pose[3:])
+        density = 100.0 * (row + 1)
+        if i == 2:
+            builder.add_sphere_collision(radius=0.06, density=density)
+            builder.build_kinematic(name="bin")
+        else:
+            local = numbers(bin_.structures[0].collisions[0].pose, row)
+            builder.add_capsule_collision(
+                pose=sapien.Pose(local[:3], local[3:]), radius=half[0], half_length=0.05, density=density
+            )
+            builder.build(name="bin")
+    return scene
+
+
+def test_forms_are_built_as_a_person_would_with_the_drawn_numbers() -> None:
+    plan = compile_scene(yaml.safe_load(WRITTEN))
+    batch = built(plan)
+    hand = [written_by_hand(i, plan) for i in range(B)]
+    for ours, theirs in zip(batch.scenes, hand, strict=True):
+        assert_same_scene(ours, theirs)
+    assert_same_trajectory(batch.scenes, hand)
+
+
+OF_ALL = "{per_scene: [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]}"
+BY_MAP = "{per_scene: {1: 0.2, default: 0.1}}"
+"""A height that other numbers of scenes have as well."""
+
+
+def test_a_scene_is_the_same_among_fewer_and_among_more() -> None:
+    def compiled(num_scenes: int) -> ScenePlan:
+        text = WRITTEN.replace("num_scenes: 6", f"num_scenes: {num_scenes}").replace(OF_ALL, BY_MAP)
+        return compile_scene(yaml.safe_load(text))
+
+    for one, other in zip(compiled(6).entities, compiled(9).entities, strict=True):
+        for row in range(len(one.scene_idxs)):
+            assert numbers(one.pose, row) == numbers(other.pose, row)
+            velocities = (entity.structures[0].linear_velocity for entity in (one, other))
+            assert len({str(velocity and numbers(velocity, row)) for velocity in velocities}) == 1
