@@ -22,15 +22,17 @@ _WORD = rf"{_FIRST}(?:{_WITHIN})*"
 _TEXT = rf"{_FIRST}(?:{_WITHIN}|[,;']| (?=[A-Za-z0-9_./+%*()=$@^~,;'-]))*"
 """A plain scalar outside of brackets: words with one blank between them."""
 
-_PRINTED = "\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\U00010000-\U0010ffff"
-"""Without U+2028 and U+2029, which end a line for the parser."""
+_NOT_PRINTED = r"\x00-\x1f\x7f-\x9f"
+_DOUBLE = rf'"([^"\\{_NOT_PRINTED}]*)"'
+_SINGLE = rf"'([^'{_NOT_PRINTED}]*)'"
+_TAIL = rf" *(?:(?<![^ ])#[^{_NOT_PRINTED}]*)?"
 
-_DOUBLE = rf'"([ !#-\[\]-~{_PRINTED}]*)"'
-_SINGLE = rf"'([ -&(-~{_PRINTED}]*)'"
-_TAIL = rf" *(?:(?<![^ ])#[ -~{_PRINTED}]*)?"
+_ODD = "[\u2028\u2029\ud800-\udfff\ufeff-\uffff]"
+"""What is not printed either, or ends a line for the parser alone. Looked for in the whole text, and only where one is
+not ASCII: as a part of the patterns it would take each of them milliseconds to be made."""
 
 _LINE = re.compile(
-    rf"( *)(- +)?(?:({_KEY}):(?: +|$))?(?:(?:({_TEXT})|{_DOUBLE}|{_SINGLE})?{_TAIL}|([\[{{][ -~{_PRINTED}]*))"
+    rf"( *)(- +)?(?:({_KEY}):(?: +|$))?(?:(?:({_TEXT})|{_DOUBLE}|{_SINGLE})?{_TAIL}|([\[{{][^{_NOT_PRINTED}]*))"
 ).fullmatch
 _DECIMAL = r"-?[0-9]{1,20}\.[0-9]{1,20}"
 _DECIMALS = re.compile(rf"\[ *({_DECIMAL}(?: *, *{_DECIMAL})*) *\]{_TAIL}").fullmatch
@@ -73,7 +75,7 @@ def read_plain(text: str, depth: int) -> dict[str, Any] | None:
 
 
 def _read(text: str, depth: int) -> dict[str, Any]:
-    if text.count("\n") > _MAX_LINES:
+    if text.count("\n") > _MAX_LINES or (not text.isascii() and re.search(_ODD, text)):
         raise _Declined
     parse = _Lines()
     top: Any = {}
