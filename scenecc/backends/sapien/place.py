@@ -5,7 +5,7 @@ impulses that the solver starts from, forces that wait for the next step and tar
 again is new to the simulation. Three things are still not as in a scene that was just built:
 
 - The engine numbers contacts in the order in which it was given back the numbers of earlier ones, and solves in that
-  order. Bodies that touch nothing, or one another in twos and threes, move on to the bit as in a new scene; a heap
+  order. Bodies that touch nothing, or the ground and one another in pairs, move on to the bit as in a new scene; a heap
   may differ in the last bit, and then more and more. A simulation of its own (`place_afresh`) has nothing to give back.
 - How long a body has been slow is nowhere to be read: who is awake gets the time that a new body has.
 - A pose is that of the entity, while the engine keeps that of the centre of mass: where the two are apart, going from
