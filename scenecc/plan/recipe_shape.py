@@ -49,28 +49,32 @@ def shape_of(item: Any, draws: Shapes) -> Shape:
     if isinstance(item, NODES):
         return _TABLE[type(item)](item, draws)
     if isinstance(item, tuple):
-        return _stacked(item, draws)  # pyright: ignore[reportUnknownArgumentType]
+        return _listed(len(item), _common(item, draws))  # pyright: ignore[reportUnknownArgumentType]
     return () if type(item) in {int, float} else NO_NUMBERS
-
-
-def _stacked(items: Sequence[Any], draws: Shapes) -> Shape:
-    common = _common(items, draws)
-    return None if common is None else NO_NUMBERS if -1 in common else (len(items), *common)
 
 
 def _common(items: Sequence[Any], draws: Shapes) -> Shape:
     """The shape that all have."""
-    shapes = {shape_of(one, draws) for one in items}
+    return _one({shape_of(one, draws) for one in items})
+
+
+def _one(shapes: set[Shape]) -> Shape:
     known = shapes - {None}
     if len(known) > 1:
         return NO_NUMBERS
     return None if None in shapes else next(iter(known), ())
 
 
+def _listed(count: int, shape: Shape) -> Shape:
+    return None if shape is None else NO_NUMBERS if -1 in shape else (count, *shape)
+
+
 def _side_by_side(node: Stacked, draws: Shapes) -> Shape:
-    if len({shape_of(one, draws) for one in node.items} - {None}) > 1:
+    # Asked once for each item: a stack of stacks would otherwise take twice as long for each that it is deep.
+    shapes = {shape_of(one, draws) for one in node.items}
+    if len(shapes - {None}) > 1:
         raise MisshapenError("the items of a stack differ in shape")
-    return _stacked(node.items, draws)
+    return _listed(len(node.items), _one(shapes))
 
 
 def _drawn(node: Drawn, draws: Shapes) -> Shape:

@@ -1,0 +1,204 @@
+"""Recipes in a plan's JSON: what is wrong is told at its place, and what is right can be reset."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+from plugins.sample_plans import ROOT, SAMPLES
+
+from scenecc.diagnostics import Sink
+from scenecc.plan import ScenePlan
+from scenecc.plan.decode_recipe import DEEPEST
+from scenecc.plan.from_json import plan_from_json
+from scenecc.plan.to_json import plan_to_json
+
+KEY = {"section": "entities", "name": "crate", "path": "pose.p"}
+POSE: dict[str, Any] = {"type": "const", "data": [0, 0, 0, 1, 0, 0, 0]}
+IDENTITY = [1, 0, 0, 0]
+
+
+def read(data: dict[str, Any]) -> tuple[ScenePlan | None, list[tuple[str, str]]]:
+    sink = Sink()
+    plan = plan_from_json(json.dumps(data), base=ROOT, sink=sink)
+    return plan, [(found.code, found.path) for found in sink.diagnostics()]
+
+
+def with_recipe(recipe: Any, **more: Any) -> dict[str, Any]:
+    data = json.loads(plan_to_json(SAMPLES["drawn"]()))
+    data["entities"][1]["pose"]["recipe"] = recipe
+    return data | more
+
+
+def posed(p: Any, q: Any = IDENTITY) -> dict[str, Any]:
+    return {"type": "posed", "p": p, "q": q}
+
+
+def drawn(**more: Any) -> dict[str, Any]:
+    return {"type": "drawn", "kind": "uniform", "low": 0, "high": 1, "shape": [3], "key": KEY, **more}
+
+
+def computed(text: str, **more: Any) -> dict[str, Any]:
+    return {"type": "computed", "template": {"text": text, **more}, "shape": []}
+
+
+def nested(depth: int) -> Any:
+    item: Any = [0, 0, 0]
+    for _ in range(depth):
+        item = {"type": "cycled", "items": [item]}
+    return item
+
+
+@pytest.mark.parametrize(
+    ("recipe", "code", "where"),
+    [
+        ([], "SC705", ""),
+        ({}, "SC705", "type"),
+        ({"type": "pose"}, "SC705", "type"),
+        ({"type": ["posed"]}, "SC705", "type"),
+        ({"type": "const"}, "SC704", ""),
+        ({**POSE, "x": 1}, "SC703", "x"),
+        ({"type": "const", "data": None}, "SC705", "data"),
+        ({"type": "const", "data": [1e999]}, "SC707", "data[0]"),
+        ({"type": "const", "data": [2**63]}, "SC707", "data[0]"),
+        ({"type": "const", "data": [0, 0, 0]}, "SC706", ""),
+        ({"type": "const", "data": [0, 0, 0, 1, 0, 0, "0"]}, "SC706", ""),
+        ({"type": "const", "data": [0, 0, 0, 1, 0, 0, [0]]}, "SC706", ""),
+        ({"type": "cycled", "items": []}, "SC706", "items"),
+        ({"type": "cycled", "items": POSE}, "SC705", "items"),
+        ({"type": "cycled", "items": [POSE, [0, 0, 0]]}, "SC706", ""),
+        ({"type": "stacked", "items": [0, [0, 0]]}, "SC706", ""),
+        ({"type": "rows", "scene_idxs": [0, 1], "items": [POSE]}, "SC706", "items"),
+        ({"type": "rows", "scene_idxs": [1, 0], "items": [POSE, POSE]}, "SC709", "scene_idxs"),
+        ({"type": "rows", "scene_idxs": [0.5], "items": [POSE]}, "SC705", "scene_idxs"),
+        ({"type": "chosen", "items": [POSE], "key": KEY, "weights": [1, 2]}, "SC706", "weights"),
+        ({"type": "chosen", "items": [POSE], "key": KEY, "weights": [0]}, "SC707", "weights"),
+        ({"type": "chosen", "items": [POSE], "key": KEY, "weights": [-1]}, "SC705", "weights"),
+        ({"type": "chosen", "items": [POSE], "key": {**KEY, "section": "sky"}}, "SC705", "key.section"),
+        ({"type": "chosen", "items": [POSE], "key": {"name": "x", "path": ""}}, "SC704", "key"),
+        ({"type": "chosen", "items": [POSE], "key": KEY, "word": -1}, "SC707", "word"),
+        ({"type": "chosen", "items": [POSE], "key": KEY, "word": True}, "SC707", "word"),
+        (posed([0, 0]), "SC706", ""),
+        (posed([0, 0, 0], {"type": "from_rpy", "angles": [0]}), "SC706", ""),
+        (posed(drawn(kind="gauss")), "SC705", "p.kind"),
+        (posed(drawn(shape=[2])), "SC706", ""),
+        (posed(drawn(shape=[0])), "SC705", "p.shape"),
+        (posed(drawn(shape=[10**9])), "SC705", "p.shape"),
+        (posed(drawn(low=[0, 0])), "SC706", ""),
+        (posed(drawn(clip=[0])), "SC706", "p.clip"),
+        (posed({"type": "shared", "name": "nobody"}), "SC708", "p.name"),
+        (posed({"type": "shared", "name": "u"}), "SC706", ""),
+        (posed([computed("${")] * 3), "SC705", "p[0].template.text"),
+        (posed([computed("${x}")] * 3), "SC708", "p[0].template"),
+        (posed([computed("${u.__class__}")] * 3), "SC705", "p[0].template.text"),
+        (posed([{**computed("${x}"), "reads": [["x"]]}] * 3), "SC705", "p[0].reads"),
+        (posed([{**computed("${x}"), "reads": [["x", "nobody"]]}] * 3), "SC708", "p[0].template"),
+        (posed([computed("${a}", constants=[1])] * 3), "SC705", "p[0].template.constants"),
+        (posed(nested(DEEPEST)), "SC712", None),
+    ],
+)
+def test_each_fault_is_told_at_its_place(recipe: Any, code: str, where: str | None) -> None:
+    plan, found = read(with_recipe(recipe))
+    assert plan is None
+    path = "entities[1].pose.recipe"
+    if where is None:
+        assert [one[0] for one in found] == [code]
+        assert found[0][1].startswith(path)
+    else:
+        assert found == [(code, f"{path}.{where}" if where else path)]
+
+
+@pytest.mark.parametrize(
+    "recipe",
+    [
+        POSE,
+        posed(drawn(low=[0, 0, 0], clip=[-1, [1, 1, 1]])),
+        posed([computed("${u + k}", constants={"k": 0.5}), computed("${scene / num_scenes}"), 0]),
+        posed([{**computed("${x}"), "reads": [["x", "u"]]}, 0, 0], {"type": "random_rotated", "key": KEY}),
+        posed(nested(DEEPEST // 2 - 2)),
+    ],
+)
+def test_what_is_right_is_read_and_written_alike(recipe: Any) -> None:
+    plan, found = read(with_recipe(recipe))
+    assert plan is not None, found
+    again, _ = read(json.loads(plan_to_json(plan)))
+    assert again == plan
+
+
+def test_only_what_a_reset_changes_has_a_recipe() -> None:
+    data = with_recipe(POSE)
+    body = data["entities"][1]["structures"][0]
+    body["mass"] = {"value": 1.0, "recipe": {"type": "const", "data": 1.0}}
+    assert read(data) == (None, [("SC703", "entities[1].structures[0].mass.recipe")])
+
+
+def test_the_wrong_count_of_rows_is_told_beside_a_recipe_too() -> None:
+    data = with_recipe(POSE)
+    data["entities"][1]["pose"]["per_scene"].pop()
+    assert read(data) == (None, [("SC706", "entities[1].pose.per_scene")])
+    data["entities"][1]["pose"] = {"value": [0, 0, 0], "recipe": POSE}
+    assert read(data) == (None, [("SC706", "entities[1].pose.value")])
+    data["entities"][1]["pose"] = {"recipe": POSE}
+    assert read(data) == (None, [("SC705", "entities[1].pose")])
+
+
+@pytest.mark.parametrize(
+    ("draws", "code", "where"),
+    [
+        ([], "SC705", "draws"),
+        ({"u": 1}, "SC705", "draws.u"),
+        ({"u": {"type": "shared", "name": "u"}}, "SC708", "draws.u.name"),
+        ({"u": {"type": "shared", "name": "w"}, "w": {"type": "const", "data": 1}}, "SC708", "draws.u.name"),
+    ],
+)
+def test_a_shared_draw_reads_those_before_it(draws: Any, code: str, where: str) -> None:
+    plan, found = read(with_recipe(POSE, draws=draws))
+    assert plan is None
+    assert (code, where) in found
+
+
+def test_many_shared_draws_of_one_another_are_read_in_no_time() -> None:
+    first = {"type": "const", "data": 1.0}
+    draws: dict[str, Any] = {"d0": first}
+    for index in range(1, 60):
+        before = {"type": "shared", "name": f"d{index - 1}"}
+        draws[f"d{index}"] = {"type": "cycled", "items": [before, before]}
+    data = json.loads(plan_to_json(SAMPLES["drawn"]()))
+    data["draws"] |= draws
+    plan, found = read(data)
+    assert plan is not None, found
+
+
+def test_a_stack_of_stacks_is_read_in_no_time() -> None:
+    item: Any = 1.0
+    for _ in range(DEEPEST // 2 - 3):
+        item = {"type": "stacked", "items": [item]}
+    _, found = read(with_recipe(item))
+    assert found == [("SC706", "entities[1].pose.recipe")]
+
+
+def test_a_plan_from_json_is_reset_as_the_plan_that_was_written() -> None:
+    pytest.importorskip("sapien")
+    from scenecc.backends.sapien import instantiate
+
+    plan = SAMPLES["drawn"]()
+    again, _ = read(json.loads(plan_to_json(plan, base=ROOT)))
+    assert again is not None
+    assert again == plan
+    batches = [instantiate(one, Sink(), render=False) for one in (plan, again)]
+    poses: list[list[Any]] = []
+    for batch in batches:
+        assert batch is not None
+        seen: list[Any] = []
+        for seed in (None, 5, 5, 11):
+            batch.reset(seed)
+            seen.append(np.stack([scene.entities[1].pose.p for scene in batch.scenes]))
+        batch.close()
+        poses.append(seen)
+    for first, second in zip(*poses, strict=True):
+        np.testing.assert_array_equal(first, second)
+    assert (poses[0][1] == poses[0][2]).all()
+    assert (poses[0][0] == poses[0][3]).all()
+    assert (poses[0][0] != poses[0][1]).any()
