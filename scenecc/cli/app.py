@@ -42,6 +42,8 @@ _EPILOG = "Exit status: 0 fine, 1 the scene is at fault, 2 wrong usage, 3 the en
 
 def main() -> None:
     """Runs the command line of this process. Ends it: 0, 1, 2, 3, or 130 when interrupted."""
+    # Plugins that observe pydantic's models have none of an application here, and finding them takes its time.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     signal.signal(signal.SIGINT, _interrupt)
     # A closed pipe (`scenecc validate . | head`) ends this process as it ends any other.
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)

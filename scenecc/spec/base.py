@@ -78,9 +78,6 @@ def _literal(text: str) -> str:
 
 REFERENCE_PATTERN = r"^[A-Za-z_][A-Za-z0-9_.-]*(?:/[A-Za-z_][A-Za-z0-9_.-]*)*$"
 
-_REFERENCE = re.compile(REFERENCE_PATTERN)
-_WHOLE = re.compile(REFERENCE_PATTERN.replace("^", "^/?", 1))
-
 
 class Scoped:
     """The annotation of names that an expanded document may have with slashes in them.
@@ -90,11 +87,11 @@ class Scoped:
     """
 
     def __init__(self, *, whole: bool = False) -> None:
-        self._pattern = _WHOLE if whole else _REFERENCE
+        self._pattern = REFERENCE_PATTERN.replace("^", "^/?", 1) if whole else REFERENCE_PATTERN
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         def otherwise(node: object) -> str:
-            if EXPANDED.get() and isinstance(node, str) and self._pattern.match(node):
+            if EXPANDED.get() and isinstance(node, str) and re.fullmatch(self._pattern, node):
                 return node
             raise PydanticCustomError(NOT_MEANT, "a name as written")
 
