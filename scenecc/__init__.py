@@ -14,9 +14,11 @@ if TYPE_CHECKING:
     from scenecc.api import (
         Diagnostic,
         EntityBatch,
+        EntityState,
         SceneBatch,
         SceneError,
         ScenePlan,
+        SceneState,
         compile_scene,
         emit_scene,
         load_scene,
@@ -27,9 +29,11 @@ if TYPE_CHECKING:
 __all__ = [
     "Diagnostic",
     "EntityBatch",
+    "EntityState",
     "SceneBatch",
     "SceneError",
     "ScenePlan",
+    "SceneState",
     "__version__",
     "compile_scene",
     "emit_scene",

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from os import PathLike
     from pathlib import Path
 
-    from scenecc.backends.sapien import EntityBatch, SceneBatch
+    from scenecc.backends.sapien import EntityBatch, EntityState, SceneBatch, SceneState
     from scenecc.plan import ScenePlan
     from scenecc.summary import SummaryRow
 
@@ -26,9 +26,11 @@ __all__ = [
     "Build",
     "Diagnostic",
     "EntityBatch",
+    "EntityState",
     "SceneBatch",
     "SceneError",
     "ScenePlan",
+    "SceneState",
     "SummaryRow",
     "build_scene",
     "compile_scene",
@@ -330,7 +332,11 @@ def _instantiated(
     return batch
 
 
-_IN = {"EntityBatch": "backends.sapien", "SceneBatch": "backends.sapien", "ScenePlan": "plan", "SummaryRow": "summary"}
+_IN = {
+    **dict.fromkeys(("EntityBatch", "EntityState", "SceneBatch", "SceneState"), "backends.sapien"),
+    "ScenePlan": "plan",
+    "SummaryRow": "summary",
+}
 """Folders of the classes below."""
 
 
