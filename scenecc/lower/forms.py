@@ -21,7 +21,7 @@ from scenecc.values.forms import (
     Uniform,
     Vector,
 )
-from scenecc.values.nodes import Chosen, Computed, Cycled, Drawn, Key, RandomRotated, Rows, Stacked
+from scenecc.values.nodes import NODES, Chosen, Computed, Cycled, Drawn, Key, RandomRotated, Rows, Stacked
 from scenecc.values.template import Template
 
 if TYPE_CHECKING:
@@ -255,6 +255,9 @@ class Reading:
         clipped = clip and tuple(self._bound(bound, one, place, ("clip", i)) for i, bound in enumerate(clip))
         key = self._key(place)
         node = Drawn(what, low, high, clipped, one.shape, key, place.word)
+        if any(bound.__class__ in NODES for bound in (low, high, *(clipped or ()))):
+            # Bounds that vary may change places in some scene.
+            self.risk(node, place.origin)
         return Stacked((node,) * kind.shape[0]) if single and kind.shape else node
 
     def _bound(self, given: Any, kind: Kind, place: Place, step: Step) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from operator import is_
 from typing import TYPE_CHECKING, Any
 
 from scenecc.lower.poses import IDENTITY_POSE
@@ -58,7 +59,7 @@ class Recipes:
             if drawn:
                 self._read |= read
                 pose = _with_recipe(pose, node, len(entity.scene_idxs))
-        if pose is entity.pose and structures == entity.structures:
+        if pose is entity.pose and all(map(is_, structures, entity.structures)):
             return entity
         return replace(entity, pose=pose, structures=structures)
 

@@ -245,3 +245,9 @@ def test_the_expressions_of_a_velocity_are_part_of_its_recipe() -> None:
     _, recipe = recipes(plan)
     assert isinstance(recipe, Stacked)
     assert [name for name, _ in plan.draws] == ["v", "w"]
+
+
+def test_bounds_that_change_places_name_the_scene() -> None:
+    document = scene({"mass": {"uniform": [{"cycle": [1, 3]}, 2]}}, num_scenes=4)
+    assert validate(document) == []
+    assert drawn(document) == [("SC515", "entities.body.mass")]
