@@ -156,6 +156,8 @@ class Fields:
             return self._value_words(kind, item, side)
         if isinstance(kind, OneOf):
             return type_name(item.__class__)
+        if isinstance(kind, Many):
+            return str(len(item))
         if isinstance(kind, Node):
             given = ((slot, getattr(item, slot.name)) for slot in slots(item.__class__))
             words = [f"{slot.name} {self._words(slot.kind, x, side)}" for slot, x in given if x is not None]

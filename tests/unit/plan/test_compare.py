@@ -155,6 +155,16 @@ def test_entities_come_and_go_and_move() -> None:
     assert (moved.kind, moved.name) == ("moved", "box") or (moved.kind, moved.name) == ("moved", "ball")
 
 
+def test_a_structure_more_is_told_in_a_few_words() -> None:
+    plan = two()
+    ball, box = plan.entities
+    more = dataclasses.replace(ball, structures=(*ball.structures, *box.structures), pick=indices(0, 1))
+    found = differences(plan, dataclasses.replace(plan, entities=(more, box)))
+    assert ("added", "structures[1]", None, "body_type \"dynamic\", collisions 1, visuals 0") in [
+        (one.kind, one.path, one.a, one.b) for one in found
+    ]
+
+
 def test_only_what_must_move_is_told_to_have_moved() -> None:
     many = tuple(entity(f"e{i}", pose(0, 0, i), solid(Sphere(constant(0.1)))) for i in range(6))
     plan = dataclasses.replace(two(), entities=many)
