@@ -39,8 +39,8 @@ def lower_draws(
             drawing.sink.report("SC250", message, origin, hint=suggest_name(str(name), known, drawing.sink))
     for name, draw in written.items():
         place = origin.child(name)
-        if name in given:
-            drawing.draws[name] = _given(given[name], drawing, place, drawing.sink)
+        if name in given and (rows := _given(given[name], drawing, place, drawing.sink)) is not None:
+            drawing.draws[name] = rows
             drawing.random.add(name)  # a reset may be given other rows
             continue
         scope = names.given.get(name, scope_of(name))
@@ -64,8 +64,8 @@ def report_unused(written: Mapping[str, Any], drawing: Drawing, names: Names, or
             drawing.sink.report("SC319", message, origin.child(name), at="key")
 
 
-def _given(rows: Any, drawing: Drawing, place: Origin, sink: Sink) -> Any:
-    """What the caller gives in place of a draw, as a node."""
+def _given(rows: Any, drawing: Drawing, place: Origin, sink: Sink) -> Cycled | None:
+    """What the caller gives in place of a draw, as a node; None where it was reported."""
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
     data = np.asarray(rows)
@@ -79,7 +79,7 @@ def _given(rows: Any, drawing: Drawing, place: Origin, sink: Sink) -> Any:
         # One for each scene, so that this is by index, as rows are: those are what stays as it is built.
         items: list[Any] = data.tolist()
         return Cycled(tuple(map(_row, items)))
-    return Const(0.0)
+    return None
 
 
 def _row(item: Any) -> Any:

@@ -10,6 +10,7 @@ import pytest
 from unit.lower.scenes import codes, compiled, entity, scene
 
 from scenecc import compile_scene, validate
+from scenecc.plan import Value
 from scenecc.values import generator
 
 BOX: dict[str, Any] = {"type": "box", "half_size": [0.1, 0.2, 0.3]}
@@ -24,8 +25,15 @@ def size(half_size: Any, **top: Any) -> np.ndarray:
     return shape({"shapes": [{"type": "box", "half_size": half_size}]}, **top).geometry.half_size.data
 
 
-def mass(form: Any, **top: Any) -> list[float]:
-    return entity(compiled({"mass": form, **top.pop("body", {})}, num_scenes=4, **top)).structures[0].mass.data.tolist()
+def masses(form: Any, num_scenes: int = 4) -> Value:
+    """The mass of a body over some scenes."""
+    value = entity(compiled({"mass": form}, num_scenes=num_scenes)).structures[0].mass
+    assert value is not None
+    return value
+
+
+def mass(form: Any) -> list[float]:
+    return masses(form).data.tolist()
 
 
 @pytest.mark.parametrize(
@@ -57,14 +65,14 @@ def test_what_is_drawn_stays_within_its_bounds(form: Any, low: float, high: floa
     drawn = mass(form)
     assert len(set(drawn)) == 4
     assert all(low <= number <= high for number in drawn)
-    support = entity(compiled({"mass": form}, num_scenes=4)).structures[0].mass.support
+    support = masses(form).support
     assert (support.low, support.high) == (low, high)
 
 
 def test_a_choice_gives_its_items_alone() -> None:
-    drawn = entity(compiled({"mass": {"choice": [1, 2], "weights": [1, 3]}}, num_scenes=400)).structures[0].mass
-    assert set(drawn.data.tolist()) == {1, 2}
-    assert 0.6 < np.mean(drawn.data == 2) < 0.9
+    drawn = masses({"choice": [1, 2], "weights": [1, 3]}, 400).data
+    assert set(drawn.tolist()) == {1, 2}
+    assert 0.6 < np.mean(drawn == 2) < 0.9
 
 
 def test_integers_stay_integers() -> None:
