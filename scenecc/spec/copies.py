@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import Field, StringConstraints, Tag, TypeAdapter, ValidationError
+from pydantic import Field, StringConstraints, Tag, ValidationError
 from pydantic_core import PydanticCustomError, core_schema
 from typing_extensions import TypeAliasType
 
 from scenecc.spec.base import VARIABLE_PATTERN, Maybe, Model, Name, Scoped, key
-from scenecc.spec.expressions import written
+from scenecc.spec.later import Later
 from scenecc.spec.leaf import Fixed
 from scenecc.spec.mistakes import Mistakes
 from scenecc.spec.plain import is_mapping
 from scenecc.spec.scalars import NonNegativeInt
-from scenecc.spec.unions import EXPANDED, NOT_MEANT, SHAPE, TYPE, by_kind, in_order, is_varying, plain_json
+from scenecc.spec.unions import EXPANDED, NOT_MEANT, SHAPE, TYPE, Validator, by_kind, in_order, is_varying, plain_json
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
-    from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 
 Variable = Annotated[str, StringConstraints(pattern=VARIABLE_PATTERN)]
 """The name of a parameter, a loop variable or a draw."""
@@ -65,7 +65,8 @@ class _Repeated:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         schema = handler(source)
-        return in_order([(schema, SHAPE)], core_schema.no_info_wrap_validator_function(_shape, schema))
+        read = partial(_shape, Validator(schema))
+        return in_order([(schema, SHAPE)], core_schema.no_info_plain_validator_function(read))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         is_open = {"properties": {TYPE: {"pattern": r"\$\{"}}, "required": [TYPE]}
@@ -74,10 +75,10 @@ class _Repeated:
 
 Repeated = _Repeated()
 
-_repeat: TypeAdapter[Any] = TypeAdapter(Repeat, config={"strict": True, "defer_build": True})
+_repeat = Later("scenecc.spec.copies", "Repeat")
 
 
-def _shape(node: Any, plain: ValidatorFunctionWrapHandler) -> Any:
+def _shape(plain: Validator, node: Any) -> Any:
     """A shape as written that only expansion understands. What its type decides about is judged after that."""
     kind = node.get(TYPE) if is_mapping(node) else None
     is_open = is_varying(kind)
@@ -86,15 +87,17 @@ def _shape(node: Any, plain: ValidatorFunctionWrapHandler) -> Any:
     mistakes = Mistakes()
     if "repeat" in node:
         try:
-            _repeat.validate_python(node["repeat"])
+            _repeat.validate(node["repeat"])
         except ValidationError as problem:
             mistakes.take(problem, "repeat")
     shape: Any = None
     try:
         if is_open and isinstance(kind, str):
+            from scenecc.spec.expressions import written
+
             written(kind)
         else:
-            shape = plain({key: item for key, item in node.items() if key != "repeat"})
+            shape = plain.validate({key: item for key, item in node.items() if key != "repeat"})
     except PydanticCustomError as problem:
         mistakes.add(problem, kind, TYPE)
     except ValidationError as problem:

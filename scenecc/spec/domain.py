@@ -6,17 +6,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from pydantic_core import CoreConfig, SchemaValidator
-
 from scenecc.spec.scalars import LARGEST
-from scenecc.spec.unions import COMPONENTS, branches
+from scenecc.spec.unions import COMPONENTS, Validator, branches
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from pydantic_core import CoreSchema
-
-_STRICT = CoreConfig(strict=True)
 
 
 @dataclass(frozen=True)
@@ -63,7 +59,7 @@ class Domain:
     def validate_number(self) -> Callable[..., Any]:
         """Validates a single number."""
         assert self.number is not None
-        return SchemaValidator(self.number, _STRICT).validate_python
+        return Validator(self.number).validate
 
 
 def domain_of(schema: CoreSchema, resolve: Callable[[CoreSchema], CoreSchema]) -> Domain:

@@ -15,6 +15,7 @@ from scenecc.spec.mistakes import Mistakes
 from scenecc.spec.unions import (
     VALUE,
     VECTOR,
+    Validator,
     any_varying,
     branches,
     in_order,
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema, PydanticCustomError
-    from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 
     from scenecc.values.forms import Varying
 
@@ -57,11 +57,11 @@ class Varies:
         if expected is None:
             choices = [(schema, VECTOR if domain.item else VALUE)]
         refuse = refusal(choices, expected)
-        plain = (
-            in_order(choices, core_schema.no_info_plain_validator_function(_refusing(refuse))) if expected else schema
-        )
-        read = _leaf(domain, refuse, self.refused)
-        union = in_order(choices, core_schema.no_info_wrap_validator_function(read, plain))
+        plain = schema
+        if expected is not None:
+            plain = in_order(choices, core_schema.no_info_plain_validator_function(_refusing(refuse)))
+        read = _leaf(domain, Validator(plain), refuse, self.refused)
+        union = in_order(choices, core_schema.no_info_plain_validator_function(read))
         union["metadata"] = {"expected": expected, "varying": self._varying(domain)}
         return union
 
@@ -86,16 +86,16 @@ def _refusing(refuse: Refuse) -> Callable[[Any], Any]:
     return otherwise
 
 
-def _leaf(domain: Domain, refuse: Refuse, refused: str | None) -> Any:
+def _leaf(domain: Domain, plain: Validator, refuse: Refuse, refused: str | None) -> Callable[[Any], Any]:
     varies = any_varying if domain.item is not None else is_varying
 
-    def read(node: Any, plain: ValidatorFunctionWrapHandler) -> Any:
+    def read(node: Any) -> Any:
         if not varies(node):
             raise refuse(node)
         from scenecc.spec.forms import FormReader
 
         mistakes = Mistakes()
-        value = FormReader(mistakes, refused).leaf(node, domain, plain, ())
+        value = FormReader(mistakes, refused).leaf(node, domain, plain.validate, ())
         mistakes.stop()
         return value
 

@@ -53,11 +53,16 @@ class TextureMapping(Model):
     srgb: Maybe[Fixed[bool]] = key("Whether 8-bit values are sRGB: true for colours, false for the rest.", default=True)
 
 
+if TYPE_CHECKING:
+    _Sampled = TextureMapping
+else:
+    _Sampled = Annotated[Any, Later("scenecc.spec.material", "TextureMapping")]
+
 Texture = TypeAliasType(
     "Texture",
     Leaf[
         Annotated[
-            Annotated[Text, Tag("#word")] | Annotated[TextureMapping, Tag("#mapping")],
+            Annotated[Text, Tag("#word")] | Annotated[_Sampled, Tag("#mapping")],
             by_kind("a file, or a mapping with `file`"),
         ]
     ],

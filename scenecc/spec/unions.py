@@ -8,9 +8,10 @@ written there, so that a mistake gives one diagnostic.
 from __future__ import annotations
 
 from contextvars import ContextVar
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pydantic_core import PydanticCustomError, core_schema
+from pydantic_core import CoreConfig, PydanticCustomError, SchemaValidator, core_schema
 
 from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.plain import EXPRESSION, is_mapping, is_sequence
@@ -138,6 +139,22 @@ def refusal(choices: Iterable[tuple[CoreSchema, str]], expected: str | None) -> 
         return PydanticCustomError(WRONG_KIND, "{expected}", {"expected": expected})
 
     return refuse
+
+
+class Validator:
+    """A validator by itself, built when it is first asked for.
+
+    Args:
+        schema: without references to others.
+    """
+
+    def __init__(self, schema: CoreSchema) -> None:
+        self._schema = schema
+
+    @cached_property
+    def validate(self) -> Callable[[Any], Any]:
+        """Validates a value, strictly."""
+        return SchemaValidator(self._schema, CoreConfig(strict=True)).validate_python
 
 
 class _ByKind:
