@@ -1,0 +1,118 @@
+"""What is drawn belongs to its entity, field, scene and seed alone, through the whole compiler."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from random import Random
+from typing import Any
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from scenecc import compile_scene
+from scenecc.plan.compare import differences
+from scenecc.questions import compare_scenes
+
+RANDOMS = st.integers(0, 2**32).map(Random)
+"""What scenes are made of: to draw each form by Hypothesis takes longer than to compile it."""
+
+Make = Callable[[Random], Any]
+
+
+def number(random: Random) -> float:
+    return round(random.uniform(0.1, 2), 3)
+
+
+def vector(random: Random) -> list[float]:
+    return [number(random) for _ in range(3)]
+
+
+def between(random: Random, make: Make) -> list[Any]:
+    low, high = make(random), make(random)
+    return sorted((low, high)) if make is number else [list(map(min, low, high)), list(map(max, low, high))]
+
+
+def varying(random: Random, make: Make) -> Any:
+    """A plain value, an expression, or one of the forms that take any number of scenes."""
+    items = [make(random) for _ in range(random.randint(1, 3))]
+    bounds = between(random, make)
+    mean, std = (number(random), 0.1) if make is number else (vector(random), [0.1, 0, 0.2])
+    return random.choice(
+        [
+            items[0],
+            "${u + 0.5}" if make is number else ["${u}", {"uniform": [0.1, "${1 + u}"]}, "${scene + 1}"],
+            {"cycle": items},
+            {"choice": items},
+            {"choice": [items[0], {"uniform": bounds}], "weights": [1, 3]},
+            {"per_scene": {"0": items[0], "default": {"cycle": items}}},
+            {"uniform": bounds},
+            {"log_uniform": bounds},
+            {"normal": [mean, std], "clip": bounds},
+        ]
+    )
+
+
+def body(random: Random) -> dict[str, Any]:
+    rotation = random.choice([{}, {"q": "uniform"}, {"rpy": [0, 0, varying(random, number)]}])
+    made: dict[str, Any] = {
+        "pose": {"p": varying(random, vector), **rotation},
+        "mass": varying(random, number),
+        "linear_velocity": varying(random, vector),
+        "shapes": [{"type": "box", "half_size": varying(random, vector)}],
+    }
+    if random.random() < 0.5:
+        ball = {"shapes": [{"type": "sphere", "radius": varying(random, number)}]}
+        made["variants"] = [ball, {}]
+        made["pick"] = random.choice([{"cycle": [0, 1]}, {"integers": [0, 1]}, {"choice": [0, 1]}])
+    return made
+
+
+def scene_of(random: Random) -> dict[str, Any]:
+    return {
+        "scenecc": 1,
+        "num_scenes": 6,
+        "seed": random.randint(0, 3),
+        "draws": {"u": {"uniform": [0.1, 1]}},
+        "entities": {name: body(random) for name in random.choice(["a", "ab", "abc"])},
+    }
+
+
+@given(RANDOMS)
+def test_a_scene_does_not_differ_from_itself(random: Random) -> None:
+    scene = scene_of(random)
+    assert compare_scenes(scene, copy.deepcopy(scene)) == []
+
+
+@given(RANDOMS, st.integers(1, 9))
+def test_a_scene_is_the_same_among_any_number(random: Random, count: int) -> None:
+    scene = scene_of(random)
+    found = differences(compile_scene(scene), compile_scene(scene, num_scenes=count))
+    # Recipes, and draws in them, list what is known by scene for the scenes that there are.
+    assert [one for one in found if one.section == "entities" and not one.path.endswith(".recipe")] == []
+
+
+@given(RANDOMS)
+def test_an_edit_of_one_entity_leaves_all_others_as_they_were(random: Random) -> None:
+    scene = scene_of(random)
+    edited = {**scene, "entities": {**scene["entities"], "a": body(random)}}
+    assert {one.name for one in compare_scenes(scene, edited) if one.section == "entities"} <= {"a"}
+
+
+@given(RANDOMS, st.booleans())
+def test_a_new_entity_leaves_all_others_as_they_were(random: Random, first: bool) -> None:
+    scene = scene_of(random)
+    new, old = {"new": body(random)}, scene["entities"]
+    more = {**scene, "entities": {**new, **old} if first else {**old, **new}}
+    # A draw that nothing at a reset has read so far comes into the plan with what reads it.
+    found = [(one.kind, one.name) for one in compare_scenes(scene, more) if one.section == "entities"]
+    assert found == [("added", "new")]
+
+
+@given(RANDOMS, st.integers(0, 100))
+def test_another_seed_or_name_draws_otherwise(random: Random, seed: int) -> None:
+    made = {**body(random), "mass": {"uniform": [1, 2]}}
+    scene = {"scenecc": 1, "num_scenes": 6, "draws": {"u": {"uniform": [0.1, 1]}}, "entities": {"a": made, "b": made}}
+    first, second = compile_scene(scene, seed=seed), compile_scene(scene, seed=seed + 1)
+    masses = [plan.entities[i].structures[0].mass for plan in (first, second) for i in (0, 1)]
+    assert len({mass.data.tobytes() for mass in masses if mass is not None}) == 4
