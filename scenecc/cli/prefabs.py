@@ -50,7 +50,7 @@ def prefabs(
     elif name is None:
         print_out(_table(rows))
     else:
-        print_out(f"{rows[0].name}: {rows[0].description}\n\n{params_table(rows[0].params)}")
+        print_out(f"{rows[0].name}: {rows[0].description}\n{_editions(rows[0])}\n{params_table(rows[0].params)}")
 
 
 def _refuse(name: str, known: list[str]) -> None:
@@ -69,5 +69,25 @@ def _table(rows: Sequence[PrefabRow]) -> str:
     return table(_HEAD, cells, color=wants_color(sys.stdout))
 
 
+def _editions(row: PrefabRow) -> str:
+    """A line on each package with which the prefab is another one; "" for most prefabs."""
+    lines = [
+        f"This is the edition for {package}, which is installed here."
+        if package == row.edition
+        else f"Where {package} is installed, its edition is used."
+        for package in row.editions
+    ]
+    return "".join(f"{line}\n" for line in lines)
+
+
 def _data(rows: Sequence[PrefabRow]) -> list[dict[str, Any]]:
-    return [{"name": row.name, "description": row.description, "parameters": params_data(row.params)} for row in rows]
+    return [
+        {
+            "name": row.name,
+            "description": row.description,
+            "editions": list(row.editions),
+            "edition": row.edition,
+            "parameters": params_data(row.params),
+        }
+        for row in rows
+    ]

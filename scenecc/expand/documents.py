@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.words import cut, suggest
-from scenecc.source.paths import AssetScope, Refusal, resolve
+from scenecc.source.paths import AssetScope, Refusal, has_package, resolve
 from scenecc.source.read import read_text
 from scenecc.source.text import read_bytes
 
@@ -88,19 +88,21 @@ was reported. The same file gives the same document."""
 def scene_loader(scope: AssetScope, limits: Limits, sink: Sink) -> Load:
     """Reads scene files inside what a compilation may read.
 
-    A reference is a path relative to the document's folder, `pkg://PACKAGE/PATH`, `asset://PATH`, or `scenecc:NAME`.
+    A reference is a path relative to the document's folder, `pkg://PACKAGE/PATH`, `asset://PATH`, or `scenecc:NAME`,
+    which stands for the edition of that prefab that is used here; see `edition_here`.
     """
     read: dict[str, SceneDocument | None] = {}
 
     def load(reference: str, owner: SceneDocument, place: Origin) -> SceneDocument | None:
-        uri = owner.reference(reference)
+        uri, shown = owner.reference(reference), None
         if reference.startswith(SHIPPED):
             name = reference[len(SHIPPED) :]
             if name not in shipped_names():
                 message = f"no prefab `{cut(name)}` ships with scenecc"
                 sink.report("SC240", message, place, hint=suggest(name, shipped_names()))
                 return None
-            uri = f"{_SHIPPED_URI}/{name}.yaml"
+            file = shipped_file(name, edition_here(name, scope))
+            uri, shown = f"{_SHIPPED_URI}/{file}", SHIPPED + file.removesuffix(".yaml")
         found = resolve(uri, base=owner.folder, scope=scope)
         if isinstance(found, Refusal):
             sink.report(found.code, found.message, place, hint=found.hint)
@@ -108,8 +110,7 @@ def scene_loader(scope: AssetScope, limits: Limits, sink: Sink) -> Load:
         identity = str(found.path.resolve())
         if identity not in read:
             tree = posixpath.dirname(uri) if _IN_TREE.match(uri) else None
-            is_shipped = reference.startswith(SHIPPED)
-            shown = reference if is_shipped else uri if tree is not None else _shown(reference, owner)
+            shown = shown or (uri if tree is not None else _shown(reference, owner))
             document = _read(found.path, shown, limits, sink)
             read[identity] = document and SceneDocument(document, found.path.parent, tree, identity)
         return read[identity]
@@ -119,7 +120,22 @@ def scene_loader(scope: AssetScope, limits: Limits, sink: Sink) -> Load:
 
 def shipped_names() -> list[str]:
     """The prefabs that ship, by name."""
-    return sorted(file.stem for file in FOLDER.glob("*.yaml"))
+    return sorted(file.stem for file in FOLDER.glob("*.yaml") if "." not in file.stem)
+
+
+def editions(name: str) -> list[str]:
+    """The Python packages with which a prefab that ships is another file, by name: `NAME.PACKAGE.yaml`."""
+    return sorted(file.stem.removeprefix(f"{name}.") for file in FOLDER.glob(f"{name}.*.yaml"))
+
+
+def edition_here(name: str, scope: AssetScope) -> str | None:
+    """The first of these packages that is installed, None for the plain `NAME.yaml`. None of them is imported."""
+    return next((package for package in editions(name) if has_package(package, scope)), None)
+
+
+def shipped_file(name: str, edition: str | None) -> str:
+    """The file in `FOLDER` that holds an edition of a prefab."""
+    return f"{name}.yaml" if edition is None else f"{name}.{edition}.yaml"
 
 
 def _read(path: Path, name: str, limits: Limits, sink: Sink) -> Document | None:

@@ -9,7 +9,16 @@ from scenecc.diagnostics import Origin, Sink
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.words import show
 from scenecc.expand.compiled import compile_module
-from scenecc.expand.documents import FOLDER, SHIPPED, scene_loader, shipped_names, top_document
+from scenecc.expand.documents import (
+    FOLDER,
+    SHIPPED,
+    edition_here,
+    editions,
+    scene_loader,
+    shipped_file,
+    shipped_names,
+    top_document,
+)
 from scenecc.expand.modules import Library
 from scenecc.source import Limits, read_file
 from scenecc.source.paths import AssetScope
@@ -53,13 +62,17 @@ class PrefabRow:
 
     Attributes:
         name: as `use` takes it: `scenecc:table`.
-        params: of it, in order.
+        params: of the edition that is used here, in order.
         description: one line.
+        editions: the Python packages with which the prefab has another edition, by name.
+        edition: the one of these whose edition is used here, since it is installed; None for the plain prefab.
     """
 
     name: str
     params: tuple[ParamRow, ...]
     description: str
+    editions: tuple[str, ...] = ()
+    edition: str | None = None
 
 
 def list_params(document: Document, *, load: Load, limits: Limits, sink: Sink) -> list[ParamRow] | None:
@@ -87,13 +100,15 @@ def list_prefabs() -> list[PrefabRow]:
     rows: list[PrefabRow] = []
     limits = Limits()
     for name in shipped_names():
-        sink = Sink()
-        document = read_file(FOLDER / f"{name}.yaml", sink, limits)
+        sink, scope = Sink(), AssetScope(FOLDER)
+        edition = edition_here(name, scope)
+        document = read_file(FOLDER / shipped_file(name, edition), sink, limits)
         assert document is not None, f"the prefab {name} cannot be read"
-        load = scene_loader(AssetScope(FOLDER), limits, sink)
+        load = scene_loader(scope, limits, sink)
         params = list_params(document, load=load, limits=limits, sink=sink)
+        assert params is not None, f"the prefab {name} is at fault"
         description = str(document.data.get("description", "")).split("\n", 1)[0]
-        rows.append(PrefabRow(SHIPPED + name, tuple(params or ()), description))
+        rows.append(PrefabRow(SHIPPED + name, tuple(params), description, tuple(editions(name)), edition))
     return rows
 
 

@@ -106,6 +106,11 @@ def resolve(uri: str, *, base: Path, scope: AssetScope) -> Resolved | Refusal:
     return found
 
 
+def has_package(name: str, scope: AssetScope) -> bool:
+    """Whether `pkg://NAME/…` names files here. The package is looked for as `resolve` does, and not imported."""
+    return isinstance(_package(f"pkg://{name}", scope), _Package)
+
+
 def resolve_named(reference: str, *, owner: Path, owner_uri: str, scope: AssetScope) -> Resolved | Refusal:
     """Finds a file that an asset names (an MTL of an OBJ, a texture of a glTF).
 

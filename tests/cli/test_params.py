@@ -97,7 +97,7 @@ def test_every_prefab_that_ships_is_listed_with_its_parameters(run) -> None:
     assert (done.returncode, done.stderr) == (0, "")
     lines = {line.split("  ")[0]: line for line in done.stdout.splitlines()}
     folder = Path(__file__).parents[2] / "scenecc" / "prefabs"
-    assert lines.keys() == {"name", *(f"scenecc:{file.stem}" for file in folder.glob("*.yaml"))}
+    assert lines.keys() == {"name", *(f"scenecc:{file.stem}" for file in folder.glob("*.yaml") if "." not in file.stem)}
     assert lines["scenecc:table"].endswith("size, height, thickness, color, body_type")
     assert "A square table" in lines["scenecc:table"]
 
@@ -123,6 +123,9 @@ def test_prefabs_as_json(run) -> None:
     (table,) = json.loads(run("prefabs", "table", "--format", "json").stdout)["prefabs"]
     assert table in everything
     assert table["parameters"][0]["name"] == "size"
+    assert (table["editions"], table["edition"]) == ([], None)
+    (workspace,) = (row for row in everything if row["name"] == "scenecc:table_workspace")
+    assert workspace["editions"] == ["mani_skill"]
 
 
 def test_a_prefab_that_does_not_ship_is_wrong_usage(run) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 PREFABS = Path(__file__).resolve().parents[2] / "scenecc" / "prefabs"
-NAMES = sorted(file.stem for file in PREFABS.glob("*.yaml"))
+NAMES = sorted(file.stem for file in PREFABS.glob("*.yaml") if "." not in file.stem)
 
 OURS: dict[str, dict[str, Any]] = {
     "cube": {"half_size": 0.02, "color": [1, 0, 0, 1]},
@@ -41,6 +41,9 @@ OURS: dict[str, dict[str, Any]] = {
     "stairs": {"steps": 5, "rise": 0.15, "run": 0.28, "width": 1, "color": [141 / 255] * 3},
 }
 """Our defaults where ManiSkill and the tutorial have none."""
+
+ALIKE: dict[str, dict[str, Any]] = {"table_workspace": {"visual": "boxes"}}
+"""What makes a prefab the same whatever packages are installed."""
 
 STATIC = frozenset(("bin", "shelf", "stairs", "ground"))
 

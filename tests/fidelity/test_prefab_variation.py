@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from fidelity.compare import scene_facts
-from fidelity.prefab_cases import NAMES, VARIED, label
+from fidelity.prefab_cases import ALIKE, NAMES, VARIED, label
 
 from scenecc import compile_scene, load_scene
 
@@ -38,7 +38,7 @@ def test_what_differs_from_scene_to_scene_may_be_drawn(name: str) -> None:
 
 def used(name: str, given: dict[str, Any], *, num_scenes: int = 2) -> Any:
     """Live scenes of one prefab."""
-    thing = {"use": f"scenecc:{name}", "with": given, "pose": [0.1, 0.2, 0.3]}
+    thing = {"use": f"scenecc:{name}", "with": ALIKE.get(name, {}) | given, "pose": [0.1, 0.2, 0.3]}
     scene = {"scenecc": 1, "num_scenes": num_scenes, "entities": {"thing": thing}}
     return load_scene(scene, render=False, audit="full")
 

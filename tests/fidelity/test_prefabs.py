@@ -5,12 +5,14 @@ from __future__ import annotations
 import io
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import sapien
+import trimesh
 from fidelity.compare import assert_same_scene, assert_same_trajectory
 from fidelity.hand_prefabs import (
     HAND,
@@ -22,12 +24,12 @@ from fidelity.hand_prefabs import (
     ground,
     workspace_table,
 )
-from fidelity.prefab_cases import CASES, OURS, PREFABS, STATIC, label
+from fidelity.prefab_cases import CASES, OURS, STATIC, label
 from fidelity.yaml_cases import load
 from sapien import Pose, physx
 
 from scenecc import compile_scene, load_scene, validate
-from scenecc.plan import Mesh, ScenePlan, TiledPlane
+from scenecc.plan import Box, Entity, Mesh, ScenePlan, TiledPlane
 
 AT = [0.03, -0.02, 0.6]
 TURNED = [0.9238795, 0.2209424, 0.2209424, 0.2209424]
@@ -151,7 +153,8 @@ def test_the_floor_has_maniskills_extent_and_tiles(
 
 @pytest.mark.parametrize("prefix", [None, ""], ids=["prefixed", "as in ManiSkill"])
 def test_the_workspace_is_maniskills_table_and_ground(prefix: str | None) -> None:
-    use = {"use": "scenecc:table_workspace", **({} if prefix is None else {"prefix": prefix})}
+    use = {"use": "scenecc:table_workspace", "with": {"visual": "boxes"}}
+    use |= {} if prefix is None else {"prefix": prefix}
     text = (
         f"scenecc: 1\nnum_scenes: 2\nentities:\n  place: {json.dumps(use)}\n"
         "  cube: {pose: [0.1, 0.2, 0.3], collisions: [{type: box, half_size: [0.02, 0.02, 0.02]}]}\n"
@@ -183,17 +186,32 @@ def test_the_workspace_is_maniskills_table_and_ground(prefix: str | None) -> Non
         assert batch.entities["fallen"].pose[0, 2] == pytest.approx(0.1 - TABLE_HEIGHT, abs=1e-3)
 
 
-def test_the_workspace_shows_maniskills_mesh_where_it_is_installed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    scene = {"scenecc": 1, "entities": {"place": {"use": "scenecc:table_workspace", "with": {"visual": "mesh"}}}}
-    package = tmp_path / "mani_skill"
-    file = package / TABLE_MESH.removeprefix("pkg://mani_skill/")
+@pytest.fixture
+def maniskill(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A package of this name with the table's mesh, found first and never imported."""
+    file = tmp_path / "mani_skill" / TABLE_MESH.removeprefix("pkg://mani_skill/")
     file.parent.mkdir(parents=True)
-    (package / "__init__.py").write_text("")
-    file.write_bytes((PREFABS.parents[1] / "scenes" / "assets" / "bowl.glb").read_bytes())
+    (tmp_path / "mani_skill" / "__init__.py").write_text("raise AssertionError('imported')\n")
+    trimesh.creation.box((0.7, 1.4, 0.5)).export(file)
+    monkeypatch.delitem(sys.modules, "mani_skill", raising=False)
     monkeypatch.syspath_prepend(tmp_path)
-    plan = compile_scene(scene)
+    return file
+
+
+@pytest.fixture
+def no_maniskill(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "mani_skill", None)
+
+
+def workspace(**given: str) -> dict[str, Any]:
+    place = {"use": "scenecc:table_workspace", "with": given, "prefix": ""}
+    return {"scenecc": 1, "entities": {"place": place}}
+
+
+@pytest.mark.usefixtures("maniskill")
+@pytest.mark.parametrize("given", [{}, {"visual": "mesh"}], ids=label)
+def test_the_workspace_shows_maniskills_mesh_where_it_is_installed(given: dict[str, str]) -> None:
+    plan = compile_scene(workspace(**given))
     (structure,) = plan.entities[0].structures
     (mesh,) = structure.visuals
     assert isinstance(mesh.geometry, Mesh)
@@ -201,11 +219,47 @@ def test_the_workspace_shows_maniskills_mesh_where_it_is_installed(
     assert mesh.pose is not None
     assert_close(mesh.pose.data[0], [0, 0, 0, *WORKSPACE_POSE.q])
     assert TABLE_MESH in [file.uri for file in plan.files]
-    assert len(structure.collisions) == 1
 
 
-def test_the_mesh_of_the_workspace_is_an_error_where_it_is_not_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("no_maniskill")
+def test_the_workspace_shows_boxes_where_maniskill_is_not_installed() -> None:
+    plan = compile_scene(workspace())
+    assert plan == compile_scene(workspace(visual="boxes"))
+    assert [type(shape.geometry) for shape in plan.entities[0].structures[0].visuals] == [Box] * 5
+    assert not [file for file in plan.files if "mani_skill" in file.uri]
+
+
+@pytest.mark.usefixtures("maniskill")
+def test_only_the_look_of_the_workspace_depends_on_the_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = compile_scene(workspace())
+    pinned = compile_scene(workspace(visual="boxes"))
     monkeypatch.setitem(sys.modules, "mani_skill", None)
-    found = validate({"scenecc": 1, "entities": {"w": {"use": "scenecc:table_workspace", "with": {"visual": "mesh"}}}})
-    assert [d.code[:3] for d in found if d.severity == "error"] == ["SC4"], found
-    assert not validate({"scenecc": 1, "entities": {"w": {"use": "scenecc:table_workspace"}}})
+    boxes = compile_scene(workspace())
+    assert boxes == pinned
+    assert boxes.physical_materials == mesh.physical_materials
+    assert collide(boxes) == collide(mesh)
+    assert all(structure.collisions for entity in collide(boxes) for structure in entity.structures)
+    assert boxes != mesh
+
+
+def collide(plan: ScenePlan) -> list[Entity]:
+    """The entities without what is seen of them."""
+    return [
+        replace(entity, structures=tuple(replace(structure, visuals=()) for structure in entity.structures))
+        for entity in plan.entities
+    ]
+
+
+@pytest.mark.usefixtures("no_maniskill")
+def test_the_mesh_of_the_workspace_is_an_error_where_it_is_not_installed() -> None:
+    found = validate(workspace(visual="mesh"))
+    assert [d.code for d in found if d.severity == "error"] == ["SC405"], found
+    assert not validate(workspace())
+
+
+def test_a_maniskill_without_the_mesh_is_an_error_that_boxes_avoid(maniskill: Path) -> None:
+    maniskill.unlink()
+    (found,) = validate(workspace())
+    assert found.code == "SC401"
+    assert found.file == "pkg://scenecc/prefabs/parts/table_workspace.yaml"
+    assert not validate(workspace(visual="boxes"))

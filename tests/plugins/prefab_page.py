@@ -71,6 +71,10 @@ entities:
 Parameters of type `number`, `vector` and `color` may be given a form (`{uniform: …}`, `{choice: …}`, `{cycle: …}`, …):
 each scene then has its own value, the same wherever the prefab reads it. The others say what is built, which is the
 same in every scene.
+
+A prefab may have an edition for a Python package: `scenecc:NAME` is then `NAME.PACKAGE.yaml` where this package is
+installed, which is found out without importing it, and `NAME.yaml` where it is not. Editions differ in defaults, which
+this page tells for both; `scenecc prefabs NAME` tells which edition is used here.
 """
 
 
@@ -93,6 +97,13 @@ def prefab(name: str) -> dict[str, Any]:
     return document.data
 
 
+def params(name: str) -> dict[str, dict[str, Any]]:
+    """The parameters of a prefab as they are written, those of what it includes first."""
+    data = prefab(name)
+    included = (params(reference.removesuffix(".yaml")) for reference in data.get("include", []))
+    return {key: given for part in (*included, data["params"]) for key, given in part.items()}
+
+
 def _table() -> Iterable[str]:
     yield "| prefab | what it is |"
     yield "|---|---|"
@@ -102,15 +113,26 @@ def _table() -> Iterable[str]:
 
 
 def _section(name: str) -> Iterable[str]:
-    data = prefab(name)
     yield f"\n### {name}\n"
     yield f"{_comment(name)}\n"
     yield "| parameter | type | default | range | meaning |"
     yield "|---|---|---|---|---|"
-    for parameter, given in data["params"].items():
-        default = json.dumps(given["default"], ensure_ascii=False)
-        shown = f"`{default}`" if not isinstance(given["default"], str) else f"`{given['default']}`"
-        yield f"| `{parameter}` | {given['type']} | {shown} | {_range(given)} | {given['description']} |"
+    for parameter, given in params(name).items():
+        default = _default(name, parameter)
+        yield f"| `{parameter}` | {given['type']} | {default} | {_range(given)} | {given['description']} |"
+
+
+def _default(name: str, parameter: str) -> str:
+    """Of a prefab and of those of its editions where it is another."""
+    plain = _shown(params(name)[parameter]["default"])
+    editions = {file.stem: file.stem.partition(".")[2] for file in sorted(PREFABS.glob(f"{name}.*.yaml"))}
+    others = {package: _shown(params(stem)[parameter]["default"]) for stem, package in editions.items()}
+    told = [f"{shown} with `{package}`" for package, shown in others.items() if shown != plain]
+    return "; ".join([plain, *told])
+
+
+def _shown(default: Any) -> str:
+    return f"`{default if isinstance(default, str) else json.dumps(default, ensure_ascii=False)}`"
 
 
 def _comment(name: str) -> str:

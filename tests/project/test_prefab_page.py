@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from plugins.prefab_page import GROUPS, PREFABS, page, prefab
+from plugins.prefab_page import GROUPS, PREFABS, page, params, prefab
 
 ROOT = Path(__file__).parents[2]
-NAMES = sorted(file.stem for file in PREFABS.glob("*.yaml"))
+NAMES = sorted(file.stem for file in PREFABS.glob("*.yaml") if "." not in file.stem)
 
 
 def test_the_page_is_generated_from_the_prefabs() -> None:
@@ -19,6 +19,18 @@ def test_every_prefab_is_on_the_page() -> None:
     assert sorted(name for _, names in GROUPS.values() for name in names) == NAMES
 
 
+@pytest.mark.parametrize("file", sorted(PREFABS.glob("*.*.yaml")), ids=lambda file: file.stem)
+def test_an_edition_is_the_prefab_with_other_defaults(file: Path) -> None:
+    name = file.stem.partition(".")[0]
+    assert file.read_text(encoding="utf-8").startswith("# ")
+    for key in ("name", "description"):
+        assert prefab(file.stem)[key] == prefab(name)[key]
+    ours, theirs = params(name), params(file.stem)
+    assert ours != theirs
+    for key in ("type", "options", "min", "max", "description"):
+        assert [(p, ours[p].get(key)) for p in ours] == [(p, theirs[p].get(key)) for p in theirs]
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_a_prefab_begins_with_a_comment_and_describes_itself_and_its_parameters(name: str) -> None:
     data = prefab(name)
@@ -26,7 +38,7 @@ def test_a_prefab_begins_with_a_comment_and_describes_itself_and_its_parameters(
     assert data["name"] == name
     assert data["description"].endswith(".")
     assert "\n" not in data["description"]
-    for parameter in data["params"].values():
+    for parameter in params(name).values():
         assert {"type", "default", "description"} <= parameter.keys()
         assert parameter["type"] != "choice" or parameter["default"] in parameter["options"]
     # Left out of an instance with a note, so none of ours has it.
