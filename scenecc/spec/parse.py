@@ -9,9 +9,7 @@ from pydantic import ValidationError
 from scenecc.diagnostics.diagnostic import MAX_REPORTS
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.document import SceneFile
-from scenecc.spec.errors import report_errors
 from scenecc.spec.plain import is_mapping, is_sequence
-from scenecc.spec.start import Start
 from scenecc.spec.unions import EXPANDED
 
 if TYPE_CHECKING:
@@ -54,6 +52,8 @@ def _parsed(data: dict[str, Any], origin: Origin, sink: Sink) -> SceneFile | Non
     if any(_is_note(segment) for error in errors for segment in error["loc"]):
         # Only a file that holds notes pays for their removal.
         return _parsed(without_notes(data), origin, sink)
+    from scenecc.spec.errors import report_errors
+
     report_errors(errors, data, origin, sink)
     return None
 
@@ -63,6 +63,9 @@ def _report_first(data: dict[str, Any], origin: Origin, sink: Sink) -> bool:
 
     Pydantic lists all or none, and takes a kilobyte for each.
     """
+    from scenecc.spec.errors import report_errors
+    from scenecc.spec.start import Start
+
     nodes = 4 * MAX_REPORTS
     while True:
         start = Start(data, nodes)
