@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import string
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,8 +27,10 @@ from scenecc.plan.fields import (
     Selection,
     slots,
 )
+from scenecc.values.nodes import Const
 
 TABLES = ("files", "physical_materials", "visual_materials")
+ONE_DRAW = (("u", Const(0.5)),)
 _NAMES = st.text(string.ascii_letters + "_-. '\"\\\n→é", min_size=1, max_size=12)
 _MOST = {"entities": 3, "structures": 2, "collisions": 2, "visuals": 2}
 
@@ -41,13 +43,19 @@ class _Scope:
     sizes: dict[str, int]
     draws: dict[str, Shape]
     rows: int = 0
+    recipes: bool = False
+    full: bool = False
 
 
 @st.composite
-def plans(draw: st.DrawFn) -> ScenePlan:
-    """Valid plans of a few scenes and entities, whose files lie in /files."""
-    shared, shapes = draw(_shared_draws())
-    scope = _Scope(draw(st.integers(1, 4)), {table: draw(st.integers(1, 2)) for table in TABLES}, shapes)
+def plans(draw: st.DrawFn, *, recipes: bool = False, full: bool = False) -> ScenePlan:
+    """Valid plans of a few scenes and entities, whose files lie in /files.
+
+    `recipes`: some have recipes, which take long to draw. `full`: nothing is left out of what may be.
+    """
+    shared, shapes = draw(_shared_draws()) if recipes else (draw(st.sampled_from([(), ONE_DRAW])), {})
+    sizes = {table: draw(st.integers(1, 2)) for table in TABLES}
+    scope = _Scope(draw(st.integers(1, 4)), sizes, shapes, recipes=recipes, full=full)
     made: dict[str, Any] = {"num_scenes": scope.num_scenes, "draws": shared}
     for slot in slots(ScenePlan):
         if slot.name in TABLES and isinstance(slot.kind, Many):
@@ -75,7 +83,7 @@ def _shared_draws(draw: st.DrawFn) -> tuple[tuple[tuple[str, Any], ...], dict[st
 def _entity(draw: st.DrawFn, name: str, scope: _Scope) -> Entity:
     scenes = st.lists(st.integers(0, scope.num_scenes - 1), min_size=1, unique=True)
     idxs = tuple(sorted(draw(scenes)))
-    inner = _Scope(scope.num_scenes, scope.sizes, scope.draws, len(idxs))
+    inner = replace(scope, rows=len(idxs))
     made: dict[str, Any] = {"name": name, "scene_idxs": idxs}
     for slot in slots(Entity):
         if slot.name not in {*made, "pick"}:
@@ -114,7 +122,7 @@ def _nodes(draw: st.DrawFn, cls: type, scope: _Scope) -> Any:
         )
         return AssetFile(uri, Path("/files") / uri)
     made: dict[str, Any] = {}
-    full = draw(st.sampled_from([False, False, True]))
+    full = scope.full or draw(st.sampled_from([False, False, True]))
     for slot in slots(cls):
         strategy = _of(slot.kind, scope, slot.name)
         made[slot.name] = draw(st.none() | strategy if slot.nullable and not full else strategy)
@@ -135,7 +143,7 @@ def _values(draw: st.DrawFn, kind: Quantity, scope: _Scope) -> Value:
     rows = [draw(_rows(kind, scope)) for _ in range(count)]
     data = np.array(rows, dtype=kind.dtype).reshape(count, *kind.shape)
     data.flags.writeable = False
-    if kind.reset and draw(st.integers(0, 3)) == 0:
+    if scope.recipes and kind.reset and draw(st.integers(0, 3)) == 0:
         return recalled(data, draw(nodes(kind.shape, scope.draws)))
     return Value(data)
 

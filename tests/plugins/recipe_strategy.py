@@ -18,6 +18,7 @@ from scenecc.values.nodes import (
     FromMatrix,
     FromRpy,
     Key,
+    Kind,
     Looking,
     Node,
     Normalized,
@@ -41,7 +42,7 @@ _KEYS = st.builds(
     st.sampled_from(["pose.p", "linear_velocity", "pose.rpy.choice[1]"]),
 )
 _WORDS = st.integers(0, 7)
-_KINDS = st.sampled_from(["uniform", "integers", "log_uniform", "normal"])
+_KINDS: st.SearchStrategy[Kind] = st.sampled_from(["uniform", "integers", "log_uniform", "normal"])
 
 
 def plain(shape: Shape) -> st.SearchStrategy[Any]:
@@ -57,7 +58,7 @@ def items(shape: Shape, draws: Draws, depth: int) -> st.SearchStrategy[Any]:
     return plain(shape) if depth <= 0 else plain(shape) | nodes(shape, draws, depth)
 
 
-def nodes(shape: Shape, draws: Draws, depth: int = 3) -> st.SearchStrategy[Node]:
+def nodes(shape: Shape, draws: Draws, depth: int = 2) -> st.SearchStrategy[Node]:
     """Nodes of a shape: (), (n,) or (4, 4)."""
     inner = items(shape, draws, depth - 1)
     some: list[st.SearchStrategy[Any]] = [

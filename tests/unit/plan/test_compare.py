@@ -160,7 +160,7 @@ def test_a_structure_more_is_told_in_a_few_words() -> None:
     ball, box = plan.entities
     more = dataclasses.replace(ball, structures=(*ball.structures, *box.structures), pick=indices(0, 1))
     found = differences(plan, dataclasses.replace(plan, entities=(more, box)))
-    assert ("added", "structures[1]", None, "body_type \"dynamic\", collisions 1, visuals 0") in [
+    assert ("added", "structures[1]", None, 'body_type "dynamic", collisions 1, visuals 0') in [
         (one.kind, one.path, one.a, one.b) for one in found
     ]
 
