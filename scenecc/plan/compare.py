@@ -47,7 +47,8 @@ def differences(a: ScenePlan, b: ScenePlan) -> list[Difference]:
     """Everything in which two plans differ in what they build, and in `name`, `description` and `seed`.
 
     The order of the tables of files and materials and what nothing refers to in them are no difference. Files are one
-    if their uris or their places are. Rows of values are compared scene by scene, in the scenes that both have.
+    if their uris or their places are. Rows of values are compared scene by scene, in the scenes that both have;
+    entities that share no scene differ in their scenes alone.
     """
     found: list[Difference] = []
     for slot in slots(ScenePlan):
@@ -109,6 +110,8 @@ def _entity(a: Entity, b: Entity, num_scenes: tuple[int, int], tables: Tables) -
         if (len(a.scene_idxs), len(b.scene_idxs)) != num_scenes:
             first, second = _scenes_words(a.scene_idxs, num_scenes[0]), _scenes_words(b.scene_idxs, num_scenes[1])
             yield Difference("changed", "entities", a.name, "scene_idxs", first, second)
+        if not len(rows[0]):
+            return
     fields = Fields(tables, len(a.scene_idxs), rows)
     for one in fields.compare_node(a, b, "", but=("name", "scene_idxs")):
         yield _of(one, "entities", a.name)

@@ -231,6 +231,15 @@ def test_rows_are_compared_scene_by_scene() -> None:
     ]
 
 
+def test_entities_that_share_no_scene_differ_in_their_scenes_alone() -> None:
+    def ball(scene: int, **more: Any) -> ScenePlan:
+        body = solid(Sphere(constant(0.1 + scene)), **more)
+        return dataclasses.replace(two(), entities=(entity("ball", pose(0, 0, 1), body, (scene,)),))
+
+    found = differences(ball(0), ball(1, mass=constant(1)))
+    assert [(one.path, one.a, one.b) for one in found] == [("scene_idxs", "scene 0", "scene 1")]
+
+
 def test_more_scenes_are_one_difference_for_what_is_in_all_of_them() -> None:
     def plan(count: int) -> ScenePlan:
         ball = Entity("ball", tuple(range(count)), pose(0, 0, 1), (solid(Sphere(constant(0.1))),))
