@@ -174,8 +174,8 @@ def _axis(made: Any, path: Path, run: Run) -> Sequence[Any] | None:
         count = made["count"]
         if type(count) is float and count.is_integer():
             count = int(count)
-        if type(count) is int and 0 <= count <= _LONGEST:
-            return range(count)
+        if type(count) is int and count >= 0:
+            return range(min(count, _LONGEST))
         wrong = f"`count` must be a whole number, 0 or more, not {show(count)}"
         path = (*path, "count")
     else:
@@ -187,7 +187,7 @@ def _axis(made: Any, path: Path, run: Run) -> Sequence[Any] | None:
 
 
 _LONGEST = 10**18
-"""The longest range that has a length in Python, nearly."""
+"""The longest range that has a length in Python, nearly: far more than any limit."""
 
 
 @dataclass(frozen=True, slots=True)

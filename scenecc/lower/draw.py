@@ -50,7 +50,9 @@ def _judge(pending: Pending, drawing: Drawing, sink: Sink) -> None:
     row = _outside(data, bounds)
     if row is not None:
         scene = pending.scenes[row]
-        message = f"in scene {scene} this is {_shown(data[row])}: it must be {bounds}"
+        wrong = next(number for number in data[row].ravel().tolist() if not bounds.allow(number))
+        each = "each number" if data[row].size > 1 else "it"
+        message = f"in scene {scene} this is {_shown(data[row])}: {each} must be {bounds.wanted(wrong)}"
         sink.report("SC513", message, pending.origin)
 
 

@@ -9,7 +9,6 @@ from scenecc.lower.forms import Place, Reading
 from scenecc.lower.kinds import Kind
 from scenecc.lower.leaves import Leaves
 from scenecc.lower.names import scope_of
-from scenecc.values import forms
 from scenecc.values.nodes import NODES, Const, Cycled
 
 if TYPE_CHECKING:
@@ -47,7 +46,7 @@ def lower_draws(
         everywhere = drawing.everywhere
         leaves = Leaves(drawing, everywhere, everywhere, scope, partial=name in names.given)
         reading = Reading(leaves, place)
-        item = reading.item(draw, _kind(draw), Place(place, ""))
+        item = reading.item(draw, _ANY, Place(place, ""))
         node = item if item.__class__ in NODES else Const(item)
         drawing.draws[name] = node
         drawing.reads[name] = frozenset(reading.reads)
@@ -90,21 +89,4 @@ def _plain(item: Any) -> Any:
     return tuple(map(_plain, item)) if isinstance(item, list | tuple) else item  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]
 
 
-def _kind(draw: Any) -> Kind:
-    """What a row of a draw holds: as many numbers as its first value has."""
-    count = _count(draw)
-    return Kind(() if count is None else (count,), convert=_plain)
-
-
-def _count(draw: Any) -> int | None:
-    match draw:
-        case forms.PerScene(items) | forms.Cycle(items) | forms.Choice(items):
-            return _count(items[0])
-        case forms.SceneMap(items, default):
-            return _count(items[0][1] if items else default)
-        case forms.Uniform(first, _) | forms.Integers(first, _) | forms.LogUniform(first, _) | forms.Normal(first, _):
-            return _count(first)
-        case forms.Vector(items):
-            return len(items)
-        case _:
-            return len(draw) if draw.__class__ in {list, tuple} else None
+_ANY = Kind(convert=_plain, free=True)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import dotted
 from scenecc.diagnostics.frozen import frozen
-from scenecc.lower.kinds import ONE
+from scenecc.lower.kinds import ONE, drawn_shape
 from scenecc.values.forms import (
     MISSING,
     Choice,
@@ -246,6 +247,8 @@ class Reading:
         self, what: nodes.Kind, bounds: tuple[Any, Any], clip: tuple[Any, Any] | None, kind: Kind, place: Place
     ) -> Any:
         self.drawn = True
+        if kind.free:
+            kind = replace(kind, shape=drawn_shape((*bounds, *(clip or ()))))
         single = not kind.shape or (kind.wide and not any(_is_vector(bound) for bound in bounds))
         one = component(kind) if single else kind
         low, high = (self._bound(bound, one, place, (what, i)) for i, bound in enumerate(bounds))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
+
+from scenecc.values import forms
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
@@ -29,6 +31,7 @@ class Kind:
         fallback: stands for what was reported.
         pad: of a row's last component where only the others are written.
         wide: a single number stands for every component.
+        free: a row may have any shape; that of a form which draws follows from its bounds.
     """
 
     shape: tuple[int, ...] = ()
@@ -39,6 +42,7 @@ class Kind:
     fallback: Any = 0.0
     pad: float | None = None
     wide: bool = False
+    free: bool = False
     within: tuple[float, float] | None = None
 
     def bounds(self) -> Bounds:
@@ -59,6 +63,28 @@ def number(quantity: str, dtype: Dtype = "float64") -> Kind:
 def vector(count: int, quantity: str, dtype: Dtype = "float64") -> Kind:
     """So many numbers."""
     return Kind(shape=(count,), quantity=quantity, dtype=dtype, fallback=(0.0,) * count)
+
+
+def drawn_shape(bounds: Iterable[Any]) -> tuple[int, ...]:
+    """The shape of a row that is drawn between bounds as written: that of the first list among them."""
+    counts = (_components(bound) for bound in bounds)
+    return next(((count,) for count in counts if count is not None), ())
+
+
+def _components(bound: Any) -> int | None:
+    match bound:
+        case forms.PerScene(items) | forms.Cycle(items) | forms.Choice(items):
+            return _components(items[0])
+        case forms.SceneMap(items, default):
+            return _components(items[0][1] if items else default)
+        case forms.Uniform() | forms.Integers() | forms.LogUniform():
+            return next(iter(drawn_shape((bound.low, bound.high))), None)
+        case forms.Normal():
+            return next(iter(drawn_shape((bound.mean, bound.std, *(bound.clip or ())))), None)
+        case forms.Vector(items):
+            return len(items)
+        case _:
+            return len(bound) if bound.__class__ in {list, tuple} else None
 
 
 def rgba(color: str | Sequence[float]) -> Rgba:

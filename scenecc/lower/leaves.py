@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -189,9 +190,10 @@ class Leaves:
         """Leaves a value to the draw stage to judge, with a warning where it may turn out to be out of its range."""
         if reading.computed and (kind.quantity or kind.within):
             bounds = kind.bounds()
-            outside = [number for number in value.support.numbers() if not bounds.low <= number <= bounds.high]
-            if outside:
-                message = f"this expression may give {outside[0]:g}, and it must be {bounds}"
+            outside = next((number for number in value.support.numbers() if not bounds.allow(number)), None)
+            if outside is not None:
+                given = f"{outside:g}" if math.isfinite(outside) else "numbers of any size"
+                message = f"this expression may give {given}, and it must be {bounds.wanted(outside)}"
                 hint = "each scene is judged as it is drawn; `min` and `max` in the expression keep it in its range"
                 self.sink.report("SC514", message, origin, hint=hint)
         self.drawing.pending.append(Pending(value, kind, self.scenes, origin, reading.origins))

@@ -126,12 +126,14 @@ def _every_name(node: Computed, origin: Origin, lookup: _Lookup[Any]) -> None:
         message = "it cannot be told which names this expression gives"
         hint = "let it read draws of a few alternatives (`choice`, `cycle`, `integers`)"
         lookup.leaves.sink.report("SC317", message, origin, hint=hint)
+        lookup.found.append(None)
         return
     for name in alternatives:
         if isinstance(name, str):
             lookup.number(name, origin)
         else:
             lookup.leaves.sink.report("SC317", f"this expression gives {show(name)}, and a name is wanted", origin)
+            lookup.found.append(None)
             return
 
 

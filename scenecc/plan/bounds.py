@@ -18,6 +18,20 @@ class Bounds(NamedTuple):
         high = "" if self.high == inf else f"at most {self.high:g}"
         return " and ".join(filter(None, (low, high, "not 0" if self.nonzero else "")))
 
+    def allow(self, number: float) -> bool:
+        """Whether a number is one of them."""
+        return self.low <= number <= self.high and not (self.nonzero and number == 0)
+
+    def wanted(self, number: float) -> str:
+        """What a number that is none of them would have to be, as a person says it."""
+        if number == 0 and self.nonzero:
+            return "other than 0"
+        if number <= 0 and self.low == SMALLEST:
+            return "above 0"
+        if number < self.low:
+            return f"at least {self.low:g}"
+        return f"at most {self.high:g}"
+
 
 LARGEST = 3.4028234663852886e38
 SMALLEST = 1.1754943508222875e-38

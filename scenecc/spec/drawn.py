@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 _ANY = core_schema.float_schema(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)
 _SPREAD = core_schema.float_schema(ge=0, le=LARGEST, allow_inf_nan=False)
 
+_WIDEST = 2**53
+"""Integers up to here are drawn: those that are exact as numbers with a fraction."""
+
 _DRAWN: dict[str, type[Any]] = {
     "uniform": forms.Uniform,
     "integers": forms.Integers,
@@ -79,7 +82,9 @@ def _normal(reader: FormReader, node: dict[str, Any], domain: Domain, plain: Val
     elif domain.bounded:
         hint = "add `clip: [low, high]`"
         reader.mistake("SC120", f"`normal` without `clip` can leave the range of {THIS}", node, loc, hint)
-    return pair and forms.Normal(*pair, clip)
+    if pair is None or not _as_many(reader, (*pair, *(clip or ())), "mean, std and clip", at):
+        return None
+    return forms.Normal(*pair, clip)
 
 
 def _of(domain: Domain, schema: CoreSchema) -> Domain:
@@ -130,8 +135,11 @@ def _whole(reader: FormReader, bound: Any, loc: Loc) -> Any:
             return part
         if not float(part).is_integer():
             reader.mistake("SC104", f"{THIS} must be whole, not {show(part)}", part, loc)
-            return part
-        return int(part)
+        elif abs(part) > _WIDEST:
+            reader.mistake("SC104", f"{THIS} must be at most {_WIDEST} (2⁵³) in size, not {show(part)}", part, loc)
+        else:
+            return int(part)
+        return part
 
     if not is_sequence(bound) and not isinstance(bound, forms.Vector):
         return whole(bound)
@@ -153,9 +161,18 @@ def _facing(low: Any, high: Any) -> Iterator[tuple[Any, Any]]:
     yield from zip(lows, highs, strict=False)
 
 
+def _as_many(reader: FormReader, bounds: tuple[Any, ...], what: str, loc: Loc) -> bool:
+    """Whether those of the bounds that are lists are of one length; otherwise that is a mistake."""
+    lengths = [len(_numbers(bound)) for bound in bounds if is_sequence(bound) or isinstance(bound, forms.Vector)]
+    if len(set(lengths)) <= 1:
+        return True
+    listed = " and ".join(map(str, dict.fromkeys(lengths)))
+    reader.mistake("SC106", f"{what} must have as many values, not {listed}", bounds, loc)
+    return False
+
+
 def _ordered(reader: FormReader, low: Any, high: Any, domain: Domain, loc: Loc) -> None:
-    if is_sequence(low) and is_sequence(high) and len(low) != len(high):
-        reader.mistake("SC106", f"both bounds must have as many values, not {len(low)} and {len(high)}", high, loc)
+    if not _as_many(reader, (low, high), "both bounds", loc):
         return
     for a, b in _facing(low, high):
         if not (_is_number(a) and _is_number(b)):

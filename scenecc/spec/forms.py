@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
@@ -34,6 +35,7 @@ COMPANIONS = {"choice": "weights", "normal": "clip"}
 DEFAULT = "default"
 
 _OF_POSES = frozenset(("p", "q", "rpy", "rpy_deg", "axis_angle", "look_at", "relative_to"))
+_INDEX = re.compile(r"0|[1-9][0-9]{0,17}")
 _NUMBERS = frozenset(("uniform", "integers", "log_uniform", "normal"))
 
 
@@ -174,7 +176,7 @@ class FormReader:
             value = self.leaf(item, domain, plain, (*loc, key))
             if key == DEFAULT:
                 default = value
-            elif key.isdecimal() and key.isascii() and key == str(int(key)):
+            elif _INDEX.fullmatch(key):
                 items.append((int(key), value))
             else:
                 message = f"`{cut(key)}` is no scene"

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BaseModel, Tag
 from typing_extensions import TypeAliasType
 
+from scenecc.spec.copies import Repeat
 from scenecc.spec.entities import entity_model
 from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.later import ByType, Later
@@ -123,7 +124,7 @@ def _below(annotation: Any, segment: PathKey) -> Any:
     if segment in _ENTITIES:
         return entity_model(str(segment))
     if isinstance(annotation, ByType):
-        return annotation.model(str(segment))
+        return Repeat if segment == "repeat" else annotation.model(str(segment))
     if _is_union(annotation):
         return next((branch for branch in _branches(annotation) if _tag(branch) == segment), Any)
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):

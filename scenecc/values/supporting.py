@@ -145,7 +145,7 @@ def _turned(_reader: Reader, _node: Node) -> Support:
 
 
 def _posed(reader: Reader, node: Posed) -> Support:
-    p, q = reader.item(node.p), reader.item(node.q)
+    p, q = _shaped(reader.item(node.p), (3,)), _shaped(reader.item(node.q), (4,))
     if p.low is None or q.low is None:
         return UNKNOWN
     return Support(None, (*p.low, *q.low), (*p.high, *q.high), p.exact and q.exact)
@@ -160,7 +160,7 @@ def _radians(reader: Reader, node: Radians) -> Support:
 
 
 def _from_matrix(reader: Reader, node: FromMatrix) -> Support:
-    found = reader.item(node.matrix)
+    found = _shaped(reader.item(node.matrix), (4, 4))
     if found.low is None:
         return UNKNOWN
     low, high = (tuple(row[3] for row in bound[:3]) for bound in (found.low, found.high))
@@ -168,7 +168,7 @@ def _from_matrix(reader: Reader, node: FromMatrix) -> Support:
 
 
 def _composed(reader: Reader, node: Composed) -> Support:
-    outer, inner = reader.item(node.outer), reader.item(node.inner)
+    outer, inner = _shaped(reader.item(node.outer), (7,)), _shaped(reader.item(node.inner), (7,))
     if outer.low is None or inner.low is None:
         return UNKNOWN
     if outer.low[3:] == outer.high[3:] == (1.0, 0.0, 0.0, 0.0):
@@ -185,8 +185,19 @@ def _composed(reader: Reader, node: Composed) -> Support:
 def _vector(found: Support, shape: tuple[int, ...]) -> Support:
     """A bound of one number as that of every component."""
     if not shape or found.low is None or found.low.__class__ is tuple:
-        return found
+        return _shaped(found, shape)
     return Support(None, (found.low,) * shape[0], (found.high,) * shape[0], found.exact)
+
+
+def _shaped(found: Support, shape: tuple[int, ...]) -> Support:
+    """The same, where it is of that shape. An expression may give anything, which is reported as it is drawn."""
+    return found if found.low is None or _has_shape(found.low, shape) else UNKNOWN
+
+
+def _has_shape(bound: Any, shape: tuple[int, ...]) -> bool:
+    if not shape or bound.__class__ is not tuple:
+        return not shape and bound.__class__ is not tuple
+    return len(bound) == shape[0] and all(_has_shape(item, shape[1:]) for item in bound)
 
 
 def _each(function: Callable[[Any, Any], Any], a: Any, b: Any) -> Any:

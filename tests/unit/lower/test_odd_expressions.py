@@ -1,0 +1,77 @@
+"""Expressions and draws that give another kind of value than is wanted: told, whatever they give."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from unit.lower.scenes import codes, entity, scene
+
+from scenecc import SceneError, compile_scene, validate
+
+
+def drawn(document: dict[str, Any]) -> list[tuple[str, str]]:
+    """Codes and paths of what compiling reports."""
+    with pytest.raises(SceneError) as caught:
+        compile_scene(document)
+    return [(diagnostic.code, diagnostic.path) for diagnostic in caught.value.diagnostics]
+
+
+@pytest.mark.parametrize("given", ["${scene}", "${[scene, 1]}", "${[[scene], 1, 2]}", "${'a'}", "${scene > 1}"])
+@pytest.mark.parametrize("key", ["p", "rpy", "look_at", "q"])
+def test_a_value_that_is_no_vector_is_told_scene_by_scene(given: str, key: str) -> None:
+    pose = {"p": [0, 0, 1], key: given}
+    document = scene({"pose": pose}, num_scenes=2, draws={"unread": 1})
+    assert {code for code, _ in drawn(document)} & {"SC515", "SC103", "SC105"}
+
+
+def test_a_pose_that_is_a_number() -> None:
+    assert drawn(scene({"pose": "${scene}"}, num_scenes=3)) == [("SC515", "entities.body.pose")]
+
+
+@pytest.mark.parametrize("texture", ["${scene}", "${u}"])
+def test_a_texture_that_is_a_number(texture: str) -> None:
+    visual = {"base_color_texture": texture}
+    shape = {"type": "sphere", "radius": 1, "material": {"visual": visual}}
+    document = scene({"shapes": [shape]}, num_scenes=2, draws={"u": {"uniform": [0, 1]}})
+    path = "entities.body.shapes[0].material.visual.base_color_texture"
+    assert ("SC317", path) in codes(document)
+
+
+@pytest.mark.parametrize(
+    ("draw", "count"),
+    [
+        ({"uniform": [0.1, [1]]}, 1),
+        ({"uniform": [[0.1, 0.2], 1]}, 2),
+        ({"normal": [[0.5, 0.6], 0], "clip": [0.1, [1, 1]]}, 2),
+        ({"normal": [0.5, 0], "clip": [0.1, [1, 1, 1]]}, 3),
+        ({"choice": [{"uniform": [[0.1], [0.2]]}, {"uniform": [0.1, [1]]}]}, 1),
+    ],
+    ids=str,
+)
+def test_a_number_bounds_every_component(draw: dict[str, Any], count: int) -> None:
+    document = scene({"mass": f"${{u[{count - 1}] + len(u)}}"}, draws={"u": draw}, num_scenes=4)
+    assert codes(document) == []
+    mass = entity(compile_scene(document)).structures[0].mass
+    assert mass is not None
+    assert ((mass.data >= count + 0.1) & (mass.data <= count + 1)).all()
+
+
+def test_a_draw_of_numbers_here_and_lists_there() -> None:
+    draws = {"u": {"cycle": [{"uniform": [1, 2]}, {"uniform": [[3, 3], 4]}]}}
+    document = scene({"mass": "${u if scene % 2 == 0 else u[1]}"}, draws=draws, num_scenes=4)
+    mass = entity(compile_scene(document)).structures[0].mass
+    assert mass is not None
+    assert (mass.data > 3).tolist() == [False, True, False, True]
+
+
+def test_what_an_expression_may_give_is_said_plainly() -> None:
+    draws = {"u": {"uniform": [-1, 1]}, "n": {"normal": [0, 1]}}
+    shapes = [{"type": "sphere", "radius": "${u}"}, {"type": "sphere", "radius": "${n + u}"}]
+    found = validate(scene({"shapes": shapes}, draws=draws, num_scenes=4))
+    assert [diagnostic.message for diagnostic in found] == [
+        "this expression may give -1, and it must be above 0",
+        "this expression may give numbers of any size, and it must be above 0",
+    ]
+    # Only rows can tell: that a body may weigh less than nothing is no error before it is drawn.
+    assert {diagnostic.code for diagnostic in found} == {"SC514"}
