@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import show
@@ -13,6 +14,7 @@ from scenecc.expand.output import Output, scoped
 from scenecc.expand.patterns import is_varying
 from scenecc.expand.run import Failed
 from scenecc.expand.scopes import Scope
+from scenecc.expand.still import stilled
 from scenecc.spec.base import NAME_PATTERN
 
 if TYPE_CHECKING:
@@ -149,6 +151,9 @@ class Builder:
         budget = self._objects if unit.use is None else self._instances
         budget.take(loop.count * unit.weight, run, unit.axes.path)
         values, names = run.values, loop.names
+        pattern = unit.body.pattern
+        if pattern is not None and loop.count > 1:
+            unit = replace(unit, body=replace(unit.body, pattern=stilled(pattern, names)))
         for number, members in enumerate(loop):
             values.update(zip(names, members, strict=True))
             run.copies.append((loop, number))

@@ -6,6 +6,7 @@ a form, which are then among `scenecc.values.forms`; what is fixed is a plain va
 
 from __future__ import annotations
 
+from contextvars import ContextVar
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 from pydantic_core import core_schema
@@ -36,6 +37,10 @@ if TYPE_CHECKING:
     Refuse = Callable[[object], PydanticCustomError]
 
 T = TypeVar("T")
+
+SEEN: ContextVar[dict[tuple[int, int], tuple[Any, Any]] | None] = ContextVar("SEEN", default=None)
+"""What varies in an expanded document, as it was read: copies share what is the same in all of them. By the identities
+of the node, which is kept, and of the leaf's type."""
 
 ROTATION = "a rotation varies through `rpy`, `axis_angle` or `q: uniform`, or with its whole pose"
 
@@ -90,6 +95,10 @@ def _leaf(domain: Domain, plain: Validator, refuse: Refuse, refused: str | None)
     varies = any_varying if domain.item is not None else is_varying
 
     def read(node: Any) -> Any:
+        seen = SEEN.get()
+        known = None if seen is None else seen.get((id(node), id(refuse)))
+        if known is not None:
+            return known[1]
         if not varies(node):
             raise refuse(node)
         from scenecc.spec.forms import FormReader
@@ -97,6 +106,8 @@ def _leaf(domain: Domain, plain: Validator, refuse: Refuse, refused: str | None)
         mistakes = Mistakes()
         value = FormReader(mistakes, refused).leaf(node, domain, plain.validate, ())
         mistakes.stop()
+        if seen is not None:
+            seen[id(node), id(refuse)] = node, value
         return value
 
     return read

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 from scenecc.diagnostics.diagnostic import MAX_REPORTS
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.document import SceneFile
+from scenecc.spec.leaf import SEEN
 from scenecc.spec.plain import is_mapping, is_sequence
 from scenecc.spec.unions import EXPANDED
 
@@ -31,11 +32,12 @@ def parse(data: dict[str, Any], origin: Origin, sink: Sink, *, expanded: bool = 
         sink: takes the diagnostics.
         expanded: it is an expanded document: `${` in a text is literal, and a `Template` is what is left of one.
     """
-    token = EXPANDED.set(expanded)
+    token, seen = EXPANDED.set(expanded), SEEN.set({} if expanded else None)
     try:
         return _parsed(data, origin, sink)
     finally:
         EXPANDED.reset(token)
+        SEEN.reset(seen)
 
 
 def _parsed(data: dict[str, Any], origin: Origin, sink: Sink) -> SceneFile | None:

@@ -165,3 +165,25 @@ def test_what_expansion_takes_out_may_be_written(entity: dict[str, Any]) -> None
 )
 def test_shared_draws_are_any_plain_value_or_form(node: Any) -> None:
     assert list(read({"draws": {"u": node}}).draws) == ["u"]
+
+
+def test_copies_that_share_a_node_share_what_it_was_read_as() -> None:
+    drawn = {"uniform": [0.1, 0.2]}
+    copies = {name: {"shapes": [{"type": "sphere", "radius": drawn}]} for name in "ab"}
+    a, b = read({"entities": copies}, expanded=True).entities.values()
+    assert a.shapes[0].radius is b.shapes[0].radius
+
+
+def test_a_shared_node_is_read_anew_for_another_kind_of_value() -> None:
+    drawn = {"uniform": [1, 2]}
+    found = body({"mass": drawn, "linear_velocity": drawn, "shapes": [{**BALL, "density": drawn}]}, expanded=True)
+    assert found.mass == found.shapes[0].density == Uniform(1.0, 2.0)
+    assert found.linear_velocity == Uniform((1.0,) * 3, (2.0,) * 3)
+
+
+def test_a_shared_node_that_is_wrong_is_wrong_in_every_copy() -> None:
+    drawn = {"uniform": [2, 1]}
+    copies = {name: {"shapes": [{"type": "sphere", "radius": drawn}]} for name in "ab"}
+    sink = Sink()
+    assert parse({"scenecc": 1, "entities": copies}, Origin("scene.yaml"), sink, expanded=True) is None
+    assert [found.code for found in sink.diagnostics()] == ["SC119", "SC119"]
