@@ -165,7 +165,7 @@ class Reading:
             message = f"{_count(len(items), 'value')} for {_count(len(scenes), 'scene')}"
             hint = "one for each scene that the object is in, by ascending index; or {per_scene: {0: …, default: …}}"
             self._leaves.sink.report("SC314", message, place.origin.child("per_scene"), hint=hint)
-            return leaf(items[0], place, ("per_scene", 0)) if items else 0.0
+            return self.select(items[0], place, leaf, ("per_scene", 0)) if items else 0.0
         return Rows(scenes, self._each(items, "per_scene", place, leaf))
 
     def _by_scene(self, given: SceneMap, place: Place, leaf: Leaf) -> Any:
@@ -273,8 +273,8 @@ class Reading:
 
 
 def component(kind: Kind) -> Kind:
-    """The kind of one number of a vector."""
-    return ONE[kind.dtype]
+    """The kind of one number of a vector, or of one row of a matrix."""
+    return ONE[kind.dtype] if len(kind.shape) < 2 else replace(kind, shape=kind.shape[1:])
 
 
 def holds_template(given: Any) -> bool:

@@ -30,7 +30,7 @@ _POSITION = vector(3, "")
 _ANGLES = vector(3, "")
 _ANGLE = Kind()
 _QUATERNION = Kind((4,), fallback=IDENTITY)
-_MATRIX = Kind((4, 4), convert=tuple)
+_MATRIX = Kind((4, 4))
 
 
 def pose_varies(pose: Any) -> bool:

@@ -125,7 +125,9 @@ def _varying_plane(shape: Any, pose: Value, origin: Origin, leaves: Leaves) -> V
     def draw() -> NDArray[Any]:
         batch = leaves.batch()
         normals = batch.item(normal).astype(np.float64)
-        offsets = batch.item(offset).astype(np.float64)
+        offsets = batch.item(offset)
+        if offsets.dtype.kind not in "fi":
+            raise DrawError("this is not a number", leaves.scenes[0], offset)
         flat = ~normals.any(axis=1)
         if flat.any():
             scene = leaves.scenes[int(np.flatnonzero(flat)[0])]

@@ -8,7 +8,7 @@ import numpy as np
 
 from scenecc.values import columns
 from scenecc.values.failure import DrawError, ExpressionError
-from scenecc.values.operations import kind
+from scenecc.values.operations import LISTS, is_number, kind
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -54,17 +54,23 @@ def _column(batch: Batch, node: Computed, results: list[Any]) -> NDArray[Any]:
             if type(result) is int and not -_INT64 <= result < _INT64:
                 raise _wrong(batch, node, row, "it gives an integer of more than 64 bits")
         return columns.table(results)
-    return _lists(batch, node, results, node.shape[0])
+    return _lists(batch, node, results, node.shape)
 
 
-def _lists(batch: Batch, node: Computed, results: list[Any], size: int) -> NDArray[Any]:
+def _lists(batch: Batch, node: Computed, results: list[Any], shape: tuple[int, ...]) -> NDArray[Any]:
+    wanted = " lists of ".join(map(str, shape)) + " numbers"
     for row, result in enumerate(results):
-        if not isinstance(result, list | tuple):
-            raise _wrong(batch, node, row, f"it gives {kind(result)} where {size} numbers are wanted")
-        numbers: list[Any] = list(result)  # pyright: ignore[reportUnknownArgumentType]
-        if len(numbers) != size or any(type(number) not in {int, float} for number in numbers):
-            raise _wrong(batch, node, row, f"it gives a list that is not {size} numbers")
-    return np.array(results, dtype=np.float64).reshape(len(results), size)
+        if type(result) not in LISTS:
+            raise _wrong(batch, node, row, f"it gives {kind(result)} where {wanted} are wanted")
+        if not _has_shape(result, shape):
+            raise _wrong(batch, node, row, f"it gives a list that is not {wanted}")
+    return np.array(results, dtype=np.float64).reshape(len(results), *shape)
+
+
+def _has_shape(given: Any, shape: tuple[int, ...]) -> bool:
+    if not shape:
+        return is_number(given)
+    return type(given) in LISTS and len(given) == shape[0] and all(_has_shape(item, shape[1:]) for item in given)
 
 
 def _wrong(batch: Batch, node: Computed, row: int, message: str) -> DrawError:

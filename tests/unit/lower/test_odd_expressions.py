@@ -75,3 +75,43 @@ def test_what_an_expression_may_give_is_said_plainly() -> None:
     ]
     # Only rows can tell: that a body may weigh less than nothing is no error before it is drawn.
     assert {diagnostic.code for diagnostic in found} == {"SC514"}
+
+
+def test_a_matrix_is_given_whole_or_by_rows() -> None:
+    rows: list[Any] = [[1, 0, 0, "${scene}"], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+    whole = "${[[1, 0, 0, scene], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}"
+    by_rows = ["${[1, 0, 0, scene]}", *rows[1:]]
+    for matrix in (whole, by_rows, rows):
+        plan = compile_scene(scene({"pose": {"matrix": matrix}}, num_scenes=3))
+        assert entity(plan).pose.data[:, 0].tolist() == [0, 1, 2]
+
+
+@pytest.mark.parametrize(
+    ("matrix", "message"),
+    [
+        ("${scene}", "in scene 0: it gives a number where 4 lists of 4 numbers are wanted"),
+        ("${[[scene]]}", "in scene 0: it gives a list that is not 4 lists of 4 numbers"),
+        (
+            ["${scene}", [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]],
+            "in scene 0: it gives a number where 4 numbers are wanted",
+        ),
+    ],
+    ids=str,
+)
+def test_what_is_no_matrix_is_told(matrix: Any, message: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        compile_scene(scene({"pose": {"matrix": matrix}}, num_scenes=2))
+    assert [diagnostic.message for diagnostic in caught.value.diagnostics] == [message]
+
+
+@pytest.mark.parametrize("key", ["offset", "normal"])
+@pytest.mark.parametrize("given", ["${'a' if scene else 'b'}", "${scene > 1}", "${[scene]}"])
+def test_a_plane_that_lies_nowhere(key: str, given: str) -> None:
+    shape = {"type": "plane", key: given}
+    document = scene({"body_type": "static", "shapes": [shape]}, num_scenes=2)
+    assert drawn(document) == [("SC515", f"entities.body.shapes[0].{key}")]
+
+
+def test_too_many_maps_by_scene() -> None:
+    document = scene({"mass": {"per_scene": [{"per_scene": {0: 1}}, 180]}}, num_scenes=3)
+    assert [code for code, _ in codes(document)] == ["SC314", "SC315"]
