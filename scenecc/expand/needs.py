@@ -8,6 +8,7 @@ from scenecc.spec.plain import is_mapping, is_sequence
 
 _AT_THE_TOP = ("params", "draws", "include")
 _OF_ENTITIES = frozenset(("use", "if", "repeat", "name"))
+_OF_SHAPES = ("shapes", "collisions", "visuals")
 
 
 def needs_expansion(data: dict[str, Any], text: str | None) -> bool:
@@ -28,13 +29,28 @@ def needs_expansion(data: dict[str, Any], text: str | None) -> bool:
                 return True
     # A backslash may stand for any character.
     if text is None or "\\" in text:
-        return _has_any(data)
-    return "${" in text or "repeat" in text
+        return _has_expression(data) or _repeats(entities)
+    # The word alone is no repetition: textures have it too.
+    return "${" in text or ("repeat" in text and _repeats(entities))
 
 
-def _has_any(node: Any) -> bool:
+def _has_expression(node: Any) -> bool:
     if isinstance(node, str):
         return "${" in node
     if is_mapping(node):
-        return "repeat" in node or any(map(_has_any, node.values()))
-    return is_sequence(node) and any(map(_has_any, node))
+        return any(map(_has_expression, node.values()))
+    return is_sequence(node) and any(map(_has_expression, node))
+
+
+def _repeats(entities: Any) -> bool:
+    """Whether any of the bodies repeats a shape."""
+    return is_mapping(entities) and any(_repeats_a_shape(body) for body in entities.values() if is_mapping(body))
+
+
+def _repeats_a_shape(body: dict[str, Any]) -> bool:
+    for key in _OF_SHAPES:
+        shapes = body.get(key)
+        if is_sequence(shapes) and any(is_mapping(shape) and "repeat" in shape for shape in shapes):
+            return True
+    variants = body.get("variants")
+    return is_sequence(variants) and any(is_mapping(one) and _repeats_a_shape(one) for one in variants)

@@ -51,7 +51,7 @@ def read_number(kind: Plain, item: object) -> int | float | Fault:
         return Fault("SC705", f"{wanted} is wanted here, not {shown(item)}")
     if kind.type is float and not abs(item) <= sys.float_info.max:
         return Fault("SC707", f"{shown(item)} is outside the range: it must be finite")
-    if not _inside(kind.bounds, item):
+    if not kind.bounds.allow(item):
         return Fault("SC707", f"{shown(item)} is outside the range: it must be {kind.bounds}")
     return kind.type(item)  # type: ignore[return-value]
 
@@ -107,10 +107,6 @@ def _range_fault(kind: Quantity, data: NDArray[Any], table_size: int | None) -> 
     item = flat[outside[0]]
     wanted = str(kind.bounds) if np.isfinite(item) else "finite"
     return Fault("SC707", f"{item.item()!r} is outside the range: it must be {wanted}", _keys(kind, int(outside[0])))
-
-
-def _inside(bounds: Bounds, item: float) -> bool:
-    return bounds.low <= item <= bounds.high and not (bounds.nonzero and item == 0)
 
 
 def _outside(bounds: Bounds, flat: NDArray[Any]) -> NDArray[np.bool_]:

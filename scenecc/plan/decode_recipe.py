@@ -153,7 +153,7 @@ class _Reader:
         if not is_object(constants):
             raise _WrongError("SC705", f"an object is wanted here, not {shown(constants)}", "constants")
         try:
-            return Template(data["text"], {name: _listed(self.item(x, depth)) for name, x in constants.items()})
+            return Template(data["text"], {name: self.item(x, depth) for name, x in constants.items()})
         except ExpressionError as error:
             raise _WrongError("SC705", f"the expression cannot be read: {error.message}", "text") from error
 
@@ -184,13 +184,6 @@ def _plain(data: object) -> Any:
     if data is None:
         raise _WrongError("SC705", "a value is wanted here, not null")
     return data
-
-
-def _listed(item: Any) -> Any:
-    """Lists in place of tuples: an expression's own."""
-    if not isinstance(item, tuple):
-        return item
-    return [_listed(one) for one in item]  # pyright: ignore[reportUnknownVariableType]
 
 
 def _text(_: _Reader, data: object, __: int) -> str:

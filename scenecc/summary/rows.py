@@ -85,7 +85,8 @@ def _built(entity: Entity, scene_idxs: tuple[int, ...], batch: SceneBatch) -> Su
         name=entity.name,
         body_type=_body_types(entity),
         shape_count=max(len(structure.collisions), len(structure.visuals)),
-        mass=getattr(body, "mass", None),
+        # SAPIEN gives what has nothing to weigh a milligram.
+        mass=getattr(body, "mass", None) if structure.collisions or structure.inertial is not None else None,
         size=extent(structure, row) or (None if body is None else _mesh_size(body)),
         scene_idxs=scene_idxs,
     )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.frozen import frozen
 from scenecc.values.expression import Closure, Expression, read
 from scenecc.values.failure import ExpressionError
-from scenecc.values.operations import shown
+from scenecc.values.operations import LISTS, shown
 from scenecc.values.tokens import closing
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ class Template:
 
     Attributes:
         text: the scalar's, as written.
-        constants: the names that have values, sorted, with them.
+        constants: the names that have values, sorted, with them; lists are never tuples, as JSON has them.
         names: those that still have none; `scene` and `num_scenes` count as names.
 
     Two are equal if their texts and constants are, by type and to the bit.
@@ -49,7 +49,7 @@ class Template:
 
     def __init__(self, text: str, constants: Mapping[str, Any] | None = None) -> None:
         parsed = _parse(text)
-        bound = {name: value for name, value in (constants or {}).items() if name in parsed.names}
+        bound = {name: _listed(value) for name, value in (constants or {}).items() if name in parsed.names}
         put = object.__setattr__
         put(self, "text", text)
         put(self, "constants", tuple(sorted(bound.items(), key=lambda pair: pair[0])))
@@ -122,6 +122,11 @@ class Template:
 
     def __reduce__(self) -> tuple[type[Template], tuple[str, dict[str, Any]]]:
         return Template, (self.text, dict(self.constants))
+
+
+def _listed(value: Any) -> Any:
+    """Lists in place of tuples."""
+    return [_listed(item) for item in value] if value.__class__ in LISTS else value
 
 
 def has_expression(text: str) -> bool:

@@ -125,6 +125,7 @@ def test_templates_are_equal_by_text_and_constants_to_the_bit() -> None:
     for other in (1.0, True, 2):
         assert template.bind({"a": 1}) != Template("${a + b}", {"a": other})
     assert template.bind({"a": 0.0}) != template.bind({"a": -0.0})
+    assert Template("${a[0]}", {"a": ((1, 2), "x")}) == Template("${a[0]}", {"a": [[1, 2], "x"]})
     with pytest.raises(AttributeError, match="read-only"):
         template.text = ""
 
