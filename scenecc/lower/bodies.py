@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 Layer = tuple[Any, "Origin"]
 """Keys of a body and the node that has them. Of several layers the last one that has a key counts."""
 
+Given = tuple["Surface | Surfaces | None", "Value | None", "Value | None"]
+"""Material, colour and density of a layer; None for what it does not give."""
+
 
 def _locked(axes: list[str]) -> tuple[bool, ...]:
     return tuple(axis in axes for axis in MOTION_AXES)
@@ -63,6 +66,7 @@ class Bodies:
         self._groups = groups
         self._sink = sink
         self._by_surface: dict[int, Defaults] = {}
+        self._last: tuple[Origin, Given] | None = None
 
     def lower(self, body: Any, origin: Origin, leaves: Leaves) -> BodyStructure:
         """A body's structure; shapes that were reported are missing in it."""
@@ -125,18 +129,27 @@ class Bodies:
             # Many bodies name a material and nothing else.
             surface = self._materials.surface(layers[0][0].material, layers[0][1], leaves)
             return found if surface is None else self._of_surface(surface)
-        for body, origin in layers:
+        for layer in layers:
+            body = layer[0]
             if body.material is None and body.color is None and body.density is None:
                 continue
-            surface = self._materials.surface(body.material, origin, leaves)
-            color = leaves.given(body.color, COLOR, origin, "color")
-            density = leaves.given(body.density, DENSITY, origin, "density")
+            surface, color, density = self._given(layer, leaves)
             found = Defaults(
                 found.surface if surface is None else surface,
                 found.color if color is None else color,
                 found.density if density is None else density,
             )
         return found
+
+    def _given(self, layer: Layer, leaves: Leaves) -> Given:
+        """What a layer gives its shapes. All variants of an entity have one layer in common, which is lowered once."""
+        body, origin = layer
+        if self._last is None or self._last[0] is not origin:
+            surface = self._materials.surface(body.material, origin, leaves)
+            color = leaves.given(body.color, COLOR, origin, "color")
+            density = leaves.given(body.density, DENSITY, origin, "density")
+            self._last = origin, (surface, color, density)
+        return self._last[1]
 
     def _of_surface(self, surface: Surface | Surfaces) -> Defaults:
         known = self._by_surface.get(id(surface))

@@ -120,7 +120,10 @@ def opposite(flag: Any) -> bool | None:
 
 
 def _are_numbers(given: Any) -> bool:
-    return given.__class__ in {tuple, list} and all(item.__class__ in {int, float} for item in given)
+    return given.__class__ in {tuple, list} and _NUMBERS.issuperset(map(type, given))
+
+
+_NUMBERS = frozenset((int, float))
 
 
 COLOR = Kind((4,), quantity="base_color", convert=read_color, fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)

@@ -50,7 +50,7 @@ class Shapes:
         self._tables = tables
         self._materials = materials
         self._sink = sink
-        self._colored: dict[tuple[int, tuple[float, ...]], tuple[Any, VisualMaterial]] = {}
+        self._colored: dict[tuple[int, tuple[float, ...] | int], tuple[Any, Value, VisualMaterial]] = {}
 
     def both(
         self, shape: Any, default: Defaults, leaves: Leaves, origin: Origin
@@ -158,16 +158,14 @@ class Shapes:
         return None if visual is None else self._tables.visual_materials.value(visual)
 
     def _with_color(self, visual: VisualMaterial | None, color: Value) -> VisualMaterial | None:
-        if not color.is_constant:
-            return colored(visual, color)
-        # Of one colour there is one material, however many shapes have it.
-        key = (id(visual), color.numbers())
+        # Of one colour there is one material, however many shapes have it. What may vary is only itself.
+        key = (id(visual), color.numbers() if color.is_constant else id(color))
         known = self._colored.get(key)
         if known is None:
             made = colored(visual, color)
             assert made is not None
-            known = self._colored[key] = (visual, made)
-        return known[1]
+            known = self._colored[key] = (visual, color, made)
+        return known[2]
 
     def _geometry(self, shape: Any, leaves: Leaves, origin: Origin) -> Any:
         """What collides; None where it was reported."""

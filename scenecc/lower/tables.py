@@ -58,9 +58,11 @@ def _content(row: Any) -> Hashable:
     """What a material consists of; what may vary is only itself, since comparing it would draw it."""
     if isinstance(row, Value):
         return row.numbers() if row.is_constant else ("value", id(row))
-    if isinstance(row, PhysicalMaterial | VisualMaterial | Texture):
-        return tuple(_content(getattr(row, item.name)) for item in fields(row))
-    return row
+    names = _FIELDS.get(row.__class__)
+    return row if names is None else tuple([_content(getattr(row, name)) for name in names])
+
+
+_FIELDS = {kind: tuple(field.name for field in fields(kind)) for kind in (PhysicalMaterial, VisualMaterial, Texture)}
 
 
 class Tables:

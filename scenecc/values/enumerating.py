@@ -68,14 +68,14 @@ class _Sources:
 
     def add(self, item: Any) -> bool:
         """Adds the sources of an item; whether they may be few."""
-        kind = item.__class__
-        return kind not in NODES or _TABLE.get(kind, _Sources.parts)(self, item)
+        add = _TABLE.get(item.__class__)
+        return add is None or add(self, item)
 
     def add_all(self, items: tuple[Any, ...]) -> bool:
         return len(items) <= FEW and all(map(self.add, items))
 
-    def parts(self, node: Node) -> bool:
-        return self.add_all(tuple(getattr(node, field.name) for field in fields(node)))
+    def parts(self, node: Any) -> bool:
+        return self.add_all(tuple(getattr(node, name) for name in _FIELDS[node.__class__]))
 
     def chosen(self, node: Chosen) -> bool:
         self.drawn[node.key, node.word] = len(node.items)
@@ -119,7 +119,10 @@ class _Sources:
         self.scenes = set(scenes) if self.scenes is None else self.scenes & set(scenes)
 
 
+_FIELDS = {kind: tuple(field.name for field in fields(kind)) for kind in NODES}
+
 _TABLE: dict[type[Any], Callable[[_Sources, Any], bool]] = {
+    **dict.fromkeys(NODES, _Sources.parts),
     Chosen: _Sources.chosen,
     Drawn: _Sources.drawn_integers,
     RandomRotated: lambda _sources, _node: False,
@@ -129,4 +132,4 @@ _TABLE: dict[type[Any], Callable[[_Sources, Any], bool]] = {
     Shared: _Sources.shared,
     Computed: _Sources.computed,
 }
-"""Those that are not simply made of their parts."""
+"""How each node adds its sources; most are simply made of their parts."""

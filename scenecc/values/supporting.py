@@ -38,8 +38,11 @@ if TYPE_CHECKING:
 _TURN = Support(None, (-1.0,) * 4, (1.0,) * 4, exact=False)
 """A quaternion that is not looked into."""
 
-_DIRECT = (Const, Rows, Cycled, Chosen, Drawn, RandomRotated, Shared)
+_DIRECT = frozenset((Const, Rows, Cycled, Chosen, Drawn, RandomRotated, Shared))
 """Nodes whose support is that of their items."""
+
+_NODES = frozenset(NODES)
+_NUMBERS = frozenset((float, int))
 
 
 class Reader:
@@ -53,15 +56,15 @@ class Reader:
 
     def support(self, node: Node) -> Support:
         """Everything that a node can give."""
-        if not isinstance(node, _DIRECT):
+        if node.__class__ not in _DIRECT:
             rows = alternatives(node, self.draws, self.given, self.num_scenes)
             if rows is not None:
                 return Support.of(rows)
-        return _TABLE[type(node)](self, node)
+        return _TABLE[node.__class__](self, node)
 
     def item(self, item: Any) -> Support:
         """As `support`, of a plain value too."""
-        return self.support(item) if isinstance(item, NODES) else Support.of((item,))
+        return self.support(item) if item.__class__ in _NODES else Support.of((item,))
 
     def shared(self, name: str) -> Support:
         """The support of a shared draw."""
@@ -74,7 +77,7 @@ class Reader:
 
     def any_of(self, items: tuple[Any, ...]) -> Support:
         """Of items of which each scene has one."""
-        if any(isinstance(item, NODES) for item in items):
+        if any(item.__class__ in _NODES for item in items):
             return union(map(self.item, items))
         return Support.of(items)
 
@@ -85,6 +88,11 @@ def _chosen(reader: Reader, node: Chosen) -> Support:
 
 
 def _drawn(reader: Reader, node: Drawn) -> Support:
+    if node.kind in _BETWEEN:
+        # Of most draws both bounds are plain: this is what the rest makes of them, sooner.
+        low, high = _plain_bound(node.low, node.shape), _plain_bound(node.high, node.shape)
+        if low is not None and high is not None and low != high:
+            return Support(None, low, high, exact=True)
     first, second = _vector(reader.item(node.low), node.shape), _vector(reader.item(node.high), node.shape)
     if first.low is None or second.low is None:
         return UNKNOWN
@@ -180,6 +188,17 @@ def _composed(reader: Reader, node: Composed) -> Support:
     far = math.hypot(*(max(abs(a), abs(b)) for a, b in zip(inner.low[:3], inner.high[:3], strict=True)))
     low, high = tuple(a - far for a in outer.low[:3]), tuple(a + far for a in outer.high[:3])
     return Support(None, (*low, *_TURN.low), (*high, *_TURN.high), exact=False)
+
+
+_BETWEEN = frozenset(("uniform", "log_uniform"))
+
+
+def _plain_bound(item: Any, shape: tuple[int, ...]) -> Any:
+    """A bound that does not vary, for every component; None for any other."""
+    if item.__class__ in _NUMBERS:
+        return (item,) * shape[0] if shape else item
+    fits = item.__class__ is tuple and shape == (len(item),) and _NUMBERS.issuperset(map(type, item))
+    return item if fits else None
 
 
 def _vector(found: Support, shape: tuple[int, ...]) -> Support:

@@ -261,3 +261,25 @@ def test_drawn_rows_are_within_the_bounds(node: Node) -> None:
     rows = Batch(np.arange(300), 5, 300, draws, {}).evaluate(node)
     assert (rows >= np.array(found.low) - 1e-12).all()
     assert (rows <= np.array(found.high) + 1e-12).all()
+
+
+@pytest.mark.parametrize("kind", ["uniform", "log_uniform", "integers", "normal"])
+@pytest.mark.parametrize(
+    ("low", "high", "shape"),
+    [
+        (1.0, 2.0, ()),
+        (1, 2.5, ()),
+        (-0.0, 0.0, ()),
+        (1.5, 1.5, (3,)),
+        (1.0, 2.0, (3,)),
+        ((0.5, 1.0, 2.0), (0.5, 1.0, 2.5), (3,)),
+        ((0.5, 1.0), 4.0, (2,)),
+        ((1.0, 2.0), (3.0, 4.0), (3,)),
+        ((1.0, 2.0), (3.0, 4.0), ()),
+        ((1.0, True), (3.0, 4.0), (2,)),
+    ],
+)
+def test_plain_bounds_are_bounds_like_any_other(kind: Any, low: Any, high: Any, shape: tuple[int, ...]) -> None:
+    plain = Drawn(kind, low, high, None, shape, key("a"))
+    wrapped = Drawn(kind, Const(low), Const(high), None, shape, key("a"))
+    assert repr(of(plain)) == repr(of(wrapped))
