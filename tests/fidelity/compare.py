@@ -150,7 +150,7 @@ def _material(material: Any) -> dict[str, Any]:
     facts: dict[str, Any] = {name: _plain(getattr(material, name)) for name in _MATERIAL}
     for name in _TEXTURES:
         texture = getattr(material, f"{name}_texture")
-        facts[name] = None if texture is None else {key: _plain(getattr(texture, key)) for key in _TEXTURE}
+        facts[f"{name}_texture"] = None if texture is None else {key: _plain(getattr(texture, key)) for key in _TEXTURE}
     return facts
 
 
