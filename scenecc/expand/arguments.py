@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from collections.abc import Set as AbstractSet
 
-    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics import Path, Sink
     from scenecc.expand.compiled import Compiled
     from scenecc.expand.documents import SceneDocument
     from scenecc.expand.params import Param
@@ -34,12 +34,14 @@ class Argument:
         place: where it is given.
         document: whose paths it holds.
         scope: in which the names in it mean something.
+        by_scene: its lists that were turned into mappings, as `scenecc.expand.expansion.Record` has them.
     """
 
     value: Any
     place: Mark | Location
     document: SceneDocument
     scope: str
+    by_scene: Mapping[Path, tuple[int, ...]] | None = None
 
     @property
     def told(self) -> Origin | Location:
@@ -116,7 +118,7 @@ def bind_params(
         elif param.kind == "material":
             value = _each_name(value, param, argument, material)
         if is_varying(value):
-            varying[name] = Argument(value, argument.place, argument.document, argument.scope)
+            varying[name] = replace(argument, value=value)
         else:
             values[name] = value
     return Bound(values, varying, frozenset(failed))
@@ -173,7 +175,7 @@ def _relocated(value: Any, owner: SceneDocument, compiled: Compiled) -> Any:
 
 def _each_name(value: Any, param: Param, argument: Argument, material: Callable[[Param, Argument], Any]) -> Any:
     def named(item: Any) -> Any:
-        return material(param, Argument(item, argument.place, argument.document, argument.scope))
+        return material(param, replace(argument, value=item))
 
     return map_alternatives(value, named)
 

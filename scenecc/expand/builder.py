@@ -20,7 +20,7 @@ from scenecc.spec.base import NAME_PATTERN
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
-    from scenecc.diagnostics import Location, Origin, Sink
+    from scenecc.diagnostics import Location, Origin, Path, Sink
     from scenecc.expand.compiled import Compiled, Made, Unit
     from scenecc.expand.params import Param
     from scenecc.expand.prefabs import Prefabs
@@ -115,7 +115,7 @@ class Builder:
         for name, argument in bound.varying.items():
             full = scoped(scope.name, name)
             place = argument.place if isinstance(argument.place, Mark) else Mark(argument.place.file, ())
-            self._output.add("draws", full, argument.value, place, scenes=scope.selection)
+            self._output.add("draws", full, argument.value, place, by_scene=argument.by_scene)
             if argument.scope != scope.name:
                 self._output.given[full] = argument.scope
 
@@ -139,6 +139,9 @@ class Builder:
     def _placed(self, section: str, name: str, made: Made, scope: Scope) -> None:
         if self._node(section, name, made, scope) and scope.name:
             self._output.scopes[name] = scope.name
+            if scope.selection is not None:
+                # What it reads of a `with` may have a value in these scenes alone.
+                self._output.selections[name] = scope.selection
 
     def _unit(self, unit: Unit, scope: Scope) -> None:
         run = scope.run(unit.body.part, self._objects, self._sink)
@@ -248,12 +251,13 @@ class Builder:
 
     def _argument(self, made: Made, selection: Selection, scope: Scope, run: Run) -> Argument:
         value = made.make(run)
+        turned: dict[Path, tuple[int, ...]] = {}
         if selection is not None and is_varying(value):
-            value, wrong = self._scenes.by_scene(value, selection, made.path)
+            value, wrong = self._scenes.by_scene(value, selection, (), turned)
             if wrong is not None:
                 message = f"`per_scene` must have {len(selection)} values, one for each scene of the instance"
-                run.report("SC106", message, wrong)
-        return Argument(value, run.mark(made.path), made.part.document, scope.name)
+                run.report("SC106", message, (*made.path, *wrong))
+        return Argument(value, run.mark(made.path), made.part.document, scope.name, turned)
 
     def _anchor(self, full: str, body: dict[str, Any], mark: Mark, selection: Selection, scope: Scope) -> None:
         """The frame in which an instance stands."""

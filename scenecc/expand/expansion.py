@@ -58,12 +58,12 @@ class Record:
     Attributes:
         mark: of the node.
         lists: path as written below the node → items, for each list with repeated ones; None where there is none.
-        scenes: the scenes that a `per_scene` list was turned into a mapping for; None where none was.
+        by_scene: path as written below the node → scenes, for each `per_scene` list that was turned into a mapping.
     """
 
     mark: Mark
     lists: Mapping[Path, tuple[Items, ...]] | None = None
-    scenes: tuple[int, ...] | None = None
+    by_scene: Mapping[Path, tuple[int, ...]] | None = None
 
     def trace(self, path: Path) -> Origin:
         """The origin as written of what stands at a path below the node."""
@@ -77,8 +77,9 @@ class Record:
                 written.append(item.index)
                 if item.loop is not None:
                     copies.append(item.loop.text(step - item.start))
-            elif self.scenes is not None and written[-1:] == ["per_scene"] and str(step).isdecimal():
-                written.append(self.scenes.index(int(step)))
+            elif self.by_scene and (scenes := self.by_scene.get(tuple(written))) is not None:
+                # Its `default` is its first item.
+                written.append(0 if step == "default" else scenes.index(int(step)))
             else:
                 written.append(step)
         return Origin(mark.file, (*mark.path, *written), ", ".join(copies), mark.parent)

@@ -53,7 +53,7 @@ class Output:
         node: Any,
         mark: Mark,
         lists: Mapping[Path, tuple[Items, ...]] | None = None,
-        scenes: tuple[int, ...] | None = None,
+        by_scene: Mapping[Path, tuple[int, ...]] | None = None,
     ) -> bool:
         """Writes a named node; False, reported, where there is one of the name.
 
@@ -63,7 +63,7 @@ class Output:
             node: plain data.
             mark: where it is written.
             lists: its lists that hold repeated items.
-            scenes: as `Record` has them.
+            by_scene: as `Record` has it.
         """
         entries = self.sections[section]
         if name in entries:
@@ -74,7 +74,7 @@ class Output:
             return False
         entries[name] = node
         if lists or mark.copies or mark.parent or mark.file != self._top or mark.path != (section, name):
-            self._records[section, name] = Record(mark, lists or None, scenes)
+            self._records[section, name] = Record(mark, lists or None, by_scene)
         return True
 
     def origin(self, section: str, name: str) -> Origin:

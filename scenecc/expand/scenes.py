@@ -48,8 +48,16 @@ class Scenes:
         self._sink.report("SC103", message, place)
         return None
 
-    def by_scene(self, value: Any, selection: tuple[int, ...], path: Path) -> tuple[Any, Path | None]:
+    def by_scene(
+        self, value: Any, selection: tuple[int, ...], path: Path, turned: dict[Path, tuple[int, ...]]
+    ) -> tuple[Any, Path | None]:
         """A value with its `per_scene` lists, one item for each selected scene, as mappings by scene index.
+
+        Args:
+            value: plain, or a form.
+            selection: the scenes.
+            path: of the value.
+            turned: takes the scenes of each such list, by its path.
 
         Returns:
             The value, and where a list of another length is; None where none is.
@@ -63,11 +71,12 @@ class Scenes:
         pairs = items.items() if is_mapping(items) else enumerate(items) if is_sequence(items) else ()
         changed: dict[Any, Any] = {}
         for key, item in pairs:
-            changed[key], wrong = self.by_scene(item, selection, (*path, form, key))
+            changed[key], wrong = self.by_scene(item, selection, (*path, form, key), turned)
             if wrong is not None:
                 return value, wrong
         if form == "per_scene" and is_sequence(items):
             # The draw exists in every scene, though it is read in the selected ones alone.
+            turned[(*path, form)] = selection
             rows = {str(scene): changed[index] for index, scene in enumerate(selection)}
             return {form: {**rows, "default": changed[0]}}, None
         kept: Any = changed if is_mapping(items) else list(changed.values()) if is_sequence(items) else items

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import dotted
@@ -22,7 +23,7 @@ from scenecc.values.forms import (
     Uniform,
     Vector,
 )
-from scenecc.values.nodes import NODES, Chosen, Computed, Cycled, Drawn, Key, RandomRotated, Rows, Stacked
+from scenecc.values.nodes import NODE_TYPES, Chosen, Computed, Cycled, Drawn, Key, RandomRotated, Rows, Stacked
 from scenecc.values.template import Template
 
 if TYPE_CHECKING:
@@ -75,7 +76,11 @@ class Place:
 
 def place_of(origin: Origin) -> Place:
     """The place of a field of a named object; in a document every field is one."""
-    return Place(origin, dotted(origin.path[2:]))
+    return Place(origin, _path(origin.path[2:]))
+
+
+# Copies have the same fields, and few fields have forms.
+_path = lru_cache(maxsize=1024)(dotted)
 
 
 Leaf = Callable[[Any, Place, Step], Any]
@@ -185,7 +190,8 @@ class Reading:
             message = f"there is no value for scene {min(missing)}"
             self._leaves.sink.report("SC315", message, origin, hint="add it, or a `default`")
             default = next(iter(read.values()), 0.0)
-        if extra := read.keys() - set(scenes):
+        # A prefab does not know in which scenes it is used.
+        if not self._leaves.scope and (extra := read.keys() - set(scenes)):
             scene = min(extra)
             message = f"scene {scene} is none that the object is in"
             self._leaves.sink.report("SC315", message, origin.child(str(scene)), at="key", hint="leave it out")
@@ -251,14 +257,13 @@ class Reading:
             kind = replace(kind, shape=drawn_shape((*bounds, *(clip or ()))))
         single = not kind.shape or (kind.wide and not any(_is_vector(bound) for bound in bounds))
         one = component(kind) if single else kind
-        low, high = (self._bound(bound, one, place, (what, i)) for i, bound in enumerate(bounds))
+        low, high = self._bound(bounds[0], one, place, (what, 0)), self._bound(bounds[1], one, place, (what, 1))
         if what == "normal" and one.pad is not None and _is_vector(high):
             # What is left out does not vary.
             high = (*high[:3], 0.0) if len(bounds[1]) < len(high) else high
         clipped = clip and tuple(self._bound(bound, one, place, ("clip", i)) for i, bound in enumerate(clip))
-        key = self._key(place)
-        node = Drawn(what, low, high, clipped, one.shape, key, place.word)
-        if any(bound.__class__ in NODES for bound in (low, high, *(clipped or ()))):
+        node = Drawn(what, low, high, clipped, one.shape, self._key(place), place.word)
+        if not NODE_TYPES.isdisjoint(map(type, (low, high, *(clipped or ())))):
             # Bounds that vary may change places in some scene.
             self.risk(node, place.origin)
         return Stacked((node,) * kind.shape[0]) if single and kind.shape else node

@@ -94,7 +94,13 @@ def test_prefabs_in_prefabs(expanded: Expander) -> None:
     assert list(expansion.data["entities"]) == ["desk/l/leg", "desk/top"]
     assert expansion.data["entities"]["desk/l/leg"]["shapes"][0]["half_size"] == [0.1, 0.1, 4]
     assert expansion.data["entities"]["desk/top"] == {"mass": 1}
-    assert expansion.selections == {"desk/l/leg": (1,), "desk/l": (1,), "desk/top": (0, 1), "desk": (0, 1)}
+    assert expansion.selections == {
+        "desk/l/foot": (1,),
+        "desk/l/leg": (1,),
+        "desk/l": (1,),
+        "desk/top": (0, 1),
+        "desk": (0, 1),
+    }
     assert expansion.scopes["desk/l"] == "desk"
     assert expansion.scopes["desk/l/leg"] == "desk/l"
     assert expansion.trace(Origin(None, ("entities", "desk/l/leg"))).parent == Origin(
@@ -122,6 +128,19 @@ def test_varying_arguments_are_one_draw_of_the_instance(expanded: Expander) -> N
     assert expansion.given == {"a/length": "", "b/length": "", "c/length": ""}
     traced = expansion.trace(Origin(None, ("draws", "c/length", "per_scene", "3", "choice")))
     assert traced.path == ("entities", "c", "with", "length", "per_scene", 1, "choice")
+    default = expansion.trace(Origin(None, ("draws", "c/length", "per_scene", "default")))
+    assert default.path == ("entities", "c", "with", "length", "per_scene", 0)
+
+
+def test_a_map_by_scene_is_traced_to_its_own_keys(expanded: Expander) -> None:
+    expansion = expanded.good(
+        "entities: {a: {use: leg.yaml, with: {length: {per_scene: {3: 1, 0: 3, default: 2}}}, scene_idxs: [1, 3]}}",
+        {"leg.yaml": LEG},
+        num_scenes=4,
+    )
+    for key in ("0", "3", "default"):
+        traced = expansion.trace(Origin(None, ("draws", "a/length", "per_scene", key)))
+        assert traced.path == ("entities", "a", "with", "length", "per_scene", key)
 
 
 def test_a_list_of_another_length_than_the_scenes(expanded: Expander) -> None:

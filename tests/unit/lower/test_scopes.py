@@ -97,3 +97,29 @@ def test_what_is_outside_cannot_be_named(tmp_path: Path) -> None:
         compiled(tmp_path, SCENE + "  ash: {shapes: [{type: sphere, radius: 1}]}\n", prefab)
     found = {(diagnostic.code, Path(diagnostic.file or "").name) for diagnostic in caught.value.diagnostics}
     assert found == {("SC303", "prefab.yaml"), ("SC301", "prefab.yaml")}
+
+
+def test_a_frame_inside_needs_values_in_the_scenes_of_its_instance_alone(tmp_path: Path) -> None:
+    prefab = """\
+scenecc: 1
+params: {x: 1.0}
+frames: {f: {pose: ["${x}", 0, 0]}}
+entities: {ball: {pose: {relative_to: f}, shapes: [{type: sphere, radius: 0.1}]}}
+"""
+    scene = """\
+scenecc: 1
+num_scenes: 4
+entities: {a: {use: prefab.yaml, scene_idxs: [1, 3], with: {x: {per_scene: {1: 5, 3: 7}}}}}
+"""
+    assert entity(compiled(tmp_path, scene, prefab), "a/ball").pose.data[:, 0].tolist() == [5, 7]
+
+
+def test_a_map_by_scene_inside_may_name_scenes_that_the_instance_is_not_in(tmp_path: Path) -> None:
+    prefab = """\
+scenecc: 1
+entities: {ball: {mass: {per_scene: {0: 1, 3: 2, default: 4}}, shapes: [{type: sphere, radius: 0.1}]}}
+"""
+    scene = "scenecc: 1\nnum_scenes: 4\nentities: {a: {use: prefab.yaml, scene_idxs: [1, 3]}}\n"
+    mass = entity(compiled(tmp_path, scene, prefab), "a/ball").structures[0].mass
+    assert mass is not None
+    assert mass.data.tolist() == [4, 2]
