@@ -36,7 +36,8 @@ class Standing:
         reading: what was read of it; None where it is the same in every scene.
         parent: what it stands relative to; None: the world.
         world: its pose in the world, likewise.
-        around: itself if it is an entity, else the first entity that the frame stands relative to.
+        around: itself if it is in some scenes only, as entities and the frames of instances can be; of another frame
+            the first such thing that it stands relative to.
     """
 
     local: Pose7 | Node
@@ -144,13 +145,18 @@ class Places:
         else:
             local = lower_pose(pose, origin, ("pose",), self._sink)
         around = outer.around if outer is not None else None
-        if name not in self._frames:
-            # A frame is wherever somebody stands relative to it, so it passes on whose scenes count.
+        if name not in self._frames or self._is_narrowed(name):
+            # Another frame is wherever somebody stands relative to it, so it passes on whose scenes count.
             if around is not None:
                 self._exists_wherever(name, around)
             around = name
         world = local if outer is None else _composed(outer.world, local)
         return Standing(local, reading, parent if outer is not None else None, world, around)
+
+    def _is_narrowed(self, frame: str) -> bool:
+        """Whether a frame belongs to an instance that is in some scenes only."""
+        leaves = self._leaves_of(frame)
+        return leaves.scenes is not leaves.drawing.everywhere
 
     def _relative_to(self, name: str) -> str | None:
         pose = self._placed[name].pose

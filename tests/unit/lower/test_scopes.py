@@ -123,3 +123,16 @@ entities: {ball: {mass: {per_scene: {0: 1, 3: 2, default: 4}}, shapes: [{type: s
     mass = entity(compiled(tmp_path, scene, prefab), "a/ball").structures[0].mass
     assert mass is not None
     assert mass.data.tolist() == [4, 2]
+
+
+@pytest.mark.parametrize(("scenes", "fine"), [("[1]", True), ("[1, 3]", True), ("[0, 1]", False), ("':'", False)])
+def test_an_instance_is_stood_on_in_its_own_scenes(tmp_path: Path, scenes: str, fine: bool) -> None:
+    scene = "scenecc: 1\nnum_scenes: 4\nentities:\n  a: {use: prefab.yaml, scene_idxs: [1, 3], pose: [1, 0, 0]}\n"
+    scene += f"  cube: {{scene_idxs: {scenes}, pose: {{relative_to: a}}, shapes: [{{type: sphere, radius: 1}}]}}\n"
+    prefab = "scenecc: 1\nentities: {ball: {shapes: [{type: sphere, radius: 0.1}]}}\n"
+    if fine:
+        assert entity(compiled(tmp_path, scene, prefab), "cube").pose.data[0, 0] == 1
+        return
+    with pytest.raises(SceneError) as caught:
+        compiled(tmp_path, scene, prefab)
+    assert [diagnostic.code for diagnostic in caught.value.diagnostics] == ["SC311"]
