@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from scenecc.expand.modules import SETTINGS
 from scenecc.expand.names import BUILTIN, Meaning, check_free
 from scenecc.expand.params import Param, read_param
 from scenecc.expand.patterns import PER_OBJECT, Axes, Compiler, Pattern, count_scalars
@@ -68,6 +69,7 @@ class Unit:
         axes: what repeats it.
         condition: its `if`.
         namer: the names of its copies.
+        selection: its `scene_idxs`.
         use: the prefab; None for what is no instance.
         weight: for how many objects each copy counts: one, and more where very much is to be filled in.
     """
@@ -89,7 +91,8 @@ class Compiled:
     Attributes:
         module: of it.
         params: by name, in order.
-        draws, materials, groups, frames, physics, environment: by name, in order.
+        draws, materials, groups, frames: by name, in order.
+        settings: `physics` and `environment`, each by key.
         units: the entities.
         weight: for how many objects a use of the rest counts: none, and some where very much is to be filled in.
     """
@@ -101,7 +104,6 @@ class Compiled:
     groups: dict[str, Made]
     frames: dict[str, Made]
     settings: dict[str, dict[str, Made]]
-    others: dict[str, dict[str, Made]]
     units: list[Unit]
     weight: int
 
@@ -146,8 +148,7 @@ class _ModuleCompiler:
             params,
             draws,
             *sections,
-            {name: self._section(name, f"`{name}`") for name in ("physics", "environment")},
-            {name: self._section(name) for name in ("constraints", "lights", "cameras")},
+            {name: self._section(name, f"`{name}`") for name in SETTINGS},
             [self._unit(name, entry) for name, entry in self._module.section("entities").items()],
             weight,
         )

@@ -131,7 +131,6 @@ EMISSION = Kind((4,), quantity="emission", convert=read_color, fallback=(0.0, 0.
 SCALE = Kind((3,), quantity="scale", convert=read_scale, fallback=(1.0, 1.0, 1.0), wide=True)
 MIRROR_SCALE = Kind((3,), quantity="Mesh.scale", convert=read_scale, fallback=(1.0, 1.0, 1.0), wide=True)
 POSITION = vector(3, "")
-VELOCITY = vector(3, "linear_velocity")
 
 ONE: dict[Dtype, Kind] = {dtype: Kind(dtype=dtype) for dtype in ("float64", "int64", "bool")}
 """One number of a vector."""

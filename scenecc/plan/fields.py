@@ -118,7 +118,6 @@ class Slot:
 
 
 _POSE = Quantity(shape=(7,), pose=True)
-_FLAG = Quantity(np.bool_)
 _NUMBER = Quantity()
 _POSITIVE = Quantity(bounds=POSITIVE)
 _AT_LEAST_0 = Quantity(bounds=AT_LEAST_0)

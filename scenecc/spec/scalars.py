@@ -23,7 +23,6 @@ Count = Annotated[int, Field(ge=1, le=MOST)]
 CountOrNone = Annotated[int, Field(ge=0, le=MOST)]
 
 # YAML gives lists; strict tuples would refuse them.
-Vec2 = Annotated[tuple[Finite, Finite], Strict(strict=False)]
 Vec3 = Annotated[tuple[Finite, Finite, Finite], Strict(strict=False)]
 Vec4 = Annotated[tuple[Finite, Finite, Finite, Finite], Strict(strict=False)]
 Positive2 = Annotated[tuple[Positive, Positive], Strict(strict=False)]

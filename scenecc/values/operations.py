@@ -176,11 +176,6 @@ BINARY: dict[str, Callable[[Any, Any, Span], Any]] = {
 }
 """By the name of the node's type in Python's `ast`."""
 
-SYMBOLS = {
-    "Add": "+", "Sub": "-", "Mult": "*", "Div": "/", "FloorDiv": "//", "Mod": "%", "Pow": "**", "USub": "-",
-    "UAdd": "+", "Lt": "<", "LtE": "<=", "Gt": ">", "GtE": ">=", "Eq": "==", "NotEq": "!=",
-}  # fmt: skip
-
 
 def negative(a: Any, span: Span) -> Any:
     """The number with the other sign."""

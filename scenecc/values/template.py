@@ -129,11 +129,6 @@ def _listed(value: Any) -> Any:
     return [_listed(item) for item in value] if value.__class__ in LISTS else value
 
 
-def has_expression(text: str) -> bool:
-    """Whether a scalar's text is to be read as a template: even a `$${` in it stands for something else."""
-    return "${" in text
-
-
 @lru_cache(maxsize=4096)
 def _template(text: str) -> Template:
     return Template(text)
