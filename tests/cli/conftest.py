@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from cli.running import CUBE, plain_environment
+from plugins.command import scenecc
 
 Result = subprocess.CompletedProcess[str]
 Run = Callable[..., Result]
@@ -19,13 +19,10 @@ def run(tmp_path: Path) -> Run:
     """Runs `scenecc` in an empty folder."""
 
     def run(*arguments: str | Path, stdin: str | bytes = "", **changes: str) -> Result:
-        done = subprocess.run(
-            [sys.executable, "-m", "scenecc", *map(str, arguments)],
+        done = scenecc(
+            [str(argument) for argument in arguments],
             cwd=tmp_path,
-            input=stdin.encode() if isinstance(stdin, str) else stdin,
-            capture_output=True,
-            check=False,
-            timeout=60,
+            stdin=stdin.encode() if isinstance(stdin, str) else stdin,
             env=plain_environment(**changes),
         )
         out, err = (text.decode("utf-8", "surrogateescape") for text in (done.stdout, done.stderr))
