@@ -67,6 +67,8 @@ def _by_rows(value: Value) -> bool:
 
 
 def _corner(value: Value, *, high: bool) -> Row:
+    if value.is_constant:
+        return value.numbers()
     if value.known:
         rows: list[list[float]] = value.data.reshape(len(value.data), -1).tolist()
         return tuple(map(max if high else min, zip(*rows, strict=True)))

@@ -79,6 +79,9 @@ def nowhere(origin: Origin, at: At) -> Location:
     return Location(origin.file)
 
 
+_QUOTED = frozenset(". []\"'\n\t")
+
+
 def dotted(path: Path) -> str:
     """A path as people write it: `entities.cube.shapes[0].half_size[1]`.
 
@@ -89,7 +92,7 @@ def dotted(path: Path) -> str:
     for key in path:
         if isinstance(key, int):
             out.append(f"[{key}]")
-        elif key and not set(key) & set(". []\"'\n\t"):
+        elif key and _QUOTED.isdisjoint(key):
             out.append(f".{key}" if out else key)
         else:
             out.append('["' + key.replace("\\", "\\\\").replace('"', '\\"') + '"]')

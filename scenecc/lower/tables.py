@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import fields
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from scenecc.lower.forms import place_of
@@ -58,11 +59,13 @@ def _content(row: Any) -> Hashable:
     """What a material consists of; what may vary is only itself, since comparing it would draw it."""
     if isinstance(row, Value):
         return row.numbers() if row.is_constant else ("value", id(row))
-    names = _FIELDS.get(row.__class__)
-    return row if names is None else tuple([_content(getattr(row, name)) for name in names])
+    members = _MEMBERS.get(row.__class__)
+    return row if members is None else tuple([None if part is None else _content(part) for part in members(row)])
 
 
-_FIELDS = {kind: tuple(field.name for field in fields(kind)) for kind in (PhysicalMaterial, VisualMaterial, Texture)}
+_MEMBERS: dict[type[Any], Callable[[Any], tuple[Any, ...]]] = {
+    kind: attrgetter(*(field.name for field in fields(kind))) for kind in (PhysicalMaterial, VisualMaterial, Texture)
+}
 
 
 class Tables:

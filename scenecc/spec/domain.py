@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
+
+from pydantic_core import core_schema
 
 from scenecc.spec.scalars import LARGEST
 from scenecc.spec.unions import COMPONENTS, Validator, branches
@@ -56,10 +58,34 @@ class Domain:
         return self.nonzero or any(bound is not None and abs(bound) != LARGEST for bound in bounds)
 
     @cached_property
+    def means(self) -> Domain:
+        """The same shapes, of any numbers."""
+        return _of(self, core_schema.float_schema(ge=-LARGEST, le=LARGEST, allow_inf_nan=False))
+
+    @cached_property
+    def deviations(self) -> Domain:
+        """The same shapes, of numbers that are not negative."""
+        return _of(self, core_schema.float_schema(ge=0, le=LARGEST, allow_inf_nan=False))
+
+    @cached_property
     def validate_number(self) -> Callable[..., Any]:
         """Validates a single number."""
         assert self.number is not None
         return Validator(self.number).validate
+
+    @cached_property
+    def validate_numbers(self) -> Callable[..., list[Any]]:
+        """Validates a list of single numbers."""
+        assert self.item is not None
+        assert self.item.number is not None
+        schema = core_schema.list_schema(self.item.number, min_length=self.least, max_length=self.most)
+        return Validator(schema).validate
+
+
+def _of(domain: Domain, schema: CoreSchema) -> Domain:
+    """The same shapes, of other numbers."""
+    number = None if domain.number is None else schema
+    return replace(domain, number=number, item=domain.item and _of(domain.item, schema), nonzero=False)
 
 
 def domain_of(schema: CoreSchema, resolve: Callable[[CoreSchema], CoreSchema]) -> Domain:

@@ -2,31 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from pydantic_core import core_schema
+from pydantic import ValidationError
 
 from scenecc.diagnostics.words import show
 from scenecc.spec.domain import Domain
 from scenecc.spec.mistakes import THIS
 from scenecc.spec.plain import is_mapping, is_sequence
-from scenecc.spec.scalars import LARGEST
 from scenecc.values import forms
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
-
-    from pydantic_core import CoreSchema
 
     from scenecc.diagnostics import PathKey
     from scenecc.spec.forms import FormReader
 
     Loc = tuple[PathKey, ...]
     Validate = Callable[[Any], Any]
-
-_ANY = core_schema.float_schema(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)
-_SPREAD = core_schema.float_schema(ge=0, le=LARGEST, allow_inf_nan=False)
 
 _WIDEST = 2**53
 """Integers up to here are drawn: those that are exact as numbers with a fraction."""
@@ -73,7 +67,7 @@ def read_drawn(reader: FormReader, key: str, node: dict[str, Any], domain: Domai
 
 def _normal(reader: FormReader, node: dict[str, Any], domain: Domain, plain: Validate, loc: Loc) -> Any:
     at = (*loc, "normal")
-    pair = _pair(reader, node["normal"], _of(domain, _ANY), _of(domain, _SPREAD), plain, at, "[mean, std]")
+    pair = _pair(reader, node["normal"], domain.means, domain.deviations, plain, at, "[mean, std]")
     clip = None
     if "clip" in node:
         clip = _pair(reader, node["clip"], domain, domain, plain, (*loc, "clip"), "[low, high]")
@@ -85,12 +79,6 @@ def _normal(reader: FormReader, node: dict[str, Any], domain: Domain, plain: Val
     if pair is None or not _as_many(reader, (*pair, *(clip or ())), "mean, std and clip", at):
         return None
     return forms.Normal(*pair, clip)
-
-
-def _of(domain: Domain, schema: CoreSchema) -> Domain:
-    """The same shapes, of other numbers."""
-    number = None if domain.number is None else schema
-    return replace(domain, number=number, item=domain.item and _of(domain.item, schema), nonzero=False)
 
 
 def _pair(
@@ -105,6 +93,9 @@ def _pair(
 
 def _bound(reader: FormReader, node: Any, domain: Domain, plain: Validate, loc: Loc) -> Any:
     """A bound: a number, or a list of one for each component. A number stands for all components of a vector."""
+    if _is_plain_vector(node, domain):
+        with suppress(ValidationError):  # which is told of each component below
+            return tuple(domain.validate_numbers(node))
     if reader.varies(node, domain):
         return reader.leaf(node, domain, plain, loc)
     if is_mapping(node) or (is_sequence(node) and domain.item is None):
@@ -115,6 +106,16 @@ def _bound(reader: FormReader, node: Any, domain: Domain, plain: Validate, loc: 
         return reader.vector(node, domain, loc)
     number = reader.plain(node, domain.scalar.validate_number, loc)
     return number if domain.number is not None or number is None else (number,) * domain.least
+
+
+def _is_plain_vector(node: Any, domain: Domain) -> bool:
+    item = domain.item
+    return (
+        node.__class__ is list and item is not None and item.number is not None and _NUMBERS.issuperset(map(type, node))
+    )
+
+
+_NUMBERS = frozenset((float, int))
 
 
 def _numbers(bound: Any) -> tuple[Any, ...]:

@@ -72,12 +72,17 @@ _ALWAYS = frozenset((OTHERWISE, "#use", "#variants", "#copies"))
 
 def is_varying(node: object) -> bool:
     """Whether a node is an expression or a form, and no plain value."""
+    if node.__class__ in _NEVER_VARYING:
+        return False
     if isinstance(node, str):
         return EXPRESSION in node and not EXPANDED.get()
     if is_mapping(node):
         return not VARIATION_FORMS.isdisjoint(node)
     # Documents hold plain data and, once expanded, templates.
     return kind(node) is None and node is not None
+
+
+_NEVER_VARYING = frozenset((float, int, bool, list, tuple))
 
 
 def any_varying(node: object) -> bool:

@@ -205,3 +205,6 @@ NODES: tuple[type[Any], ...] = (
     FromRpy, FromAxisAngle, FromMatrix, Looking, Radians, Composed,
 )  # fmt: skip
 """The types of `Node`."""
+
+NODE_TYPES = frozenset(NODES)
+"""The same, to ask whether one class is among them."""

@@ -112,7 +112,7 @@ ROWS: tuple[Code, ...] = (
         "error",
         "drawn value out of its range",
         "An expression gave a value in one of the scenes that its field cannot have.",
-        "$ scenecc build scene.yaml --dry-run   # draws: {x: {uniform: [-1, 1]}} and radius: \"${x}\"",
+        '$ scenecc build scene.yaml --dry-run   # draws: {x: {uniform: [-1, 1]}} and radius: "${x}"',
         "Narrow the draws that it reads, or keep it in its range: `${max(0.01, x)}`.",
     ),
     Code(
