@@ -39,7 +39,7 @@ def lower_draws(
     for name, draw in written.items():
         place = origin.child(name)
         if name in given and (rows := _given(given[name], drawing, place, drawing.sink)) is not None:
-            drawing.draws[name] = rows
+            drawing.add(name, rows, frozenset())
             drawing.random.add(name)  # a reset may be given other rows
             continue
         scope = names.given.get(name, scope_of(name))
@@ -48,8 +48,7 @@ def lower_draws(
         reading = Reading(leaves, place)
         item = reading.item(draw, _ANY, Place(place, ""))
         node = item if item.__class__ in NODES else Const(item)
-        drawing.draws[name] = node
-        drawing.reads[name] = frozenset(reading.reads)
+        drawing.add(name, node, frozenset(reading.reads))
         if reading.drawn or any(other in drawing.random for other in reading.reads):
             drawing.random.add(name)
         drawing.draw_origins |= reading.origins

@@ -10,7 +10,8 @@ from scenecc.diagnostics.words import cut, suggest_name
 from scenecc.lower.forms import VARYING, Reading, holds_template, place_of
 from scenecc.lower.pending import Pending, Reset, report_failure
 from scenecc.plan import Value, literal, per_scene, varying
-from scenecc.values.nodes import NODES, Rows
+from scenecc.values.nodes import NODE_TYPES, Rows
+from scenecc.values.order import BUILT_IN
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -30,9 +31,6 @@ _TAKEN = {"float64": "fi", "int64": "i", "bool": "b"}
 
 _ONE = {"float64": "a number", "int64": "an integer", "bool": "true or false"}
 
-BUILT_IN = frozenset(("scene", "num_scenes"))
-"""Names that every expression can read."""
-
 
 @dataclass(slots=True)
 class Drawing:
@@ -46,6 +44,7 @@ class Drawing:
         used: the shared draws that anything reads.
         fixed: those that something reads which stays as it is built.
         reads: for each shared draw, those that it reads.
+        scenes_of: for each shared draw, the scenes that it has a value in.
         random: the shared draws that a seed decides, by themselves or through others.
         draw_origins: of the nodes in shared draws that can have no value, by identity.
         drawn: whether any value is to be drawn.
@@ -61,6 +60,7 @@ class Drawing:
     used: set[str] = field(default_factory=set[str])
     fixed: set[str] = field(default_factory=set[str])
     reads: dict[str, frozenset[str]] = field(default_factory=dict[str, frozenset[str]])
+    scenes_of: dict[str, tuple[int, ...]] = field(default_factory=dict[str, "tuple[int, ...]"])
     random: set[str] = field(default_factory=set[str])
     draw_origins: dict[int, tuple[Any, Origin]] = field(default_factory=dict[int, "tuple[Any, Origin]"])
     drawn: bool = False
@@ -86,12 +86,16 @@ class Drawing:
         """Whether anything is to be drawn or judged by its rows."""
         return bool(self.draws or self.pending or self.drawn)
 
-    def scenes_of(self, name: str) -> tuple[int, ...]:
-        """The scenes that a shared draw has a value in."""
-        node = self.draws[name]
-        found = set(node.scene_idxs) if isinstance(node, Rows) else set(self.everywhere)
-        found = found.intersection(*map(self.scenes_of, self.reads.get(name, ())))
-        return tuple(sorted(found))
+    def add(self, name: str, node: Node, reads: frozenset[str]) -> None:
+        """Adds a shared draw. `reads`: those that it reads, all of which are there."""
+        self.draws[name] = node
+        self.reads[name] = reads
+        found = node.scene_idxs if isinstance(node, Rows) else self.everywhere
+        for other in reads:
+            limits = self.scenes_of[other]
+            if limits is not self.everywhere:
+                found = limits if found is self.everywhere else tuple(sorted(set(found).intersection(limits)))
+        self.scenes_of[name] = found
 
     def leaves(
         self, scenes: tuple[int, ...] | None = None, scope: str = "", listed: tuple[int, ...] | None = None
@@ -168,7 +172,7 @@ class Leaves:
         """An item that was read as a value: of what is known by scene the rows, of the rest how they are drawn."""
         if not reset:
             self.fix(reading)
-        if item.__class__ not in NODES:
+        if item.__class__ not in NODE_TYPES:
             return literal(item, kind.dtype)
         if reading.broken:
             return literal(kind.fallback, kind.dtype)

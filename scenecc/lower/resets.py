@@ -123,7 +123,7 @@ class Recipes:
 
     def _rows_of(self, name: str) -> Rows:
         """A shared draw as drawn, in all scenes that it has a value in."""
-        scenes = self._drawing.scenes_of(name)
+        scenes = self._drawing.scenes_of[name]
         rows = self._drawing.leaves(scenes).batch().shared(name).tolist()
         return Rows(scenes, tuple(tuple(row) if row.__class__ is list else row for row in rows))
 

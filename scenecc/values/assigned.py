@@ -50,4 +50,6 @@ class Assigned(Batch):
     def only(self, rows: NDArray[np.intp]) -> Assigned:
         """As of a batch."""
         assigned = {draw: numbers[rows] for draw, numbers in self._assigned.items()}
-        return Assigned(self.scenes[rows], self.num_scenes, self.draws, self.given, assigned)
+        part = Assigned(self.scenes[rows], self.num_scenes, self.draws, self.given, assigned)
+        part._whole = (self, rows)
+        return part

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.values.failure import DrawError
 from scenecc.values.nodes import NODES, Chosen, Computed, Cycled, Drawn, Key, Node, RandomRotated, Rows, Shared, Stacked
+from scenecc.values.order import BUILT_IN
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
 
 FEW = 64
 """How many combinations are looked at."""
+
+LONGEST = 16
+"""How many shared draws are looked into, or else each member of a long chain of them would look into all others."""
 
 Draw = tuple[Key, int]
 """What one draw is known by: its key and word."""
@@ -65,14 +69,21 @@ class _Sources:
         self._given = given
         self._num_scenes = num_scenes
         self._seen: set[str] = set()
+        self._todo: list[Any] = []
 
     def add(self, item: Any) -> bool:
         """Adds the sources of an item; whether they may be few."""
-        add = _TABLE.get(item.__class__)
-        return add is None or add(self, item)
+        self._todo.append(item)
+        while self._todo:
+            item = self._todo.pop()
+            add = _TABLE.get(item.__class__)
+            if add is not None and not add(self, item):
+                return False
+        return True
 
     def add_all(self, items: tuple[Any, ...]) -> bool:
-        return len(items) <= FEW and all(map(self.add, items))
+        self._todo += items
+        return len(items) <= FEW
 
     def parts(self, node: Any) -> bool:
         return self.add_all(tuple(getattr(node, name) for name in _FIELDS[node.__class__]))
@@ -100,10 +111,11 @@ class _Sources:
         if node.name in self._seen:
             return True
         self._seen.add(node.name)
-        if node.name not in self._given:
-            return self.add(self._draws[node.name])
-        self._restrict(range(len(self._given[node.name])))
-        return True
+        if node.name in self._given:
+            self._restrict(range(len(self._given[node.name])))
+        else:
+            self._todo.append(self._draws[node.name])
+        return len(self._seen) <= LONGEST
 
     def computed(self, node: Computed) -> bool:
         names, reads = node.template.names, dict(node.reads)
@@ -113,7 +125,7 @@ class _Sources:
             if self._num_scenes is None or self._num_scenes > FEW:
                 return False
             self._restrict(range(self._num_scenes))
-        return self.add_all(tuple(Shared(reads.get(name, name)) for name in sorted(names - {"scene", "num_scenes"})))
+        return self.add_all(tuple(Shared(reads.get(name, name)) for name in sorted(names - BUILT_IN)))
 
     def _restrict(self, scenes: Iterable[int]) -> None:
         self.scenes = set(scenes) if self.scenes is None else self.scenes & set(scenes)

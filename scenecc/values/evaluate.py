@@ -30,6 +30,7 @@ from scenecc.values.nodes import (
     Shared,
     Stacked,
 )
+from scenecc.values.order import needed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -65,6 +66,8 @@ class Batch:
         self.draws = draws
         self.given = given
         self._shared: dict[str, NDArray[Any]] = {}
+        self._failed: dict[str, DrawError] = {}
+        self._whole: tuple[Batch, NDArray[np.intp]] | None = None
 
     def evaluate(self, node: Node) -> NDArray[Any]:
         """The node's values (B, …): float64, int64 or bool, or objects where they are texts, lists or mixed.
@@ -84,21 +87,50 @@ class Batch:
         return np.broadcast_to(value, (len(self.scenes), *value.shape))
 
     def shared(self, name: str) -> NDArray[Any]:
-        """The values of a shared draw (B, …)."""
+        """The values of a shared draw (B, …).
+
+        Raises:
+            DrawError: it has none in one of the scenes.
+        """
+        if not self._is_made(name):
+            for other in needed(name, self.draws, self._is_made):
+                self._make(other)
+        if name in self._failed:
+            error = self._failed[name]
+            raise DrawError(error.message, error.scene, error.node, error.expression)
+        return self._shared[name]
+
+    def kept(self, name: str) -> NDArray[Any] | None:
+        """The values of a shared draw, if they are there without evaluating anything."""
         found = self._shared.get(name)
-        if found is None:
-            found = (
-                columns.tidy(self.given[name][self.scenes]) if name in self.given else self.evaluate(self.draws[name])
-            )
+        if found is not None:
+            return found
+        if name in self.given:
+            found = columns.tidy(self.given[name][self.scenes])
+        elif self._whole is not None:
+            whole, rows = self._whole
+            values = whole.kept(name)
+            found = None if values is None else values[rows]
+        if found is not None:
             self._shared[name] = found
         return found
+
+    def _is_made(self, name: str) -> bool:
+        return name in self._failed or self.kept(name) is not None
+
+    def _make(self, name: str) -> None:
+        try:
+            self._shared[name] = self.evaluate(self.draws[name])
+        except DrawError as error:
+            # What reads it need not do so in that scene.
+            self._failed[name] = error
 
     def only(self, rows: NDArray[np.intp]) -> Batch:
         """Some rows of the batch as one of their own."""
         chosen: list[int] = rows.tolist()
         seed = self.seed if isinstance(self.seed, int) else tuple(self.seed[row] for row in chosen)
         part = Batch(self.scenes[rows], seed, self.num_scenes, self.draws, self.given)
-        part._shared = {name: values[rows] for name, values in self._shared.items()}
+        part._whole = (self, rows)
         return part
 
     def selected(self, items: Sequence[Any], index: NDArray[np.int64]) -> NDArray[Any]:

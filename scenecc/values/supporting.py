@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.values.enumerating import FEW, alternatives
 from scenecc.values.intervals import Reach, known, reach, reach_of, support_of
 from scenecc.values.nodes import (
-    NODES,
+    NODE_TYPES,
     Chosen,
     Composed,
     Computed,
@@ -28,6 +28,7 @@ from scenecc.values.nodes import (
     Shared,
     Stacked,
 )
+from scenecc.values.order import needed
 from scenecc.values.support import UNKNOWN, Support, union
 
 if TYPE_CHECKING:
@@ -41,7 +42,6 @@ _TURN = Support(None, (-1.0,) * 4, (1.0,) * 4, exact=False)
 _DIRECT = frozenset((Const, Rows, Cycled, Chosen, Drawn, RandomRotated, Shared))
 """Nodes whose support is that of their items."""
 
-_NODES = frozenset(NODES)
 _NUMBERS = frozenset((float, int))
 
 
@@ -64,20 +64,23 @@ class Reader:
 
     def item(self, item: Any) -> Support:
         """As `support`, of a plain value too."""
-        return self.support(item) if item.__class__ in _NODES else Support.of((item,))
+        return self.support(item) if item.__class__ in NODE_TYPES else Support.of((item,))
 
     def shared(self, name: str) -> Support:
         """The support of a shared draw."""
-        found = self._shared.get(name)
-        if found is None:
-            rows = self.given.get(name)
-            found = self.support(self.draws[name]) if rows is None else Support.of_rows(rows)
-            self._shared[name] = found
-        return found
+        if not self._is_known(name):
+            for other in needed(name, self.draws, self._is_known):
+                self._shared[other] = self.support(self.draws[other])
+        return self._shared[name]
+
+    def _is_known(self, name: str) -> bool:
+        if name not in self._shared and name in self.given:
+            self._shared[name] = Support.of_rows(self.given[name])
+        return name in self._shared
 
     def any_of(self, items: tuple[Any, ...]) -> Support:
         """Of items of which each scene has one."""
-        if any(item.__class__ in _NODES for item in items):
+        if any(item.__class__ in NODE_TYPES for item in items):
             return union(map(self.item, items))
         return Support.of(items)
 
