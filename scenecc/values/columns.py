@@ -27,9 +27,25 @@ def table(items: Sequence[Any]) -> NDArray[Any]:
         except ValueError:
             # Rows of several lengths.
             return objects(items)
-        if whole.dtype.kind in "biuf":
+        # Integers of 64 bits without a sign would lose their highest.
+        if whole.dtype.kind in "bif":
             return tidy(whole)
     return objects(items)
+
+
+def kept(items: Sequence[Any]) -> NDArray[Any]:
+    """As `table`, but objects where integers stand beside floats.
+
+    A text tells 1 from 1.0, and what a scene has must not depend on what others have.
+    """
+    return table(items) if len(_kinds(items)) <= 1 else objects(items)
+
+
+def _kinds(items: Sequence[Any]) -> set[type]:
+    kinds = set(map(type, items))
+    if kinds.isdisjoint(LISTS):
+        return kinds
+    return {kind for item in items for kind in (_kinds(item) if type(item) in LISTS else {type(item)})}
 
 
 def objects(items: Sequence[Any]) -> NDArray[Any]:

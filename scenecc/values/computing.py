@@ -46,7 +46,7 @@ def _input(batch: Batch, name: str | None) -> list[Any]:
 
 def _column(batch: Batch, node: Computed, results: list[Any]) -> NDArray[Any]:
     if node.shape is None:
-        return columns.table(results)
+        return columns.kept(results)
     if node.shape == ():
         for row, result in enumerate(results):
             if type(result) in {list, tuple, dict}:

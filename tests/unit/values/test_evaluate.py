@@ -81,6 +81,7 @@ def expression(text: str, shape: tuple[int, ...] | None = (), **reads: str) -> C
         (expression("[1, 2]", (2,)), [[1, 2]] * 3, np.float64),
         (expression("[scene, 1]", None), [[3, 1], [0, 1], [7, 1]], np.int64),
         (expression("[scene, 'a']", None), [[3, "a"], [0, "a"], [7, "a"]], np.object_),
+        (expression("scene + 2 ** 63", None), [2**63 + 3, 2**63, 2**63 + 7], np.object_),
         (Computed(Template.parse("m${scene}.obj"), ()), ["m3.obj", "m0.obj", "m7.obj"], np.object_),
         (Radians((180, Const(90).data)), [[np.pi, np.pi / 2]] * 3, np.float64),
     ],
@@ -89,6 +90,14 @@ def test_a_node_gives_a_row_a_scene(node: Node, expected: Any, dtype: Any) -> No
     found = evaluate(node)
     assert found.tolist() == expected
     assert found.dtype == dtype
+
+
+@pytest.mark.parametrize("text", ["1 if scene else 0.5", "[2, 1 if scene else 0.5]", "'a' if scene == 7 else 1"])
+def test_an_integer_stays_one_whatever_other_scenes_have(text: str) -> None:
+    draws: dict[str, Node] = {"a": expression(text, None)}
+    together = batch(draws).shared("a").tolist()
+    alone = [batch(draws, scenes=(scene,)).shared("a").tolist()[0] for scene in SCENES]
+    assert repr(together) == repr(alone)
 
 
 def test_bounds_may_vary_themselves() -> None:
