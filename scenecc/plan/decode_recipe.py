@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import MISSING, fields
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, get_args
 
 from scenecc.plan.decode_numbers import Fault, is_list, is_object, shown
 from scenecc.plan.fields import type_name
 from scenecc.plan.recipe_shape import MisshapenError, shape_of
 from scenecc.values.failure import ExpressionError
-from scenecc.values.nodes import NODES, Chosen, Computed, Cycled, Key, Node, Rows, Shared, Stacked
+from scenecc.values.nodes import NODES, Chosen, Computed, Cycled, Key, Kind, Node, Rows, Shared, Stacked
 from scenecc.values.template import Template
 
 if TYPE_CHECKING:
@@ -192,8 +192,11 @@ def _text(_: _Reader, data: object, __: int) -> str:
     return data
 
 
+_KINDS: Final[tuple[str, ...]] = get_args(Kind)
+
+
 def _kind(_: _Reader, data: object, __: int) -> object:
-    if data not in ("uniform", "integers", "log_uniform", "normal"):
+    if data not in _KINDS:
         raise _WrongError("SC705", f"{shown(data)} is no kind of draw")
     return data
 
