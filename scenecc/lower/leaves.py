@@ -10,6 +10,7 @@ from scenecc.diagnostics.words import cut, suggest_name
 from scenecc.lower.forms import VARYING, Reading, holds_template, place_of
 from scenecc.lower.pending import Pending, Reset, report_failure
 from scenecc.plan import Value, literal, per_scene, varying
+from scenecc.plan.shared_poses import is_pose
 from scenecc.values.nodes import NODE_TYPES, Rows
 from scenecc.values.order import BUILT_IN
 
@@ -270,7 +271,7 @@ class Leaves:
         names = {name: prefix + name for name in template.names - BUILT_IN}
         for name, full in names.items():
             if full not in draws:
-                known = (draw[len(prefix) :] for draw in draws if draw.startswith(prefix))
+                known = (draw[len(prefix) :] for draw in draws if draw.startswith(prefix) and not is_pose(draw))
                 hint = suggest_name(name, known, self.sink)
                 message = f"there is no parameter, loop variable or draw `{cut(name)}` here"
                 self.sink.report("SC201", message, origin, hint=hint)

@@ -10,8 +10,9 @@ from scenecc.lower.forms import Place, Reading
 from scenecc.lower.pose_nodes import POSE, pose_item, pose_varies
 from scenecc.lower.poses import IDENTITY_POSE, Pose7, compose, lower_pose
 from scenecc.plan import Value, literal
+from scenecc.plan.shared_poses import MOST_COMPOSED, pose_name
 from scenecc.spec.pose import PoseMapping
-from scenecc.values.nodes import Composed
+from scenecc.values.nodes import NODE_TYPES, Composed, Shared
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -45,6 +46,7 @@ class Standing:
     parent: str | None
     world: Pose7 | Node
     around: str | None
+    depth: int
 
 
 class Places:
@@ -150,8 +152,20 @@ class Places:
             if around is not None:
                 self._exists_wherever(name, around)
             around = name
-        world = local if outer is None else _composed(outer.world, local)
-        return Standing(local, reading, parent if outer is not None else None, world, around)
+        if outer is None or parent is None:
+            return Standing(local, reading, None, local, around, 1)
+        if outer.depth < MOST_COMPOSED:
+            return Standing(local, reading, parent, _composed(outer.world, local), around, outer.depth + 1)
+        world = _composed(self._shared(parent, outer.world), local)
+        return Standing(local, reading, parent, world, around, 2)
+
+    def _shared(self, name: str, world: Any) -> Any:
+        """A pose by its name: of a chain that varies and has no end, the rest would nest in it without end."""
+        if world.__class__ not in NODE_TYPES:
+            return world
+        draw = pose_name(name)
+        self._leaves_of(name).drawing.draws[draw] = world
+        return Shared(draw)
 
     def _is_narrowed(self, frame: str) -> bool:
         """Whether a frame belongs to an instance that is in some scenes only."""

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.lower.poses import IDENTITY_POSE
 from scenecc.plan import Value, varying
-from scenecc.values.nodes import NODES, Composed, Rows
+from scenecc.plan.shared_poses import MOST_COMPOSED, pose_name
+from scenecc.values.nodes import NODES, Composed, Const, Rows, Shared
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -38,7 +39,6 @@ class Recipes:
     Args:
         drawing: of the document.
         places: where its entities stand.
-        leaves_of: the leaves of each entity and frame, by name.
     """
 
     def __init__(self, drawing: Drawing, places: Places) -> None:
@@ -47,6 +47,8 @@ class Recipes:
         self._stays = stays(drawing)
         self._read: set[str] = set()
         self._frozen: dict[tuple[str, tuple[int, ...]], Rows] = {}
+        self._poses: dict[str, dict[tuple[int, ...], str]] = {}
+        self._shared_poses: list[tuple[str, Node]] = []
 
     def entity(self, entity: Entity) -> Entity:
         """The entity with the recipes of its pose and velocities."""
@@ -55,8 +57,8 @@ class Recipes:
         if not pose.known and not self._places.is_fixed(entity.name):
             leaves = self._places.leaves(entity.name)
             read: set[str] = set()
-            node, drawn = self._pose(entity.name, leaves, read)
-            if drawn:
+            node = self._pose(entity.name, leaves, read)
+            if node is not None:
                 self._read |= read
                 pose = _with_recipe(pose, node, len(entity.scene_idxs))
         if pose is entity.pose and all(map(is_, structures, entity.structures)):
@@ -64,7 +66,10 @@ class Recipes:
         return replace(entity, pose=pose, structures=structures)
 
     def draws(self) -> tuple[tuple[str, Node], ...]:
-        """The shared draws that the recipes read, in order; those that stay as they are built are their rows."""
+        """The shared draws that the recipes read, in order; those that stay as they are built are their rows.
+
+        The poses that they go on from come last.
+        """
         needed: set[str] = set()
         todo = list(self._read)
         while todo:
@@ -72,11 +77,12 @@ class Recipes:
             if name not in needed:
                 needed.add(name)
                 todo += () if name in self._stays else self._drawing.reads.get(name, ())
-        return tuple(
+        draws = [
             (name, self._rows_of(name) if name in self._stays and name in self._drawing.random else node)
             for name, node in self._drawing.draws.items()
             if name in needed
-        )
+        ]
+        return (*draws, *self._shared_poses)
 
     def _structure(self, body: BodyStructure) -> BodyStructure:
         drawn: dict[str, Value] = {}
@@ -92,25 +98,41 @@ class Recipes:
         random = self._drawing.random
         return reading.drawn or any(name in random and name not in self._stays for name in reading.reads)
 
-    def _pose(self, name: str, leaves: Leaves, read: set[str]) -> tuple[Any, bool]:
-        """An entity's or frame's pose in the world as an item of a recipe, and whether a reset changes it.
+    def _pose(self, name: str, leaves: Leaves, read: set[str]) -> Any:
+        """An entity's pose in the world as an item of a recipe; None where a reset does not change it.
 
         Args:
-            name: of the entity or frame.
-            leaves: of the entity that the recipe is for.
+            name: of the entity.
+            leaves: of it.
             read: takes the shared draws that it reads.
         """
-        standing = self._places.standing(name)
-        if self._places.is_fixed(name):
-            return self._as_built(name, leaves), False
-        drawn = standing.reading is not None and self._is_drawn(standing.reading)
-        if standing.reading is not None:
-            read |= standing.reading.reads
-        if standing.parent is None:
-            return standing.local, drawn
-        outer, moved = self._pose(standing.parent, leaves, read)
-        item = standing.local if outer == IDENTITY_POSE else Composed(outer, standing.local)
-        return item, drawn or moved
+        chain: list[str] = []
+        at: str | None = name
+        while at is not None and not self._places.is_fixed(at):
+            chain.append(at)
+            at = self._places.standing(at).parent
+        readings = [reading for one in chain if (reading := self._places.standing(one).reading) is not None]
+        if not any(map(self._is_drawn, readings)):
+            return None
+        read.update(*(reading.reads for reading in readings))
+        item = IDENTITY_POSE if at is None else self._as_built(at, leaves)
+        depth = 0
+        for member in reversed(chain):
+            if depth == MOST_COMPOSED and at is not None:
+                item, depth = self._shared(at, item, leaves), 0
+            local = self._places.standing(member).local
+            item = local if item == IDENTITY_POSE else Composed(item, local)
+            at, depth = member, depth + 1
+        return item
+
+    def _shared(self, name: str, item: Any, leaves: Leaves) -> Shared:
+        """The pose of what many stand relative to, one after the other, by its name."""
+        poses = self._poses.setdefault(name, {})
+        if leaves.scenes not in poses:
+            # What stays as it is built is rows, in these scenes and no others.
+            poses[leaves.scenes] = draw = pose_name(name, len(poses))
+            self._shared_poses.append((draw, item if item.__class__ in NODES else Const(item)))
+        return Shared(poses[leaves.scenes])
 
     def _as_built(self, name: str, leaves: Leaves) -> Any:
         world = self._places.standing(name).world

@@ -46,7 +46,8 @@ class ScenePlan:
     """A whole batch, ready to be instantiated or emitted.
 
     `entities` stand in the order in which they are built: PhysX gives other trajectories in another.
-    `draws` are the shared draws that recipes read, by name; one may read those before it.
+    `draws` are the shared draws that recipes read, by name; one may read those before it. Among them are poses that
+    recipes go on from, see `scenecc.plan.shared_poses`.
     """
 
     name: str

@@ -10,6 +10,7 @@ from scenecc.backends.sapien.columns import taken
 from scenecc.backends.sapien.state import EntityState, resting
 from scenecc.backends.sapien.turn import parts_of, present_rows
 from scenecc.plan.recipe_shape import Shape, shape_of
+from scenecc.plan.shared_poses import is_pose
 from scenecc.values.evaluate import Batch
 from scenecc.values.failure import DrawError
 from scenecc.values.nodes import Rows
@@ -41,7 +42,7 @@ class Start:
         self._plan = plan
         self._draws: Mapping[str, Node] = dict(plan.draws)
         # What stays as it is built stands in the plan as its rows.
-        self._drawn_again = [name for name, node in plan.draws if not isinstance(node, Rows)]
+        self._drawn_again = [name for name, node in plan.draws if not isinstance(node, Rows) and not is_pose(name)]
         found = [(entity, *present_rows(entity, scene_idxs)) for entity in plan.entities]
         present = [each for each in found if each[1]]
         self._states = {entity.name: _state(entity, where, rows) for entity, where, rows in present}
