@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from scenecc.values.template import Template
+
 _TURN = Support(None, (-1.0,) * 4, (1.0,) * 4, exact=False)
 """A quaternion that is not looked into."""
 
@@ -53,9 +55,20 @@ class Reader:
         self.given = given
         self.num_scenes = num_scenes
         self._shared: dict[str, Support] = {}
+        self._computed: dict[tuple[Any, ...], tuple[Template, Support]] = {}
 
     def support(self, node: Node) -> Support:
         """Everything that a node can give."""
+        if not isinstance(node, Computed):
+            return self._found(node)
+        # Many fields have one expression, which is one object: as many as read a shared draw. It is kept with its id.
+        key = (id(node.template), node.shape, node.reads)
+        known = self._computed.get(key)
+        if known is None:
+            known = self._computed[key] = node.template, self._found(node)
+        return known[1]
+
+    def _found(self, node: Node) -> Support:
         if node.__class__ not in _DIRECT:
             rows = alternatives(node, self.draws, self.given, self.num_scenes)
             if rows is not None:

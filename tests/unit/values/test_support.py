@@ -32,6 +32,7 @@ from scenecc.values.nodes import (
     Stacked,
 )
 from scenecc.values.support import UNKNOWN, Support, support, union
+from scenecc.values.supporting import Reader
 from scenecc.values.template import Template
 
 INF = math.inf
@@ -283,3 +284,13 @@ def test_plain_bounds_are_bounds_like_any_other(kind: Any, low: Any, high: Any, 
     plain = Drawn(kind, low, high, None, shape, key("a"))
     wrapped = Drawn(kind, Const(low), Const(high), None, shape, key("a"))
     assert repr(of(plain)) == repr(of(wrapped))
+
+
+def test_one_expression_is_looked_into_once_for_each_of_its_readers() -> None:
+    template = Template.parse("${a * 2}")
+    draws: dict[str, Node] = {"x/a": Drawn("uniform", 1, 2, None, (), key("x")), "y/a": Chosen((1, 3), None, key("y"))}
+    reader = Reader(draws, {}, None)
+    found = [reader.support(Computed(template, (), (("a", name),))) for name in ("x/a", "y/a", "x/a")]
+    assert (found[0].low, found[0].high) == (2, 4)
+    assert found[1].alternatives == (2, 6)
+    assert found[2] is found[0]
