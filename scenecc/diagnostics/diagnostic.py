@@ -95,6 +95,7 @@ class _Report:
     related: tuple[RelatedPlace, ...]
     path: Path
     span: Span | None
+    parent: Origin | None
 
 
 _Repeated = tuple[str, str | None, Path]
@@ -108,11 +109,13 @@ class Sink:
         locate: finds an origin in its text. Set by the pipeline once there is a document.
         trace: leads the origins of what is reported from now on back to what was written. Set by the pipeline
             once a document is expanded.
+        parent: the node that brings in the document which is being read, and that its locations cannot tell.
     """
 
     def __init__(self, locate: Locator = nowhere) -> None:
         self.locate = locate
         self.trace: Tracer = as_written
+        self.parent: Origin | None = None
         self._reports: list[_Report] = []
         self._seen: set[tuple[str, str, Origin | Location]] = set()
         self._failed = False
@@ -125,6 +128,11 @@ class Sink:
     def failed(self) -> bool:
         """Whether any error was reported."""
         return self._failed
+
+    @property
+    def full(self) -> bool:
+        """Whether no more errors are taken, so that nothing need be looked for."""
+        return "error" in self._full
 
     @property
     def reported(self) -> int:
@@ -171,7 +179,8 @@ class Sink:
         places: tuple[RelatedPlace, ...] = tuple(
             (what, self.trace(other) if isinstance(other, Origin) else other, half) for what, other, half in related
         )
-        self._reports.append(_Report(code, message, place, at, hint, places, path, span))
+        parent = place.parent if isinstance(place, Origin) else self.parent
+        self._reports.append(_Report(code, message, place, at, hint, places, path, span, parent))
         self._told[severity] += 1
         self._failed = self._failed or severity == "error"
 
@@ -225,7 +234,7 @@ class Sink:
     def _chain(report: _Report) -> Sequence[RelatedPlace]:
         """The related places, and the chain of uses that brought the document in."""
         places = list(report.related)
-        parent = report.place.parent if isinstance(report.place, Origin) else None
+        parent = report.parent
         while parent is not None:
             verb = "included" if parent.path[:1] == ("include",) else "used"
             places.append((f"{verb} from here", parent, "value"))

@@ -111,7 +111,7 @@ def scene_loader(scope: AssetScope, limits: Limits, sink: Sink) -> Load:
         if identity not in read:
             tree = posixpath.dirname(uri) if _IN_TREE.match(uri) else None
             shown = shown or (uri if tree is not None else _shown(reference, owner))
-            document = _read(found.path, shown, limits, sink)
+            document = _read(found.path, shown, place, limits, sink)
             read[identity] = document and SceneDocument(document, found.path.parent, tree, identity)
         return read[identity]
 
@@ -138,9 +138,12 @@ def shipped_file(name: str, edition: str | None) -> str:
     return f"{name}.yaml" if edition is None else f"{name}.{edition}.yaml"
 
 
-def _read(path: Path, name: str, limits: Limits, sink: Sink) -> Document | None:
+def _read(path: Path, name: str, use: Origin, limits: Limits, sink: Sink) -> Document | None:
+    sink.parent = use
     content = read_bytes(str(path), sink, limits)
-    return None if content is None else read_text(content, name, sink, limits, path=path)
+    document = None if content is None else read_text(content, name, sink, limits, path=path)
+    sink.parent = None
+    return document
 
 
 def _shown(reference: str, owner: SceneDocument) -> str:

@@ -343,3 +343,23 @@ def test_a_chain_of_includes_beyond_the_stack_is_told(expanded: Expander) -> Non
 def test_scenes_of_an_instance_are_indices(expanded: Expander, given: str) -> None:
     text = f"params: {{v: [[0]]}}\nentities: {{a: {{use: p.yaml, scene_idxs: {given}}}}}"
     assert expanded.one(text, {"p.yaml": "entities: {it: {mass: 1}}"}).code == "SC103"
+
+
+def test_a_file_that_is_no_yaml_tells_what_led_there(expanded: Expander) -> None:
+    files = {"outer.yaml": "include: [part.yaml]", "part.yaml": "entities: {b: {use: inner.yaml}}"}
+    found = expanded.one("entities: {a: {use: outer.yaml}}", {**files, "inner.yaml": "entities: [\n"})
+    assert (found.file or "").endswith("inner.yaml")
+    places = [((place.location.file or "").rpartition("/")[2], place.message) for place in found.related[-3:]]
+    assert places == [
+        ("part.yaml", "used from here"),
+        ("outer.yaml", "included from here"),
+        ("scene.yaml", "used from here"),
+    ]
+    # What is reported later is not told to come from there.
+    assert expanded.sink.parent is None
+
+
+def test_a_file_that_cannot_be_read_tells_what_led_there(expanded: Expander) -> None:
+    (expanded.folder / "inner.yaml").write_bytes(b"\xff\xfe\xff")
+    found = expanded.one("entities: {a: {use: inner.yaml}}")
+    assert [place.message for place in found.related] == ["used from here"]
