@@ -14,9 +14,10 @@ from scenecc.values.nodes import NODES, Const, Cycled
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Origin
     from scenecc.lower.leaves import Drawing
     from scenecc.lower.names import Names
+    from scenecc.values.nodes import Node
 
 
 def lower_draws(
@@ -38,16 +39,18 @@ def lower_draws(
             drawing.sink.report("SC250", message, origin, hint=suggest_name(str(name), known, drawing.sink))
     for name, draw in written.items():
         place = origin.child(name)
-        if name in given and (rows := _given(given[name], drawing, place, drawing.sink)) is not None:
-            drawing.add(name, rows, frozenset())
-            drawing.random.add(name)  # a reset may be given other rows
-            continue
         scope = names.given.get(name, scope_of(name))
         everywhere = drawing.everywhere
         leaves = Leaves(drawing, everywhere, everywhere, scope, partial=name in names.given)
         reading = Reading(leaves, place)
         item = reading.item(draw, _ANY, Place(place, ""))
         node = item if item.__class__ in NODES else Const(item)
+        if name in given:
+            rows = None if reading.broken else _given(given[name], node, drawing, place)
+            # One for each scene, so that this is by index, as rows are: those are what stays as it is built.
+            drawing.add(name, node if rows is None else Cycled(rows), frozenset())
+            drawing.random.add(name)  # a reset may be given other rows
+            continue
         drawing.add(name, node, frozenset(reading.reads))
         if reading.drawn or any(other in drawing.random for other in reading.reads):
             drawing.random.add(name)
@@ -62,26 +65,26 @@ def report_unused(written: Mapping[str, Any], drawing: Drawing, names: Names, or
             drawing.sink.report("SC319", message, origin.child(name), at="key")
 
 
-def _given(rows: Any, drawing: Drawing, place: Origin, sink: Sink) -> Cycled | None:
-    """What the caller gives in place of a draw, as a node; None where it was reported."""
-    import numpy as np  # noqa: PLC0415 - loaded where something varies
+def _given(rows: Any, node: Node, drawing: Drawing, place: Origin) -> tuple[Any, ...] | None:
+    """What the caller gives in place of a draw, a plain row a scene; None where it was reported.
 
-    data = np.asarray(rows)
-    wanted = f"({drawing.num_scenes},) or ({drawing.num_scenes}, k)"
-    if data.ndim not in {1, 2} or len(data) != drawing.num_scenes:
-        message = f"an array of shape {tuple(data.shape)} was given for this draw: it must be {wanted}"
-        sink.report("SC318", message, place, at="key", hint="one row for each scene of the batch")
-    elif data.dtype.kind not in "biufU" or (data.dtype.kind == "f" and not np.isfinite(data).all()):
-        sink.report("SC318", "this draw was given something else than finite numbers, flags or texts", place, at="key")
-    else:
-        # One for each scene, so that this is by index, as rows are: those are what stays as it is built.
-        items: list[Any] = data.tolist()
-        return Cycled(tuple(map(_row, items)))
-    return None
+    Args:
+        rows: as given.
+        node: of the draw as the file declares it.
+        drawing: of the document.
+        place: of the draw.
+    """
+    from scenecc.values.given import UnfitError, as_declared, declared  # noqa: PLC0415 - loads numpy
 
-
-def _row(item: Any) -> Any:
-    return tuple(item) if item.__class__ is list else item
+    wanted = declared(node, drawing.reader().support(node))
+    try:
+        data = as_declared(rows, wanted, drawing.num_scenes)
+    except UnfitError as error:
+        hint = "one row for each scene of the batch"
+        drawing.sink.report("SC318", f"the array given for this draw {error}", place, at="key", hint=hint)
+        return None
+    items: list[Any] = data.tolist()
+    return tuple(map(_plain, items))
 
 
 def _plain(item: Any) -> Any:

@@ -147,7 +147,7 @@ ROWS: tuple[Code, ...] = (
         "names that cannot be told",
         "Every file and material that may be named is looked up before anything is drawn, so an expression that names "
         "one may read draws of a few alternatives only, and must give a text.",
-        'scenecc: 1\ndraws: {x: {uniform: [0, 1]}}\nmaterials:\n  oak: {physical: {density: 700}}\nentities:\n'
+        "scenecc: 1\ndraws: {x: {uniform: [0, 1]}}\nmaterials:\n  oak: {physical: {density: 700}}\nentities:\n"
         '  cube:\n    material: "oak_${x}"\n' + _CUBE,
         "Read draws made by `choice`, `cycle` or `integers`, or write the names in a `choice` themselves.",
     ),
@@ -155,10 +155,11 @@ ROWS: tuple[Code, ...] = (
         "SC318",
         "error",
         "bad array for a shared draw",
-        "An array that takes the place of a shared draw has one row for each scene: (num_scenes,) or (num_scenes, k), of "
-        "finite numbers, flags or texts.",
+        "An array that takes the place of a shared draw has one row for each scene, of the kind and shape that the file "
+        "declares: (num_scenes,) for a number, a flag or a text, (num_scenes, k) for a vector of k. Numbers are finite and "
+        "may lie outside of what the form in the file gives; the fields that read them are checked on the rows.",
         "$ python -c \"import scenecc; scenecc.compile_scene('scene.yaml', num_scenes=4, draws={'half': [0.1]})\"",
-        "Give one row for each scene of the batch.",
+        "Give one row for each scene of the batch, of the shape that the message names.",
     ),
     Code(
         "SC319",
