@@ -10,6 +10,7 @@ from scenecc.diagnostics.words import show
 from scenecc.expand.arguments import Argument, Bound, bind_params
 from scenecc.expand.expansion import Mark
 from scenecc.expand.materials import material_name
+from scenecc.expand.named_materials import may_be_named
 from scenecc.expand.output import Output, scoped
 from scenecc.expand.patterns import is_varying
 from scenecc.expand.run import Failed
@@ -98,8 +99,8 @@ class Builder:
         for section, nodes in (("materials", compiled.materials), ("collision_groups", compiled.groups)):
             for name, made in nodes.items():
                 self._node(section, scoped(scope.name, name), made, scope)
-        # What one use of a prefab leaves unused another uses, as does a default in whose place something is given.
-        unsuspected = compiled.materials if scope.name else compiled.default_materials()
+        # What one use of a prefab leaves unused another uses, and so it is with other parameters.
+        unsuspected = compiled.materials if scope.name else may_be_named(compiled)
         self._output.used_materials.update([scoped(scope.name, name) for name in unsuspected])
         for name, made in compiled.frames.items():
             self._placed("frames", scope.prefix + name, made, scope)
@@ -236,7 +237,7 @@ class Builder:
             selection = self._scenes.narrowed(given, scope.selection, run.origin(unit.selection.path))
         if compiled is None or (selection is not None and not selection):
             return
-        self._instances.take(compiled.weight, run, unit.body.path)
+        self._objects.take(compiled.weight, run, unit.body.path)
         full = scope.prefix + name
         arguments = {param: self._argument(made, selection, scope, run) for param, made in use.given.items()}
         bound = self.bind(compiled, arguments, scope=full, use=place, key=f"{name}.")

@@ -119,7 +119,7 @@ class Expansion:
         selections: entity or frame → scene indices, ascending, where an instance narrows them; `scene_idxs` is then
             left out of the data.
         used_materials: materials that are not to be reported as never used: a `with` names them, they are inside an
-            instance, or a parameter has them by default.
+            instance, or they may be named under other parameters.
         documents: by the name that origins have.
     """
 
