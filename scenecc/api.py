@@ -11,7 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
 from scenecc.diagnostics import Diagnostic, Sink
-from scenecc.front import Compiled, Options, Source, compile_source, integer, select_scenes
+from scenecc.front import Compiled, Options, Source, compile_source, indices, select_scenes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -161,7 +161,7 @@ def load_scene(
     """
     sink = Sink()
     if scene_idxs is not None:
-        scene_idxs = [integer(index, "an index in scene_idxs", 0) for index in scene_idxs]
+        scene_idxs = indices(scene_idxs, "scene_idxs")
     options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
     plan = _compiled(source, options, sink).plan
     return _instantiated(plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit)

@@ -2,6 +2,6 @@
 
 from scenecc.front.compile import Compiled, compile_source
 from scenecc.front.inputs import Source, as_plan, read_input
-from scenecc.front.options import Options, integer, select_scenes
+from scenecc.front.options import Options, indices, select_scenes
 
-__all__ = ["Compiled", "Options", "Source", "as_plan", "compile_source", "integer", "read_input", "select_scenes"]
+__all__ = ["Compiled", "Options", "Source", "as_plan", "compile_source", "indices", "read_input", "select_scenes"]

@@ -89,6 +89,18 @@ def integer(value: object, name: str, least: int) -> int:
     return number
 
 
+def indices(values: Iterable[Any], name: str) -> list[int]:
+    """An argument that names several things by their indices.
+
+    Raises:
+        TypeError: it is not several integers.
+        ValueError: one is negative.
+    """
+    if isinstance(values, str | bytes) or not hasattr(values, "__iter__"):
+        raise TypeError(f"{name} must be integers, as in [0, 2] or range(4), not {values!r}")
+    return [integer(each, f"an index in {name}", 0) for each in values]
+
+
 def select_scenes(scenes: str, num_scenes: int, sink: Sink) -> tuple[int, ...] | None:
     """The scenes that a command line selects, in the notation of a file; None where that was reported."""
     from scenecc.spec.selection import select

@@ -4,24 +4,27 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
 
-def scene_indices(given: Iterable[int]) -> tuple[int, ...]:
+def scene_indices(given: Iterable[Any]) -> tuple[int, ...]:
     """The indices as Python's integers, in the order given.
 
     Raises:
-        TypeError: one is no integer. A mask of booleans is refused too: as indices it would name scenes 0 and 1.
+        TypeError: it is not several integers. A mask of booleans is refused too: as indices it would name scenes 0
+            and 1.
         ValueError: one is given twice.
     """
+    if isinstance(given, str | bytes) or not hasattr(given, "__iter__"):
+        raise TypeError(f"scene_idxs are scene indices, as in [0, 2] or range(4), not {given!r}")
     indices: list[int] = []
     for item in given:
-        if isinstance(item, bool) or type(item).__name__ in {"bool_", "bool"}:
+        if _is_flag(item):
             raise TypeError("scene_idxs are scene indices, not a mask: take numpy.flatnonzero(mask)")
-        indices.append(operator.index(item))
+        indices.append(_integer(item, "a scene index"))
     if len(set(indices)) != len(indices):
         raise ValueError(f"scene_idxs name a scene twice: {indices}")
     return tuple(indices)
@@ -36,7 +39,7 @@ def seeds_of(seed: int | Iterable[int] | None, last: Sequence[int]) -> tuple[int
     """
     if seed is None:
         return tuple(last)
-    if isinstance(seed, Iterable):
+    if isinstance(seed, Iterable) and not isinstance(seed, str | bytes):
         seeds = tuple(_seed(each) for each in seed)
         if len(seeds) != len(last):
             raise ValueError(f"{len(seeds)} seeds for {len(last)} scenes")
@@ -44,10 +47,22 @@ def seeds_of(seed: int | Iterable[int] | None, last: Sequence[int]) -> tuple[int
     return (_seed(seed),) * len(last)
 
 
-def _seed(given: int) -> int:
-    if isinstance(given, bool) or type(given).__name__ in {"bool_", "bool"}:
-        raise TypeError(f"a seed is an integer, not {given!r}")
-    seed = operator.index(given)
+def _seed(given: object) -> int:
+    seed = _integer(given, "a seed")
     if seed < 0:
         raise ValueError(f"a seed is not negative, as {seed} is")
     return seed
+
+
+def _integer(given: Any, what: str) -> int:
+    try:
+        if not _is_flag(given):
+            return operator.index(given)
+    except TypeError:
+        pass
+    raise TypeError(f"{what} is an integer, not {given!r}")
+
+
+def _is_flag(given: object) -> bool:
+    # By its name: numpy 1 and 2 call theirs otherwise.
+    return type(given).__name__ in {"bool_", "bool"}

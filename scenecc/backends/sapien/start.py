@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -9,11 +10,13 @@ import numpy as np
 from scenecc.backends.sapien.columns import taken
 from scenecc.backends.sapien.state import EntityState, resting
 from scenecc.backends.sapien.turn import parts_of, present_rows
-from scenecc.plan.recipe_shape import Shape, shape_of
+from scenecc.diagnostics.words import cut
 from scenecc.plan.shared_poses import is_pose
 from scenecc.values.evaluate import Batch
 from scenecc.values.failure import DrawError
-from scenecc.values.nodes import Rows
+from scenecc.values.given import UnfitError, as_declared, declared
+from scenecc.values.nodes import Computed, Rows
+from scenecc.values.supporting import Reader
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -62,7 +65,8 @@ class Start:
             given: in place of shared draws, name → one row a scene, in their order.
 
         Raises:
-            ValueError: something has no value, or none that the engine can hold; entity, field and scene are named.
+            ValueError: something has no value, or none that the engine can hold; entity, field and scene are named. Or
+                what is given is not of the kind and shape of its draw.
         """
         whole = self._spread(given, scene_idxs)
         chosen = sorted(scene_idxs)
@@ -78,27 +82,22 @@ class Start:
 
     def _spread(self, given: Mapping[str, Any], scene_idxs: Sequence[int]) -> dict[str, NDArray[Any]]:
         """Values for some scenes as values for all, which is how the draws take them."""
-        if not given:
-            return {}
-        shapes: dict[str, Shape] = {}
-        for name, node in self._draws.items():
-            shapes[name] = shape_of(node, shapes)
         spread: dict[str, NDArray[Any]] = {}
         for name, rows in given.items():
             if name not in self._drawn_again:
                 raise ValueError(_cannot_change(name, self._drawn_again))
-            values = np.asarray(rows)
-            shape = shapes[name]
-            # A shape with -1 in it is that of texts and lists, and None is not known.
-            own = values.shape[1:] if shape is None or -1 in shape else shape
-            if values.shape != (len(scene_idxs), *own) or values.dtype == object:
-                raise ValueError(
-                    f"draws['{name}'] must be of shape {(len(scene_idxs), *own)}, a row for each scene that is reset, "
-                    f"not {values.shape}"
-                )
-            spread[name] = np.zeros((self._plan.num_scenes, *own), values.dtype)
+            wanted = declared(self._draws[name], self._supports.shared(name))
+            try:
+                values = as_declared(rows, wanted, len(scene_idxs))
+            except UnfitError as error:
+                raise ValueError(f"draws['{name}'] {error}: one row for each scene that is reset") from None
+            spread[name] = np.zeros((self._plan.num_scenes, *values.shape[1:]), values.dtype)
             spread[name][list(scene_idxs)] = values
         return spread
+
+    @cached_property
+    def _supports(self) -> Reader:
+        return Reader(self._draws, {}, self._plan.num_scenes)
 
 
 def _cannot_change(name: str, names: Sequence[str]) -> str:
@@ -137,6 +136,12 @@ def _velocities(structure: BodyStructure) -> list[tuple[str, Value]]:
     return [(name, value) for name, value in found if value is not None]
 
 
+def _without_value(recipe: _Recipe, error: DrawError) -> str:
+    """What has no value, and in which expression of the file, which may be that of a shared draw."""
+    told = f"'{recipe.entity}' in scene {error.scene}: its {recipe.field} has no value: {error.message}"
+    return f"{told}, in {cut(error.node.template.text)!r}" if isinstance(error.node, Computed) else told
+
+
 def _draw(recipe: _Recipe, batch: Batch, found: EntityState) -> None:
     """Fills the rows of `found` in those of the batch's scenes that have the field."""
     having = [number for number, index in enumerate(batch.scenes.tolist()) if index in recipe.scene_idxs]
@@ -146,7 +151,7 @@ def _draw(recipe: _Recipe, batch: Batch, found: EntityState) -> None:
     try:
         drawn = part.evaluate(recipe.node)
     except DrawError as error:
-        raise ValueError(f"'{recipe.entity}' in scene {error.scene}: its {recipe.field} {error.message}") from error
+        raise ValueError(_without_value(recipe, error)) from None
     with np.errstate(over="ignore"):
         values = np.asarray(drawn, dtype=np.float64).astype(np.float32)
     wrong = np.flatnonzero(~np.isfinite(values).all(axis=1))

@@ -165,18 +165,25 @@ def test_given_draws_are_taken_in_place_of_drawing(batch: SceneBatch) -> None:
     [
         ({"seed": -1}, ValueError, "not negative"),
         ({"seed": True}, TypeError, "integer"),
-        ({"seed": 1.5}, TypeError, "integer"),
+        ({"seed": 1.5}, TypeError, r"a seed is an integer, not 1\.5"),
+        ({"seed": "a"}, TypeError, "a seed is an integer, not 'a'"),
+        ({"seed": [1, 2, "c", 4]}, TypeError, "a seed is an integer, not 'c'"),
         ({"seed": [1, 2]}, ValueError, "2 seeds for 4 scenes"),
         ({"seed": [1, 2, 3], "scene_idxs": [0, 1]}, ValueError, "3 seeds for 2 scenes"),
         ({"scene_idxs": [4]}, KeyError, "no scene 4"),
         ({"scene_idxs": [0, 0]}, ValueError, "twice"),
+        ({"scene_idxs": "0:4"}, TypeError, r"scene indices, as in \[0, 2\] or range\(4\), not '0:4'"),
+        ({"scene_idxs": 3}, TypeError, r"scene indices, as in \[0, 2\] or range\(4\), not 3"),
+        ({"scene_idxs": ["0"]}, TypeError, "a scene index is an integer, not '0'"),
         ({"scene_idxs": np.array([True, False])}, TypeError, "mask"),
         ({"draws": {"half": [1] * 4}}, ValueError, "cannot change a shared draw 'half'; those that it can: push"),
         ({"draws": {"push": [1, 2]}}, ValueError, r"must be of shape \(4,\)"),
         ({"draws": {"push": 1.0}}, ValueError, r"must be of shape \(4,\)"),
         ({"draws": {"push": [[1, 2]] * 4}}, ValueError, r"must be of shape \(4,\), .* not \(4, 2\)"),
-        ({"draws": {"push": [None] * 4}}, ValueError, r"must be of shape"),
-        ({"draws": {"push": [0, 0, np.nan, 0]}}, ValueError, "'body_0' in scene 2: its linear_velocity is drawn as"),
+        ({"draws": {"push": [None] * 4}}, ValueError, "must be of numbers, not of other objects"),
+        ({"draws": {"push": ["a"] * 4}}, ValueError, "must be of numbers, as the file declares, not of texts"),
+        ({"draws": {"push": [[1], [1, 2], [1], [1]]}}, ValueError, "must have rows of one length"),
+        ({"draws": {"push": [0, 0, np.nan, 0]}}, ValueError, "must be of finite numbers: row 2 is nan"),
         ({"draws": {"push": [0, 1e39, 0, 0]}}, ValueError, "'body_0' in scene 1: its linear_velocity is drawn as"),
     ],
     ids=str,
@@ -203,7 +210,7 @@ def test_an_expression_without_a_value_names_the_scene() -> None:
     box = BodyStructure("dynamic", (CollisionShape(Box(constant([0.1] * 3))),))
     plan = ScenePlan("division", 3, (Entity("cube", where, at, (box,)),), Physics(), draws=tuple(draws.items()))
     batch = live(plan)
-    with pytest.raises(ValueError, match=r"'cube' in scene 2: its pose .*zero"):
+    with pytest.raises(ValueError, match=r"'cube' in scene 2: its pose has no value: .*zero.*, in '\$\{1 / u\}'"):
         batch.reset(draws={"u": [1, 2, 0]})
     assert (batch.entities["cube"].pose[:, 2] == 1).all()
 

@@ -21,11 +21,18 @@ def test_integers_of_any_kind_become_pythons() -> None:
 
 @pytest.mark.parametrize(
     ("given", "error"),
-    [([1.5], TypeError), ([True, False], TypeError), (np.array([True, False]), TypeError), ([1, 1], ValueError)],
+    [
+        ([1.5], TypeError),
+        ("0:4", TypeError),
+        (3, TypeError),
+        ([True, False], TypeError),
+        (np.array([True, False]), TypeError),
+        ([1, 1], ValueError),
+    ],
     ids=str,
 )
 def test_nothing_else_is_taken_for_an_index(given: Any, error: type[Exception]) -> None:
-    with pytest.raises(error):
+    with pytest.raises(error, match=r"scene_idxs|scene index"):
         scenecc.load_scene(BALL, scene_idxs=given, render=False)
-    with scenecc.load_scene(BALL, render=False) as batch, pytest.raises(error):
+    with scenecc.load_scene(BALL, render=False) as batch, pytest.raises(error, match=r"scene_idxs|scene index"):
         batch.entities["ball"].set_pose([0, 0, 1, 1, 0, 0, 0], scene_idxs=given)
