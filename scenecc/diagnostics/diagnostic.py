@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Generator, Iterable, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Literal
 
@@ -123,6 +124,8 @@ class Sink:
         self._full: set[Severity] = set()
         self._first: dict[_Repeated, Origin] = {}
         self._others: dict[_Repeated, set[tuple[str, Origin | None]]] = {}
+        self._is_alike = False
+        self._alike: dict[tuple[str, Origin | Location], dict[str, None]] = {}
 
     @property
     def failed(self) -> bool:
@@ -163,7 +166,7 @@ class Sink:
             return
         if isinstance(place, Origin):
             place = self.trace(place)
-            if self._is_told(code, place):
+            if self._is_told(code, place) or self._is_counted(code, place, message):
                 return
         if code == _STOPPED:
             self._full.add("error")
@@ -183,6 +186,25 @@ class Sink:
         self._reports.append(_Report(code, message, place, at, hint, places, path, span, parent))
         self._told[severity] += 1
         self._failed = self._failed or severity == "error"
+
+    @contextmanager
+    def alike(self) -> Generator[None]:
+        """While it lasts, the same code at the same place is one finding whatever is said: the first is told, the
+        others are counted.
+        """
+        self._is_alike = True
+        try:
+            yield
+        finally:
+            self._is_alike = False
+
+    def _is_counted(self, code: str, place: Origin, message: str) -> bool:
+        """Whether another is told in place of this one."""
+        if not self._is_alike:
+            return False
+        messages = self._alike.setdefault((code, place), {})
+        messages[message] = None
+        return message != next(iter(messages))
 
     def _is_told(self, code: str, place: Origin) -> bool:
         """Whether another copy of the node has the same code, which counts this one."""
@@ -227,7 +249,9 @@ class Sink:
         what = "copy" if place.copy else "use"
         plural = "copies" if place.copy else "uses"
         others = f"and in {count} other {what if count == 1 else plural}" if count else ""
-        parts = [part for part in (place.copy, others) if part]
+        alike = len(self._alike.get((report.code, place), ())) - 1
+        like_it = f"and {alike} other{'s' if alike > 1 else ''} like it" if alike > 0 else ""
+        parts = [part for part in (like_it, place.copy, others) if part]
         return f" ({'; '.join(parts)})" if parts else ""
 
     @staticmethod

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from scenecc.diagnostics.words import show
+from scenecc.lower.doubts import is_by_index
 from scenecc.lower.forms import SELECTORS, VARYING, Place, Reading, Step
 from scenecc.lower.kinds import Kind
+from scenecc.lower.pending import report_failure
 from scenecc.lower.picked import picked
 from scenecc.plan import Value, literal, varying
 from scenecc.values.nodes import NODES, Computed
@@ -121,20 +123,45 @@ _TEXT = Kind(convert=str, fallback="")
 
 def _every_name(node: Computed, origin: Origin, lookup: _Lookup[Any]) -> None:
     """Looks up every text that an expression can give."""
-    alternatives = lookup.leaves.support(node).alternatives
-    if alternatives is None:
-        message = "it cannot be told which names this expression gives"
-        hint = "let it read draws of a few alternatives (`choice`, `cycle`, `integers`)"
-        lookup.leaves.sink.report("SC317", message, origin, hint=hint)
+    names = _outcomes(node, origin, lookup)
+    if names is None:
         lookup.found.append(None)
         return
-    for name in alternatives:
-        if isinstance(name, str):
-            lookup.number(name, origin)
-        else:
-            lookup.leaves.sink.report("SC317", f"this expression gives {show(name)}, and a name is wanted", origin)
-            lookup.found.append(None)
-            return
+    sink = lookup.leaves.sink
+    with sink.alike():
+        for name in names:
+            if isinstance(name, str):
+                lookup.number(name, origin)
+            else:
+                sink.report("SC317", f"this expression gives {show(name)}, and a name is wanted", origin)
+                lookup.found.append(None)
+                return
+
+
+def _outcomes(node: Computed, origin: Origin, lookup: _Lookup[Any]) -> Iterable[Any] | None:
+    """All that an expression can give, each once; None where that was reported."""
+    from scenecc.values.enumerating import MANY  # noqa: PLC0415 - loaded where something varies
+    from scenecc.values.failure import DrawError  # noqa: PLC0415 - likewise
+
+    leaves = lookup.leaves
+    try:
+        every = leaves.drawing.reader().outcomes(node, leaves.scenes)
+    except DrawError as error:
+        if is_by_index(node, leaves.drawing):
+            report_failure(error, {}, origin, leaves.sink)
+            return None
+        every = None
+    if every is not None:
+        return {(one.__class__, repr(one)): one for one in every}.values()
+    bounded = leaves.support(node).alternatives
+    if bounded is None:
+        message = "it cannot be told which names this expression gives"
+        hint = (
+            f"it may read draws by `choice`, `cycle` or `integers`, of at most {MANY} combinations in all; or write "
+            "the names in a `choice`"
+        )
+        leaves.sink.report("SC317", message, origin, hint=hint)
+    return bounded
 
 
 def _numbers(node: Any, reading: Reading, lookup: _Lookup[Any], place: Place, leaves: Leaves) -> Value:

@@ -15,12 +15,16 @@ from scenecc.values.nodes import NODES, Chosen, Computed, Cycled, Drawn, Key, No
 from scenecc.values.order import BUILT_IN
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
 FEW = 64
 """How many combinations are looked at."""
+
+MANY = 10_000
+"""How many are where all have to be known: the names that an expression gives. Of what reads no draw but `scene`,
+every scene is looked at."""
 
 LONGEST = 16
 """How many shared draws are looked into, or else each member of a long chain of them would look into all others."""
@@ -33,38 +37,72 @@ def alternatives(
     node: Node, draws: Mapping[str, Node], given: Mapping[str, NDArray[Any]], num_scenes: int | None
 ) -> list[Any] | None:
     """All that a node can give; None where that is not known to be few, or there is none in some combination."""
-    sources = _Sources(draws, given, num_scenes)
+    try:
+        return outcomes(node, draws, given, num_scenes)
+    except DrawError:
+        return None
+
+
+def outcomes(
+    node: Node,
+    draws: Mapping[str, Node],
+    given: Mapping[str, NDArray[Any]],
+    num_scenes: int | None,
+    *,
+    scenes: tuple[int, ...] | None = None,
+    most: int = FEW,
+) -> list[Any] | None:
+    """What a node gives in each combination of what it reads; None where these are more than `most`, or not known.
+
+    Args:
+        node: whatever reads draws.
+        draws: the shared draws by name.
+        given: values (N, …) that take the place of draws.
+        num_scenes: how many scenes there are, where that is known.
+        scenes: the only scenes that count; None: all.
+        most: how many combinations are looked at.
+
+    Raises:
+        DrawError: it has no value in one of them; what is drawn there need not be what the scene draws.
+    """
+    sources = _Sources(draws, given, num_scenes, scenes, most)
     if not sources.add(node):
         return None
-    scenes = range(sources.period) if sources.scenes is None else sorted(sources.scenes)
-    if not 0 < len(scenes) * math.prod(sources.drawn.values()) <= FEW:
+    combined = sources.combined()
+    if combined is None:
         return None
     import numpy as np  # noqa: PLC0415 - most supports need no array
 
     from scenecc.values.assigned import Assigned  # noqa: PLC0415 - likewise
 
-    combinations = list(product(scenes, *(range(count) for count in sources.drawn.values())))
-    columns = np.array(combinations, dtype=np.int64).T
+    columns = np.array(list(product(combined, *sources.drawn.values())), dtype=np.int64).T
     assigned = dict(zip(sources.drawn, columns[1:], strict=True))
-    try:
-        return Assigned(columns[0], num_scenes or 1, draws, given, assigned).evaluate(node).tolist()
-    except DrawError:
-        return None
+    return Assigned(columns[0], num_scenes or 1, draws, given, assigned).evaluate(node).tolist()
 
 
 class _Sources:
     """What decides a node's value.
 
     Attributes:
-        drawn: the draws, with how many values each can give.
+        drawn: the draws, with the numbers of the values that each can give.
         period: after how many scenes the cycles begin anew.
         scenes: the only scenes in which it has a value, where these are listed.
     """
 
-    def __init__(self, draws: Mapping[str, Node], given: Mapping[str, NDArray[Any]], num_scenes: int | None) -> None:
-        self.drawn: dict[Draw, int] = {}
+    def __init__(
+        self,
+        draws: Mapping[str, Node],
+        given: Mapping[str, NDArray[Any]],
+        num_scenes: int | None,
+        only: tuple[int, ...] | None,
+        most: int,
+    ) -> None:
+        self.drawn: dict[Draw, Sequence[int]] = {}
         self.period = 1
         self.scenes: set[int] | None = None
+        self._only = only
+        self._most = most
+        self._longest = most if most <= FEW else max(most, num_scenes or 0)
         self._draws = draws
         self._given = given
         self._num_scenes = num_scenes
@@ -81,27 +119,44 @@ class _Sources:
                 return False
         return True
 
+    def combined(self) -> list[int] | None:
+        """The scenes that are combined with what is drawn; None where there are none or too many."""
+        if self.scenes is not None:
+            scenes = sorted(self.scenes if self._only is None else self.scenes.intersection(self._only))
+        elif self._only is None:
+            scenes = list(range(self.period))
+        else:
+            # One for each place in the cycles.
+            scenes = list({scene % self.period: scene for scene in self._only}.values())
+        count = len(scenes) * math.prod(map(len, self.drawn.values()))
+        return scenes if 0 < count <= self._most or (count and self._is_by_scene()) else None
+
+    def _is_by_scene(self) -> bool:
+        """Whether the scene's index decides alone, so that there are no more combinations than scenes."""
+        return not self.drawn and self._most > FEW
+
     def add_all(self, items: tuple[Any, ...]) -> bool:
         self._todo += items
-        return len(items) <= FEW
+        return len(items) <= self._longest
 
     def parts(self, node: Any) -> bool:
         return self.add_all(tuple(getattr(node, name) for name in _FIELDS[node.__class__]))
 
     def chosen(self, node: Chosen) -> bool:
-        self.drawn[node.key, node.word] = len(node.items)
-        return (node.weights is None or all(node.weights)) and self.add_all(node.items)
+        weights = node.weights or (1.0,) * len(node.items)
+        self.drawn[node.key, node.word] = [number for number, weight in enumerate(weights) if weight > 0]
+        return self.add_all(node.items)
 
     def drawn_integers(self, node: Drawn) -> bool:
         low, high = node.low, node.high
         if node.kind != "integers" or node.shape or not (type(low) is int and type(high) is int):
             return False
-        self.drawn[node.key, node.word] = high - low + 1
-        return 0 <= high - low < FEW
+        self.drawn[node.key, node.word] = range(high - low + 1)
+        return 0 <= high - low < self._most
 
     def cycled(self, node: Cycled) -> bool:
         self.period = math.lcm(self.period, len(node.items))
-        return self.period <= FEW and self.add_all(node.items)
+        return self.period <= self._longest and self.add_all(node.items)
 
     def rows(self, node: Rows) -> bool:
         self._restrict(node.scene_idxs)
@@ -122,9 +177,10 @@ class _Sources:
         if "num_scenes" in names and self._num_scenes is None:
             return False
         if "scene" in names:
-            if self._num_scenes is None or self._num_scenes > FEW:
+            scenes = self._only or range(self._num_scenes or 0)
+            if self._num_scenes is None or len(scenes) > self._longest:
                 return False
-            self._restrict(range(self._num_scenes))
+            self._restrict(scenes)
         return self.add_all(tuple(Shared(reads.get(name, name)) for name in sorted(names - BUILT_IN)))
 
     def _restrict(self, scenes: Iterable[int]) -> None:

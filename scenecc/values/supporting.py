@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from scenecc.values.enumerating import FEW, alternatives
+from scenecc.values.enumerating import FEW, MANY, alternatives, outcomes
 from scenecc.values.intervals import Reach, known, reach, reach_of, support_of
 from scenecc.values.nodes import (
     NODE_TYPES,
@@ -47,6 +47,10 @@ _DIRECT = frozenset((Const, Rows, Cycled, Chosen, Drawn, RandomRotated, Shared))
 _NUMBERS = frozenset((float, int))
 
 
+MOST_COMBINATIONS = 1_000_000
+"""How many combinations are looked at for all expressions of a document whose names have to be known."""
+
+
 class Reader:
     """Finds supports, those of shared draws once."""
 
@@ -55,6 +59,8 @@ class Reader:
         self.given = given
         self.num_scenes = num_scenes
         self._shared: dict[str, Support] = {}
+        self._outcomes: dict[tuple[Node, int], tuple[list[Any] | None, tuple[int, ...]]] = {}
+        self._left = MOST_COMBINATIONS
         self._computed: dict[tuple[Any, ...], tuple[Template, Support]] = {}
 
     def support(self, node: Node) -> Support:
@@ -74,6 +80,23 @@ class Reader:
             if rows is not None:
                 return Support.of(rows)
         return _TABLE[node.__class__](self, node)
+
+    def outcomes(self, node: Node, scenes: tuple[int, ...]) -> list[Any] | None:
+        """What a node gives in some scenes, in every combination of what it reads; None where these are too many.
+
+        Raises:
+            DrawError: it has no value in one of them.
+        """
+        key = node, id(scenes)
+        if key not in self._outcomes:
+            # Of the scenes alone every one is looked at, however little is left.
+            most = max(min(MANY, self._left), FEW + 1)
+            self._left -= most
+            rows = outcomes(node, self.draws, self.given, self.num_scenes, scenes=scenes, most=most)
+            self._left += most - min(len(rows or ()), most)
+            # The scenes are kept, so that their id stays their own.
+            self._outcomes[key] = rows, scenes
+        return self._outcomes[key][0]
 
     def item(self, item: Any) -> Support:
         """As `support`, of a plain value too."""

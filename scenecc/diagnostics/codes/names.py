@@ -146,7 +146,7 @@ ROWS: tuple[Code, ...] = (
         "error",
         "names that cannot be told",
         "Every file and material that may be named is looked up before anything is drawn, so an expression that names "
-        "one may read draws of a few alternatives only, and must give a text.",
+        "one may read draws of alternatives only, of at most 10 000 combinations in all, and must give a text.",
         "scenecc: 1\ndraws: {x: {uniform: [0, 1]}}\nmaterials:\n  oak: {physical: {density: 700}}\nentities:\n"
         '  cube:\n    material: "oak_${x}"\n' + _CUBE,
         "Read draws made by `choice`, `cycle` or `integers`, or write the names in a `choice` themselves.",

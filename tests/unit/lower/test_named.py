@@ -206,3 +206,68 @@ def test_a_variant_that_no_scene_has_is_checked_all_the_same() -> None:
     assert [d.code for d in validate(document)] == ["SC502"]
     document = bins(0, {"shapes": [BOX]}, {"shapes": BALL, "material": "tin"})
     assert [d.path for d in validate(document)] == ["entities.bin.variants[1].material"]
+
+
+def meshes(folder: Path, count: int) -> None:
+    for number in range(count):
+        (folder / f"m_{number}.obj").write_text(TRIANGLE)
+
+
+@pytest.mark.parametrize(
+    ("file", "draw"),
+    [
+        ("asset://m_${k}.obj", {"integers": [0, 79]}),
+        ("asset://m_${k // 100}.obj", {"integers": [0, 7999]}),
+        ("${k}", {"choice": [f"asset://m_{i}.obj" for i in range(80)]}),
+        ("${k}", {"choice": [*(f"asset://m_{i}.obj" for i in range(80)), "none.obj"], "weights": [*[1] * 80, 0]}),
+        ({"choice": ["asset://m_${k}.obj", "asset://m_0.obj"]}, {"integers": [0, 79]}),
+        ("asset://m_${scene % 80}.obj", 0),
+        ("asset://m_${k % 80}.obj", "${scene}"),
+    ],
+    ids=str,
+)
+def test_more_names_than_a_few(file: Any, draw: Any, tmp_path: Path) -> None:
+    meshes(tmp_path, 80)
+    document = scene({"shapes": [{"type": "convex_mesh", "file": file}]}, draws={"k": draw}, num_scenes=20_000)
+    document["entities"]["reader"] = {"shapes": BALL, "mass": "${1 if k == k else 2}"}
+    assert codes(document, asset_roots=[tmp_path]) == []
+    document["num_scenes"] = 100
+    plan = compile_scene(document, asset_roots=[tmp_path])
+    assert len(plan.files) == 80
+    geometry: Any = entity(plan).structures[0].collisions[0].geometry
+    assert len(set(geometry.file.data.tolist())) > 20
+
+
+def test_names_are_those_of_the_scenes_that_the_entity_is_in(tmp_path: Path) -> None:
+    meshes(tmp_path, 3)
+    body = {"shapes": [{"type": "convex_mesh", "file": "asset://m_${scene - 7}.obj"}], "scene_idxs": [7, 8, 9]}
+    assert codes(scene(body, num_scenes=10), asset_roots=[tmp_path]) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "draws"),
+    [
+        ("oak_${j}", {"j": {"integers": [0, 10_000]}}),
+        ("oak_${j + k}", {"j": {"integers": [0, 100]}, "k": {"integers": [0, 100]}}),
+        ("oak_${floor(j)}", {"j": {"uniform": [0, 80]}}),
+        ("${['oak'][j]}", {"j": {"integers": [0, 80]}}),
+    ],
+)
+def test_more_names_than_can_be_looked_up(name: str, draws: Any) -> None:
+    (found,) = validate(scene({"material": name}, draws=draws))
+    assert found.code == "SC317"
+    assert found.hint is not None
+    assert "at most 10000 combinations" in found.hint
+
+
+def test_a_name_without_a_value_in_a_scene() -> None:
+    (found,) = validate(scene({"material": "${['oak'][scene]}"}, materials={"oak": OAK}, num_scenes=3))
+    assert (found.code, found.message) == ("SC202", "in scene 1: index 1 is out of range: the list has 1 items")
+
+
+def test_all_missing_files_of_one_expression_are_one_error() -> None:
+    document = scene({"shapes": [{"type": "convex_mesh", "file": "none_${scene}.obj"}]}, num_scenes=200)
+    (found,) = validate(document)
+    assert (found.code, found.message) == ("SC401", "there is no file `none_0.obj` (and 199 others like it)")
+    (found,) = validate(scene({"material": "oak_${scene}"}, num_scenes=2))
+    assert (found.code, found.message) == ("SC301", "there is no material `oak_0` (and 1 other like it)")
