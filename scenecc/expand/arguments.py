@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics import Location, Origin
 from scenecc.diagnostics.words import cut, suggest
 from scenecc.expand.expansion import Mark
-from scenecc.expand.kinds import kind_of
 from scenecc.expand.patterns import has_failed, is_varying
-from scenecc.expand.ranges import form_of
+from scenecc.expand.ranges import form_of, varying_misfit
 from scenecc.expand.run import Run
+from scenecc.spec.param_types import kind_of
 from scenecc.spec.plain import is_mapping, is_sequence
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from scenecc.expand.documents import SceneDocument
     from scenecc.expand.params import Param
     from scenecc.expand.run import Budget
+    from scenecc.spec.param_types import Misfit, ParamType
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +36,7 @@ class Argument:
         document: whose paths it holds.
         scope: in which the names in it mean something.
         by_scene: its lists that were turned into mappings, as `scenecc.expand.expansion.Record` has them.
+        wanted: what its parameter takes; None where that is anything, or is not known yet.
     """
 
     value: Any
@@ -42,6 +44,7 @@ class Argument:
     document: SceneDocument
     scope: str
     by_scene: Mapping[Path, tuple[int, ...]] | None = None
+    wanted: ParamType | None = None
 
     @property
     def told(self) -> Origin | Location:
@@ -107,10 +110,11 @@ def bind_params(
         if has_failed(argument.value):
             failed.add(name)
             continue
-        wrong = param.misfit(argument.value)
-        if wrong is not None:
+        wanted = param.takes()
+        wrong = wanted and varying_misfit(argument.value, wanted)
+        if wanted is not None and wrong is not None:
             failed.add(name)
-            _refuse(param, argument, wrong, parent, sink)
+            _refuse(replace(wanted, declared=_declared(param, argument, parent)), argument, wrong, sink)
             continue
         value = argument.value
         if param.kind == "file":
@@ -118,7 +122,8 @@ def bind_params(
         elif param.kind == "material":
             value = _each_name(value, param, argument, material)
         if is_varying(value):
-            varying[name] = replace(argument, value=value)
+            wanted = wanted and replace(wanted, declared=_declared(param, argument, parent))
+            varying[name] = replace(argument, value=value, wanted=wanted)
         else:
             values[name] = value
     return Bound(values, varying, frozenset(failed))
@@ -157,13 +162,17 @@ def _required(param: Param, use: Origin | Location | None, parent: Origin | None
     sink.report("SC213", f"the parameter `{cut(param.name)}` needs a value", place, hint=hint, related=related)  # pyright: ignore[reportArgumentType]
 
 
-def _refuse(param: Param, argument: Argument, wrong: tuple[str, str], parent: Origin | None, sink: Sink) -> None:
+def _declared(param: Param, argument: Argument, parent: Origin | None) -> Origin | None:
+    """Where a parameter is declared; None where the argument is its default, which stands there."""
+    if isinstance(argument.place, Mark) and argument.place.path[:2] == param.path:
+        return None
+    return Origin(param.part.document.name, param.path, "", param.part.parent(parent))
+
+
+def _refuse(wanted: ParamType, argument: Argument, wrong: Misfit, sink: Sink) -> None:
     code, words = wrong
-    declared = Origin(param.part.document.name, param.path, "", param.part.parent(parent))
-    is_default = isinstance(argument.place, Mark) and argument.place.path[:2] == param.path
-    related = [] if is_default else [("the parameter", declared, "key")]
-    message = f"the parameter `{cut(param.name)}` {words}"
-    sink.report(code, message, argument.told, related=related)  # pyright: ignore[reportArgumentType]
+    related = [("the parameter", wanted.declared, "key")] if wanted.declared is not None else []
+    sink.report(code, f"the parameter `{cut(wanted.name)}` {words}", argument.told, related=related)  # pyright: ignore[reportArgumentType]
 
 
 def _relocated(value: Any, owner: SceneDocument, compiled: Compiled) -> Any:

@@ -6,15 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import cut, show, suggest
-from scenecc.expand.kinds import KINDS, RANGED, kind_of, out_of_range
-from scenecc.expand.patterns import Compiler, Pattern, is_varying
-from scenecc.expand.ranges import bounds_outside, first_misfit
 from scenecc.spec.base import NOTE_PREFIX
+from scenecc.spec.param_types import KINDS, RANGED, ParamType, kind_of, out_of_range
 from scenecc.spec.plain import is_mapping, is_sequence
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Path
     from scenecc.expand.modules import Part
+    from scenecc.expand.patterns import Compiler, Pattern
     from scenecc.expand.run import Run
 
 _KEYS = frozenset(("type", "default", "min", "max", "options", "description"))
@@ -49,32 +48,12 @@ class Param:
     path: Path
     default_path: Path
 
-    def misfit(self, value: Any) -> tuple[str, str] | None:
-        """The code and words of what is wrong with a value; None where it is good.
-
-        Of a form every alternative and bound is looked at; what an expression will give is not known yet.
-        """
-        if is_varying(value):
-            wrong = first_misfit(value, self._misfit)
-            return wrong or bounds_outside(value, self.low, self.high)
-        return self._misfit(value)
-
-    def _misfit(self, value: Any) -> tuple[str, str] | None:
+    def takes(self) -> ParamType | None:
+        """What it takes; None where it has no type."""
         if self.kind is None:
             return None
-        fits, words = KINDS[self.kind]
-        if not fits(value):
-            return "SC211", f"must be {words}, not {show(value)}"
-        if self.kind == "choice" and not any(_same(value, option) for option in self.options):
-            return "SC211", f"must be one of {', '.join(map(show, self.options))}, not {show(value)}"
-        if self.kind == "vector" and is_sequence(self.default) and len(value) != len(self.default):
-            return "SC211", f"must have {len(self.default)} components, not {len(value)}"
-        wrong = out_of_range(value, self.low, self.high) if self.kind in RANGED else None
-        return None if wrong is None else ("SC212", wrong)
-
-
-def _same(value: Any, option: Any) -> bool:
-    return type(value) is type(option) and value == option
+        components = len(self.default) if self.kind == "vector" and is_sequence(self.default) else None
+        return ParamType(self.name, self.kind, self.low, self.high, self.options, components)
 
 
 def read_param(name: str, node: Any, part: Part, compiler: Compiler, run: Run) -> Param | None:

@@ -1,37 +1,27 @@
-"""What a varying value may be, as far as its form tells: every alternative and every bound."""
+"""Whether a varying value fits its parameter, as far as its form tells: every alternative and every bound."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
-from scenecc.expand.kinds import is_number, is_vector, out_of_range
+from scenecc.diagnostics.words import show
+from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.features import VARIATION_FORMS
+from scenecc.spec.param_types import KINDS, ParamType, is_number
 from scenecc.spec.plain import is_mapping, is_sequence
 from scenecc.values.template import Template
 
-Misfit = tuple[str, str]
-"""A code, and what is wrong in words."""
+if TYPE_CHECKING:
+    from scenecc.spec.param_types import Misfit
 
-_LISTED = ("cycle", "choice")
-_BOUNDED = ("uniform", "integers", "log_uniform")
-
-
-def alternatives(value: Any) -> Iterator[Any]:
-    """The plain values that a varying one may be, where its form lists them; forms that draw numbers list none."""
-    if isinstance(value, Template):
-        return
-    form = form_of(value)
-    if form is None:
-        yield value
-        return
-    items = value[form]
-    if form in _LISTED or (form == "per_scene" and is_sequence(items)):
-        for item in items if is_sequence(items) else ():
-            yield from alternatives(item)
-    elif form == "per_scene" and is_mapping(items):
-        for item in items.values():
-            yield from alternatives(item)
+_DRAWN = {
+    "uniform": frozenset(("number", "vector", "color")),
+    "log_uniform": frozenset(("number", "vector", "color")),
+    "normal": frozenset(("number", "vector", "color")),
+    "integers": frozenset(("number", "integer", "vector")),
+}
+"""Forms that draw numbers, and the types of parameters that what they draw is of."""
 
 
 def form_of(value: Any) -> str | None:
@@ -41,38 +31,103 @@ def form_of(value: Any) -> str | None:
     return next((key for key in value if key in VARIATION_FORMS), None)
 
 
-def first_misfit(value: Any, misfit: Callable[[Any], Misfit | None]) -> Misfit | None:
-    """What is wrong with the first alternative that is wrong. A list of which a part varies is left out."""
-    for item in alternatives(value):
-        if not (is_sequence(item) and any(isinstance(part, Template) or form_of(part) for part in item)):
-            wrong = misfit(item)
-            if wrong is not None:
-                return wrong
-    return None
-
-
-def bounds_outside(value: Any, low: Any, high: Any) -> Misfit | None:
-    """What is wrong with the bounds of forms that draw numbers, where they leave a range."""
-    if low is None and high is None:
+def varying_misfit(value: Any, wanted: ParamType) -> Misfit | None:
+    """What is wrong with a value that varies; None where nothing is, as far as can be told without expressions."""
+    if isinstance(value, Template):
         return None
     form = form_of(value)
     if form is None:
-        return None
-    given = value[form]
-    if form in _BOUNDED:
-        return _outside(given, low, high)
-    if form == "normal":
-        if "clip" in value:
-            return _outside(value["clip"], low, high)
-        return "SC212", "must stay in a range, which a normal draw leaves: it needs `clip`"
-    inner = given.values() if is_mapping(given) else given if is_sequence(given) else ()
-    return next((wrong for item in inner if (wrong := bounds_outside(item, low, high))), None)
+        return _parts_misfit(value, wanted) if _has_varying_parts(value) else wanted.misfit(value)
+    if form in _DRAWN:
+        return _drawn_misfit(form, value, wanted)
+    return next((wrong for item in _items(value[form]) if (wrong := varying_misfit(item, wanted))), None)
 
 
-def _outside(ends: Any, low: Any, high: Any) -> Misfit | None:
-    for end in ends if is_sequence(ends) else ():
-        if is_number(end) or is_vector(end):
-            wrong = out_of_range(end, low, high)
-            if wrong is not None:
-                return "SC212", wrong
+def _has_varying_parts(value: Any) -> bool:
+    return is_sequence(value) and any(isinstance(part, Template) or form_of(part) for part in value)
+
+
+def _parts_misfit(value: Any, wanted: ParamType) -> Misfit | None:
+    """Of a list some of whose components vary."""
+    numbers = _numbers(wanted)
+    if numbers is None:
+        return None if wanted.kind == "list" else ("SC211", f"must be {KINDS[wanted.kind][1]}, not a list")
+    return _length_misfit(value, wanted) or _components_misfit(value, numbers)
+
+
+def _numbers(wanted: ParamType) -> ParamType | None:
+    """A colour as the vector that it is; None of what is no vector."""
+    if wanted.kind == "color":
+        return replace(wanted, kind="vector", low=0, high=1)
+    return wanted if wanted.kind == "vector" else None
+
+
+def _length_misfit(value: Any, wanted: ParamType) -> Misfit | None:
+    if wanted.kind == "color" and len(value) not in {3, 4}:
+        return "SC211", f"must have 3 or 4 components, not {len(value)}"
+    if wanted.components not in {None, len(value)}:
+        return "SC211", f"must have {wanted.components} components, not {len(value)}"
     return None
+
+
+def _components_misfit(value: Any, vector: ParamType) -> Misfit | None:
+    for index, part in enumerate(value):
+        low, high = (_component(bound, index) for bound in (vector.low, vector.high))
+        wrong = varying_misfit(part, replace(vector, kind="number", low=low, high=high))
+        if wrong is not None:
+            code, words = wrong
+            return code, f"has a wrong component {index}: it {words}"
+    return None
+
+
+def _component(bound: Any, index: int) -> Any:
+    if not is_sequence(bound):
+        return bound
+    return bound[index] if index < len(bound) else None
+
+
+def _drawn_misfit(form: str, value: dict[str, Any], wanted: ParamType) -> Misfit | None:
+    """Of a form that draws numbers: whether it is the type's, its bounds are, and they lie in the range."""
+    if wanted.kind not in _DRAWN[form]:
+        return "SC211", f"must be {KINDS[wanted.kind][1]}, which `{form}` does not draw"
+    bounds, clip = value[form], value.get("clip", ())
+    if not is_sequence(bounds):
+        return None
+    limits = _numbers(wanted) or replace(wanted, kind="number")
+    if limits.kind == "vector" and all(map(is_number, bounds)):
+        return "SC211", f"must be {KINDS[wanted.kind][1]}: a bound of `{form}` must be a list of numbers"
+    if form != "normal":
+        return _first_bound_misfit(bounds, limits, wanted)
+    wrong = _first_bound_misfit(bounds, replace(limits, low=None, high=None), wanted)
+    if wrong is None and "clip" not in value and limits.ranged:
+        return "SC212", "must stay in a range, which a normal draw leaves: it needs `clip`"
+    return wrong or _first_bound_misfit(clip if is_sequence(clip) else (), limits, wanted)
+
+
+def _first_bound_misfit(bounds: Any, limits: ParamType, wanted: ParamType) -> Misfit | None:
+    return next((wrong for bound in bounds if (wrong := _bound_misfit(bound, limits, wanted))), None)
+
+
+def _bound_misfit(bound: Any, limits: ParamType, wanted: ParamType) -> Misfit | None:
+    """Of a bound: a number; of a vector a list of one for each component, too. `limits`: `wanted` as numbers."""
+    if isinstance(bound, Template):
+        return None
+    if limits.kind == "number":
+        return varying_misfit(bound, limits)
+    form = form_of(bound)
+    if form is not None:
+        return _first_bound_misfit(_items(bound[form]), limits, wanted)
+    if is_sequence(bound):
+        return _length_misfit(bound, wanted) or _components_misfit(bound, limits)
+    if not is_number(bound):
+        return "SC211", f"must be drawn between lists of numbers, not {show(bound)}"
+    # It stands for every component.
+    count = max((len(limit) for limit in (limits.low, limits.high) if is_sequence(limit)), default=1)
+    return limits.outside([bound] * count, [bound] * count)
+
+
+def _items(given: Any) -> list[Any]:
+    """What a form holds."""
+    if is_mapping(given):
+        return [item for key, item in given.items() if not key.startswith(NOTE_PREFIX)]
+    return list(given) if is_sequence(given) else []

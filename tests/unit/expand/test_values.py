@@ -129,6 +129,35 @@ def test_values_that_fit(expanded: Expander, declared: str, given: Any, value: A
         ("{type: number, default: 1, min: 0}", {"normal": [1, 0.1], "clip": [-1, 2]}, "SC212"),
         ("{type: number, default: 1}", {"per_scene": {"0": 1, "default": "a"}}, "SC211"),
         ("{type: vector, default: [0, 0], min: [0, -1]}", {"uniform": [[0, -2], [1, 1]]}, "SC212"),
+        ("{type: vector, default: [0, 0], min: [0, -1]}", {"uniform": [-0.5, [1, 1]]}, "SC212"),
+        ("{type: vector, default: [0, 0]}", {"uniform": [[0, 0, 0], [1, 1, 1]]}, "SC211"),
+        ("{type: vector, default: [0, 0]}", {"uniform": [0, 1]}, "SC211"),
+        ("{type: vector, default: [0, 0]}", {"uniform": ["a", [1, 1]]}, "SC211"),
+        ("{type: vector, default: [0, 0]}", [{"uniform": [0, 1]}, 1, 1], "SC211"),
+        ("{type: vector, default: [0, 0], max: [1, 2]}", [{"uniform": [0, 2]}, 1], "SC212"),
+        ("{type: vector, default: [0, 0]}", {"cycle": [[0, 0], ["a", {"uniform": [0, 1]}]]}, "SC211"),
+        ("{type: number, default: 1}", {"uniform": [[0, 0], [1, 1]]}, "SC211"),
+        ("{type: number, default: 1}", {"uniform": [0, "a"]}, "SC211"),
+        ("{type: number, default: 1, min: 0}", {"uniform": [{"choice": [-1, 0]}, 1]}, "SC212"),
+        ("{type: number, default: 1}", [1, {"uniform": [0, 1]}], "SC211"),
+        ("{type: number, default: 1}", {"cycle": [1, {"x": {"uniform": [0, 1]}}]}, "SC211"),
+        ("{type: integer, default: 1}", {"uniform": [0, 1]}, "SC211"),
+        ("{type: integer, default: 1}", {"cycle": [1, {"normal": [0, 1]}]}, "SC211"),
+        ("{type: integer, default: 1}", {"choice": [1, 1.5]}, "SC211"),
+        ("{type: integer, default: 1, max: 3}", {"integers": [1, 4]}, "SC212"),
+        ("{type: string, default: a}", {"uniform": [0, 1]}, "SC211"),
+        ("{type: boolean, default: true}", {"integers": [0, 1]}, "SC211"),
+        ("{type: boolean, default: true}", {"per_scene": [True, 1]}, "SC211"),
+        ("{type: file, default: a}", {"log_uniform": [1, 2]}, "SC211"),
+        ("{type: choice, options: [1, 2], default: 1}", {"integers": [1, 2]}, "SC211"),
+        ("{type: choice, options: [1, 2], default: 1}", {"cycle": [1, 3]}, "SC211"),
+        ("{type: list, default: []}", {"uniform": [[0, 0], [1, 1]]}, "SC211"),
+        ("{type: material, default: oak}", {"uniform": [0, 1]}, "SC211"),
+        ("{type: color, default: [0, 0, 0]}", {"uniform": [[0, 0, 0], [1, 1, 2]]}, "SC212"),
+        ("{type: color, default: [0, 0, 0]}", {"uniform": [[0, 0], [1, 1]]}, "SC211"),
+        ("{type: color, default: [0, 0, 0]}", {"uniform": [0, 1]}, "SC211"),
+        ("{type: color, default: [0, 0, 0]}", {"normal": [[0, 0, 0], [1, 1, 1]]}, "SC212"),
+        ("{type: color, default: [0, 0, 0]}", [{"uniform": [0, 2]}, 0, 0], "SC212"),
     ],
 )
 def test_values_that_do_not_fit(expanded: Expander, declared: str, given: Any, code: str) -> None:
@@ -136,6 +165,31 @@ def test_values_that_do_not_fit(expanded: Expander, declared: str, given: Any, c
     assert found.code == code
     assert found.file == "params"
     assert [related.location.line for related in found.related] == [2]
+
+
+@pytest.mark.parametrize(
+    ("declared", "given"),
+    [
+        ("{type: number, default: 1, min: 0}", {"normal": [-1, 0.1], "clip": [0, 2]}),
+        ("{type: number, default: 1}", {"integers": [0, 3]}),
+        (
+            "{type: number, default: 1, min: 0}",
+            {"per_scene": {"x-note": "of it", "0": 1, "default": {"uniform": [0, 1]}}},
+        ),
+        ("{type: integer, default: 1}", {"choice": [1, {"integers": [2, 3]}]}),
+        ("{type: vector, default: [0, 0], min: 0}", {"uniform": [0, [1, 1]]}),
+        ("{type: vector, default: [0, 0], min: 0}", {"uniform": [{"cycle": [0, [0, 1]]}, [1, 1]]}),
+        ("{type: vector, default: [0, 0], min: [0, -1]}", [{"uniform": [0, 1]}, -1]),
+        ("{type: color, default: [0, 0, 0]}", {"uniform": [[0, 0, 0], [1, 1, 1]]}),
+        ("{type: color, default: [0, 0, 0]}", {"choice": ["#ff0000", [0, 0, {"uniform": [0, 1]}]]}),
+        ("{type: list, default: []}", [{"uniform": [0, 1]}, "a"]),
+        ("{type: boolean, default: true}", {"cycle": [True, False]}),
+        ("{type: file, default: a}", {"choice": ["a", "b"]}),
+    ],
+)
+def test_varying_values_that_fit(expanded: Expander, declared: str, given: Any) -> None:
+    text = f"params: {{p: {declared}}}\nentities: {{e: {{x: '${{p}}'}}}}"
+    assert expanded.data(text, params={"p": given})["draws"]["p"] == given
 
 
 def test_values_from_python_become_plain(expanded: Expander) -> None:

@@ -1,14 +1,18 @@
-"""Types of parameters: what is one, and what lies in a range."""
+"""Types of parameters: what is one, what lies in a range, and what a parameter takes."""
 
 from __future__ import annotations
 
 import math
 import re
 from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import show
 from scenecc.spec.plain import is_mapping, is_sequence
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Origin
 
 _HEX = re.compile(r"#(?:[0-9A-Fa-f]{6}|[0-9A-Fa-f]{8})").fullmatch
 
@@ -105,3 +109,54 @@ def _below(part: Any, limit: Any) -> bool:
 
 def _above(part: Any, limit: Any) -> bool:
     return part > limit
+
+
+Misfit = tuple[str, str]
+"""A code, and what is wrong in words."""
+
+
+@dataclass(frozen=True, slots=True)
+class ParamType:
+    """What a parameter takes.
+
+    Attributes:
+        name: of the parameter.
+        kind: one of `KINDS`.
+        low, high: the range; a number, or one for each component of a vector. None where there is no such bound.
+        options: of a choice.
+        components: of a vector; None: any number of them.
+        declared: where it is declared; None where its value is its own default.
+    """
+
+    name: str
+    kind: str
+    low: Any = None
+    high: Any = None
+    options: tuple[Any, ...] = ()
+    components: int | None = None
+    declared: Origin | None = None
+
+    @property
+    def ranged(self) -> bool:
+        """Whether there are values of its kind that are out of its range."""
+        return self.low is not None or self.high is not None
+
+    def misfit(self, value: Any) -> Misfit | None:
+        """What is wrong with a plain value; None where it is good."""
+        fits, words = KINDS[self.kind]
+        if not fits(value):
+            return "SC211", f"must be {words}, not {show(value)}"
+        if self.kind == "choice" and not any(_same(value, option) for option in self.options):
+            return "SC211", f"must be one of {', '.join(map(show, self.options))}, not {show(value)}"
+        if self.kind == "vector" and self.components not in {None, len(value)}:
+            return "SC211", f"must have {self.components} components, not {len(value)}"
+        return self.outside(value, value) if self.kind in RANGED else None
+
+    def outside(self, low: Any, high: Any) -> Misfit | None:
+        """What is wrong with the least and the greatest of several values that leave the range."""
+        wrong = out_of_range(low, self.low, None) or out_of_range(high, None, self.high)
+        return None if wrong is None else ("SC212", wrong)
+
+
+def _same(value: Any, option: Any) -> bool:
+    return type(value) is type(option) and value == option
