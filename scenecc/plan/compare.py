@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from scenecc.plan.compare_fields import FieldDifference, Fields
+from scenecc.plan.compare_fields import Both, FieldDifference, Fields
+from scenecc.plan.compare_resets import Resets
 from scenecc.plan.compare_tables import Tables
 from scenecc.plan.fields import Plain, slots
 from scenecc.plan.scene import Entity, ScenePlan
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -27,15 +28,17 @@ class Difference:
         kind: "added" and "removed" are objects or shapes that only the second or only the first plan has; "moved" are
             entities that are built in another order; "changed" is all else.
         section: where the object is; "plan" for what concerns the whole.
-        name: of the entity or draw; "" in "plan" and "physics".
-        path: of the field in the object, such as `structures[0].collisions[1].geometry.radius`; "" for the object.
-        a, b: what the first and the second plan have there, in a few words; None where they have nothing.
+        name: of the entity; "" in "plan" and "physics".
+        path: of the field in the object, as in the scene file where the shape is known to be from one, such as
+            `shapes[1].radius`; "" for the object.
+        a, b: what the first and the second plan have there, in a few words, in the scenes that differ; None where
+            they have nothing. What says "at reset" is the same as built.
         scene_count: in how many of the scenes that both objects are in the field differs; None where it is not told
             by scene.
     """
 
     kind: Literal["added", "removed", "moved", "changed"]
-    section: Literal["plan", "physics", "draws", "entities"]
+    section: Literal["plan", "physics", "entities"]
     name: str
     path: str
     a: str | None
@@ -44,7 +47,10 @@ class Difference:
 
 
 def differences(a: ScenePlan, b: ScenePlan) -> list[Difference]:
-    """Everything in which two plans differ in what they build, and in `name`, `description` and `seed`.
+    """Everything in which two plans differ in what they build and reset, and in `name`, `description` and `seed`.
+
+    Two recipes are the same if they give the same, to the bit, in every scene with each of some seeds
+    (`compare_resets`), whatever they are made of; shared draws count by what reads them.
 
     The order of the tables of files and materials and what nothing refers to in them are no difference. Files are one
     if their uris or their places are. Rows of values are compared scene by scene, in the scenes that both have;
@@ -55,11 +61,10 @@ def differences(a: ScenePlan, b: ScenePlan) -> list[Difference]:
         x, y = getattr(a, slot.name), getattr(b, slot.name)
         if isinstance(slot.kind, Plain) and x != y:
             found.append(Difference("changed", "plan", "", slot.name, str(x), str(y)))
-    tables = Tables(a, b)
-    physics = Fields(tables).compare_node(a.physics, b.physics, "")
+    tables, resets = Tables(a, b), Resets(a, b)
+    physics = Fields(Both(tables, resets, np.zeros(1, np.int64))).compare_node(a.physics, b.physics, "")
     found += [_of(one, "physics", "") for one in physics]
-    found += _draws(dict(a.draws), dict(b.draws))
-    found += _entities(a, b, tables)
+    found += _entities(a, b, tables, resets)
     return found
 
 
@@ -67,23 +72,7 @@ def _of(one: FieldDifference, section: Literal["physics", "entities"], name: str
     return Difference(one.kind, section, name, one.path, one.a, one.b, one.scene_count)
 
 
-def _draws(a: Mapping[str, Any], b: Mapping[str, Any]) -> Iterator[Difference]:
-    if not a and not b:
-        return
-    from scenecc.plan.compare_fields import recipe_words  # noqa: PLC0415 - most plans have no recipes
-
-    for name in {**a, **b}:
-        x, y = a.get(name), b.get(name)
-        if repr(x) != repr(y):
-            words = [None if node is None else recipe_words(node) for node in (x, y)]
-            yield Difference(_kind(x, y), "draws", name, "", words[0], words[1])
-
-
-def _kind(x: object, y: object) -> Literal["added", "removed", "changed"]:
-    return "added" if x is None else "removed" if y is None else "changed"
-
-
-def _entities(a: ScenePlan, b: ScenePlan, tables: Tables) -> Iterator[Difference]:
+def _entities(a: ScenePlan, b: ScenePlan, tables: Tables, resets: Resets) -> Iterator[Difference]:
     first = {entity.name: (place, entity) for place, entity in enumerate(a.entities)}
     second = {entity.name: (place, entity) for place, entity in enumerate(b.entities)}
     common = [name for name in first if name in second]
@@ -95,16 +84,18 @@ def _entities(a: ScenePlan, b: ScenePlan, tables: Tables) -> Iterator[Difference
         other_place, other = second[name]
         if other_place in moved:
             yield Difference("moved", "entities", name, "", f"number {place + 1}", f"number {other_place + 1}")
-        if tables.same and entity == other and a.num_scenes == b.num_scenes:
+        if tables.same and resets.same_draws and entity == other:
             continue
-        yield from _entity(entity, other, (a.num_scenes, b.num_scenes), tables)
+        yield from _entity(entity, other, tables, resets)
     for name, (_, entity) in second.items():
         if name not in first:
             yield Difference("added", "entities", name, "", None, _entity_words(entity, b))
 
 
-def _entity(a: Entity, b: Entity, num_scenes: tuple[int, int], tables: Tables) -> Iterator[Difference]:
+def _entity(a: Entity, b: Entity, tables: Tables, resets: Resets) -> Iterator[Difference]:
     rows = None
+    num_scenes = tuple(plan.num_scenes for plan in resets.plans)
+    scenes = np.array(a.scene_idxs, np.int64)
     if a.scene_idxs != b.scene_idxs:
         rows = _common_rows(a.scene_idxs, b.scene_idxs)
         if (len(a.scene_idxs), len(b.scene_idxs)) != num_scenes:
@@ -112,8 +103,11 @@ def _entity(a: Entity, b: Entity, num_scenes: tuple[int, int], tables: Tables) -
             yield Difference("changed", "entities", a.name, "scene_idxs", first, second)
         if not len(rows[0]):
             return
-    fields = Fields(tables, len(a.scene_idxs), rows)
-    for one in fields.compare_node(a, b, "", but=("name", "scene_idxs")):
+        scenes = scenes[rows[0]]
+    found = Fields(Both(tables, resets, scenes, rows)).compare_node(a, b, "", but=("name", "scene_idxs"))
+    # A shape both collides and is seen, and is one in the file.
+    told = {(one.path, one.kind if one.kind != "changed" else (one.a, one.b)): one for one in reversed([*found])}
+    for one in reversed(told.values()):
         yield _of(one, "entities", a.name)
 
 

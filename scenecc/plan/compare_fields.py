@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from scenecc.plan.compare_words import cut, held_words, reset_words, rows_words
 from scenecc.plan.fields import Kind, Many, Node, OneOf, Quantity, slots, type_name
-from scenecc.plan.words import cut, rows_words
+from scenecc.plan.labels import field_place, item_place
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from scenecc.plan.compare_resets import Resets
     from scenecc.plan.compare_tables import Side, Tables
     from scenecc.plan.value import Value
-    from scenecc.values.nodes import Node as RecipeNode
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,31 +32,41 @@ class FieldDifference:
     scene_count: int | None = None
 
 
-class Fields:
-    """Compares two objects.
+@dataclass(frozen=True, slots=True)
+class Both:
+    """What two objects have in common.
 
-    Args:
-        tables: of their plans.
-        scene_count: how many scenes the first is in; 1 for what is in none.
-        rows: of each, those of the scenes that both are in; None: all rows of both.
+    Attributes:
+        tables, resets: of their plans.
+        scenes: indices of the scenes that both are in; (1,) for what is in none.
+        rows: of each, those of these scenes; None: all rows of both.
     """
 
-    def __init__(
-        self, tables: Tables, scene_count: int = 1, rows: tuple[NDArray[np.intp], NDArray[np.intp]] | None = None
-    ) -> None:
-        self._tables = tables
-        self._rows = rows
-        self._count = scene_count if rows is None else len(rows[0])
+    tables: Tables
+    resets: Resets
+    scenes: NDArray[np.int64]
+    rows: tuple[NDArray[np.intp], NDArray[np.intp]] | None = None
 
-    def compare_node(self, x: Any, y: Any, path: str, but: tuple[str, ...] = ()) -> Iterator[FieldDifference]:
-        """Two dataclasses of one type; `but`: fields that are left out."""
+
+class Fields:
+    """Compares two objects."""
+
+    def __init__(self, both: Both) -> None:
+        self._tables = both.tables
+        self._resets = both.resets
+        self._scenes = both.scenes
+        self._rows = both.rows
+        self._count = len(both.scenes)
+
+    def compare_node(self, x: Any, y: Any, place: str, but: tuple[str, ...] = ()) -> Iterator[FieldDifference]:
+        """Two dataclasses of one type, which a file has at `place`; `but`: fields that are left out."""
         for slot in slots(x.__class__):
             if slot.name not in but:
-                where = f"{path}.{slot.name}" if path else slot.name
+                where = field_place(place, slot.name)
                 yield from self._compare(slot.kind, getattr(x, slot.name), getattr(y, slot.name), where)
 
     def _compare(self, kind: Kind, x: Any, y: Any, path: str) -> Iterator[FieldDifference]:
-        if x is y:
+        if x is y and (x is None or (self._resets.same_draws and self._tables.same)):
             return
         if x is None or y is None:
             yield FieldDifference("changed", path, self._words(kind, x, 0), self._words(kind, y, 1))
@@ -65,22 +76,27 @@ class Fields:
             yield from self._lists(kind.item, x, y, path)
         elif isinstance(kind, Node | OneOf) and x.__class__ is y.__class__:
             yield from self.compare_node(x, y, path)
+        elif isinstance(kind, OneOf):
+            yield FieldDifference("changed", f"{path}.type", type_name(x.__class__), type_name(y.__class__))
         elif x != y:
             yield FieldDifference("changed", path, self._words(kind, x, 0), self._words(kind, y, 1))
 
     def _lists(self, kind: Kind, x: tuple[Any, ...], y: tuple[Any, ...], path: str) -> Iterator[FieldDifference]:
         """By place; where one has more, what it has more is what stands where the rest is no longer the same."""
-        short = min(len(x), len(y))
+        short, count = min(len(x), len(y)), max(len(x), len(y))
         head = short if len(x) == len(y) else self._alike(kind, x, y, short)
         tail = 0 if len(x) == len(y) else self._alike(kind, x[::-1], y[::-1], short - head)
         for index in range(short - tail):
-            yield from self._compare(kind, x[index], y[index], f"{path}[{index}]")
+            yield from self._compare(kind, x[index], y[index], item_place(path, index, x[index], count=count))
         for index in range(short - tail, len(x) - tail):
-            yield FieldDifference("removed", f"{path}[{index}]", self._words(kind, x[index], 0), None)
+            place = item_place(path, index, x[index], count=count)
+            yield FieldDifference("removed", place, self._words(kind, x[index], 0), None)
         for index in range(short - tail, len(y) - tail):
-            yield FieldDifference("added", f"{path}[{index}]", None, self._words(kind, y[index], 1))
+            place = item_place(path, index, y[index], count=count)
+            yield FieldDifference("added", place, None, self._words(kind, y[index], 1))
         for back in range(tail, 0, -1):
-            yield from self._compare(kind, x[-back], y[-back], f"{path}[{len(x) - back}]")
+            place = item_place(path, len(x) - back, x[-back], count=count)
+            yield from self._compare(kind, x[-back], y[-back], place)
 
     def _alike(self, kind: Kind, x: tuple[Any, ...], y: tuple[Any, ...], most: int) -> int:
         """How many are the same from the beginning on."""
@@ -90,21 +106,39 @@ class Fields:
         return most
 
     def _values(self, kind: Quantity, x: Value, y: Value, path: str) -> Iterator[FieldDifference]:
-        if kind.table is None and self._rows is None and x == y:
+        if kind.table is None and self._rows is None and self._resets.same_draws and x == y:
             return
         a, b = self._taken(kind, x, 0), self._taken(kind, y, 1)
-        differing = _differing(a, b)
         if kind.table not in {None, "files"}:
             # Rows of one material may stand for other scenes.
-            if differing.any() or self._rows is not None:
+            if _differing(a, b).any() or self._rows is not None:
                 yield from self._materials(kind, a, b, path)
-        elif differing.any():
-            count = self._count if len(differing) == 1 else int(differing.sum())
-            name = self._name(kind)
-            yield FieldDifference("changed", path, rows_words(a, name), rows_words(b, name), count)
-        elif repr(x.recipe) != repr(y.recipe):
-            first, second = (None if one.recipe is None else recipe_words(one.recipe) for one in (x, y))
-            yield FieldDifference("changed", f"{path}.recipe", first, second)
+        elif kind.pose and a.shape[1:] == b.shape[1:] == kind.shape:
+            for name, part in (("p", slice(0, 3)), ("q", slice(3, 7))):
+                yield from self._part((x, y), (a[:, part], b[:, part]), f"{path}.{name}", part)
+        else:
+            yield from self._part((x, y), (a, b), path, None, self._name(kind))
+
+    def _part(
+        self,
+        values: tuple[Value, Value],
+        rows: tuple[NDArray[Any], NDArray[Any]],
+        path: str,
+        part: slice | None,
+        name: Any = None,
+    ) -> Iterator[FieldDifference]:
+        """Two values or the same part of both, as built and after a reset."""
+        differing = _differing(*rows)
+        if differing.any():
+            at = np.flatnonzero(np.broadcast_to(differing, self._count))
+            taken = [np.broadcast_to(one, (self._count, *one.shape[1:]))[at] for one in rows]
+            a, b = rows_words(path, taken[0], taken[1], self._scenes[at], name)
+            yield FieldDifference("changed", path, a, b, len(at))
+            return
+        count = self._resets.differing(self._scenes, values, rows, part)
+        if count:
+            a, b = reset_words(values, self._resets.plans, part)
+            yield FieldDifference("changed", path, a, b, count)
 
     def _materials(
         self, kind: Quantity, a: NDArray[np.int64], b: NDArray[np.int64], path: str
@@ -118,26 +152,14 @@ class Fields:
             pairs = [(x.get(field), y.get(field)) for x, y in zip(first, second, strict=True)]
             count = sum(repr(x) != repr(y) for x, y in pairs)
             if count:
-                a_words, b_words = (self._held_words(field, [pair[side] for pair in pairs]) for side in (0, 1))
-                yield FieldDifference("changed", f"{path}.{field}", a_words, b_words, count)
+                others = [pair for pair in pairs if repr(pair[0]) != repr(pair[1])]
+                names = self._tables.names
+                a_words, b_words = held_words(field, [x for x, _ in others], [y for _, y in others], names)
+                yield FieldDifference("changed", f"{path}.{field.removesuffix('.file')}", a_words, b_words, count)
 
     def _by_row(self, indices: NDArray[np.int64], side: Side) -> list[tuple[int, int]]:
         rows = range(self._count) if self._rows is None else self._rows[side].tolist()
         return list(zip(rows, np.broadcast_to(indices, self._count).tolist(), strict=True))
-
-    def _held_words(self, field: str, items: list[Any]) -> str | None:
-        distinct: dict[str, Any] = {repr(item): item for item in items}
-        if distinct.keys() == {"None"}:
-            return None
-        return cut(" | ".join(self._held_word(field, item) for item in distinct.values()))
-
-    def _held_word(self, field: str, item: Any) -> str:
-        if item is None:
-            return "left out"
-        if field.endswith(".file"):
-            number: int = item
-            return self._tables.names[number]
-        return json.dumps(item)
 
     def _taken(self, kind: Quantity, value: Value, side: Side) -> NDArray[Any]:
         """The rows that count, with one number for equal entries of the tables."""
@@ -160,24 +182,22 @@ class Fields:
             return str(len(item))
         if isinstance(kind, Node):
             given = ((slot, getattr(item, slot.name)) for slot in slots(item.__class__))
-            words = [f"{slot.name} {self._words(slot.kind, x, side)}" for slot, x in given if x is not None]
+            words = [
+                f"{'type' if slot.name == 'geometry' else slot.name} {self._words(slot.kind, x, side)}"
+                for slot, x in given
+                if x is not None
+            ]
             return cut(", ".join(words))
         return cut(json.dumps(item))
 
     def _value_words(self, kind: Quantity, value: Value, side: Side) -> str:
         rows = self._taken(kind, value, side)
         if kind.table is None or kind.table == "files":
-            return rows_words(rows, self._name(kind))
+            return rows_words("", rows, rows, self._scenes, self._name(kind))[0]
         row, index = self._by_row(rows, side)[0]
         held = _held(self._tables.materials[kind.table][index], row)
-        return cut(", ".join(f"{name} {self._held_words(name, [item])}" for name, item in held.items()))
-
-
-def recipe_words(node: RecipeNode) -> str:
-    """A recipe on a line."""
-    from scenecc.plan.recipe_json import recipe_data  # noqa: PLC0415 - most plans have no recipes
-
-    return cut(json.dumps(recipe_data(node), ensure_ascii=False))
+        names = self._tables.names
+        return cut(", ".join(f"{name} {held_words(name, [item], [item], names)[0]}" for name, item in held.items()))
 
 
 def _differing(a: NDArray[Any], b: NDArray[Any]) -> NDArray[np.bool_]:

@@ -6,15 +6,14 @@ import math
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.diagnostics.origin import dotted
 from scenecc.plan import AssetFile, PhysicalMaterial, Texture, Value, VisualMaterial
-from scenecc.summary.words import color_words, item_words, listed, support_words
+from scenecc.plan.labels import NAMES, shape_place
+from scenecc.plan.value_words import color_words, is_any_rotation, item_words, listed, part_of, support_words
 from scenecc.values.support import Support, union
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from scenecc.diagnostics import Origin
     from scenecc.plan import BodyStructure, Entity, ScenePlan
 
 
@@ -80,13 +79,6 @@ def _is_finite(*bounds: Any) -> bool:
     )
 
 
-_NAMES: Final = {
-    "disable_gravity": "gravity",
-    "locked_motion_axes": "locked_axes",
-    "collision_groups": "collision_bits",
-}
-"""Fields of a plan that a scene file calls otherwise."""
-
 _COLORS: Final = frozenset({"base_color", "emission"})
 
 
@@ -118,12 +110,12 @@ def _values(entity: Entity, plan: ScenePlan) -> Iterator[_Found]:
 def _structure(structure: BodyStructure, plan: ScenePlan) -> Iterator[_Found]:
     for name, value in _given(structure):
         if isinstance(value, Value):
-            yield _found(_NAMES.get(name, name), value)
+            yield _found(NAMES.get(name, name), value)
     for name, value in _given(structure.inertial):
         yield _found(f"inertial.{name}", value)
     for kind, shapes in (("collisions", structure.collisions), ("visuals", structure.visuals)):
         for index, shape in enumerate(shapes):
-            where = _where(shape.origin, f"{kind}[{index}]")
+            where = shape_place(shape.origin, f"{kind}[{index}]")
             table = plan.physical_materials if kind == "collisions" else plan.visual_materials
             for name, value in (*_given(shape.geometry), *_given(shape)):
                 if name == "material":
@@ -138,12 +130,6 @@ def _given(node: Any) -> list[tuple[str, Any]]:
         return []
     pairs = [(item.name, getattr(node, item.name)) for item in fields(node) if item.compare]
     return [(name, value) for name, value in pairs if value is not None]
-
-
-def _where(origin: Origin | None, otherwise: str) -> str:
-    """A shape's place below its entity, as in the file that it was compiled from."""
-    path = () if origin is None else origin.path[2:]
-    return dotted(path) if path and path[0] in {"shapes", "collisions", "visuals", "variants"} else otherwise
 
 
 def _material(
@@ -175,7 +161,7 @@ def _differing(label: str, items: list[_Found], plan: ScenePlan) -> Iterator[Var
     at_reset = any(item.at_reset for item in items)
     start, end = ("", ", as drawn") if any(item.drawn for item in items) else _around(support)
     if _is_pose(label) and support.low is not None:
-        p, q = _part(support, 0, 3), _part(support, 3, 7)
+        p, q = part_of(support, 0, 3), part_of(support, 3, 7)
         if p.low != p.high:
             yield VaryingField(f"{label}.p", start + support_words(p) + end, at_reset)
         if q.low != q.high:
@@ -191,15 +177,7 @@ def _around(support: Support) -> tuple[str, str]:
 
 
 def _rotation(q: Support, start: str, end: str) -> str:
-    """A quaternion's bounds say little, unless they leave out an axis."""
-    is_any = q.alternatives is None and q.low == (-1, -1, -1, -1) and q.high == (1, 1, 1, 1)
-    return "any rotation" if is_any else start + support_words(q) + end
-
-
-def _part(support: Support, start: int, end: int) -> Support:
-    if support.alternatives is not None:
-        return Support.of(item[start:end] for item in support.alternatives)
-    return Support(None, support.low[start:end], support.high[start:end], support.exact)
+    return "any rotation" if is_any_rotation(q) else start + support_words(q) + end
 
 
 def _words(name: str, support: Support, files: Sequence[AssetFile]) -> str:

@@ -48,7 +48,7 @@ def test_a_scene_is_the_same_as_itself_and_as_one_written_otherwise(run, scenes:
 @pytest.mark.parametrize(
     ("old", "new", "lines"),
     [
-        ("mass: 0.25", "mass: 0.5", ["~ entities.cube", "~     structures[0].mass: 0.25 → 0.5 (in 2 scenes)"]),
+        ("mass: 0.25", "mass: 0.5", ["~ entities.cube", "~     mass: 0.25 → 0.5 (in 2 scenes)"]),
         (
             "  post:",
             "  pole:",
@@ -89,7 +89,7 @@ def test_differences_as_json(run, scenes: Path) -> None:
                 "kind": "changed",
                 "section": "entities",
                 "name": "cube",
-                "path": "structures[0].mass",
+                "path": "mass",
                 "a": "0.25",
                 "b": "0.5",
                 "scene_count": 2,
@@ -147,3 +147,43 @@ def test_a_name_cannot_steer_the_terminal(run, scenes: Path) -> None:
     assert done.returncode == 1
     assert "\x1b" not in done.stdout
     assert not any(line.startswith("::") for line in done.stdout.splitlines())
+
+
+DRAWN = """\
+scenecc: 1
+num_scenes: 4
+draws: {z: {uniform: [0, 2]}}
+entities:
+  ball: {pose: POSE, shapes: [{type: sphere, radius: 0.05}]}
+"""
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("{p: [0, 0, {uniform: [0, 2]}]}", "{uniform: [[0, 0, 0], [0, 0, 2]]}"),
+        ('[0, 0, "${z}"]', '[0, 0, "${ z }"]'),
+        ('[0, 0, "${z}"]', '"${[0, 0, z]}"'),
+        ('[0, 0, "${z}"]', '[0, 0, "${z * 1}"]'),
+        ("[0, 0, {uniform: [1, 1]}]", "[0, 0, 1]"),
+        ("{choice: [[0, 0, 1], [0, 0, 2]]}", "{p: {choice: [[0, 0, 1], [0, 0, 2]]}}"),
+    ],
+)
+def test_what_is_drawn_the_same_is_the_same_however_it_is_written(run, tmp_path, first: str, second: str) -> None:
+    for name, pose in (("a", first), ("b", second)):
+        (tmp_path / f"{name}.yaml").write_text(DRAWN.replace("POSE", pose))
+    done = run("diff", "a.yaml", "b.yaml")
+    assert (done.returncode, done.stdout) == (0, "")
+
+
+def test_a_field_is_called_as_in_the_file_and_told_once(run, scenes: Path) -> None:
+    (scenes / "b.yaml").write_text(
+        SCENE.replace("0.2, 0.3", "0.2, 0.4").replace("sphere, radius: 0.05", "box, half_size: [1, 1, 1]")
+    )
+    assert run("diff", "a.yaml", "b.yaml").stdout.splitlines() == [
+        "~ entities.cube",
+        "~     shapes[0].half_size: [0.1, 0.2, 0.3] → [0.1, 0.2, 0.4] (in 2 scenes)",
+        "~ entities.post",
+        "~     shapes[0].type: sphere → box",
+        "2 differences",
+    ]

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from scenecc.summary.words import color_words, support_words
+from scenecc.plan.value_words import color_words, support_words
 from scenecc.values.support import UNKNOWN, Support
 
 
