@@ -27,7 +27,7 @@ from scenecc.cli.options import (
 )
 from scenecc.cli.output import STDOUT, base_folder, print_err, print_out, write
 from scenecc.cli.progress import counted, progress
-from scenecc.cli.report import print_asides, status, usage_error
+from scenecc.cli.report import of_settings, print_asides, status, usage_error
 from scenecc.cli.table import built, plain, planned, stage_times
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ def build(
                 progress=show,
             )
     except api.SceneError as error:
-        _finish(error.diagnostics, form)
+        _finish(of_settings(error.diagnostics, values), form)
     _conclude(result, steps, output, form)
 
 

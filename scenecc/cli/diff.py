@@ -26,7 +26,7 @@ from scenecc.cli.options import (
     parse_params,
 )
 from scenecc.cli.output import print_out
-from scenecc.cli.report import Status, print_asides, status
+from scenecc.cli.report import Status, of_settings, print_asides, status
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
@@ -78,7 +78,7 @@ def diff(
             found=found,
         )
     except api.SceneError as error:
-        _refuse(error.diagnostics)
+        _refuse(of_settings(error.diagnostics, values))
     print_asides(found, Format.text)
     if form is TableFormat.json:
         rows = [asdict(difference) for difference in differences]

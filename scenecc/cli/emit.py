@@ -23,7 +23,7 @@ from scenecc.cli.options import (
     parse_params,
 )
 from scenecc.cli.output import STDOUT, base_folder, write
-from scenecc.cli.report import print_asides, status, usage_error
+from scenecc.cli.report import of_settings, print_asides, status, usage_error
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -82,7 +82,7 @@ def emit(
             found=warnings,
         )
     except api.SceneError as error:
-        _refuse(error.diagnostics)
+        _refuse(of_settings(error.diagnostics, values))
     reason = write(output, text)
     print_asides(warnings, Format.text)
     if reason is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
@@ -26,11 +26,38 @@ class Status(IntEnum):
 _BANDS = {"8": Status.machine, "9": Status.usage}
 """Who is at fault for a code, by its first digit; for all others it is the scene."""
 
+_PARAMS = "params"
+"""The file that the API names for a value of `params=`."""
+
+_SET = "--set"
+"""And the command line, which is then used wrongly."""
+
 
 def status(diagnostics: Iterable[Diagnostic], *, strict: bool = False) -> Status:
     """The exit status. `strict`: warnings count as errors do."""
     counted = ("error", "warning") if strict else ("error",)
-    return max((_BANDS.get(d.code[2], Status.scene) for d in diagnostics if d.severity in counted), default=Status.fine)
+    return max((_blamed(d) for d in diagnostics if d.severity in counted), default=Status.fine)
+
+
+def _blamed(diagnostic: Diagnostic) -> Status:
+    if diagnostic.line is None and (diagnostic.file or "").startswith(_SET):
+        return Status.usage
+    return _BANDS.get(diagnostic.code[2], Status.scene)
+
+
+def of_settings(diagnostics: Iterable[Diagnostic], settings: Container[str]) -> list[Diagnostic]:
+    """The same diagnostics, those about `params=` of the API as ones about `--set`. `settings`: its names."""
+    from dataclasses import replace
+
+    from scenecc.diagnostics import Location
+
+    found: list[Diagnostic] = []
+    for diagnostic in diagnostics:
+        if diagnostic.file == _PARAMS and diagnostic.line is None:
+            place = f"{_SET} {diagnostic.path}" if diagnostic.path in settings else _SET
+            diagnostic = replace(diagnostic, location=Location(place), path="")  # noqa: PLW2901 - the same, elsewhere
+        found.append(diagnostic)
+    return found
 
 
 def print_findings(diagnostics: Sequence[Diagnostic], form: Format) -> None:

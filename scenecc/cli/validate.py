@@ -21,7 +21,7 @@ from scenecc.cli.options import (
 )
 from scenecc.cli.output import print_err
 from scenecc.cli.progress import counted
-from scenecc.cli.report import print_findings, status, usage_error
+from scenecc.cli.report import of_settings, print_findings, status, usage_error
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
@@ -63,7 +63,7 @@ def validate(
     found = find(paths, scenes_only=scenes_only)
     diagnostics = _faults(found)
     for file in counted("validate", found.files):
-        diagnostics += api.validate(
+        here = api.validate(
             sys.stdin.buffer if file == STDIN else file,
             num_scenes=num_scenes,
             params=values,
@@ -71,6 +71,7 @@ def validate(
             allow_outside_assets=allow_outside_assets,
             limits=checked_limits,
         )
+        diagnostics += of_settings(here, values) if values else here
     print_findings(diagnostics, form)
     if form is Format.text:
         print_err(_counts(found))

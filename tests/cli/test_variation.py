@@ -57,8 +57,9 @@ def test_every_command_that_reads_a_scene_takes_its_parameters(run, scene: Path,
     assert good.returncode == 0, good.stderr
     for setting, code in (("size=9", "SC212"), ("size=[1]", "SC211"), ("sise=1", "SC210")):
         bad = run(name, *files, *options, "--set", setting)
-        assert bad.returncode == (2 if name == "diff" else 1)
+        assert bad.returncode == 2, "the command line is wrong, and not the file"
         assert code in bad.stdout + bad.stderr
+        assert f"--set {setting.partition('=')[0]}" in bad.stdout + bad.stderr
 
 
 def test_a_parameter_changes_what_is_built(run, scene: Path) -> None:
