@@ -333,9 +333,9 @@ GLTF_FAULTS: dict[str, tuple[Any, str]] = {
 @pytest.mark.parametrize("name", GLTF_FAULTS)
 def test_gltf_faults(tmp_path: Path, name: str) -> None:
     change, code = GLTF_FAULTS[name]
-    start = time.perf_counter()
+    start = time.process_time()
     assert codes(write(tmp_path, "a.glb", changed(change)), "hull") == [code]
-    assert time.perf_counter() - start < 1
+    assert time.process_time() - start < 1
 
 
 def test_gltf_places_are_counted(tmp_path: Path) -> None:
@@ -494,6 +494,6 @@ def test_a_long_strip_takes_no_long_time(order: str) -> None:
     }
     strip = along[order]
     mesh = Part(np.zeros((count, 3), np.float32), np.stack([strip[:-2], strip[1:-1], strip[2:]], axis=1))
-    start = time.perf_counter()
+    start = time.process_time()
     assert len(connected(mesh)) == 1
-    assert time.perf_counter() - start < 5
+    assert time.process_time() - start < 5

@@ -47,6 +47,6 @@ def test_many_scenes_take_no_long_time() -> None:
     count = 65_536
     a, b = body([GHOST] * (count - 1) + [FREE]), body([GHOST] * count)
     scenes = tuple(range(count))
-    started = time.perf_counter()
+    started = time.process_time()
     assert not meet(entity("a", scenes, a), a, entity("b", scenes, b), b)
-    assert time.perf_counter() - started < 3
+    assert time.process_time() - started < 3

@@ -92,7 +92,7 @@ def test_any_plan_is_a_formatted_script_or_told_to_be_none(tmp_path: Path) -> No
     count = 0
 
     @given(plans())
-    @settings(max_examples=100, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+    @settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
     def write(plan: ScenePlan) -> None:
         nonlocal count
         sink = Sink()
@@ -220,9 +220,9 @@ def test_thousands_of_namesakes_are_quick() -> None:
 
     names = Names()
     names.take("shared_3")
-    start = time.perf_counter()
+    start = time.process_time()
     found = [names.take("shared") for _ in range(20_000)]
-    assert time.perf_counter() - start < 5
+    assert time.process_time() - start < 5
     assert found[:3] == ["shared", "shared_2", "shared_4"]
     assert len(set(found)) == len(found)
 
@@ -386,7 +386,7 @@ def test_ten_thousand_bodies_and_many_scenes_are_quick() -> None:
     )
     wide = ScenePlan("p", 4096, moved, Physics())
     for plan in (many, wide):
-        start = time.perf_counter()
+        start = time.process_time()
         script(plan)
         plan_to_json(plan)
-        assert time.perf_counter() - start < 10
+        assert time.process_time() - start < 10

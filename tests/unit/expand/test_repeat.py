@@ -151,9 +151,9 @@ HOSTILE = [
 
 @pytest.mark.parametrize("entity", HOSTILE)
 def test_a_hostile_product_is_answered_at_once(expanded: Expander, entity: str) -> None:
-    start = time.perf_counter()
+    start = time.process_time()
     expanded(f"entities: {{a: {{{entity}}}}}")
-    assert time.perf_counter() - start < 3
+    assert time.process_time() - start < 3
     codes = {found.code for found in expanded.found}
     assert codes == (set() if "[]" in entity else {"SC604"})
 
@@ -168,4 +168,4 @@ def test_what_is_long_counts_for_more(expanded: Expander) -> None:
     values = ", ".join(["'${i}'"] * 1000)
     text = f"entities: {{a: {{repeat: {{i: {{count: 1000}}}}, mass: {{cycle: [{values}]}}}}}}"
     assert expanded.one(text, limits={"objects": 5000}).code == "SC604"
-    assert expanded(text, limits={"objects": 20_000}) is not None
+    assert expanded(text, limits={"objects": 40_000}) is not None

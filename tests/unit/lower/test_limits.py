@@ -29,25 +29,25 @@ def test_the_border_of_each_limit(limits: dict[str, int], expected: list[tuple[s
 
 @pytest.mark.parametrize("count", [65_537, 10**11, 10**99])
 def test_many_scenes_are_refused_at_once(count: int) -> None:
-    started = time.perf_counter()
+    started = time.process_time()
     assert codes(scene(num_scenes=count)) == [("SC605", "num_scenes")]
     assert codes(scene(), num_scenes=count) == [("SC605", "num_scenes")]
-    assert time.perf_counter() - started < 0.5
+    assert time.process_time() - started < 0.5
 
 
 def test_few_bodies_in_many_scenes_are_refused_before_any_selection_is_made() -> None:
     entities = {f"b{i}": {"shapes": BALL} for i in range(200)}
-    started = time.perf_counter()
+    started = time.process_time()
     document = {"scenecc": 1, "num_scenes": 65_536, "entities": entities}
     assert codes(document) == [("SC606", "num_scenes")]
-    assert time.perf_counter() - started < 1
+    assert time.process_time() - started < 1
 
 
 def test_a_thousand_misspelt_names_take_no_time() -> None:
     entities = {f"entity_{i}": {"shapes": BALL, "pose": {"relative_to": f"entyti_{i}"}} for i in range(1000)}
-    started = time.perf_counter()
+    started = time.process_time()
     assert len(codes({"scenecc": 1, "entities": entities})) == 1000
-    assert time.perf_counter() - started < 5
+    assert time.process_time() - started < 5
 
 
 def test_a_circle_of_thousands_is_one_short_diagnostic() -> None:
@@ -55,12 +55,12 @@ def test_a_circle_of_thousands_is_one_short_diagnostic() -> None:
 
     count = 5000
     frames = {f"f{i}": {"pose": {"relative_to": f"f{(i + 1) % count}"}} for i in range(count)}
-    started = time.perf_counter()
+    started = time.process_time()
     (found,) = validate({"scenecc": 1, "frames": frames})
     assert found.code == "SC304"
     assert len(found.message) < 500
     assert len(found.related) < 50
-    assert time.perf_counter() - started < 5
+    assert time.process_time() - started < 5
 
 
 @pytest.mark.parametrize(

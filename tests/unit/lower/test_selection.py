@@ -96,8 +96,8 @@ def test_the_override_decides_what_is_out_of_range() -> None:
 
 @pytest.mark.parametrize("idxs", [["::1"] * 65_536, [65_535] + ["::1"] * 65_536, list(range(65_536)) * 4], ids=len)
 def test_a_long_list_of_repeats_takes_no_long_time(idxs: list[Any]) -> None:
-    started = time.perf_counter()
+    started = time.process_time()
     found = codes(scene({"scene_idxs": idxs}, num_scenes=65_536))
     assert {code for code, _ in found} <= {"SC308", "SC016"}
     assert found[0][0] == "SC308"
-    assert time.perf_counter() - started < 5
+    assert time.process_time() - started < 5

@@ -51,6 +51,6 @@ def test_no_scenes_are_listed_beyond_the_limit() -> None:
     data = plan({"a": {"shapes": [BALL]}}, 65_536)
     (entity,) = data["entities"]
     data["entities"] = [entity | {"name": f"e{i}", "scene_idxs": f"{i}:65536"} for i in range(5000)]
-    started = time.perf_counter()
+    started = time.process_time()
     assert codes(data, 1_000_000) == ["SC712"]
-    assert time.perf_counter() - started < 3
+    assert time.process_time() - started < 3

@@ -254,10 +254,10 @@ def test_ten_thousand_slips_in_a_full_folder(tree: Path) -> None:
     for i in range(1000):
         (tree / f"part_{i:04d}_of_the_machine.obj").touch()
     scope = AssetScope(root=tree)
-    start = time.perf_counter()
+    start = time.process_time()
     for i in range(10_000):
         refused(resolve(f"part-{i:05d}-of-the-machine.stl", base=tree, scope=scope))
-    assert time.perf_counter() - start < 10
+    assert time.process_time() - start < 10
 
 
 def test_nothing_heavy_is_imported() -> None:

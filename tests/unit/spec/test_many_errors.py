@@ -10,7 +10,7 @@ import pytest
 
 from scenecc import validate
 
-MANY = 100_000
+MANY = 30_000
 BALL = {"shapes": [{"type": "sphere", "radius": 1}]}
 HOSTILE: dict[str, dict[str, Any]] = {
     "shapes": {"entities": {"a": {"shapes": [1] * MANY}}},
@@ -26,10 +26,10 @@ def test_a_thousand_are_told(name: str) -> None:
     document = {"scenecc": 1, **HOSTILE[name]}
     validate({"scenecc": 1, "entities": {"a": BALL}})
     tracemalloc.start()
-    started = time.perf_counter()
+    started = time.process_time()
     found = [each.code for each in validate(document)]
-    assert time.perf_counter() - started < 20
-    assert tracemalloc.get_traced_memory()[1] < 60 * 2**20
+    assert time.process_time() - started < 10
+    assert tracemalloc.get_traced_memory()[1] < 30 * 2**20
     tracemalloc.stop()
     assert len(found) == 1001
     assert found.count("SC016") == 1

@@ -101,10 +101,10 @@ HOSTILE = {
 
 @pytest.mark.parametrize("expression", HOSTILE.values(), ids=HOSTILE.keys())
 def test_hostile_expressions_are_refused_at_once(expression: str) -> None:
-    begun = time.perf_counter()
+    begun = time.process_time()
     with pytest.raises(ExpressionError) as caught:
         Template.parse("${" + expression + "}").evaluate({"i": 1, "point": [1, 2]})
-    assert time.perf_counter() - begun < 1
+    assert time.process_time() - begun < 1
     error = caught.value
     assert 0 <= error.start <= error.end <= len(expression) + 3
     assert len(error.message) < 200
