@@ -23,7 +23,7 @@ NO_FILE = {
     "SC015": "tests/unit/source/test_values.py",
     "SC016": "tests/unit/source/test_hostile.py",
     "SC250": "tests/unit/expand/test_values.py",
-    "SC318": "tests/unit/lower/test_draws.py",
+    "SC318": "tests/unit/lower/test_given.py",
     "SC407": "tests/unit/source/test_paths.py",
     "SC513": "tests/unit/lower/test_draws.py",
 }

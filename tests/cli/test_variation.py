@@ -125,3 +125,12 @@ def test_what_is_written_out_is_the_same(run, tmp_path: Path) -> None:
     (tmp_path / "b.yaml").write_text("scenecc: 1\nentities:\n" + repeated)
     done = run("diff", "a.yaml", "b.yaml")
     assert (done.returncode, done.stdout) == (0, "")
+
+
+def test_a_part_is_not_built_of_a_batch_with_an_error(run, tmp_path: Path) -> None:
+    scene = tmp_path / "scene.yaml"
+    text = 'entities: {c: {mass: "${1 / (6 - scene)}", shapes: [{type: sphere, radius: 0.1}]}}'
+    scene.write_text(f"scenecc: 1\nnum_scenes: 8\n{text}\n")
+    done = run("build", scene, "--scenes", "0:4", "--dry-run")
+    assert done.returncode == 1
+    assert "error SC202: in scene 6: division by zero" in done.stdout + done.stderr

@@ -54,83 +54,6 @@ def test_what_is_given_takes_the_place_of_draws() -> None:
     assert entity(plan).structures[0].mass.data.tolist() == [2, 4, 6]  # type: ignore[union-attr]
 
 
-DECLARED = {
-    "half": {"uniform": [1, 2]},
-    "sum": "${half + 1}",
-    "corner": {"uniform": [[0, 0, 0], [1, 1, 1]]},
-    "twice": "${[half, 2 * half]}",
-    "count": {"integers": [0, 500]},
-    "flag": {"choice": [True, False]},
-    "text": {"choice": ["a", "b"]},
-    "either": {"choice": [1, "a"]},
-}
-READ = "${half + sum + corner[0] + twice[1] + count + (1 if flag and text == 'a' and either == 1 else 2)}"
-
-
-@pytest.mark.parametrize(
-    ("name", "given", "wanted"),
-    [
-        ("half", [0.1], "must be of shape (3,), as the file declares, not (1,)"),
-        ("half", np.ones((3, 2)), "must be of shape (3,), as the file declares, not (3, 2)"),
-        ("half", np.ones((3, 1)), "must be of shape (3,), as the file declares, not (3, 1)"),
-        ("half", 0.5, "must be of shape (3,), as the file declares, not ()"),
-        ("half", [[1], [1, 2], [3]], "must have rows of one length"),
-        ("half", ["a", "b", "c"], "must be of numbers, as the file declares, not of texts"),
-        ("half", [True, False, True], "must be of numbers, as the file declares, not of flags"),
-        ("half", [None] * 3, "must be of numbers, not of other objects"),
-        ("half", [1, float("nan"), 1], "must be of finite numbers: row 1 is nan"),
-        ("sum", np.ones((3, 1)), "must be of shape (3,), as the file declares, not (3, 1)"),
-        ("corner", np.ones((3, 2)), "must be of shape (3, 3), as the file declares, not (3, 2)"),
-        ("corner", np.ones((3, 4)), "must be of shape (3, 3), as the file declares, not (3, 4)"),
-        ("corner", [1, 2, 3], "must be of shape (3, 3), as the file declares, not (3,)"),
-        ("twice", np.ones((3, 3)), "must be of shape (3, 2), as the file declares, not (3, 3)"),
-        ("count", [0, 1, 1.5], "must be of integers, as the file declares: row 2 is 1.5"),
-        ("count", [0, 1, 1e30], "must be of integers, as the file declares: row 2 is 1e+30"),
-        ("count", ["1", "2", "3"], "must be of integers, as the file declares, not of texts"),
-        ("flag", [1, 0, 1], "must be of flags, as the file declares, not of numbers"),
-        ("text", [1, 0, 1], "must be of texts, as the file declares, not of numbers"),
-        ("either", np.ones((3, 0)), "must be of shape (3,), as the file declares, not (3, 0)"),
-    ],
-)
-def test_an_array_is_what_its_draw_is_declared_to_be(name: str, given: Any, wanted: str) -> None:
-    document = scene({"mass": READ, **ball(1)}, draws=DECLARED, num_scenes=3)
-    found = validate(document, draws={name: given})
-    assert [(d.code, d.path, d.message) for d in found] == [
-        ("SC318", f"draws.{name}", f"the array given for this draw {wanted}")
-    ]
-
-
-@pytest.mark.parametrize(
-    ("name", "given"),
-    [
-        ("half", [1, 2, 3]),
-        ("half", np.array([1, 2, 3], dtype=object)),
-        ("half", np.array([7, 8, 9], dtype=np.float32)),  # outside of what is declared, which is allowed
-        ("twice", np.ones((3, 2), dtype=np.uint8)),
-        ("count", np.array([3.0, 600.0, 7.0])),
-        ("flag", np.array([True, False, True])),
-        ("text", ["a", "b", "zzz"]),
-        ("either", ["a", "b", "a"]),
-    ],
-)
-def test_an_array_of_the_kind_and_shape_is_taken(name: str, given: Any) -> None:
-    compiled({"mass": READ, **ball(1)}, draws=DECLARED, num_scenes=3)
-    document = scene({"mass": READ, **ball(1)}, draws=DECLARED, num_scenes=3)
-    assert validate(document, draws={name: given}) == []
-    assert compile_scene(document, draws={name: given}).num_scenes == 3
-
-
-def test_given_integers_stand_for_the_floats_that_are_declared() -> None:
-    document = scene({"pose": ["${half}", 0, 0], **ball(1)}, draws=HALF, num_scenes=2)
-    [(_, node)] = compile_scene(document, draws={"half": [1, 2]}).draws
-    assert repr(node.items) == "(1.0, 2.0)"  # pyright: ignore[reportAttributeAccessIssue]
-
-
-def test_what_is_given_is_judged_by_the_fields_that_read_it() -> None:
-    document = scene(ball("${half}"), draws=HALF, num_scenes=3)
-    assert ("SC513", "entities.body.shapes[0].radius") in drawn(document, draws={"half": [1, -1, 1]})
-
-
 def test_a_draw_that_is_not_there_cannot_be_given() -> None:
     assert [code for code, _ in drawn(scene(ball("${half}"), draws=HALF), draws={"haf": [1]})] == ["SC250"]
 
@@ -320,3 +243,13 @@ def test_bounds_that_change_places_name_the_scene() -> None:
     document = scene({"mass": {"uniform": [{"cycle": [1, 3]}, 2]}}, num_scenes=4)
     assert validate(document) == []
     assert drawn(document) == [("SC515", "entities.body.mass")]
+
+
+def test_a_shape_is_known_to_its_draws_by_its_number() -> None:
+    drawn_ball = {"type": "sphere", "radius": {"uniform": [1, 2]}}
+    alone = radius(compiled({"shapes": [drawn_ball]}, num_scenes=4))
+    second = compiled({"shapes": [{"type": "sphere", "radius": 1}, drawn_ball]}, num_scenes=4)
+    geometry: Any = entity(second).structures[0].collisions[1].geometry
+    assert (geometry.radius.data != alone).all()
+    first = compiled({"shapes": [drawn_ball, {"type": "sphere", "radius": 1}]}, num_scenes=4)
+    assert (radius(first) == alone).all()
