@@ -7,7 +7,7 @@ from collections.abc import Callable
 from random import Random
 from typing import Any
 
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenecc import compile_scene
@@ -18,6 +18,9 @@ RANDOMS = st.integers(0, 2**32).map(Random)
 """What scenes are made of: to draw each form by Hypothesis takes longer than to compile it."""
 
 Make = Callable[[Random], Any]
+
+# Each scene holds several fields of each kind, drawn apart.
+few = settings(max_examples=40)
 
 
 def number(random: Random) -> float:
@@ -87,18 +90,21 @@ def built(found: list[Difference]) -> list[tuple[str, str]]:
 
 
 @given(RANDOMS)
+@few
 def test_a_scene_does_not_differ_from_itself(random: Random) -> None:
     scene = scene_of(random)
     assert compare_scenes(scene, copy.deepcopy(scene)) == []
 
 
 @given(RANDOMS, st.integers(1, 9))
+@few
 def test_a_scene_is_the_same_among_any_number(random: Random, count: int) -> None:
     scene = scene_of(random)
     assert built(differences(compile_scene(scene), compile_scene(scene, num_scenes=count))) == []
 
 
 @given(RANDOMS)
+@few
 def test_an_edit_of_one_entity_leaves_all_others_as_they_were(random: Random) -> None:
     scene = scene_of(random)
     edited = {**scene, "entities": {**scene["entities"], "a": body(random)}}
@@ -106,6 +112,7 @@ def test_an_edit_of_one_entity_leaves_all_others_as_they_were(random: Random) ->
 
 
 @given(RANDOMS, st.booleans())
+@few
 def test_a_new_entity_leaves_all_others_as_they_were(random: Random, first: bool) -> None:
     scene = scene_of(random)
     new, old = {"new": body(random)}, scene["entities"]
@@ -114,6 +121,7 @@ def test_a_new_entity_leaves_all_others_as_they_were(random: Random, first: bool
 
 
 @given(RANDOMS, st.integers(0, 100))
+@few
 def test_another_seed_or_name_draws_otherwise(random: Random, seed: int) -> None:
     made = {**body(random), "mass": {"uniform": [1, 2]}}
     scene = {"scenecc": 1, "num_scenes": 6, "draws": {"u": {"uniform": [0.1, 1]}}, "entities": {"a": made, "b": made}}

@@ -49,7 +49,7 @@ def faults(text: str, **options: Any) -> list[tuple[str, str]]:
 
 
 @given(plans(recipes=True))
-@settings(max_examples=50, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@settings(max_examples=30, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 def test_any_plan_comes_back_and_its_text_is_canonical(plan: ScenePlan) -> None:
     text = plan_to_json(plan)
     again = load(text)
