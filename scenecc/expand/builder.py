@@ -119,6 +119,8 @@ class Builder:
             self._output.add("draws", full, argument.value, place, by_scene=argument.by_scene)
             if argument.scope != scope.name:
                 self._output.given[full] = argument.scope
+            if argument.wanted is not None:
+                self._output.wanted[full] = argument.wanted
 
     def _shared_draws(self, scope: Scope) -> None:
         for name, made in scope.compiled.draws.items():

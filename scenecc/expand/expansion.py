@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Path
     from scenecc.expand.documents import SceneDocument
     from scenecc.expand.loops import Loop
+    from scenecc.spec.param_types import ParamType
 
 
 @frozen
@@ -116,6 +117,7 @@ class Expansion:
         prefixes: scope → what stands before the names of its entities and frames.
         anchors: scope → the frame in which it stands.
         given: draws that stand for what a `with` says → the scope in which the `with` is written.
+        wanted: draws that stand for parameters → what the parameter takes.
         selections: entity or frame → scene indices, ascending, where an instance narrows them; `scene_idxs` is then
             left out of the data.
         used_materials: materials that are not to be reported as never used: a `with` names them, they are inside an
@@ -128,6 +130,7 @@ class Expansion:
     prefixes: Mapping[str, str] = field(default_factory=_no_names)
     anchors: Mapping[str, str] = field(default_factory=_no_names)
     given: Mapping[str, str] = field(default_factory=_no_names)
+    wanted: Mapping[str, ParamType] = field(default_factory=dict)  # pyright: ignore[reportUnknownVariableType]
     selections: Mapping[str, tuple[int, ...]] = field(default_factory=dict[str, tuple[int, ...]])
     used_materials: frozenset[str] = frozenset()
     documents: Mapping[str | None, SceneDocument] = field(default_factory=dict)  # pyright: ignore[reportUnknownVariableType]

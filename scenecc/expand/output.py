@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Path, Sink
     from scenecc.diagnostics.diagnostic import RelatedPlace
     from scenecc.expand.documents import SceneDocument
+    from scenecc.spec.param_types import ParamType
 
 _SECTIONS = (
     "physics", "environment", "materials", "collision_groups", "draws", "frames", "entities", "constraints", "lights",
@@ -31,7 +32,7 @@ class Output:
 
     Attributes:
         sections: of the expanded data.
-        scopes, prefixes, anchors, given, selections, used_materials: as `Expansion` has them.
+        scopes, prefixes, anchors, given, wanted, selections, used_materials: as `Expansion` has them.
     """
 
     def __init__(self, top: str | None, sink: Sink) -> None:
@@ -40,6 +41,7 @@ class Output:
         self.prefixes: dict[str, str] = {}
         self.anchors: dict[str, str] = {}
         self.given: dict[str, str] = {}
+        self.wanted: dict[str, ParamType] = {}
         self.selections: dict[str, tuple[int, ...]] = {}
         self.used_materials: set[str] = set()
         self._records: dict[tuple[str, str], Record] = {}
@@ -90,6 +92,7 @@ class Output:
             prefixes=self.prefixes,
             anchors=self.anchors,
             given=self.given,
+            wanted=self.wanted,
             selections=self.selections,
             used_materials=frozenset(self.used_materials),
             documents=documents,

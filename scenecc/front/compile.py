@@ -145,7 +145,12 @@ def _lowered(
     if expansion is not None:
         selections = expansion.selections
         names = Names(
-            expansion.scopes, expansion.prefixes, expansion.anchors, expansion.given, expansion.used_materials
+            scopes=expansion.scopes,
+            prefixes=expansion.prefixes,
+            anchors=expansion.anchors,
+            given=expansion.given,
+            wanted=expansion.wanted,
+            used_materials=expansion.used_materials,
         )
     return lower(
         scene,

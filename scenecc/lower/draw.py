@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from scenecc.lower.arguments import judge_rows
 from scenecc.lower.pending import report_failure
 from scenecc.lower.resets import Recipes
 
@@ -29,6 +30,8 @@ def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:
     drawing = lowered.drawing
     if not drawing.varies:
         return lowered.plan
+    for argument in drawing.arguments:
+        judge_rows(argument, drawing, sink)
     for pending in drawing.pending:
         _judge(pending, drawing, sink)
     if sink.failed:

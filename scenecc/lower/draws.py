@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import cut, suggest_name
+from scenecc.lower.arguments import Argument, judge_argument
 from scenecc.lower.forms import Place, Reading
 from scenecc.lower.kinds import Kind
 from scenecc.lower.leaves import Leaves
@@ -21,15 +22,21 @@ if TYPE_CHECKING:
 
 
 def lower_draws(
-    written: Mapping[str, Any], given: Mapping[str, Any], drawing: Drawing, names: Names, origin: Origin
+    written: Mapping[str, Any],
+    given: Mapping[str, Any],
+    drawing: Drawing,
+    names: Names,
+    selections: Mapping[str, tuple[int, ...]],
+    origin: Origin,
 ) -> None:
-    """Fills `drawing.draws` and what is known of each.
+    """Fills `drawing.draws` and what is known of each, and judges those that parameters are given.
 
     Args:
         written: by full name, as the models have them.
         given: arrays that take the place of draws, one row a scene.
         drawing: of the document.
         names: of the document.
+        selections: the scenes of the frames of instances that are narrowed.
         origin: of `draws`.
     """
     for name in given:
@@ -50,11 +57,17 @@ def lower_draws(
             # One for each scene, so that this is by index, as rows are: those are what stays as it is built.
             drawing.add(name, node if rows is None else Cycled(rows), frozenset())
             drawing.random.add(name)  # a reset may be given other rows
-            continue
-        drawing.add(name, node, frozenset(reading.reads))
-        if reading.drawn or any(other in drawing.random for other in reading.reads):
-            drawing.random.add(name)
-        drawing.draw_origins |= reading.origins
+        else:
+            drawing.add(name, node, frozenset(reading.reads))
+            if reading.drawn or any(other in drawing.random for other in reading.reads):
+                drawing.random.add(name)
+            drawing.draw_origins |= reading.origins
+        wanted = names.wanted.get(name)
+        # Forms without expressions were judged as they were given.
+        if wanted is not None and not reading.broken and (reading.computed or name in given):
+            found = selections.get(names.anchors.get(scope_of(name), ""), everywhere)
+            scenes = everywhere if len(found) == len(everywhere) else found
+            judge_argument(Argument(name, wanted, scenes, place), drawing)
 
 
 def report_unused(written: Mapping[str, Any], drawing: Drawing, names: Names, origin: Origin) -> None:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Origin, Sink
+    from scenecc.lower.arguments import Argument
     from scenecc.lower.kinds import Kind
     from scenecc.values.evaluate import Batch
     from scenecc.values.nodes import Node
@@ -42,6 +43,7 @@ class Drawing:
         sink: takes the diagnostics.
         draws: the shared draws by their full names; filled before anything reads them.
         pending: the values that the draw stage judges.
+        arguments: what parameters are given that it judges.
         used: the shared draws that anything reads.
         fixed: those that something reads which stays as it is built.
         reads: for each shared draw, those that it reads.
@@ -58,6 +60,7 @@ class Drawing:
     sink: Sink
     draws: dict[str, Node] = field(default_factory=dict[str, "Node"])
     pending: list[Pending] = field(default_factory=list[Pending])
+    arguments: list[Argument] = field(default_factory=list["Argument"])
     used: set[str] = field(default_factory=set[str])
     fixed: set[str] = field(default_factory=set[str])
     reads: dict[str, frozenset[str]] = field(default_factory=dict[str, frozenset[str]])

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
+    from scenecc.spec.param_types import ParamType
+
 WORLD = "world"
 
 
@@ -25,6 +27,7 @@ class Names:
         anchors: scope → the frame in which it stands.
         given: draws that stand for what a `with` says → the scope in which that is written.
         used_materials: materials that a `with` names.
+        wanted: draws that stand for parameters → what the parameter takes.
     """
 
     scopes: Mapping[str, str] = field(default_factory=_nothing)
@@ -32,6 +35,7 @@ class Names:
     anchors: Mapping[str, str] = field(default_factory=_nothing)
     given: Mapping[str, str] = field(default_factory=_nothing)
     used_materials: Iterable[str] = ()
+    wanted: Mapping[str, ParamType] = field(default_factory=dict)  # pyright: ignore[reportUnknownVariableType]
 
     def parent(self, name: str, relative_to: str | None) -> str | None:
         """What an entity or a frame stands relative to; None: the world.

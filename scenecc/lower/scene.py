@@ -83,7 +83,7 @@ def lower(
         return None
     _names(scene, origin, sink)
     drawing = Drawing(seed, num_scenes, sink)
-    lower_draws(scene.draws, draws or {}, drawing, names, origin.child("draws"))
+    lower_draws(scene.draws, draws or {}, drawing, names, narrowed, origin.child("draws"))
     physics = _physics(scene.physics, origin.child("physics"))
     tables = Tables(resolve)
     default = physics.default_material or SAPIEN_DEFAULT

@@ -152,6 +152,14 @@ class ParamType:
             return "SC211", f"must have {self.components} components, not {len(value)}"
         return self.outside(value, value) if self.kind in RANGED else None
 
+    def drawn_misfit(self, value: Any) -> Misfit | None:
+        """As `misfit`, of a value that a draw gives: alternatives of a draw are floats, however they are written."""
+        if self.kind == "integer" and type(value) is float and value.is_integer():
+            value = int(value)
+        elif self.kind == "choice" and is_number(value):
+            value = next((option for option in self.options if is_number(option) and option == value), value)
+        return self.misfit(value)
+
     def outside(self, low: Any, high: Any) -> Misfit | None:
         """What is wrong with the least and the greatest of several values that leave the range."""
         wrong = out_of_range(low, self.low, None) or out_of_range(high, None, self.high)
