@@ -52,6 +52,18 @@ def _floor(x: float) -> float:
     return math.floor(x) if math.isfinite(x) else x
 
 
+def _floor_divide_integers(a: Interval, b: Interval) -> Interval:
+    if b[0] <= 0 <= b[1] or not all(map(math.isfinite, (*a, *b))):
+        return _floor_divide(a, b)
+    return _sorted(*(x // y for x, y in product(a, b)))
+
+
+def _remainder_of_integers(a: Interval, b: Interval) -> Interval:
+    low, high = _remainder(a, b)
+    # It is less than what it is divided by, which only rounding can hide.
+    return (low + 1 if low == b[0] < 0 else low, high - 1 if high == b[1] > 0 else high)
+
+
 def _remainder(a: Interval, b: Interval) -> Interval:
     if b[0] <= 0 <= b[1]:
         return EVERYTHING
@@ -88,6 +100,26 @@ BINARY: dict[str, Callable[[Interval, Interval], Interval]] = {
     "Pow": _power,
 }
 """By the name of the node's type in Python's `ast`."""
+
+
+BY_ZERO = frozenset(("Div", "FloorDiv", "Mod"))
+"""Operators whose second operand is not 0."""
+
+_OF_INTEGERS: dict[str, Callable[[Interval, Interval], Interval]] = {
+    "FloorDiv": _floor_divide_integers,
+    "Mod": _remainder_of_integers,
+}
+
+
+def binary(name: str, a: Interval, b: Interval, *, whole: bool) -> Interval:
+    """The bounds of an operator; `whole`: whose operands are integers."""
+    return (_OF_INTEGERS.get(name, BINARY[name]) if whole else BINARY[name])(a, b)
+
+
+def squared(a: Interval) -> Interval:
+    """The bounds of a number times itself."""
+    low, high = _sorted(a[0] * a[0], a[1] * a[1])
+    return (0.0 if a[0] <= 0 <= a[1] else low), high
 
 
 def reached(name: str, b: Interval) -> bool:

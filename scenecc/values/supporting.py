@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from scenecc.values.enumerating import FEW, MANY, alternatives, outcomes
-from scenecc.values.intervals import Reach, known, reach, reach_of, support_of
+from scenecc.values.intervals import Fault, reach
 from scenecc.values.nodes import (
     NODE_TYPES,
     Chosen,
@@ -29,6 +29,7 @@ from scenecc.values.nodes import (
     Stacked,
 )
 from scenecc.values.order import needed
+from scenecc.values.reach import Reach, known, reach_of, support_of
 from scenecc.values.support import UNKNOWN, Support, union
 
 if TYPE_CHECKING:
@@ -174,17 +175,36 @@ def _beside(parts: list[Support]) -> Support:
 
 
 def _computed(reader: Reader, node: Computed) -> Support:
+    return support_of(reach(node.template, _names(reader, node)))
+
+
+def reach_and_faults(reader: Reader, node: Computed) -> tuple[Reach, list[Fault]]:
+    """What an expression can give by the bounds of what it reads, and why it may have no value."""
+    faults: list[Fault] = []
+    return reach(node.template, _names(reader, node), faults), faults
+
+
+def _names(reader: Reader, node: Computed) -> dict[str, Reach]:
+    """What the names in an expression can be."""
     reads = dict(node.reads)
     names: dict[str, Reach] = {}
     for name in node.template.names:
         if name == "scene":
             most = math.inf if reader.num_scenes is None else reader.num_scenes - 1
-            names[name] = Reach(low=0, high=most, exact=reader.num_scenes is not None)
+            names[name] = Reach(low=0, high=most, exact=reader.num_scenes is not None, whole=True)
         elif name == "num_scenes":
-            names[name] = Reach(low=1, high=math.inf) if reader.num_scenes is None else known((reader.num_scenes,))
+            names[name] = (
+                Reach(low=1, high=math.inf, whole=True) if reader.num_scenes is None else known((reader.num_scenes,))
+            )
         else:
-            names[name] = reach_of(reader.shared(reads.get(name, name)))
-    return support_of(reach(node.template, names))
+            draw = reads.get(name, name)
+            names[name] = reach_of(reader.shared(draw), whole=_is_whole(reader.draws.get(draw)))
+    return names
+
+
+def _is_whole(node: Node | None) -> bool:
+    """Whether what a draw gives are integers in any case."""
+    return isinstance(node, Drawn) and node.kind == "integers"
 
 
 def _turned(_reader: Reader, _node: Node) -> Support:

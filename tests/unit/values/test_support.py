@@ -32,7 +32,7 @@ from scenecc.values.nodes import (
     Stacked,
 )
 from scenecc.values.support import UNKNOWN, Support, support, union
-from scenecc.values.supporting import Reader
+from scenecc.values.supporting import Reader, reach_and_faults
 from scenecc.values.template import Template
 
 INF = math.inf
@@ -132,8 +132,24 @@ def test_alternatives_that_are_few_are_all_known(node: Node, expected: tuple[Any
         (expression("u * c"), 0, 4, False),
         (expression("1 / (1 + u)"), 0.5, 1, True),
         (expression("1 / u"), -INF, INF, False),
-        (expression("big // 10"), -1, 101, False),
-        (expression("big % 7"), 0, 7, False),
+        (expression("big // 10"), 0, 100, False),
+        (expression("big % 7"), 0, 6, False),
+        (expression("-big % 7"), 0, 6, False),
+        (expression("big % -7"), -6, 0, False),
+        (expression("scene % 2"), 0, 1, False),
+        (expression("(big - 500) // 7"), -72, 71, False),
+        (expression("u % 0.5"), 0, 0.5, False),
+        (expression("(u - 0.5) * (u - 0.5)"), 0, 0.25, True),
+        (expression("sqrt(1 - u * u)"), 0, 1, False),
+        (expression("n * n"), 0, INF, True),
+        (expression("n + 1 if n > 0 else 1"), 1, INF, False),
+        (expression("n if 0 <= n and n <= 3 else 0"), 0, 3, False),
+        (expression("n if 0 <= n <= 3 else 0"), 0, 3, False),
+        (expression("0 if n < 0 or n > 3 else n"), 0, 3, False),
+        (expression("n if not (n < 0) else -n"), 0, INF, False),
+        (expression("sqrt(n - 2) if n - 2 >= 0 else 0"), 0, INF, False),
+        (expression("1 / (big - 7) if big > 7 else 2"), 1 / 993, 2, False),
+        (expression("v[1] if v[1] > 0 else 1"), 5e-324, 2, False),
         (expression("(u - 0.5) ** 2"), 0, 0.25, False),
         (expression("u ** 0.5"), 0, 1, False),
         (expression("2 ** u"), 1, 2, False),
@@ -220,13 +236,19 @@ PARTS = st.recursive(
         st.tuples(parts, st.sampled_from(["<", ">=", "==", "!="]), parts, parts, parts).map(
             lambda p: f"({p[3]} if {p[0]} {p[1]} {p[2]} else {p[4]})"
         ),
+        st.tuples(parts, st.sampled_from(["<", "<=", ">", ">=", "==", "!="]), parts).map(
+            lambda p: f"(1 / {p[0]} + {p[2]} if {p[0]} {p[1]} {p[2]} else {p[0]} * {p[0]} - sqrt({p[2]}))"
+        ),
+        st.tuples(NAMES, NAMES, st.sampled_from(["and", "or"]), st.sampled_from(["0", "1", "2.5"])).map(
+            lambda p: f"({p[0]} - {p[1]} if {p[0]} > {p[3]} {p[2]} {p[1]} <= {p[0]} else {p[1]} / {p[0]})"
+        ),
         st.tuples(parts, st.sampled_from(["and", "or"]), parts).map(lambda p: f"({' '.join(p)})"),
         st.tuples(FUNCTIONS, parts).map(lambda p: f"{p[0]}({p[1]})"),
         st.tuples(parts, parts, parts).map(lambda p: f"[{p[0]}, {p[1]}][0 if {p[2]} else 1]"),
         st.tuples(parts, parts).map(lambda p: f"min({p[0]}, {p[1]})"),
     ),
     max_leaves=10,
-)
+).filter(lambda text: len(text) < 1000)
 
 
 @given(PARTS, st.integers(0, 1000), st.sampled_from([None, 40]))
@@ -242,6 +264,68 @@ def test_what_is_drawn_is_never_outside_the_support(text: str, seed: int, num_sc
             assert value in found.alternatives
         elif found.low is not None:
             assert found.low <= value <= found.high
+
+
+BEYOND = ("finite", "bits", "64")
+
+
+def failure(node: Node, scene: int, seed: int) -> str | None:
+    """Why a node has no value in a scene; None where it has one."""
+    try:
+        Batch(np.array([scene]), seed, 40, DRAWS, {}).evaluate(node)
+    except DrawError as error:
+        return error.message
+    return None
+
+
+@given(PARTS, st.integers(0, 1000))
+def test_what_has_no_value_is_foretold(text: str, seed: int) -> None:
+    node = expression(text)
+    _, faults = reach_and_faults(Reader(DRAWS, {}, 40), node)
+    for scene in range(0, 40, 3):
+        message = failure(node, scene, seed)
+        if message is None:
+            assert not any(fault.certain for fault in faults)
+        elif not any(word in message for word in BEYOND):
+            # Of numbers that grow too large nothing is said.
+            assert faults
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "certain"),
+    [
+        ("1 / u", "division by zero", False),
+        ("1 + 1 / (big - 7)", "division by zero", False),
+        ("1 % (u * 0)", "division by zero", True),
+        ("sqrt(u - 0.5)", "a negative number has no root", False),
+        ("sqrt(u - 2)", "a negative number has no root", True),
+        ("u if u > n else sqrt(u - 2)", "a negative number has no root", False),
+        ("u ** -1", "0 has no negative power", False),
+        ("n ** 0.5", "a negative number has whole powers only", False),
+        ("[u, n][die - 1]", "an index is out of range: the list has 2 items", False),
+        ("'a' + c", "`+` does not take a string and a number", True),
+    ],
+)
+def test_why_there_may_be_no_value(text: str, message: str, certain: bool) -> None:
+    _, faults = reach_and_faults(Reader(DRAWS, {}, None), expression(text))
+    assert [(fault.message, fault.certain) for fault in faults] == [(message, certain)]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1 / u if u != 0 else 1",
+        "1 / n if n > 0 else 1",
+        "1 / n if n else 1",
+        "n == 0 or 1 / n > 2",
+        "big / (big % 7) if big % 7 else 0",
+        "sqrt(n) if n >= 0 else sqrt(-n)",
+        "1 / (1 + u)",
+        "sqrt(1 - u * u)",
+    ],
+)
+def test_what_a_condition_keeps_away_is_no_fault(text: str) -> None:
+    assert reach_and_faults(Reader(DRAWS, {}, None), expression(text))[1] == []
 
 
 @pytest.mark.parametrize(
