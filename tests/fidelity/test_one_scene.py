@@ -59,7 +59,7 @@ def document(form: Form, numeric: Form, folder: Path) -> dict[str, Any]:
         "mesh": {"shapes": [{**mesh, "scale": n(0.5, 1.5)}]},
         "heavy": {"mass": n(1, 2), "linear_damping": n(0.1, 0.2), "shapes": [ball]},
         "fast": {"linear_velocity": three(1, 2), "angular_velocity": three(1, 2), "shapes": [ball]},
-        "inert": {"inertial": {"mass": n(1, 2), "com": three(0.1, 0.2), "inertia": [n(1, 1.1), 1, 1]}, "shapes": [ball]},
+        "inert": {"inertial": {"mass": n(1, 2), "com": three(1, 2), "inertia": [n(1, 1.1), 1, 1]}, "shapes": [ball]},
         "light": {"density": n(100, 200), "gravity": form(True, False), "shapes": [ball]},
         "made": {"material": form("one", "other"), "shapes": [ball, {**ball, "material": form("other", "one")}]},
         "rubbed": {"material": {**rub, **paint}, "shapes": [ball]},
