@@ -82,10 +82,10 @@ def scene_of(random: Random) -> dict[str, Any]:
 
 
 def built(found: list[Difference]) -> list[tuple[str, str]]:
-    """What differs of what is built. Recipes may differ beside it: what is known by scene they list for the scenes that
-    there are, and a draw is settled in them as soon as anything built reads it.
+    """What differs of what is built. What resets give may differ beside it: they leave a draw alone as soon as anything
+    built reads it.
     """
-    entities = [one for one in found if one.section == "entities" and not one.path.endswith(".recipe")]
+    entities = [one for one in found if one.section == "entities" and "at reset" not in f"{one.a} {one.b}"]
     return [(one.kind, one.name) for one in entities]
 
 
