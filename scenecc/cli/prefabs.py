@@ -56,7 +56,8 @@ def prefabs(
 def _refuse(name: str, known: list[str]) -> None:
     from scenecc.diagnostics.words import cut, suggest
 
-    hint = suggest(name if name.startswith(_SHIPPED) else _SHIPPED + name, known)
+    # What all names start with would make any word look like them.
+    hint = suggest(name.removeprefix(_SHIPPED), [other.removeprefix(_SHIPPED) for other in known])
     unknown = usage_error("SC909", f"no prefab `{cut(name)}` ships with scenecc", file="scenecc", hint=hint)
     print_asides([unknown], Format.text)
     raise typer.Exit(status([unknown]))

@@ -9,7 +9,7 @@ from scenecc.diagnostics.words import cut
 from scenecc.expand.expansion import Expansion, Items, Mark, Record
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from scenecc.diagnostics import Path, Sink
     from scenecc.diagnostics.diagnostic import RelatedPlace
@@ -69,15 +69,23 @@ class Output:
         """
         entries = self.sections[section]
         if name in entries:
-            first = self.origin(section, name)
-            message = f"the name `{cut(name)}` comes twice among the {section}"
-            related: list[RelatedPlace] = [("the first of this name", first, "key")]
-            self._sink.report("SC221", message, mark.origin, at="key", related=related)
+            self._report_twice(section, name, mark.origin)
             return False
         entries[name] = node
         if lists or mark.copies or mark.parent or mark.file != self._top or mark.path != (section, name):
             self._records[section, name] = Record(mark, lists or None, by_scene)
         return True
+
+    def _report_twice(self, section: str, name: str, second: Origin) -> None:
+        """At the uses that brought the two in, where those are not the same."""
+        first, second = (_brought(one, other) for one, other in _both_ways(self.origin(section, name), second))
+        uses = [origin.path[-1:] == ("use",) for origin in (first, second)]
+        related: list[RelatedPlace] = [("the first of this name", first, "value" if uses[0] else "key")]
+        message = f"the name `{cut(name)}` comes twice among the {section}"
+        hint = None
+        if any(uses):
+            hint = "give one of them another `prefix`" if all(uses) else 'give the instance a `prefix` other than ""'
+        self._sink.report("SC221", message, second, at="value" if uses[1] else "key", hint=hint, related=related)
 
     def origin(self, section: str, name: str) -> Origin:
         """Where a named node was written."""
@@ -98,3 +106,20 @@ class Output:
             documents=documents,
             records=self._records,
         )
+
+
+def _both_ways(a: Origin, b: Origin) -> tuple[tuple[Origin, Origin], tuple[Origin, Origin]]:
+    return (a, b), (b, a)
+
+
+def _brought(origin: Origin, other: Origin) -> Origin:
+    """The outermost use that brought one of two in, and not the other; itself where there is none."""
+    shared = list(_chain(other))
+    uses = [place for place in _chain(origin) if place not in shared and place.path[-1:] == ("use",)]
+    return uses[-1] if uses else origin
+
+
+def _chain(origin: Origin | None) -> Iterator[Origin]:
+    while origin is not None:
+        yield origin
+        origin = origin.parent

@@ -73,7 +73,7 @@ def _normal(reader: FormReader, node: dict[str, Any], domain: Domain, plain: Val
         clip = _pair(reader, node["clip"], domain, domain, plain, (*loc, "clip"), "[low, high]")
         if clip is not None:
             _ordered(reader, *clip, domain, (*loc, "clip"))
-    elif domain.bounded:
+    elif domain.bounded and pair is not None:
         hint = "add `clip: [low, high]`"
         reader.mistake("SC120", f"`normal` without `clip` can leave the range of {THIS}", node, loc, hint)
     if pair is None or not _as_many(reader, (*pair, *(clip or ())), "mean, std and clip", at):
@@ -88,7 +88,17 @@ def _pair(
         return reader.mistake("SC103", f"{THIS} must be {names}", node, loc)
     if len(node) != 2:
         return reader.mistake("SC106", f"{THIS} must have 2 values, {names}, not {len(node)}", node, loc)
+    if _are_misfits(node, first):
+        needed = first.least if first.least == first.most else f"{first.least} to {first.most}"
+        return reader.mistake("SC106", f"a bound of {THIS} must have {needed} values, not {len(node[0])}", node, loc)
     return _bound(reader, node[0], first, plain, (*loc, 0)), _bound(reader, node[1], second, plain, (*loc, 1))
+
+
+def _are_misfits(bounds: Any, domain: Domain) -> bool:
+    """Whether both are lists of one length that the value does not have: one mistake."""
+    lengths = {len(bound) if is_sequence(bound) else None for bound in bounds}
+    length = lengths.pop()
+    return not lengths and length is not None and domain.item is not None and not domain.least <= length <= domain.most
 
 
 def _bound(reader: FormReader, node: Any, domain: Domain, plain: Validate, loc: Loc) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.spec.features import VARIATION_FORMS
+from scenecc.spec.hints import ALTERNATIVES, PARTS, SETTINGS
 from scenecc.spec.mistakes import TOLD
 from scenecc.spec.plain import is_mapping
 from scenecc.spec.telling import known_keys, meant, named, tell, wrong_length
@@ -76,12 +77,10 @@ def _formed(located: Located, data: dict[str, Any]) -> dict[Path, str | None]:
 _NAMED = {("entities",), ("materials",), ("frames",), ("collision_groups",), ("params",), ("draws",), ()}
 """Mappings of names, and the document itself: what is in them may be called like a form."""
 
-_ALTERNATIVES = "what differs in structure from scene to scene is written as `variants` of the entity"
-
 
 def _no_place(path: Path, form: str, place: Origin, sink: Sink) -> None:
     whole = {"shapes", "collisions", "visuals"} & set(path[-2:])
-    hint = _ALTERNATIVES if whole else "what may differ are the numbers, files, colours and materials in it, each alone"
+    hint = SETTINGS if path[0] == "physics" else ALTERNATIVES if whole else PARTS
     sink.report("SC116", f"{named(path)} cannot differ from scene to scene as a whole: `{form}`", place, hint=hint)
 
 

@@ -21,7 +21,7 @@ def read_fixed(node: Any) -> Template:
         form = next(key for key in node if key in VARIATION_FORMS)
         raise told("SC116", f"{THIS} cannot differ from scene to scene: `{form}` has no place here")
     if isinstance(node, Template):
-        raise told("SC116", f"{THIS} reads {_read(node)} and so would differ from scene to scene, which it cannot")
+        raise told("SC116", f"{THIS} reads {read_names(node)} and so would differ from scene to scene, which it cannot")
     return written(node)
 
 
@@ -37,5 +37,6 @@ def written(text: str) -> Template:
         raise told("SC118", problem.message, hint=problem.hint, span=(problem.start, problem.end)) from None
 
 
-def _read(template: Template) -> str:
+def read_names(template: Template) -> str:
+    """The names that a template reads, as a message has them."""
     return " and ".join(f"`{name}`" for name in sorted(template.names))

@@ -7,9 +7,34 @@ _PHYSICAL = "it stands under `physical`: `material: {physical: {…}}`"
 _VISUAL = "it stands under `visual`: `material: {visual: {…}}`"
 
 _USED = "it stands beside `use`: `{use: FILE, with: {…}}`"
+_USE = "did you mean `use`?"
 _PICKED = "it stands beside `variants`: `{variants: [{…}, {…}], pick: …}`"
 
 _COMMON = "it stands beside `variants`, for all of them"
+
+ALTERNATIVES = "what differs in structure from scene to scene is written as `variants` of the entity"
+PARTS = "what may differ are the numbers, files, colours and materials in it, each alone"
+SETTINGS = "the scenes share one simulation: nothing under `physics` differs between them"
+
+FORM_WORDS = {
+    **dict.fromkeys(("range", "random", "rand", "between", "min", "low"), "uniform: [low, high]"),
+    **dict.fromkeys(("randint", "integer", "int"), "integers: [low, high]"),
+    **dict.fromkeys(("gauss", "gaussian", "mean"), "normal: [mean, std]"),
+    **dict.fromkeys(("one_of", "any_of", "options", "random_choice"), "choice: [a, b]"),
+    **dict.fromkeys(("values", "list"), "per_scene: [a, b]"),
+}
+"""What other languages call the forms of variation."""
+
+WRITTEN_AS: dict[str, str] = {
+    "include": "the files stand in a list: `include: [FILE]`",
+    "repeat": "a number of copies is `{i: {count: 4}}`",
+}
+"""Key → how what stands there is written."""
+
+LACKING: dict[str, str] = {
+    "pick": "it says which variant each scene has: `pick: {cycle: [0, 1]}`, or any form over their indices",
+}
+"""Missing key → what it is for."""
 
 RENAMED = {"filename": "file", "color": "base_color", "position": "p", "quaternion": "q", "friction": "static_friction"}
 """Unknown key → what it is called here, where letters alone would not tell."""
@@ -17,6 +42,7 @@ RENAMED = {"filename": "file", "color": "base_color", "position": "p", "quaterni
 MISPLACED: dict[str, tuple[tuple[str, str], ...]] = {
     **dict.fromkeys(("type", "half_size", "radius", "half_length"), (("body_type", _SHAPE),)),
     **dict.fromkeys(("with", "prefix"), (("body_type", _USED),)),
+    **dict.fromkeys(("uses", "using", "prefab"), (("body_type", _USE),)),
     "pick": (("body_type", _PICKED),),
     **dict.fromkeys(("pose", "scene_idxs", "repeat", "if"), (("body_type", _COMMON),)),
     **dict.fromkeys(("static_friction", "dynamic_friction", "restitution"), (("physical", _PHYSICAL),)),

@@ -9,13 +9,23 @@ from scenecc.spec.base import NAME_PATTERN, PREFIX_PATTERN, VARIABLE_PATTERN
 from scenecc.spec.body import Body
 from scenecc.spec.copies import Copies
 from scenecc.spec.document import SceneFile
-from scenecc.spec.features import LEFT_OUT, NOT_YET, VARIATION_FORMS
-from scenecc.spec.hints import LENGTH_HINTS, LISTED_ELSEWHERE, MISPLACED, RENAMED
+from scenecc.spec.expressions import read_names
+from scenecc.spec.features import LEFT_OUT, NOT_YET
+from scenecc.spec.hints import (
+    ALTERNATIVES,
+    LACKING,
+    LENGTH_HINTS,
+    LISTED_ELSEWHERE,
+    MISPLACED,
+    RENAMED,
+    SETTINGS,
+)
+from scenecc.spec.kind_hints import kind_hint
 from scenecc.spec.mistakes import THIS, TOLD
 from scenecc.spec.plain import is_mapping, is_sequence
 from scenecc.spec.scalars import LARGEST, SMALLEST
 from scenecc.spec.shape_keys import ShapeKeys
-from scenecc.spec.unions import WRONG_KIND
+from scenecc.spec.unions import WRONG_KIND, is_varying
 from scenecc.spec.walk import KEY_MARK, model_at
 
 if TYPE_CHECKING:
@@ -90,8 +100,10 @@ def tell(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
 
 def _told(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
     context = error.get("ctx", {})
-    message = context["message"].replace(THIS, named(path))
-    sink.report(context["code"], message, place, at=context["at"], hint=context["hint"], span=context["span"])
+    message, hint = context["message"].replace(THIS, named(path)), context["hint"]
+    if context["code"] == "SC116" and hint is None:
+        hint = SETTINGS if path[0] == "physics" else ALTERNATIVES if path[-1] in {"type", "body_type"} else None
+    sink.report(context["code"], message, place, at=context["at"], hint=hint, span=context["span"])
 
 
 def _bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
@@ -111,7 +123,8 @@ def _bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
 
 
 def _not_yet(feature: str, place: Origin, sink: Sink) -> None:
-    sink.report("SC109", f"{feature} are not supported yet", place, at="key")
+    hint = "without this key, people and sensors see it alike" if place.path[-1] == "hidden" else None
+    sink.report("SC109", f"{feature} are not supported yet", place, at="key", hint=hint)
 
 
 def _unknown_key(error: ErrorDetails, key: str, place: Origin, sink: Sink) -> None:
@@ -148,7 +161,7 @@ def known_keys(error: ErrorDetails) -> tuple[str, ...]:
 
 def _missing(path: Path, place: Origin, sink: Sink) -> None:
     parent = type(place)(place.file, place.path[:-1], place.copy, place.parent)
-    hint = "a scene file starts with `scenecc: 1`" if path == ("scenecc",) else None
+    hint = "a scene file starts with `scenecc: 1`" if path == ("scenecc",) else LACKING.get(str(path[-1]))
     sink.report("SC102", f"{named(path[:-1])} lacks the key `{path[-1]}`", parent, at="key", hint=hint)
 
 
@@ -187,11 +200,15 @@ def _choice(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
             return
         sink.report("SC105", f"{named(path)} cannot be {show(found)}", place, hint=suggest(found, choices))
         return
-    tag = found.get("type") if is_mapping(found) else None
+    tag: Any = found.get("type") if is_mapping(found) else None
     if not is_mapping(found):
         _wrong_kind("a mapping", path, found, place, sink)
     elif "type" not in found:
         sink.report("SC102", f"{named(path)} lacks the key `type`", place)
+    elif is_varying(tag):
+        reads = "" if is_mapping(tag) else f": it reads {read_names(tag)}"
+        message = f"`type` cannot differ from scene to scene{reads}"
+        sink.report("SC116", message, place.child("type"), hint=ALTERNATIVES)
     elif not isinstance(tag, str):
         _wrong_kind("a text", (*path, "type"), tag, place.child("type"), sink)
     else:
@@ -218,25 +235,8 @@ def _pattern(error: ErrorDetails, place: Origin, sink: Sink) -> None:
 
 
 def _wrong_kind(expected: str, path: Path, found: Any, place: Origin, sink: Sink) -> None:
-    hint = None
-    if expected in {"a number", "a whole number"} and isinstance(found, str) and _reads_as_number(found):
-        hint = "take the quotes off"
-    elif path[-1:] == ("if",) and isinstance(found, str):
-        hint = f"an expression is written `${{{cut(found)}}}`"
-    elif expected == "true or false" and isinstance(found, str):
-        hint = "YAML 1.2 has only `true` and `false`, without quotes"
-    elif is_mapping(found) and (form := next((near for key in found if (near := nearest(key, VARIATION_FORMS))), None)):
-        hint = f"did you mean `{form}`?"
-    sink.report("SC103", f"{named(path)} must be {expected}, not {describe(found)}", place, hint=hint)
-
-
-def _reads_as_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    # Python reads 1_000, YAML does not.
-    return "_" not in text
+    message = f"{named(path)} must be {expected}, not {describe(found)}"
+    sink.report("SC103", message, place, hint=kind_hint(expected, path, found))
 
 
 def describe(found: Any) -> str:

@@ -63,7 +63,9 @@ def _lists(batch: Batch, node: Computed, results: list[Any], shape: tuple[int, .
         if type(result) not in LISTS:
             raise _wrong(batch, node, row, f"it gives {kind(result)} where {wanted} are wanted")
         if not _has_shape(result, shape):
-            raise _wrong(batch, node, row, f"it gives a list that is not {wanted}")
+            repeated = len(result) > shape[0] and len(result) % shape[0] == 0 and "*" in node.template.text
+            why = ": `*` repeats lists, so multiply each component" if repeated else ""
+            raise _wrong(batch, node, row, f"it gives a list that is not {wanted}{why}")
     return np.array(results, dtype=np.float64).reshape(len(results), *shape)
 
 

@@ -32,6 +32,14 @@ _TOKEN = re.compile(
 _WORDS = frozenset(("and", "or", "not", "if", "else", "True", "False"))
 _REFUSED = frozenset(keyword.kwlist) - _WORDS
 _PAIRS = {"(": ")", "[": "]"}
+_HINTS = {
+    "?": "a choice is written `a if condition else b`",
+    "^": "a power is written `a ** b`",
+    "&": "write `and`",
+    "|": "write `or`",
+    "!": "write `not`, or `!=` between two values",
+    "$": "names are written without `$`",
+}
 _REASONS = {
     ".": "attributes are not allowed in an expression",
     ":": "neither slices nor `:=` are allowed in an expression",
@@ -102,7 +110,8 @@ def _unreadable(text: str, start: int, at: int, limit: int) -> ExpressionError:
         hint = r"a string ends on its own line, and a backslash in it is followed by \, ', " + '", n or t'
         return ExpressionError("this string cannot be read", at, at + 1, hint)
     shown = found if found.isprintable() else ascii(found)[1:-1]
-    return ExpressionError(_REASONS.get(found, f"`{cut(shown)}` has no place in an expression"), at, at + 1)
+    message = _REASONS.get(found, f"`{cut(shown)}` has no place in an expression")
+    return ExpressionError(message, at, at + 1, _HINTS.get(found))
 
 
 def _endless(text: str, start: int, limit: int) -> ExpressionError:

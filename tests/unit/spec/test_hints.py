@@ -1,0 +1,67 @@
+"""What is said of mistakes that newcomers make, once for each of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from scenecc import SceneError, compile_scene, validate
+
+BALL: dict[str, Any] = {"type": "sphere", "radius": 1}
+SHAPES = {"shapes": [BALL]}
+
+
+def told(document: dict[str, Any]) -> list[tuple[str, str, str]]:
+    found = validate({"scenecc": 1, "num_scenes": 2, **document})
+    return [(one.code, one.path, one.hint or "") for one in found]
+
+
+@pytest.mark.parametrize(
+    ("entity", "code", "path", "hint"),
+    [
+        ("obj.yaml", "SC103", "", "`{use: obj.yaml}`"),
+        ({"uses": "obj.yaml"}, "SC101", ".uses", "`use`"),
+        ({"repeat": {"i": 4}, **SHAPES}, "SC103", ".repeat.i", "`{i: {count: 4}}`"),
+        ({"repeat": 4, **SHAPES}, "SC103", ".repeat", "`{i: {count: 4}}`"),
+        ({"variants": [SHAPES]}, "SC102", "", "`pick: {cycle: [0, 1]}`"),
+        ({"hidden": True, **SHAPES}, "SC109", ".hidden", "people and sensors"),
+        ({"mass": {"normal": {"mean": 0.1, "std": 0.01}}, **SHAPES}, "SC103", ".mass.normal", ""),
+        ({"pose": {"uniform": [[0, 0], [1, 1]]}, **SHAPES}, "SC106", ".pose.uniform", ""),
+        ({"mass": {"range": [0.1, 0.2]}, **SHAPES}, "SC103", ".mass", "`{uniform: [low, high]}`"),
+        ({"mass": {"randint": [1, 2]}, **SHAPES}, "SC103", ".mass", "`{integers: [low, high]}`"),
+        ({"mass": {"beta": [1, 2]}, **SHAPES}, "SC103", ".mass", "choice, cycle, integers, log_uniform, normal"),
+        ({"mass": "$mass", **SHAPES}, "SC103", ".mass", '"${mass}"'),
+        ({"mass": "{{ mass }}", **SHAPES}, "SC103", ".mass", '"${mass}"'),
+        ({"mass": "${1 > 2 ? 3 : 4}", **SHAPES}, "SC118", ".mass", "`a if condition else b`"),
+        ({"mass": "${2^3}", **SHAPES}, "SC118", ".mass", "`a ** b`"),
+        ({"body_type": {"choice": ["static", "dynamic"]}, **SHAPES}, "SC116", ".body_type", "`variants`"),
+        ({"shapes": [{**BALL, "type": {"choice": ["box", "sphere"]}}]}, "SC116", ".shapes[0].type", "`variants`"),
+        ({"shapes": [{**BALL, "type": "${t}"}]}, "SC116", ".shapes[0].type", "`variants`"),
+    ],
+    ids=str,
+)
+def test_a_mistake_in_an_entity_is_told_once(entity: Any, code: str, path: str, hint: str) -> None:
+    draws = {"t": {"choice": ["box", "sphere"]}} if "${t}" in str(entity) else {}
+    ((found_code, found_path, found_hint),) = told({"draws": draws, "entities": {"a": entity}})
+    assert (found_code, found_path) == (code, f"entities.a{path}")
+    assert hint in found_hint
+
+
+@pytest.mark.parametrize("physics", [{"timestep": {"uniform": [0.01, 0.02]}}, {"sdf": {"choice": [{}, {}]}}], ids=str)
+def test_nothing_under_physics_differs(physics: dict[str, Any]) -> None:
+    ((code, _, hint),) = told({"physics": physics, "entities": {"a": {"body_type": "static", **SHAPES}}})
+    assert code == "SC116"
+    assert "nothing under `physics`" in hint
+
+
+def test_what_is_included_stands_in_a_list() -> None:
+    ((code, path, hint),) = told({"include": "obj.yaml", "entities": {}})
+    assert (code, path) == ("SC103", "include")
+    assert "`include: [FILE]`" in hint
+
+
+def test_a_list_that_is_multiplied_repeats() -> None:
+    draws = {"v": {"uniform": [[0, 0, 0], [1, 1, 1]]}}
+    with pytest.raises(SceneError, match=r"multiply each component"):
+        compile_scene({"scenecc": 1, "draws": draws, "entities": {"a": {"pose": "${v * 2}", **SHAPES}}})
