@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 from collections.abc import Callable
 from typing import Any
@@ -95,3 +96,16 @@ def test_how_far_a_matrix_is_from_a_rigid_motion(cases: list[Any]) -> None:
         matrices.append([*([*row, p * (1 + off)] for row, p in zip(axes, pose[:3], strict=True)), [0.0, 0.0, off, 1.0]])
     expected = [scalar.rigidity(matrix) for matrix in matrices]
     np.testing.assert_allclose(arrays.rigidity(np.array(matrices)), expected, rtol=1e-12, atol=1e-14)
+
+
+@given(st.lists(st.tuples(*[st.floats(-7, 7)] * 3), min_size=1, max_size=20))
+def test_turns_are_those_that_scripts_for_sapien_make(cases: list[tuple[float, float, float]]) -> None:
+    """With a negative w and with -0.0 where these have them: SAPIEN comes with `transforms3d`."""
+    euler: Any = importlib.import_module("transforms3d.euler")
+    turns = np.array(cases)
+    expected = np.array([euler.euler2quat(*angles) for angles in cases])
+    # Sums in another order: the last bit of a float64 may differ, which float32 does not see.
+    np.testing.assert_allclose(arrays.from_rpy(turns), expected, rtol=0, atol=1e-15)
+    yaws = turns * (0, 0, 1)
+    expected = np.array([euler.euler2quat(*angles) for angles in yaws.tolist()])
+    assert arrays.from_rpy(yaws).tobytes() == expected.tobytes()
