@@ -31,9 +31,16 @@ def rows(values: Sequence[Value]) -> Iterator[tuple[Row, ...]] | None:
         return iter([tuple(value.numbers() for value in values)])
     if not all(value.known for value in values) and not any(_by_rows(value) for value in values):
         return None
-    columns = [value.data.reshape(len(value.data), -1).tolist() for value in values]
+    import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+    from scenecc.values.columns import distinct  # noqa: PLC0415 - likewise
+
+    columns = [value.data.reshape(len(value.data), -1) for value in values]
     count = max(map(len, columns))
-    return zip(*(column * count if len(column) == 1 else column for column in columns), strict=True)
+    columns = [np.broadcast_to(column, (count, column.shape[1])) for column in columns]
+    # A cycle has few rows, however many scenes there are.
+    first = distinct(np.concatenate(columns, axis=1))
+    return zip(*(map(tuple, column[first].tolist()) for column in columns), strict=True)
 
 
 def alternatives(value: Value) -> list[Row] | None:

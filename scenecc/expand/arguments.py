@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics import Location, Origin
 from scenecc.diagnostics.words import cut, suggest
 from scenecc.expand.expansion import Mark
-from scenecc.expand.patterns import has_failed, is_varying
+from scenecc.expand.patterns import count_values, has_failed, is_varying
 from scenecc.expand.ranges import form_of, varying_misfit
 from scenecc.expand.run import Run
 from scenecc.spec.param_types import kind_of
@@ -107,6 +107,8 @@ def bind_params(
             _required(param, use, parent, sink)
             failed.add(name)
             continue
+        # Before anything looks through it: lists of lists that expressions make grow from use to use.
+        objects.take_for(count_values(argument.value, objects.most_values), argument.told, sink)
         if has_failed(argument.value):
             failed.add(name)
             continue
@@ -134,7 +136,8 @@ def _known(compiled: Compiled, given: Mapping[str, Argument], sink: Sink) -> Non
         # A declaration that was reported may have been meant.
         if name not in compiled.module.section("params"):
             message = f"there is no parameter `{cut(name)}`"
-            sink.report("SC210", message, argument.told, at="key", hint=suggest(name, compiled.params))
+            hint = suggest(name, compiled.params)
+            sink.report("SC210", message, argument.told, at="key", hint=hint, path=(name,))
 
 
 def _default(
@@ -172,7 +175,8 @@ def _declared(param: Param, argument: Argument, parent: Origin | None) -> Origin
 def _refuse(wanted: ParamType, argument: Argument, wrong: Misfit, sink: Sink) -> None:
     code, words = wrong
     related = [("the parameter", wanted.declared, "key")] if wanted.declared is not None else []
-    sink.report(code, f"the parameter `{cut(wanted.name)}` {words}", argument.told, related=related)  # pyright: ignore[reportArgumentType]
+    message = f"the parameter `{cut(wanted.name)}` {words}"
+    sink.report(code, message, argument.told, related=related, path=(wanted.name,))  # pyright: ignore[reportArgumentType]
 
 
 def _relocated(value: Any, owner: SceneDocument, compiled: Compiled) -> Any:

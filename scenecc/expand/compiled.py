@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 from scenecc.expand.modules import SETTINGS
 from scenecc.expand.names import BUILTIN, Meaning, check_free
 from scenecc.expand.params import Param, read_param
-from scenecc.expand.patterns import PER_OBJECT, Axes, Compiler, Pattern, count_scalars
-from scenecc.expand.run import Budget, Run
+from scenecc.expand.patterns import SHAPE_LISTS, Axes, Compiler, Pattern, count_values
+from scenecc.expand.run import PER_OBJECT, Budget, Run
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.plain import is_mapping, is_sequence
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
     from scenecc.diagnostics import Origin, Path, Sink
     from scenecc.expand.modules import Entry, Module, Part
 
@@ -71,7 +73,7 @@ class Unit:
         namer: the names of its copies.
         selection: its `scene_idxs`.
         use: the prefab; None for what is no instance.
-        weight: for how many objects each copy counts: one, and more where very much is to be filled in.
+        weight: for how many objects each copy counts: one, or as many as it has shapes, and more where it is long.
     """
 
     name: str
@@ -94,7 +96,7 @@ class Compiled:
         draws, materials, groups, frames: by name, in order.
         settings: `physics` and `environment`, each by key.
         units: the entities.
-        weight: for how many objects a use of the rest counts: none, and some where very much is to be filled in.
+        weight: for how many objects a use of it counts, but for what is repeated in it and the instances.
     """
 
     module: Module
@@ -140,18 +142,22 @@ class _ModuleCompiler:
             self._section("collision_groups", "`collision_groups`"),
             self._section("frames"),
         )
-        weight = (
-            sum(count_scalars(made.pattern) for nodes in (draws, *sections) for made in nodes.values()) // PER_OBJECT
-        )
+        units = [self._unit(name, entry) for name, entry in self._module.section("entities").items()]
         return Compiled(
             self._module,
             params,
             draws,
             *sections,
             {name: self._section(name, f"`{name}`") for name in SETTINGS},
-            [self._unit(name, entry) for name, entry in self._module.section("entities").items()],
-            weight,
+            units,
+            self._weight((draws, *sections), units),
         )
+
+    def _weight(self, sections: Iterable[Mapping[str, Made]], units: list[Unit]) -> int:
+        params = self._module.section("params").values()
+        count = sum(1 + count_values(entry.node) for entry in params) // _PER_PARAMETER
+        count += sum(_weight(made.node) for nodes in sections for made in nodes.values())
+        return count + sum(unit.weight for unit in units if unit.axes is None and unit.use is None)
 
     def _run(self, part: Part) -> Run:
         run = self._runs.get(id(part))
@@ -216,9 +222,7 @@ class _ModuleCompiler:
             node if inner is None else inner.node, inner if inner and inner.patterns else None, entry.part, path
         )
         condition, namer, selection = (self._fixed(node, key, entry, compiler) for key in ("if", "name", "scene_idxs"))
-        given = use.given.values() if use is not None else ()
-        weight = 1 + sum(count_scalars(made.pattern) for made in (body, *given)) // PER_OBJECT
-        return Unit(name, body, axes, condition, namer, selection, use, weight)
+        return Unit(name, body, axes, condition, namer, selection, use, max(_weight(node), _shapes(node)))
 
     def _needs_repeat(self, node: dict[str, Any], entry: Entry) -> None:
         if "name" in node:
@@ -250,6 +254,22 @@ class _ModuleCompiler:
             },
             self._fixed(node, "prefix", entry, compiler),
         )
+
+
+_PER_PARAMETER = 4
+"""How many values in the declarations of parameters count as an object."""
+
+
+def _weight(node: Any) -> int:
+    """For how many objects something counts that has a name."""
+    return max(1, count_values(node) // PER_OBJECT)
+
+
+def _shapes(node: Any) -> int:
+    """How many shapes an entity has as written, in all of its variants."""
+    count = sum(len(node[key]) for key in SHAPE_LISTS if is_sequence(node.get(key)))
+    variants = node.get("variants")
+    return count + sum(map(_shapes, filter(is_mapping, variants))) if is_sequence(variants) else count
 
 
 def find_per_scene_lists(node: Any, path: Path) -> list[Path]:

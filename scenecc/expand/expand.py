@@ -72,7 +72,7 @@ def expand(
         return None
     compiled = compile_module(module, None, sink)
     arguments = {name: Argument(value, Location(PARAMS), top, "") for name, value in given.items()}
-    head = _head(compiled, arguments, sink)
+    head = _head(compiled, arguments, limits, sink)
     count = head.get("num_scenes", 1) if num_scenes is None else num_scenes
     if type(count) is not int or not 1 <= count <= limits.scenes:
         # Nothing is made for so many, and the stages after this one tell it.
@@ -81,8 +81,8 @@ def expand(
     objects = Budget("SC604", "objects", "objects", limits.objects)
     instances = Budget("SC604", "instances", "objects", limits.objects)
     builder = Builder(output, Prefabs(library, sink), Scenes(count, sink), draws, objects, instances, sink)
-    bound = builder.bind(compiled, arguments, scope="", use=Location(PARAMS))
     try:
+        bound = builder.bind(compiled, arguments, scope="", use=Location(PARAMS))
         builder.expand(Scope(compiled, "", "", None, None, dict(bound.values), bound.failed, (top,)), bound)
     except Exhausted:
         return None
@@ -100,25 +100,28 @@ def expand(
     return output.expansion(head, library.documents)
 
 
-def _head(compiled: Compiled, arguments: Mapping[str, Argument], sink: Sink) -> dict[str, Any]:
+def _head(compiled: Compiled, arguments: Mapping[str, Argument], limits: Limits, sink: Sink) -> dict[str, Any]:
     """What stands before the sections of the top document: it may read parameters, and no number of scenes yet."""
     document = compiled.module.main.document
     data = document.document.data
     head = {key: data[key] for key in _HEAD if key in data}
     if not any(isinstance(item, str) and "${" in item for item in head.values()):
         return head
-    nothing = Budget("SC604", "objects", "objects", 0)
-    early = bind_params(
-        compiled,
-        arguments,
-        {},
-        scope="",
-        use=None,
-        material=lambda _, argument: argument.value,
-        objects=nothing,
-        sink=Sink(),  # all this is told when the parameters are bound for good
-    )
-    run = Run(document.name, None, early.values, nothing, sink)
+    few = Budget("SC604", "objects", "objects", limits.objects)
+    try:
+        early = bind_params(
+            compiled,
+            arguments,
+            {},
+            scope="",
+            use=None,
+            material=lambda _, argument: argument.value,
+            objects=few,
+            sink=Sink(),  # all this is told when the parameters are bound for good
+        )
+    except Exhausted:
+        return head
+    run = Run(document.name, None, early.values, few, sink)
     names: dict[str, Meaning] = dict.fromkeys(compiled.params, "parameter")
     for key, item in head.items():
         pattern = Compiler(names, run, f"`{key}`").pattern(item, (key,))

@@ -13,7 +13,7 @@ from scenecc.diagnostics.words import show
 from scenecc.expand.expansion import Items
 from scenecc.expand.loops import Loop
 from scenecc.expand.names import Names, check_free, check_names
-from scenecc.expand.run import Failed
+from scenecc.expand.run import PER_OBJECT, Failed
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.plain import is_mapping, is_sequence
@@ -248,7 +248,7 @@ class Compiler:
         return Axes(axes, path), Compiler(names, self.run, self.structure, self.depth)
 
     def _sequence(self, node: Any, path: Path) -> Pattern | None:
-        if any(type(item) is dict and "repeat" in item for item in node):
+        if path[-1] in SHAPE_LISTS and any(type(item) is dict and "repeat" in item for item in node):
             items = tuple(self._item(item, (*path, index)) for index, item in enumerate(node))
             return Repeated(items, path, path[self.depth :])
         patterns: list[tuple[int, Pattern]] = []
@@ -265,26 +265,33 @@ class Compiler:
         axes, inner = self.axes(item["repeat"], (*path, "repeat"))
         pattern = inner.entries(item, path, _REPEAT)
         assert pattern is not None
-        weight = 1 + count_scalars(pattern) // PER_OBJECT
+        weight = max(1, count_values(pattern.node) // PER_OBJECT)
         return pattern.node, pattern if pattern.patterns else None, axes, weight
 
 
-PER_OBJECT = 100
-"""How many scalars may be filled in for one object before it counts as more: what is repeated may be long."""
+_PER_VALUE = 8
+"""How many characters of an expression count as one more value: each may be an operation."""
 
 
-def count_scalars(pattern: Pattern | None) -> int:
-    """How many scalars a pattern fills in, repeated items counted once."""
-    match pattern:
-        case None:
-            return 0
-        case Entries(patterns=inner) | Sequenced(patterns=inner):
-            return sum(count_scalars(below) for _, below in inner)
-        case Repeated(items=items):
-            return sum(count_scalars(below) for _, below, *_ in items)
-        case _:
-            return 1
+def count_values(node: Any, most: int | None = None) -> int:
+    """How many values a node holds, repeated items counted once, and long expressions as several.
 
+    No more than `most` are counted: lists of lists that were made by expressions may hold far more than can be.
+    """
+    waiting, count = [node], 0
+    while waiting and (most is None or count + len(waiting) <= most):
+        item = waiting.pop()
+        if is_mapping(item):
+            waiting += item.values()
+        elif is_sequence(item):
+            waiting += item
+        else:
+            count += 1 + (len(item) // _PER_VALUE if isinstance(item, str) and "${" in item else 0)
+    return count + len(waiting)
+
+
+SHAPE_LISTS = frozenset(("shapes", "collisions", "visuals"))
+"""Keys of the lists whose items may be repeated."""
 
 _HOLD_MORE = frozenset((str, dict, list))
 _REPEAT = frozenset(("repeat",))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from scenecc.expand.expansion import Mark
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from collections.abc import Set as AbstractSet
 
-    from scenecc.diagnostics import Origin, Path, Sink
+    from scenecc.diagnostics import Location, Origin, Path, Sink
     from scenecc.diagnostics.diagnostic import RelatedPlace
     from scenecc.diagnostics.origin import At
     from scenecc.expand.expansion import Items
@@ -18,6 +18,12 @@ if TYPE_CHECKING:
     from scenecc.values.failure import ExpressionError
 
 _MOST_SHOWN = 10**18
+
+_PER_ARGUMENT = 8
+"""How many values of an argument count as an object: each is looked through in every use."""
+
+PER_OBJECT = 32
+"""How many values one object may have before it counts as more: what is repeated may be long."""
 
 
 class Failed(str):
@@ -51,13 +57,30 @@ class Budget:
             Exhausted: there are not so many; that is reported.
         """
         self._left -= count
-        if self._left >= 0:
-            return
+        if self._left < 0:
+            self._exhaust(run.sink, run.origin(path))
+
+    def take_for(self, values: int, place: Origin | Location, sink: Sink) -> None:
+        """Takes as many away as so many values of an argument count for.
+
+        Raises:
+            Exhausted: there are not so many; that is reported.
+        """
+        self._left -= values // _PER_ARGUMENT
+        if self._left < 0:
+            self._exhaust(sink, place)
+
+    @property
+    def most_values(self) -> int:
+        """How many values an argument may still hold, and one more object."""
+        return (self._left + 1) * _PER_ARGUMENT
+
+    def _exhaust(self, sink: Sink, place: Origin | Location) -> NoReturn:
         needed = self._most - self._left
         shown = f"at least {needed}" if needed <= _MOST_SHOWN else "more than 10¹⁸"
         hint = f"raise it with --limit {self._name}=N or limits={{'{self._name}': N}}"
         message = f"{shown} {self._what} are more than the limit of {self._most}"
-        run.sink.report(self._code, message, run.origin(path), hint=hint)
+        sink.report(self._code, message, place, hint=hint)
         raise Exhausted
 
 

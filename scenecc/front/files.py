@@ -29,6 +29,8 @@ def resolver(scope: AssetScope, sink: Sink, expansion: Expansion | None = None) 
     top = scope.root or Path.cwd()
 
     def find(uri: str, origin: Origin) -> AssetFile | None:
+        if sink.full:
+            return None
         base = top
         if expansion is not None:
             uri, document = expansion.reference(uri, origin)

@@ -119,15 +119,16 @@ def _varying_plane(shape: Any, pose: Value, origin: Origin, leaves: Leaves) -> V
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
     from scenecc.values import rotations  # noqa: PLC0415 - likewise
+    from scenecc.values.columns import joined  # noqa: PLC0415 - likewise
     from scenecc.values.failure import DrawError  # noqa: PLC0415 - likewise
     from scenecc.values.support import UNKNOWN  # noqa: PLC0415 - likewise
 
     def draw() -> NDArray[Any]:
         batch = leaves.batch()
-        normals = batch.item(normal).astype(np.float64)
-        offsets = batch.item(offset)
-        if offsets.dtype.kind not in "fi":
-            raise DrawError("this is not a number", leaves.scenes[0], offset)
+        normals, offsets = joined(batch.item(normal)), joined(batch.item(offset))
+        for numbers, node in ((normals, normal), (offsets, offset)):
+            if numbers.dtype.kind not in "fi":
+                raise DrawError("this is not made of numbers", leaves.scenes[0], node)
         flat = ~normals.any(axis=1)
         if flat.any():
             scene = leaves.scenes[int(np.flatnonzero(flat)[0])]

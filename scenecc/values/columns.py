@@ -65,13 +65,24 @@ def tidy(array: NDArray[Any]) -> NDArray[Any]:
     return array if array.dtype.kind == "b" else array.astype(object, copy=False)
 
 
+def distinct(rows: NDArray[Any]) -> NDArray[np.intp]:
+    """Where the different rows (B, …) stand first, in order: to the bit, so that 0.0 is not -0.0."""
+    if rows.dtype == object or len(rows) < 2 or not rows[0].size:
+        return np.arange(len(rows))
+    flat = np.ascontiguousarray(rows).reshape(len(rows), -1)
+    _, first = np.unique(flat.view(np.dtype((np.void, flat.dtype.itemsize * flat.shape[1]))), return_index=True)
+    return np.sort(first)
+
+
 def merged(size: int, parts: Sequence[tuple[NDArray[np.intp], NDArray[Any]]]) -> NDArray[Any]:
-    """One array of `size` rows from parts, each with the rows where it belongs."""
+    """One array of `size` rows from parts, each with the rows where it belongs.
+
+    Integers stay integers beside floats: which parts there are is the batch's, and a text tells 1 from 1.0.
+    """
     shapes = {part.shape[1:] for _, part in parts}
     kinds = {part.dtype.kind for _, part in parts}
-    if len(shapes) == 1 and (len(kinds) == 1 or kinds == {"i", "f"}):
-        dtype = np.result_type(*(part.dtype for _, part in parts))
-        whole = np.empty((size, *shapes.pop()), dtype=dtype)
+    if len(shapes) == 1 and len(kinds) == 1:
+        whole = np.empty((size, *shapes.pop()), dtype=parts[0][1].dtype)
         for rows, part in parts:
             whole[rows] = part
         return whole
@@ -80,6 +91,11 @@ def merged(size: int, parts: Sequence[tuple[NDArray[np.intp], NDArray[Any]]]) ->
         for row, value in zip(rows.tolist(), part.tolist(), strict=True):
             whole[row] = value
     return whole
+
+
+def joined(rows: NDArray[Any]) -> NDArray[Any]:
+    """Rows (B, …) as a field takes them, to which integers and floats are numbers alike; others as they are."""
+    return table(rows.tolist()) if rows.dtype == object else rows
 
 
 def _has_text(item: Any) -> bool:

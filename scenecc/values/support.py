@@ -52,7 +52,9 @@ class Support:
     @staticmethod
     def of_rows(rows: NDArray[Any]) -> Support:
         """Of values (B, …), each of which occurs."""
-        return Support.of(rows.tolist())
+        from scenecc.values.columns import distinct  # noqa: PLC0415 - it loads numpy
+
+        return Support.of(rows[distinct(rows)].tolist())
 
 
 UNKNOWN = Support(None, None, None, exact=False)

@@ -110,6 +110,8 @@ def test_a_plane_that_lies_nowhere(key: str, given: str) -> None:
     shape = {"type": "plane", key: given}
     document = scene({"body_type": "static", "shapes": [shape]}, num_scenes=2)
     assert drawn(document) == [("SC515", f"entities.body.shapes[0].{key}")]
+    shape["normal"] = [0, 0, given]
+    assert drawn(document)[0][0] == "SC515"
 
 
 def test_too_many_maps_by_scene() -> None:
