@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Origin
@@ -90,10 +90,6 @@ def _start(items: Items) -> int:
     return items.start
 
 
-def _no_names() -> dict[str, str]:
-    return {}
-
-
 @dataclass(frozen=True, slots=True)
 class Expansion:
     """One scene file that uses no other, as plain data.
@@ -126,15 +122,15 @@ class Expansion:
     """
 
     data: dict[str, Any]
-    scopes: Mapping[str, str] = field(default_factory=_no_names)
-    prefixes: Mapping[str, str] = field(default_factory=_no_names)
-    anchors: Mapping[str, str] = field(default_factory=_no_names)
-    given: Mapping[str, str] = field(default_factory=_no_names)
-    wanted: Mapping[str, ParamType] = field(default_factory=dict)  # pyright: ignore[reportUnknownVariableType]
-    selections: Mapping[str, tuple[int, ...]] = field(default_factory=dict[str, tuple[int, ...]])
-    used_materials: frozenset[str] = frozenset()
-    documents: Mapping[str | None, SceneDocument] = field(default_factory=dict)  # pyright: ignore[reportUnknownVariableType]
-    records: Mapping[tuple[str, str], Record] = field(default_factory=dict)  # pyright: ignore[reportUnknownVariableType]
+    scopes: Mapping[str, str]
+    prefixes: Mapping[str, str]
+    anchors: Mapping[str, str]
+    given: Mapping[str, str]
+    wanted: Mapping[str, ParamType]
+    selections: Mapping[str, tuple[int, ...]]
+    used_materials: frozenset[str]
+    documents: Mapping[str | None, SceneDocument]
+    records: Mapping[tuple[str, str], Record]
 
     def trace(self, origin: Origin) -> Origin:
         """An origin in the expanded data as it was written: file, path, copy, and the uses that led there."""

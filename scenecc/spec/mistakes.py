@@ -42,9 +42,6 @@ class Mistakes:
     def __init__(self) -> None:
         self._lines: list[InitErrorDetails] = []
 
-    def __bool__(self) -> bool:
-        return bool(self._lines)
-
     def add(self, error: PydanticCustomError, found: Any, *loc: PathKey) -> None:
         """Adds one.
 

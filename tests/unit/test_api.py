@@ -27,6 +27,7 @@ def test_no_folder_of_the_package_has_a_public_name(name: str) -> None:
     """Importing a folder binds its name in the package, over whatever had it before."""
     assert not (GOOD.parents[2] / "scenecc" / name).is_dir()
     assert getattr(scenecc, name) is not None
+    assert name in dir(scenecc)
 
 
 def test_every_function_can_be_called_twice() -> None:

@@ -31,6 +31,7 @@ def test_what_it_says_of_itself(batch: SceneBatch, plan: ScenePlan) -> None:
     assert batch.timestep == pytest.approx(0.01)
     assert not batch.render
     assert "4 scenes" in repr(batch)
+    assert repr(batch.entities["post"]).startswith("EntityBatch('post', scene_idxs=[")
     cube = batch.entities["cube"]
     assert cube.name == "cube"
     assert len(cube) == len(cube.objs) == 4

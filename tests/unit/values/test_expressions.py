@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import math
+import pickle
 from typing import Any
 
 import pytest
@@ -70,6 +72,7 @@ def refused(text: str, **names: Any) -> ExpressionError:
         ("min(3, 1.0, 2)", 1.0),
         ("max(point)", 2.5),
         ("abs(-i)", 3),
+        ("+i - -i", 6),
         ("sqrt(2)", math.sqrt(2)),
         ("atan2(1, -1)", math.atan2(1, -1)),
         ("sin(i) + cos(i) + tan(i)", math.sin(3) + math.cos(3) + math.tan(3)),
@@ -127,6 +130,8 @@ def test_templates_are_equal_by_text_and_constants_to_the_bit() -> None:
     assert Template("${a[0]}", {"a": ((1, 2), "x")}) == Template("${a[0]}", {"a": [[1, 2], "x"]})
     with pytest.raises(AttributeError, match="read-only"):
         template.text = ""
+    bound = template.bind({"a": 1})
+    assert pickle.loads(pickle.dumps(bound)) == copy.deepcopy(bound) == bound
 
 
 @pytest.mark.parametrize(
