@@ -65,7 +65,12 @@ def shape_pose(shape: Any, origin: Origin, leaves: Leaves) -> Value | None:
         pose = _before(pose, AXIS_TURNS[shape.axis], leaves)
     elif type_ == "plane":
         pose = _plane_pose(shape, pose, origin, leaves)
-    return None if pose.is_constant and pose.numbers() == IDENTITY_POSE else pose
+    return None if pose.is_constant and _is_identity(pose.numbers()) else pose
+
+
+def _is_identity(pose: tuple[float, ...]) -> bool:
+    """To the bit: what stands at -0.0 is told to the engine as it is written."""
+    return pose == IDENTITY_POSE and "-" not in repr(pose)
 
 
 _TURNED = frozenset(("capsule", "cylinder", "plane"))
