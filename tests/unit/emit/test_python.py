@@ -92,7 +92,7 @@ def test_any_plan_is_a_formatted_script_or_told_to_be_none(tmp_path: Path) -> No
     count = 0
 
     @given(plans())
-    @settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+    @settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
     def write(plan: ScenePlan) -> None:
         nonlocal count
         sink = Sink()
