@@ -54,10 +54,11 @@ def prefabs(
 
 
 def _refuse(name: str, known: list[str]) -> None:
-    from scenecc.diagnostics.words import cut, suggest
+    from scenecc.diagnostics.words import cut, nearest
 
     # What all names start with would make any word look like them.
-    hint = suggest(name.removeprefix(_SHIPPED), [other.removeprefix(_SHIPPED) for other in known])
+    near = nearest(name.removeprefix(_SHIPPED), [other.removeprefix(_SHIPPED) for other in known])
+    hint = f"known here: {', '.join(known)}" if near is None else f"did you mean `{_SHIPPED}{near}`?"
     unknown = usage_error("SC909", f"no prefab `{cut(name)}` ships with scenecc", file="scenecc", hint=hint)
     print_asides([unknown], Format.text)
     raise typer.Exit(status([unknown]))

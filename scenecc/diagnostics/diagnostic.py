@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Literal
@@ -79,6 +79,11 @@ class Diagnostic:
         return f"{where}: {self.severity} {self.code}: {self.message}{path}"
 
 
+def _given_nowhere(_origin: Origin) -> tuple[Origin, ...]:
+    """Of documents that use no prefab."""
+    return ()
+
+
 _STOPPED = "SC016"
 """The code that stands for all errors after the last one that is told."""
 
@@ -110,12 +115,15 @@ class Sink:
         locate: finds an origin in its text. Set by the pipeline once there is a document.
         trace: leads the origins of what is reported from now on back to what was written. Set by the pipeline
             once a document is expanded.
+        given: finds where the parameters are given that a node inside a prefab reads. Set by the pipeline.
         parent: the node that brings in the document which is being read, and that its locations cannot tell.
     """
 
     def __init__(self, locate: Locator = nowhere) -> None:
         self.locate = locate
         self.trace: Tracer = as_written
+        self.given: Callable[[Origin], tuple[Origin, ...]] = _given_nowhere
+        self._misgiven: dict[tuple[str, tuple[Origin, ...]], Origin] = {}
         self.parent: Origin | None = None
         self._reports: list[_Report] = []
         self._seen: set[tuple[str, str, Origin | Location]] = set()
@@ -164,23 +172,29 @@ class Sink:
         severity = CODES[code].severity
         if severity in self._full:
             return
+        given: tuple[Origin, ...] = ()
         if isinstance(place, Origin):
             place = self.trace(place)
             if self._is_told(code, place) or self._is_counted(code, place, message):
+                return
+            given = self.given(place) if place.parent is not None else ()
+            if given and self._misgiven.setdefault((code, given), place) != place:
+                # One mistake in what is given shows wherever the prefab reads it.
                 return
         if code == _STOPPED:
             self._full.add("error")
         elif self._told[severity] >= MAX_REPORTS:
             self._full.add(severity)
             message, hint = f"checking stopped after {MAX_REPORTS} {severity}s", "mend these first"
-            code, related = _STOPPED if severity == "error" else code, ()
+            code, related, given = _STOPPED if severity == "error" else code, (), ()
         key = (code, message, place)
         if key in self._seen:
             return
         self._seen.add(key)
         path = place.path if isinstance(place, Origin) else path
-        places: tuple[RelatedPlace, ...] = tuple(
-            (what, self.trace(other) if isinstance(other, Origin) else other, half) for what, other, half in related
+        places: tuple[RelatedPlace, ...] = (
+            *((f"`{other.path[-1]}` is given here", other, "value") for other in given),
+            *((what, self.trace(other) if isinstance(other, Origin) else other, at) for what, other, at in related),
         )
         parent = place.parent if isinstance(place, Origin) else self.parent
         self._reports.append(_Report(code, message, place, at, hint, places, path, span, parent))

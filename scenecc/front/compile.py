@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,7 @@ from scenecc.front.inputs import Input, as_plan, read_input
 from scenecc.source.paths import AssetScope
 
 if TYPE_CHECKING:
+    from scenecc.expand.documents import SceneDocument
     from scenecc.expand.expansion import Expansion
     from scenecc.front.inputs import Source
     from scenecc.front.options import Options
@@ -114,15 +116,26 @@ def _whole(
         return scene, None
     from scenecc.expand.documents import scene_loader
     from scenecc.expand.expand import expand
+    from scenecc.expand.given import given_by
 
     limits = options.limits
+    documents: dict[str | None, Document] = {document.name: document}
+    find = scene_loader(scope, limits, sink)
+
+    def load(reference: str, owner: SceneDocument, place: Origin) -> SceneDocument | None:
+        found = find(reference, owner, place)
+        if found is not None:
+            documents[found.name] = found.document
+        return found
+
+    sink.given = partial(given_by, documents)
     expansion = expand(
         document,
         params=options.params,
         num_scenes=options.num_scenes,
         seed=options.seed,
         draws=tuple(options.draws),
-        load=scene_loader(scope, limits, sink),
+        load=load,
         limits=limits,
         sink=sink,
     )

@@ -134,3 +134,9 @@ def test_a_prefab_that_does_not_ship_is_wrong_usage(run) -> None:
     assert "SC909" in done.stderr
     assert "did you mean `scenecc:table`" in done.stderr
     assert "\x1b" not in done.stderr
+
+
+def test_what_is_like_no_prefab_is_told_all_of_them(run) -> None:
+    error = run("prefabs", "nosuch").stderr
+    assert "did you mean" not in error
+    assert "scenecc:bin, scenecc:box" in error

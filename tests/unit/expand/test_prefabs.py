@@ -291,7 +291,7 @@ def test_instances_clash(expanded: Expander) -> None:
         {"p.yaml": "entities: {it: {mass: 1}}"},
     )
     assert (found.code, found.line) == ("SC221", 2)
-    assert [related.message for related in found.related] == ["the first of this name", "used from here"]
+    assert [related.message for related in found.related] == ["the first of this name"]
 
 
 def test_repeated_conditional_instances(expanded: Expander) -> None:

@@ -1,0 +1,59 @@
+"""Mistakes inside a prefab that come from what it is given."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scenecc import validate
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from scenecc.diagnostics import Diagnostic
+
+PART = """\
+scenecc: 1
+params: {size: 1.0, low: 1.0, n: 2}
+entities:
+  it:
+    body_type: static
+    shapes:
+      - {type: box, half_size: ["${size / 2}", "${size}", 1]}
+      - {type: sphere, radius: "${size}"}
+      - {type: sphere, radius: {uniform: ["${low}", 2]}}
+      - {type: sphere, radius: 1, repeat: {i: {count: "${n}"}}}
+"""
+
+
+def found(folder: Path, given: str) -> list[Diagnostic]:
+    (folder / "part.yaml").write_text(PART)
+    (folder / "top.yaml").write_text(f"scenecc: 1\nentities:\n  a: {{use: part.yaml, with: {given}}}\n")
+    return validate(folder / "top.yaml")
+
+
+def notes(one: Diagnostic) -> list[tuple[str, int | None]]:
+    return [(related.message, related.location.line) for related in one.related]
+
+
+def test_a_wrong_value_is_told_once_and_where_it_is_given(tmp_path: Path) -> None:
+    (one,) = found(tmp_path, "{size: -1}")
+    assert (one.code, one.path) == ("SC104", "entities.it.shapes[0].half_size[0]")
+    assert notes(one) == [("`size` is given here", 3), ("used from here", 3)]
+
+
+def test_mistakes_of_two_parameters_are_two(tmp_path: Path) -> None:
+    codes = [(one.code, one.related[0].message) for one in found(tmp_path, "{size: -1, low: 3}")]
+    assert codes == [("SC104", "`size` is given here"), ("SC119", "`low` is given here")]
+
+
+def test_what_decides_about_structure_names_the_parameter(tmp_path: Path) -> None:
+    (one,) = found(tmp_path, "{n: {choice: [1, 2]}}")
+    assert one.code == "SC203"
+    assert notes(one)[0] == ("`n` is given here", 3)
+
+
+def test_a_mistake_that_reads_nothing_given_has_no_such_note(tmp_path: Path) -> None:
+    (tmp_path / "part.yaml").write_text(PART.replace("radius: 1,", "radius: -1,"))
+    (tmp_path / "top.yaml").write_text("scenecc: 1\nentities: {a: {use: part.yaml, with: {size: 2}}}\n")
+    (one,) = validate(tmp_path / "top.yaml")
+    assert [message for message, _ in notes(one)] == ["used from here"]
