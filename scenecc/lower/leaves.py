@@ -231,12 +231,14 @@ class Leaves:
             return literal(kind.fallback, kind.dtype)
 
     def evaluate(self, node: Node) -> NDArray[Any]:
-        """A node's rows in the scenes.
+        """A node's rows in the scenes, as a field takes them.
 
         Raises:
             DrawError: it has none in some scene.
         """
-        return self.batch().evaluate(node)
+        from scenecc.values.columns import joined  # noqa: PLC0415 - loads numpy
+
+        return joined(self.batch().evaluate(node))
 
     def support(self, node: Node) -> Support:
         """Everything that a node can be."""

@@ -164,17 +164,27 @@ def _outcomes(node: Computed, origin: Origin, lookup: _Lookup[Any]) -> Iterable[
     return bounded
 
 
+def _number(name: Any, lookup: _Lookup[Any]) -> int | None:
+    return lookup.numbers.get(name) if isinstance(name, str) else None
+
+
 def _numbers(node: Any, reading: Reading, lookup: _Lookup[Any], place: Place, leaves: Leaves) -> Value:
     """Which of the things each scene has."""
     if not reading.computed:
         return leaves.finish(node, reading, _INDEX, place.origin)
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
+    from scenecc.values.failure import DrawError  # noqa: PLC0415 - likewise
     from scenecc.values.support import Support  # noqa: PLC0415 - likewise
 
     def draw() -> NDArray[Any]:
         rows = leaves.evaluate(node).tolist()
-        return np.array([row if isinstance(row, int) else lookup.numbers[row] for row in rows], dtype=np.int64)
+        numbers = [row if isinstance(row, int) else _number(row, lookup) for row in rows]
+        if None in numbers:
+            at = numbers.index(None)
+            message = f"this gives {show(rows[at])}, which was not among what it was found to give"
+            raise DrawError(message, leaves.scenes[at], node)
+        return np.array(numbers, dtype=np.int64)
 
     support = Support.of(range(len(lookup.found)), exact=False)
     value = varying(draw, support=support, rows=len(leaves.scenes))

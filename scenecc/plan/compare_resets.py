@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.values.columns import joined
 from scenecc.values.failure import DrawError
 
 if TYPE_CHECKING:
@@ -71,7 +72,7 @@ class Resets:
             data = np.broadcast_to(rows, (seeds, len(scenes), *rows.shape[1:]))
         else:
             try:
-                data = self._batch(side, scenes, seeds).evaluate(value.recipe)
+                data = joined(self._batch(side, scenes, seeds).evaluate(value.recipe))
             except DrawError as error:
                 return str(error)
             data = data if part is None else data[:, part]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.values import generator
+from scenecc.values import columns, generator
 from scenecc.values.failure import DrawError
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def _units(batch: Batch, node: Chosen | Drawn | RandomRotated, first: int, count
 
 def _bound(batch: Batch, node: Drawn, item: Any, count: int) -> NDArray[np.float64]:
     """A bound (B, count), the same for every component where it is one number."""
-    values = batch.item(item)
+    values = columns.joined(batch.item(item))
     shapes = {(len(batch.scenes),), (len(batch.scenes), count)} if node.shape else {(len(batch.scenes),)}
     if values.dtype.kind not in "if" or values.shape not in shapes:
         wanted = f"a number or a list of {count} numbers" if node.shape else "a number"

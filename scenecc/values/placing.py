@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.values import rotations
+from scenecc.values import columns, rotations
 from scenecc.values.failure import DrawError
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def looking(batch: Batch, node: Looking) -> Floats:
 
 def radians(batch: Batch, node: Radians) -> Floats:
     """Angles, of the item's shape; as `math.radians` has them."""
-    degrees = batch.item(node.degrees)
+    degrees = columns.joined(batch.item(node.degrees))
     return _checked(batch, node, degrees, degrees.shape[1:]) * (math.pi / 180.0)
 
 
@@ -96,7 +96,7 @@ def composed(batch: Batch, node: Composed) -> Floats:
 
 def _numbers(batch: Batch, node: Node, item: Any, *shape: int) -> Floats:
     """An item's values (B, *shape) as float64."""
-    return _checked(batch, node, batch.item(item), shape)
+    return _checked(batch, node, columns.joined(batch.item(item)), shape)
 
 
 def _checked(batch: Batch, node: Node, values: NDArray[Any], shape: tuple[int, ...]) -> Floats:

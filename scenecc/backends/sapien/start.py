@@ -12,6 +12,7 @@ from scenecc.backends.sapien.state import EntityState, resting
 from scenecc.backends.sapien.turn import parts_of, present_rows
 from scenecc.diagnostics.words import cut
 from scenecc.plan.shared_poses import is_pose
+from scenecc.values.columns import joined
 from scenecc.values.evaluate import Batch
 from scenecc.values.failure import DrawError
 from scenecc.values.given import UnfitError, as_declared, declared
@@ -149,7 +150,7 @@ def _draw(recipe: _Recipe, batch: Batch, found: EntityState) -> None:
         return
     part = batch if len(having) == len(batch.scenes) else batch.only(np.array(having, dtype=np.intp))
     try:
-        drawn = part.evaluate(recipe.node)
+        drawn = joined(part.evaluate(recipe.node))
     except DrawError as error:
         raise ValueError(_without_value(recipe, error)) from None
     with np.errstate(over="ignore"):

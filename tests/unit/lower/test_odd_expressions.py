@@ -110,10 +110,22 @@ def test_a_plane_that_lies_nowhere(key: str, given: str) -> None:
     shape = {"type": "plane", key: given}
     document = scene({"body_type": "static", "shapes": [shape]}, num_scenes=2)
     assert drawn(document) == [("SC515", f"entities.body.shapes[0].{key}")]
-    shape["normal"] = [0, 0, given]
+    shape["normal"] = [0, 0, given]  # type: ignore[index]
     assert drawn(document)[0][0] == "SC515"
 
 
 def test_too_many_maps_by_scene() -> None:
     document = scene({"mass": {"per_scene": [{"per_scene": {0: 1}}, 180]}}, num_scenes=3)
     assert [code for code, _ in codes(document)] == ["SC314", "SC315"]
+
+
+def test_a_draw_may_be_an_integer_in_one_scene_and_a_float_in_another() -> None:
+    materials = {name: {"physical": {"density": 2}} for name in ("m1.0", "m2")}
+    draws = {"k": {"cycle": [1, "${scene + 1}"]}}
+    document = scene({"material": "m${k}", "mass": "${k}"}, draws=draws, materials=materials, num_scenes=2)
+    body = entity(compile_scene(document)).structures[0]
+    assert body.mass.data.tolist() == [1, 2]  # type: ignore[union-attr]
+    document["num_scenes"] = 1
+    document["materials"].pop("m2")
+    document["entities"]["body"]["mass"] = 1
+    assert codes(document) == []

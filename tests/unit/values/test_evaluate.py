@@ -55,6 +55,29 @@ def expression(text: str, shape: tuple[int, ...] | None = (), **reads: str) -> C
 
 
 @pytest.mark.parametrize(
+    "node",
+    [
+        Cycled((Computed(Template.parse("${scene}"), None), 0.5)),
+        Chosen((1, Computed(Template.parse("${0.5 * 3}"), None)), None, KEY),
+        Rows(tuple(range(8)), (*range(7), Cycled((Const(0.5), 1)))),
+    ],
+)
+def test_what_a_text_says_of_a_scene_does_not_depend_on_the_others(node: Node) -> None:
+    draws: dict[str, Node] = {"n": node}
+    text = Computed(Template.parse("m${n}"), None)
+    together = evaluate(text, draws=draws, scenes=range(8)).tolist()
+    assert together == [evaluate(text, draws=draws, scenes=[scene]).tolist()[0] for scene in range(8)]
+
+
+def test_a_field_takes_integers_and_floats_alike() -> None:
+    mixed = Cycled((Const(1), Const(0.5)))
+    assert evaluate(Radians(mixed)).dtype == np.float64
+    assert evaluate(FromAxisAngle((0.0, 0.0, 1.0), mixed)).dtype == np.float64
+    drawn = evaluate(Drawn("uniform", mixed, 1, None, (), KEY))
+    assert (drawn[1], (drawn <= 1).all()) == (1, True)
+
+
+@pytest.mark.parametrize(
     ("node", "expected", "dtype"),
     [
         (Const(2), [2, 2, 2], np.int64),
@@ -67,7 +90,7 @@ def expression(text: str, shape: tuple[int, ...] | None = (), **reads: str) -> C
         (Cycled(("a", "bb", "ccc")), ["a", "a", "bb"], np.object_),
         (Cycled((1, True)), [True, 1, True], np.object_),
         (Cycled((Const(1), Cycled((5, 6, 7)))), [5, 1, 6], np.int64),
-        (Cycled((Const(1), Const(0.5))), [0.5, 1.0, 0.5], np.float64),
+        (Cycled((Const(1), Const(0.5))), [0.5, 1, 0.5], np.object_),
         (Cycled((Const("a"), Const((1, 2)))), [[1, 2], "a", [1, 2]], np.object_),
         (Stacked((Cycled((0, 1)), 2, Const(0.5))), [[1, 2, 0.5], [0, 2, 0.5], [1, 2, 0.5]], np.float64),
         (Stacked(((1, 0), (0, Const(1).data))), [[[1, 0], [0, 1]]] * 3, np.int64),
