@@ -33,7 +33,7 @@ def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:
     for argument in drawing.arguments:
         judge_rows(argument, drawing, sink)
     for pending in drawing.pending:
-        _judge(pending, drawing, sink)
+        judge(pending, drawing, sink)
     if sink.failed:
         return None
     recipes = Recipes(drawing, lowered.places)
@@ -41,7 +41,8 @@ def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:
     return replace(lowered.plan, entities=entities, draws=recipes.draws())
 
 
-def _judge(pending: Pending, drawing: Drawing, sink: Sink) -> None:
+def judge(pending: Pending, drawing: Drawing, sink: Sink) -> None:
+    """Reports the first scene in which a value is none, or out of its range."""
     from scenecc.values.failure import DrawError  # noqa: PLC0415 - loaded where something varies
 
     try:

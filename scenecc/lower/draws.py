@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import cut, suggest_name
 from scenecc.lower.arguments import Argument, judge_argument
+from scenecc.lower.doubts import foretell_draw
 from scenecc.lower.forms import Place, Reading
 from scenecc.lower.kinds import Kind
 from scenecc.lower.leaves import Leaves
@@ -62,6 +63,8 @@ def lower_draws(
             if reading.drawn or any(other in drawing.random for other in reading.reads):
                 drawing.random.add(name)
             drawing.draw_origins |= reading.origins
+            if reading.computed:
+                foretell_draw(name, reading, leaves)
         wanted = names.wanted.get(name)
         # Forms without expressions were judged as they were given.
         if wanted is not None and not reading.broken and (reading.computed or name in given):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.arguments import Argument
+    from scenecc.lower.doubts import Doubt
     from scenecc.lower.kinds import Kind
     from scenecc.values.evaluate import Batch
     from scenecc.values.nodes import Node
@@ -50,6 +50,8 @@ class Drawing:
         scenes_of: for each shared draw, the scenes that it has a value in.
         random: the shared draws that a seed decides, by themselves or through others.
         draw_origins: of the nodes in shared draws that can have no value, by identity.
+        doubtful: the shared draws that may have no value in some scene.
+        doubts: what is known of each expression, by all that it follows from.
         drawn: whether any value is to be drawn.
         read: how many fields with forms or expressions were read.
         resets: what a reset may change: its value by identity, its node, and what was read of it.
@@ -67,6 +69,8 @@ class Drawing:
     scenes_of: dict[str, tuple[int, ...]] = field(default_factory=dict[str, "tuple[int, ...]"])
     random: set[str] = field(default_factory=set[str])
     draw_origins: dict[int, tuple[Any, Origin]] = field(default_factory=dict[int, "tuple[Any, Origin]"])
+    doubtful: set[str] = field(default_factory=set[str])
+    doubts: dict[tuple[Any, ...], tuple[Any, Doubt | None]] = field(default_factory=dict[Any, Any])
     drawn: bool = False
     read: int = 0
     resets: dict[int, Reset] = field(default_factory=dict[int, "Reset"])
@@ -195,16 +199,13 @@ class Leaves:
         return value
 
     def pend(self, value: Value, kind: Kind, origin: Origin, reading: Reading) -> None:
-        """Leaves a value to the draw stage to judge, with a warning where it may turn out to be out of its range."""
-        if reading.computed and (kind.quantity or kind.within):
-            bounds = kind.bounds()
-            outside = next((number for number in value.support.numbers() if not bounds.allow(number)), None)
-            if outside is not None:
-                given = f"{outside:g}" if math.isfinite(outside) else "numbers of any size"
-                message = f"this expression may give {given}, and it must be {bounds.wanted(outside)}"
-                hint = "each scene is judged as it is drawn; `min` and `max` in the expression keep it in its range"
-                self.sink.report("SC514", message, origin, hint=hint)
-        self.drawing.pending.append(Pending(value, kind, self.scenes, origin, reading.origins))
+        """Leaves a value to the draw stage to judge, and tells what is known to be wrong or may turn out to be."""
+        pending = Pending(value, kind, self.scenes, origin, reading.origins)
+        if reading.computed:
+            from scenecc.lower.doubts import foretell  # noqa: PLC0415 - loaded where something varies
+
+            foretell(pending, reading, self)
+        self.drawing.pending.append(pending)
 
     def inside(self, scope: str) -> Leaves:
         """The leaves of a named thing of another scope, over the same scenes; its `per_scene` lists are by all."""

@@ -111,7 +111,7 @@ ROWS: tuple[Code, ...] = (
         "SC513",
         "error",
         "drawn value out of its range",
-        "An expression gave a value in one of the scenes that its field cannot have.",
+        "An expression gives a value that its field cannot have, in one of the scenes or whatever is drawn.",
         '$ scenecc build scene.yaml --dry-run   # draws: {x: {uniform: [-1, 1]}} and radius: "${x}"',
         "Narrow the draws that it reads, or keep it in its range: `${max(0.01, x)}`.",
     ),
@@ -119,9 +119,9 @@ ROWS: tuple[Code, ...] = (
         "SC514",
         "warning",
         "expression that may leave its range",
-        "By the bounds of what it reads, an expression may give a value that its field cannot have. It is judged scene by "
-        "scene once it is drawn.",
-        'scenecc: 1\ndraws: {x: {uniform: [-1, 1]}}\nentities:\n  ball:\n    shapes:\n'
+        "By the bounds of what it reads, an expression may give a value that its field cannot have. It is judged scene "
+        "by scene once it is drawn.",
+        "scenecc: 1\ndraws: {x: {uniform: [-1, 1]}}\nentities:\n  ball:\n    shapes:\n"
         '      - {type: sphere, radius: "${0.5 + x}"}\n',
         "Narrow the draws that it reads, or keep it in its range: `${max(0.01, x)}`.",
     ),
@@ -129,10 +129,21 @@ ROWS: tuple[Code, ...] = (
         "SC515",
         "error",
         "value that is none in some scene",
-        "A rotation that varies has no value in one of the scenes: an axis of length 0, a quaternion that is not of length "
-        "1, a point looked at that is the pose itself or straight above it.",
+        "A rotation that varies has no value in one of the scenes: an axis of length 0, a quaternion that is not of "
+        "length 1, a point looked at that is the pose itself or straight above it. Or an expression gives another kind "
+        "of value than is wanted: one number for three.",
         "scenecc: 1\nnum_scenes: 2\nentities:\n  cube:\n    pose: {p: {per_scene: [[0, 0, 0], [1, 0, 0]]}, "
         "look_at: [1, 0, 0]}\n" + "    shapes:\n" + _BOX,
         "Keep what is drawn away from there.",
+    ),
+    Code(
+        "SC516",
+        "warning",
+        "expression that may have no value",
+        "By the bounds of what it reads, an expression may divide by zero, take the root of a negative number or read "
+        "beyond a list. A scene in which it does is an error once it is drawn.",
+        'scenecc: 1\ndraws: {x: {uniform: [-1, 1]}}\nentities:\n  cube:\n    mass: "${1 + sqrt(x)}"\n    shapes:\n'
+        + _BOX,
+        "Narrow the draws that it reads, or choose another value there: `${sqrt(x) if x > 0 else 0}`.",
     ),
 )

@@ -65,6 +65,9 @@ def test_a_draw_that_nothing_reads_is_a_warning() -> None:
 
 def test_an_expression_is_judged_scene_by_scene() -> None:
     document = scene(ball("${x}"), draws={"x": {"cycle": [0.1, 0.2, -0.1]}}, num_scenes=4)
+    assert codes(document) == [("SC513", "entities.body.shapes[0].radius")]
+    assert codes(scene(ball("${x}"), draws={"x": {"cycle": [0.1, 0.2, -0.1]}}, num_scenes=2)) == []
+    document = scene(ball("${x}"), draws={"x": {"choice": [0.1, 0.2, -0.1]}}, num_scenes=50)
     assert codes(document) == [("SC514", "entities.body.shapes[0].radius")]
     assert drawn(document) == [("SC514", "entities.body.shapes[0].radius"), ("SC513", "entities.body.shapes[0].radius")]
     found = validate(scene(ball("${max(0.1, x)}"), draws={"x": {"uniform": [-1, 1]}}))

@@ -33,7 +33,7 @@ DECLARED = {
     "text": {"choice": ["a", "b"]},
     "either": {"choice": [1, "a"]},
 }
-READ = "${half + sum + corner[0] + twice[1] + count + (1 if flag and text == 'a' and either == 1 else 2)}"
+READ = "${half + sum + corner[0] + twice[1] + count + (1 if flag and text == 'a' and [either] == [1] else 2)}"
 
 
 @pytest.mark.parametrize(
