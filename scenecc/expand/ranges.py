@@ -10,18 +10,17 @@ from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.param_types import KINDS, ParamType, is_number
 from scenecc.spec.plain import is_mapping, is_sequence
+from scenecc.values.forms import DRAWN
 from scenecc.values.template import Template
 
 if TYPE_CHECKING:
     from scenecc.spec.param_types import Misfit
 
-_DRAWN = {
-    "uniform": frozenset(("number", "vector", "color")),
-    "log_uniform": frozenset(("number", "vector", "color")),
-    "normal": frozenset(("number", "vector", "color")),
-    "integers": frozenset(("number", "integer", "vector")),
-}
-"""Forms that draw numbers, and the types of parameters that what they draw is of."""
+_WHOLE = frozenset(("number", "integer", "vector"))
+"""Types of parameters that what `integers` draws is of."""
+
+_NUMBERS = frozenset(("number", "vector", "color"))
+"""Types of parameters that what the other forms draw is of which draw numbers."""
 
 
 def form_of(value: Any) -> str | None:
@@ -38,7 +37,7 @@ def varying_misfit(value: Any, wanted: ParamType) -> Misfit | None:
     form = form_of(value)
     if form is None:
         return _parts_misfit(value, wanted) if _has_varying_parts(value) else wanted.misfit(value)
-    if form in _DRAWN:
+    if form in DRAWN:
         return _drawn_misfit(form, value, wanted)
     return next((wrong for item in _items(value[form]) if (wrong := varying_misfit(item, wanted))), None)
 
@@ -88,7 +87,7 @@ def _component(bound: Any, index: int) -> Any:
 
 def _drawn_misfit(form: str, value: dict[str, Any], wanted: ParamType) -> Misfit | None:
     """Of a form that draws numbers: whether it is the type's, its bounds are, and they lie in the range."""
-    if wanted.kind not in _DRAWN[form]:
+    if wanted.kind not in (_WHOLE if form == "integers" else _NUMBERS):
         return "SC211", f"must be {KINDS[wanted.kind][1]}, which `{form}` does not draw"
     bounds, clip = value[form], value.get("clip", ())
     if not is_sequence(bounds):

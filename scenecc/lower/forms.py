@@ -11,6 +11,7 @@ from scenecc.diagnostics import dotted
 from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.kinds import ONE, drawn_shape
 from scenecc.values.forms import (
+    DRAWN,
     MISSING,
     Choice,
     Cycle,
@@ -39,12 +40,7 @@ SELECTORS = frozenset((PerScene, SceneMap, Cycle, Choice))
 VARYING = SELECTORS | {Uniform, Integers, LogUniform, Normal, RandomRotation, Vector, Template}
 """All that may stand in place of a plain value, by type."""
 
-_DRAWN: dict[type, nodes.Kind] = {
-    Uniform: "uniform",
-    Integers: "integers",
-    LogUniform: "log_uniform",
-    Normal: "normal",
-}
+_DRAWN: dict[type, Any] = {form: key for key, form in DRAWN.items()}
 
 Step = tuple["PathKey", ...]
 

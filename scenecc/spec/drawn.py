@@ -25,12 +25,6 @@ if TYPE_CHECKING:
 _WIDEST = 2**53
 """Integers up to here are drawn: those that are exact as numbers with a fraction."""
 
-_DRAWN: dict[str, type[Any]] = {
-    "uniform": forms.Uniform,
-    "integers": forms.Integers,
-    "log_uniform": forms.LogUniform,
-}
-
 
 def read_drawn(reader: FormReader, key: str, node: dict[str, Any], domain: Domain, plain: Validate, loc: Loc) -> Any:
     """One of the forms that draw numbers; None where that was a mistake.
@@ -62,7 +56,7 @@ def read_drawn(reader: FormReader, key: str, node: dict[str, Any], domain: Domai
         for i, bound in enumerate(pair):
             _positive(reader, bound, (*at, i))
     _ordered(reader, low, high, domain, at)
-    return _DRAWN[key](low, high)
+    return forms.DRAWN[key](low, high)
 
 
 def _normal(reader: FormReader, node: dict[str, Any], domain: Domain, plain: Validate, loc: Loc) -> Any:

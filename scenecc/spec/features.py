@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-VARIATION_FORMS = frozenset({"per_scene", "cycle", "choice", "uniform", "integers", "log_uniform", "normal"})
+from scenecc.values import forms
+
+VARIATION_FORMS = frozenset((*forms.LISTED, *forms.DRAWN))
 """Keys of the mappings that give another value in each scene; `weights` and `clip` stand beside some of them."""
 
 NOT_YET: dict[str, str] = {

@@ -36,7 +36,6 @@ DEFAULT = "default"
 
 _OF_POSES = frozenset(("p", "q", "rpy", "rpy_deg", "axis_angle", "look_at", "relative_to"))
 _INDEX = re.compile(r"0|[1-9][0-9]{0,17}")
-_NUMBERS = frozenset(("uniform", "integers", "log_uniform", "normal"))
 
 
 class FormReader:
@@ -132,7 +131,7 @@ class FormReader:
                 self._mistakes.add(_beside(other, key), node, *loc, other)
         if others:
             return None
-        if key in _NUMBERS and not self._is_expression(node[key]):
+        if key in forms.DRAWN and not self._is_expression(node[key]):
             return read_drawn(self, key, node, domain, plain, loc)
         return self._listed(key, node, domain, plain, loc)
 

@@ -98,5 +98,16 @@ class Vector:
     items: tuple[Any, ...]
 
 
+LISTED: Final[dict[str, type[Any]]] = {"per_scene": PerScene, "cycle": Cycle, "choice": Choice}
+"""Keys of the forms that list the values of which each scene has one. (`per_scene` may be a map, too: `SceneMap`.)"""
+
+DRAWN: Final[dict[str, type[Any]]] = {
+    "uniform": Uniform,
+    "integers": Integers,
+    "log_uniform": LogUniform,
+    "normal": Normal,
+}
+"""Keys of the forms that draw numbers; the nodes that draw them have these for their kinds."""
+
 Form = PerScene | SceneMap | Cycle | Choice | Uniform | Integers | LogUniform | Normal | RandomRotation | Vector
 Varying = Form | Template
