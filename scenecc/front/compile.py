@@ -117,15 +117,19 @@ def _whole(
     from scenecc.expand.documents import scene_loader
     from scenecc.expand.expand import expand
     from scenecc.expand.given import given_by
+    from scenecc.expand.unread import report_unread
 
     limits = options.limits
     documents: dict[str | None, Document] = {document.name: document}
+    sharing: dict[str | None, Document] = {document.name: document}
     find = scene_loader(scope, limits, sink)
 
     def load(reference: str, owner: SceneDocument, place: Origin) -> SceneDocument | None:
         found = find(reference, owner, place)
         if found is not None:
             documents[found.name] = found.document
+            if _is_included(place):
+                sharing[found.name] = found.document
         return found
 
     sink.given = partial(given_by, documents)
@@ -142,10 +146,19 @@ def _whole(
     clock.lap("expand")
     if expansion is None or sink.failed:
         return None
+    report_unread([*sharing.values()], sink)
     sink.trace = expansion.trace
     scene = parse(expansion.data, Origin(document.name), sink, expanded=True)
     clock.lap("validate again")
     return None if scene is None or sink.failed else (scene, expansion)
+
+
+def _is_included(place: Origin) -> bool:
+    """Whether a file that is named at a place becomes a part of the top document."""
+    above: Origin | None = place
+    while above is not None and above.path[:1] == ("include",):
+        above = above.parent
+    return above is None
 
 
 def _lowered(

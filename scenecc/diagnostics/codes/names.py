@@ -188,4 +188,13 @@ ROWS: tuple[Code, ...] = (
         "`visual`",
         "Give every alternative a `visual`, and every texture the same sampling; or use `variants`.",
     ),
+    Code(
+        "SC322",
+        "warning",
+        "parameter never read",
+        "A parameter that no expression reads changes nothing, whatever it is given; often its name is misspelt where "
+        "it was to be read.",
+        "scenecc: 1\nparams: {size: 0.1}\nentities:\n  cube:\n" + _CUBE,
+        "Read it in a `${…}`, or remove it.",
+    ),
 )
