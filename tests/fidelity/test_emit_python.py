@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import pickle
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -168,3 +170,51 @@ def test_the_script_runs_by_itself(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False, timeout=100)
     assert done.returncode == 0, done.stderr
     assert "obstacle" in done.stdout
+
+
+COPIES = """
+scenecc: 1
+num_scenes: 3
+materials:
+  slippery: {physical: {static_friction: {uniform: [0.1, 0.3]}, dynamic_friction: 0.1, restitution: 0}}
+entities:
+  ground: {body_type: static, shapes: [{type: plane}]}
+  fence:                                # the same in every scene
+    repeat: {i: {count: 4}}
+    body_type: static
+    pose: ["${i - 2}", 1, 0.1]
+    shapes: [{type: box, half_size: [0.4, 0.05, "${0.1 + i / 100}"]}]
+  stone:                                # everything differs, by copy and by scene
+    repeat: {i: {count: 3}, j: {count: 2}}
+    name: "stone_${i}_${j}"
+    pose: {p: ["${i * 0.3}", "${j * 0.3}", {uniform: [0.1, 0.3]}], q: uniform}
+    mass: {uniform: [0.1, 1]}
+    linear_velocity: [{uniform: [-1, 1]}, 0, 0]
+    color: {choice: ["#ff0000", "#00ff00"]}
+    material: slippery
+    shapes: [{type: box, half_size: {uniform: [[0.02, 0.02, 0.02], [0.1, 0.1, 0.1]]}, rest_offset: 0.001}]
+  pebble:                               # in one scene
+    repeat: {i: {count: 3}}
+    scene_idxs: [1]
+    pose: ["${i / 10}", -0.5, 0.5]
+    shapes: [{type: sphere, radius: "${0.02 + i / 100}"}]
+  marble:                               # in some, by scene and the same for all copies
+    repeat: {i: {count: 3}}
+    scene_idxs: [0, 2]
+    pose: {p: ["${i / 10}", -0.7, 0.5]}
+    density: "${1000 + scene}"
+    shapes: [{type: sphere, radius: 0.03}]
+"""
+
+
+def test_copies_are_built_in_one_loop_as_one_by_one(tmp_path: Path) -> None:
+    plan = compile_scene(io.StringIO(COPIES))
+    text = emit(plan, "python", Sink(), base=tmp_path)
+    assert text is not None
+    assert re.findall(r"^    for k?,? ?name .*$", text, re.MULTILINE) == [
+        "    for k, name in enumerate(fence_names):",
+        "    for k, name in enumerate(stone_names):",
+        "    for k, name in enumerate(pebble_names):",
+        "    for k, name in enumerate(marble_names):",
+    ]
+    assert_same(plan, tmp_path)

@@ -42,11 +42,13 @@ class Body:
     """One structure of an entity in some of its scenes.
 
     Attributes:
+        name: an expression for the entity's.
         source: where statements go; the loop over scenes, if any, is open.
         columns: the entity's quantities in these scenes.
     """
 
     entity: Entity
+    name: Node
     structure: BodyStructure
     source: Source
     columns: Columns
@@ -98,7 +100,7 @@ def _write_builder(body: Body) -> None:
     source.statement(columns.value(body.entity.pose, "pose", pose), assign="builder.initial_pose")
     component = _STATIC if structure.body_type == "static" else _DYNAMIC
     touched = _touches_body(structure)
-    build = call("builder.build", name=string(body.entity.name))
+    build = call("builder.build", name=body.name)
     source.statement(build, assign="entity" if touched or given(structure, LOOK_KNOBS) else "")
     if touched:
         source.line(f"body = entity.find_component_by_type({component})")
@@ -171,14 +173,14 @@ def _write_components(body: Body) -> None:
     if structure.visuals:
         with _rendered(source, columns):
             source.line(f"look = {_LOOK}()")
-            source.statement(string(body.entity.name), assign="look.name")
+            source.statement(body.name, assign="look.name")
             for shape in structure.visuals:
                 _write_visual(shape, body)
             _write_look_knobs(body)
             source.line("entity.add_component(look)")
     if structure.body_type != "none":
         source.line(f"body = {_STATIC if structure.body_type == 'static' else _DYNAMIC}()")
-        source.statement(string(body.entity.name), assign="body.name")
+        source.statement(body.name, assign="body.name")
         if structure.body_type == "kinematic":
             source.line("body.kinematic = True")
         for shape in structure.collisions:
@@ -188,7 +190,7 @@ def _write_components(body: Body) -> None:
         write_mass(source, structure, columns)
         write_body_knobs(source, structure, columns)
         source.line("entity.add_component(body)")
-    source.statement(string(body.entity.name), assign="entity.name")
+    source.statement(body.name, assign="entity.name")
     source.statement(columns.value(body.entity.pose, "pose", pose), assign="entity.pose")
     source.line("scene.add_entity(entity)")
 

@@ -11,7 +11,7 @@ import numpy as np
 from scenecc.emit.python.layout import Group, Node, Source, call, list_of, string
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Sequence
+    from collections.abc import Callable, Generator, Hashable, Sequence
 
     from numpy.typing import NDArray
 
@@ -60,13 +60,16 @@ class Columns:
         ident: what names of lists start with.
         rows: the entity's rows (not scene indices) that the block builds.
         names: where names of lists come from.
+        copies: how many entities in one these rows are of, one after the other.
     """
 
     ident: str
     rows: NDArray[np.intp]
     names: Names
+    copies: int = 1
     _lists: dict[bool, list[tuple[str, Group]]] = field(default_factory=lambda: {False: [], True: []})
     _known: dict[Group, str] = field(default_factory=dict[Group, str])
+    _indices: set[str] = field(default_factory=set[str])
     _rendered: bool = False
 
     def value(self, value: Value, name: str, write: Callable[[Any], Node] = numbers) -> Node:
@@ -75,15 +78,25 @@ class Columns:
 
     def of_block(self, data: NDArray[Any], name: str, write: Callable[[Any], Node] = numbers) -> Node:
         """As `value`, of one row for each of the block, or one in all."""
-        if all(row.tobytes() == data[0].tobytes() for row in data[1:]):
-            return write(data[0])
-        return self._list(name, [write(row) for row in data])
+        return self._chosen([row.tobytes() for row in data], name, lambda row: write(data[row]))
 
     def words(self, items: Sequence[str], name: str) -> Node:
         """Strings, one a row of the block."""
-        if len(set(items)) == 1:
-            return string(items[0])
-        return self._list(name, [string(item) for item in items])
+        return self._chosen(items, name, lambda row: string(items[row]))
+
+    def _chosen(self, keys: Sequence[Hashable], name: str, write: Callable[[int], Node]) -> Node:
+        """What rows have in place where all agree, or else from a list by scene, by copy, or by both."""
+        if len(set(keys)) == 1:
+            return write(0)
+        scenes = len(keys) // self.copies
+        starts = range(0, len(keys), scenes)
+        by_copy = [keys[start : start + scenes] for start in starts]
+        if all(len(set(copy)) == 1 for copy in by_copy):
+            return self._list(name, [write(start) for start in starts], "[k]")
+        if all(copy == by_copy[0] for copy in by_copy):
+            return self._list(name, [write(row) for row in range(scenes)], "[i]")
+        rows = [list_of([write(start + row) for row in range(scenes)]) for start in starts]
+        return self._list(name, rows, "[k][i]")
 
     def of_rows(self, value: Value) -> NDArray[Any]:
         """The plan's data, one row for each of the block."""
@@ -96,10 +109,9 @@ class Columns:
         yield
         self._rendered = False
 
-    @property
-    def vary(self) -> bool:
-        """Whether any quantity differs."""
-        return any(self._lists.values())
+    def reads(self, index: str) -> bool:
+        """Whether any quantity is by scene, `i`, or by copy, `k`."""
+        return any(index in at for at in self._indices)
 
     def write(self, source: Source) -> None:
         """Assigns the lists, ahead of the loop over scenes."""
@@ -110,7 +122,8 @@ class Columns:
                 for name, items in self._lists[True]:
                     source.statement(items, assign=name)
 
-    def _list(self, name: str, items: list[Node]) -> str:
+    def _list(self, name: str, items: Sequence[Node], at: str) -> str:
+        self._indices.add(at)
         items_node = list_of(items)
         # What collides and what is seen mostly have the same sizes: one list serves both.
         variable = self._known.get(items_node)
@@ -118,4 +131,4 @@ class Columns:
             variable = self.names.take(f"{self.ident}_{name}")
             self._lists[self._rendered].append((variable, items_node))
             self._known[items_node] = variable
-        return f"{variable}[i]"
+        return variable + at

@@ -9,7 +9,7 @@ import re
 _SCRIPT = {
     "FILES", "HERE", "Iterator", "Path", "asset_file", "atexit", "base64", "body", "build_scenes", "builder",
     "coacd", "config", "contextmanager", "convex_parts", "default_material", "entity", "file", "functools",
-    "i", "importlib", "k", "look", "main", "os", "package_file", "packed_file", "parts", "physics_settings",
+    "i", "importlib", "k", "look", "main", "name", "os", "package_file", "packed_file", "parts", "physics_settings",
     "physx", "render", "sapien", "scene", "scenes", "shape", "shutil", "systems", "tempfile", "trimesh",
     "zlib",
 }  # fmt: skip

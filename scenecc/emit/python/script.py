@@ -7,12 +7,15 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from scenecc.diagnostics import Location
 from scenecc.emit.python.bodies import Body, write_body
 from scenecc.emit.python.columns import Columns, number, variants
+from scenecc.emit.python.copies import Run, folded
 from scenecc.emit.python.files import Files
 from scenecc.emit.python.knobs import BODY_KNOBS, LOOK_KNOBS, given
-from scenecc.emit.python.layout import Source, list_of
+from scenecc.emit.python.layout import Node, Source, list_of, string
 from scenecc.emit.python.materials import Materials
 from scenecc.emit.python.names import Names
 from scenecc.emit.python.settings import Settings
@@ -21,7 +24,6 @@ from scenecc.plan.uris import rebased
 if TYPE_CHECKING:
     from pathlib import Path
 
-    import numpy as np
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Sink
@@ -46,10 +48,14 @@ def write(plan: ScenePlan, sink: Sink, base: Path | None) -> str | None:
         return None
     names = Names()
     files = plan.files if base is None else tuple(rebased(file, base) for file in plan.files)
-    tables = _Tables(names, Files(files, names), Materials(plan, names))
+    whole, parts = folded(plan)
+    tables = _Tables(names, Files(files, names), Materials(whole, names))
     blocks = Source(depth=1)
-    for entity in plan.entities:
-        _write_entity(blocks, entity, plan.num_scenes, tables)
+    for part in parts:
+        if isinstance(part, Run):
+            _write_run(blocks, part, plan.num_scenes, tables)
+        else:
+            _write_entity(blocks, part, plan.num_scenes, tables)
     settings = Settings(plan.physics)
     source = Source()
     _write_head(source, plan)
@@ -156,7 +162,7 @@ def _write_entity(source: Source, entity: Entity, num_scenes: int, tables: _Tabl
         columns = Columns(entity.name, rows, tables.names)
         looped = len(rows) > 1
         inner = Source(depth=source.depth + looped)
-        write_body(Body(entity, structure, inner, columns, tables.files, tables.materials))
+        write_body(Body(entity, string(entity.name), structure, inner, columns, tables.files, tables.materials))
         source.line()
         source.comment(entity.name if entity.pick is None else f"{entity.name}, variant {index}")
         scenes = _selected(source, columns, entity, rows, num_scenes)
@@ -166,8 +172,44 @@ def _write_entity(source: Source, entity: Entity, num_scenes: int, tables: _Tabl
                 source.line(f"scene = {scenes}")
             source.append(inner)
             continue
-        with source.block(f"for i, scene in enumerate({scenes}):" if columns.vary else f"for scene in {scenes}:"):
+        with source.block(_over_scenes(scenes, columns)):
             source.append(inner)
+
+
+def _write_run(source: Source, run: Run, num_scenes: int, tables: _Tables) -> None:
+    """Copies of one another, in a loop over their names and scenes."""
+    entity, rows = run.entity, run.scenes
+    columns = Columns(entity.name, np.arange(len(entity.scene_idxs)), tables.names, len(run.names))
+    looped = rows > 1
+    inner = Source(depth=source.depth + 1 + looped)
+    write_body(Body(entity, "name", entity.structures[0], inner, columns, tables.files, tables.materials))
+    source.line()
+    source.comment(f"{run.names[0]} to {run.names[-1]}")
+    scenes = _selected(source, columns, entity, np.arange(rows), num_scenes)
+    names = tables.names.take(f"{entity.name}_names")
+    source.statement(_names_of(run.names), assign=names)
+    columns.write(source)
+    if not looped and num_scenes > 1:
+        source.line(f"scene = {scenes}")
+    with source.block(f"for k, name in enumerate({names}):" if columns.reads("k") else f"for name in {names}:"):
+        if not looped:
+            source.append(inner)
+            return
+        with source.block(_over_scenes(scenes, columns)):
+            source.append(inner)
+
+
+def _over_scenes(scenes: str, columns: Columns) -> str:
+    return f"for i, scene in enumerate({scenes}):" if columns.reads("i") else f"for scene in {scenes}:"
+
+
+def _names_of(names: tuple[str, ...]) -> Node:
+    """A list of names, as a comprehension where they are numbered from 0."""
+    stem = names[0].removesuffix("0")
+    if names == tuple(f"{stem}{k}" for k in range(len(names))):
+        text = string(stem.replace("{", "{{").replace("}", "}}") + "{k}")
+        return f"[f{text} for k in range({len(names)})]"
+    return list_of([string(name) for name in names])
 
 
 def _selected(source: Source, columns: Columns, entity: Entity, rows: NDArray[np.intp], num_scenes: int) -> str:
