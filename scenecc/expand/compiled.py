@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from scenecc.expand.modules import SETTINGS
-from scenecc.expand.names import BUILTIN, Meaning, check_free
+from scenecc.expand.names import BUILTIN, DEFAULT, Meaning, Names, check_free
 from scenecc.expand.params import Param, read_param
 from scenecc.expand.patterns import SHAPE_LISTS, Axes, Compiler, Pattern, count_values
 from scenecc.expand.run import PER_OBJECT, Budget, Run
@@ -184,11 +184,13 @@ class _ModuleCompiler:
         for name, entry in entries.items():
             if check_free(name, "parameter", self._names, entry.path, self._run(entry.part)):
                 self._names[name] = "later parameter"
+        draws: dict[str, Meaning] = dict.fromkeys(self._module.section("draws"), "draw")
         params: dict[str, Param] = {}
         for name, entry in entries.items():
             run = self._run(entry.part)
             # The defaults before it may be read; the names of a snapshot stay as they are now.
-            found = read_param(name, entry.node, entry.part, Compiler(dict(self._names), run, "a default"), run)
+            names: dict[str, Meaning] = {**draws, **self._names, **_itself(name, self._names)}
+            found = read_param(name, entry.node, entry.part, Compiler(names, run, DEFAULT), run)
             if found is not None:
                 params[name] = found
             if self._names.get(name) == "later parameter":
@@ -202,7 +204,8 @@ class _ModuleCompiler:
                 self._names[name] = "later draw"
         draws: dict[str, Made] = {}
         for name, entry in entries.items():
-            draws[name] = self._made(entry, Compiler(dict(self._names), self._run(entry.part)))
+            names: dict[str, Meaning] = {**self._names, **_itself(name, self._names)}
+            draws[name] = self._made(entry, Compiler(names, self._run(entry.part)))
             if self._names.get(name) == "later draw":
                 self._names[name] = "draw"
         return draws
@@ -270,6 +273,11 @@ def _shapes(node: Any) -> int:
     count = sum(len(node[key]) for key in SHAPE_LISTS if is_sequence(node.get(key)))
     variants = node.get("variants")
     return count + sum(map(_shapes, filter(is_mapping, variants))) if is_sequence(variants) else count
+
+
+def _itself(name: str, names: Names) -> dict[str, Meaning]:
+    """What a draw or default of some name cannot read: the one of that name."""
+    return {name: "itself"} if names.get(name, "").startswith("later") else {}
 
 
 def find_per_scene_lists(node: Any, path: Path) -> list[Path]:

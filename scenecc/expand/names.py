@@ -15,8 +15,15 @@ if TYPE_CHECKING:
     from scenecc.expand.run import Run
     from scenecc.values.template import Template
 
-Meaning = Literal["parameter", "loop variable", "draw", "later draw", "later parameter", "constant"]
-"""`later` ones may be read elsewhere, but not in the draw or default at hand."""
+Meaning = Literal[
+    "parameter", "loop variable", "draw", "later draw", "later parameter", "later loop variable", "itself", "constant"
+]
+"""`later` ones, and `itself`, may be read elsewhere, but not in the draw, default or loop at hand."""
+
+DEFAULT = "a default"
+"""What a parameter's default decides about."""
+
+_BARRED = frozenset(("later draw", "later parameter", "later loop variable", "itself"))
 
 BUILTIN: dict[str, Meaning] = {"num_scenes": "constant", "scene": "draw"}
 
@@ -37,9 +44,9 @@ def check_names(template: Template, names: Names, path: Path, run: Run, *, struc
     good = True
     for name in sorted(template.names):
         meaning = names.get(name)
-        if meaning is None or meaning.startswith("later"):
+        if meaning is None or meaning in _BARRED:
             good = False
-            run.fail(_unknown(name, meaning, names, template), path, "SC201")
+            run.fail(_unknown(name, names, template, structure), path, "SC201")
         elif structure is not None and meaning == "draw":
             good = False
             run.fail(_varying(name, structure, template), path, "SC203")
@@ -58,19 +65,30 @@ def check_free(name: str, what: str, names: Names, path: Path, run: Run) -> bool
     return False
 
 
-def _unknown(name: str, meaning: Meaning | None, names: Names, template: Template) -> ExpressionError:
-    if meaning is not None:
-        what = meaning.removeprefix("later ")
-        hint = f"a {what} may read those above it"
-        return ExpressionError(f"the {what} `{cut(name)}` is defined further down", *template.place(name), hint)
-    known = [known for known, meaning in names.items() if not meaning.startswith("later") and known not in BUILTIN]
-    hint = suggest(name, (*known, *BUILTIN))
-    return ExpressionError(f"unknown name `{cut(name)}`", *template.place(name), hint)
+def _unknown(name: str, names: Names, template: Template, structure: str | None) -> ExpressionError:
+    shown, place = f"`{cut(name)}`", template.place(name)
+    match names.get(name):
+        case None:
+            refused = _BARRED if structure is None else _BARRED | {"draw"}
+            known = [known for known, meaning in names.items() if meaning not in refused and known not in BUILTIN]
+            builtin = [known for known, meaning in BUILTIN.items() if meaning not in refused]
+            return ExpressionError(f"unknown name {shown}", *place, suggest(name, (*known, *builtin)))
+        case "itself":
+            return ExpressionError(f"{shown} reads itself", *place, "it may read those above it")
+        case "later loop variable":
+            hint = "its lists are the same whatever the others give; `if` can leave members of the product out"
+            return ExpressionError(f"{shown} is a loop variable of the same `repeat`", *place, hint)
+        case meaning:
+            what = (meaning or "").removeprefix("later ")
+            hint = f"a {what} may read those above it"
+            return ExpressionError(f"the {what} {shown} is defined further down", *place, hint)
 
 
 def _varying(name: str, structure: str, template: Template) -> ExpressionError:
+    if structure == DEFAULT and name != "scene":
+        hint = "a draw may read parameters: declare this one under `draws`"
+        return ExpressionError(f"`{cut(name)}` is a draw: a parameter cannot read it", *template.place(name), hint)
     what = "the scene's index" if name == "scene" else f"the draw `{cut(name)}`"
     hint = "only values may: a parameter can decide here, or `variants` with `pick`"
-    return ExpressionError(
-        f"{structure} cannot read {what}: it is the same in every scene", *template.place(name), hint
-    )
+    message = f"{structure} is the same in every scene, so it cannot read {what}"
+    return ExpressionError(message, *template.place(name), hint)

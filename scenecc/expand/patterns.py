@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from scenecc.diagnostics.words import show
 from scenecc.expand.expansion import Items
 from scenecc.expand.loops import Loop
-from scenecc.expand.names import Names, check_free, check_names
+from scenecc.expand.names import Meaning, Names, check_free, check_names
 from scenecc.expand.run import PER_OBJECT, Failed
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.features import VARIATION_FORMS
@@ -237,10 +237,12 @@ class Compiler:
 
     def axes(self, node: Any, path: Path) -> tuple[Axes, Compiler]:
         """The pattern of a `repeat`, and the compiler of what it repeats."""
-        outer = Compiler(self.names, self.run, "`repeat`", self.depth)
+        written: dict[str, Any] = node if is_mapping(node) else {}
+        own: dict[str, Meaning] = {name: "later loop variable" for name in written if name not in self.names}
+        outer = Compiler({**self.names, **own}, self.run, "`repeat`", self.depth)
         axes: dict[str, tuple[Any, Pattern | None]] = {}
         names = dict(self.names)
-        for name, item in node.items() if is_mapping(node) else ():
+        for name, item in written.items():
             if name.startswith(NOTE_PREFIX) or not check_free(name, "loop variable", names, (*path, name), self.run):
                 continue
             axes[name] = item, outer.pattern(item, (*path, name))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from scenecc import validate
 from scenecc.values.template import Template
 
 if TYPE_CHECKING:
@@ -316,3 +317,37 @@ def test_every_error_is_told_at_once(expanded: Expander) -> None:
         "  x: {mass: '${1 / 0}', density: '${c}'}\n  y: {if: '${a}', repeat: {a: [1]}}\n"
     )
     assert sorted(code for code, *_ in codes) == ["SC201", "SC202", "SC204", "SC211", "SC223"]
+
+
+@pytest.mark.parametrize(
+    ("top", "code", "message"),
+    [
+        ({"draws": {"a": "${a + 1}"}}, "SC201", "`a` reads itself"),
+        ({"params": {"a": "${a + 1}"}}, "SC201", "`a` reads itself"),
+        ({"draws": {"a": "${b}", "b": 1}}, "SC201", "the draw `b` is defined further down"),
+        ({"params": {"a": "${d}"}, "draws": {"d": 1}}, "SC203", "`d` is a draw: a parameter cannot read it"),
+        (
+            {"params": {"a": "${scene}"}},
+            "SC203",
+            "a default is the same in every scene, so it cannot read the scene's index",
+        ),
+    ],
+    ids=str,
+)
+def test_what_a_draw_or_a_default_cannot_read(top: dict[str, Any], code: str, message: str) -> None:
+    (found,) = [one for one in validate({"scenecc": 1, **top}) if one.severity == "error"]
+    assert (found.code, found.message) == (code, message)
+
+
+def test_a_loop_cannot_read_another_of_the_same_repeat() -> None:
+    body = {"shapes": [{"type": "sphere", "radius": 0.1}], "repeat": {"i": [1, 2], "j": {"count": "${i}"}}}
+    (found,) = validate({"scenecc": 1, "entities": {"ball": body}})
+    assert (found.code, found.message) == ("SC201", "`i` is a loop variable of the same `repeat`")
+
+
+def test_the_scene_is_not_offered_where_it_is_refused() -> None:
+    body = {"shapes": [{"type": "sphere", "radius": 0.1}], "if": "${wxyz > 1}", "mass": "${wxyz}"}
+    hints = {one.path: str(one.hint) for one in validate({"scenecc": 1, "entities": {"ball": body}})}
+    assert "known here: " in hints["entities.ball.if"]
+    assert "scene" not in hints["entities.ball.if"].replace("num_scenes", "")
+    assert "scene" in hints["entities.ball.mass"].replace("num_scenes", "")
