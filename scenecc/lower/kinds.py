@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
+from scenecc.spec.param_types import is_color_text
 from scenecc.values import forms
 
 if TYPE_CHECKING:
@@ -99,8 +100,7 @@ def rgba(color: str | Sequence[float]) -> Rgba:
 def read_color(color: Any) -> Rgba | None:
     """As `rgba`, of a value that no model has looked at."""
     if isinstance(color, str):
-        digits = color[1:]
-        if color[:1] != "#" or len(digits) not in {6, 8} or set(digits.lower()) - set("0123456789abcdef"):
+        if not is_color_text(color):
             return None
     elif not _are_numbers(color) or len(color) not in {3, 4}:
         return None

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from scenecc.lower.names import Names
     from scenecc.values.nodes import Node
 
-WORLD = "world"
-
 _SHOWN = 20
 """How many members of a circle are named."""
 

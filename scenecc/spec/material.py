@@ -8,10 +8,11 @@ from typing_extensions import TypeAliasType
 from scenecc.spec.base import GivenName, Maybe, Model, Text, key
 from scenecc.spec.later import Later
 from scenecc.spec.leaf import Fixed, Leaf
+from scenecc.spec.param_types import COLOR_TEXT
 from scenecc.spec.scalars import NonNegative, Unit
 from scenecc.spec.unions import COMPONENTS, by_kind
 
-ColorText = Annotated[str, StringConstraints(pattern=r"^#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{8})$")]
+ColorText = Annotated[str, StringConstraints(pattern=COLOR_TEXT)]
 ColorList = Annotated[list[Unit], Field(min_length=3, max_length=4)]
 Color = TypeAliasType(
     "Color",

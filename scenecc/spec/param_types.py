@@ -14,7 +14,11 @@ from scenecc.spec.plain import is_mapping, is_sequence
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
 
-_HEX = re.compile(r"#(?:[0-9A-Fa-f]{6}|[0-9A-Fa-f]{8})").fullmatch
+COLOR_TEXT = r"^#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{8})$"
+"""What a colour is as a text: "#rrggbb" or "#rrggbbaa"."""
+
+is_color_text = re.compile(COLOR_TEXT).fullmatch
+"""Whether a text is a colour."""
 
 
 def is_number(value: Any) -> bool:
@@ -30,7 +34,7 @@ def is_vector(value: Any) -> bool:
 def is_color(value: Any) -> bool:
     """Three or four numbers in 0..1, or "#rrggbb[aa]"."""
     if isinstance(value, str):
-        return _HEX(value) is not None
+        return is_color_text(value) is not None
     return is_vector(value) and len(value) in {3, 4} and all(0 <= part <= 1 for part in value)
 
 
@@ -83,7 +87,7 @@ def kind_of(default: Any) -> str | None:
     if is_number(default):
         return "number"
     if isinstance(default, str):
-        return "color" if _HEX(default) else "string"
+        return "color" if is_color_text(default) else "string"
     if is_vector(default):
         return "vector"
     return "list" if is_sequence(default) else None
