@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import groupby
 from typing import TYPE_CHECKING, Final
 
 from scenecc.diagnostics.render.terminal import visible
@@ -18,6 +20,8 @@ _FIELDS: Final = ("", "differs", "", "values")
 _RIGHT: Final = frozenset({"shapes", "mass [kg]"})
 """Columns of numbers."""
 
+_NUMBER: Final = re.compile(r"\d+")
+
 _COMMAND: Final = re.compile(r"^(?=\s*::)|(?<=##)(?=\[)")
 """Where GitHub's runner, which reads what a job prints, sees a command of its own."""
 
@@ -28,7 +32,7 @@ def plain(text: str) -> str:
 
 
 def built(rows: Sequence[SummaryRow], *, color: bool) -> str:
-    """One line an entity, in build order."""
+    """One line an entity, in build order. `~` marks what scenes differ in, of which the first is told."""
     cells = [
         (plain(row.name), row.body_type, str(row.shape_count), _mass(row), _size(row), index_ranges(row.scene_idxs))
         for row in rows
@@ -37,30 +41,46 @@ def built(rows: Sequence[SummaryRow], *, color: bool) -> str:
 
 
 def planned(rows: Sequence[SummaryRow], *, color: bool) -> str:
-    """One line an entity, in build order; then one line a field in which scenes differ."""
+    """One line an entity, in build order; then one line a field in which scenes differ. Copies that are the same in
+    all that is told share their lines.
+    """
+    told = _told(rows)
     cells = [
         (
-            plain(row.name),
+            plain(name),
             row.body_type,
             str(row.shape_count),
             _size(row),
             index_ranges(row.scene_idxs),
             _differing(row),
         )
-        for row in rows
+        for name, row in told
     ]
     fields = [
         (
-            plain(row.name if first else ""),
+            plain(name if first else ""),
             plain(field.field),
             "at reset" if field.at_reset else "",
             plain(field.values),
         )
-        for row in rows
+        for name, row in told
         for first, field in zip((True, *[False] * len(row.varying)), row.varying, strict=False)
     ]
     differing = f"\n{table(_FIELDS, fields, color=color)}" if fields else ""
     return table(_PLANNED, cells, color=color) + differing
+
+
+def _told(rows: Sequence[SummaryRow]) -> list[tuple[str, SummaryRow]]:
+    """The rows with the names that stand for them: copies in a row are one where only their numbers differ."""
+
+    def facts(row: SummaryRow) -> tuple[str, SummaryRow]:
+        return _NUMBER.sub("#", row.name), replace(row, name="")
+
+    groups = [list(group) for _, group in groupby(rows, facts)]
+    return [
+        (group[0].name if len(group) == 1 else f"{group[0].name} … {group[-1].name} ({len(group)})", group[0])
+        for group in groups
+    ]
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, color: bool) -> str:
@@ -102,11 +122,16 @@ def _padded(row: Sequence[str], widths: Sequence[int], head: Sequence[str]) -> l
 
 
 def _mass(row: SummaryRow) -> str:
-    return "–" if row.mass is None else f"{row.mass:.4g}"
+    if row.masses is None:
+        return "–"
+    low, high = (f"{mass:.4g}" for mass in row.masses)
+    return low if low == high else f"{low}–{high}"
 
 
 def _size(row: SummaryRow) -> str:
-    return "–" if row.size is None else " × ".join(f"{length:.4g}" for length in row.size)
+    if row.size is None:
+        return "–"
+    return "~ " * row.size_differs + " × ".join(f"{length:.4g}" for length in row.size)
 
 
 def _differing(row: SummaryRow) -> str:

@@ -29,6 +29,8 @@ class SummaryRow:
         scene_idxs: the scenes it is in.
         field_count: how many fields have a value; 0 where an engine was started.
         varying: those that differ between scenes; empty where an engine was started.
+        masses: the least and the largest of its scenes [kg], where there is a mass.
+        size_differs: whether scenes may differ in its size.
     """
 
     name: str
@@ -39,6 +41,8 @@ class SummaryRow:
     scene_idxs: tuple[int, ...]
     field_count: int = 0
     varying: tuple[VaryingField, ...] = ()
+    masses: tuple[float, float] | None = None
+    size_differs: bool = False
 
 
 def summarize(plan: ScenePlan, batch: SceneBatch | None, scene_idxs: tuple[int, ...] | None = None) -> list[SummaryRow]:
@@ -53,7 +57,7 @@ def summarize(plan: ScenePlan, batch: SceneBatch | None, scene_idxs: tuple[int, 
     present = [(entity, tuple(index for index in entity.scene_idxs if index in asked)) for entity in plan.entities]
     if batch is None:
         return [_planned(entity, idxs, entity_fields(entity, plan)) for entity, idxs in present if idxs]
-    return [_built(entity, idxs, batch) for entity, idxs in present if idxs]
+    return [_built(entity, idxs, batch, entity_fields(entity, plan)) for entity, idxs in present if idxs]
 
 
 _SIZES = frozenset({"half_size", "radius", "half_length", "scale", "file", "p", "q"})
@@ -61,9 +65,7 @@ _SIZES = frozenset({"half_size", "radius", "half_length", "scale", "file", "p", 
 
 
 def _planned(entity: Entity, scene_idxs: tuple[int, ...], fields: Fields) -> SummaryRow:
-    differs = entity.pick is not None or any(
-        "[" in field.field and field.field.rsplit(".", 1)[-1] in _SIZES for field in fields.varying
-    )
+    differs = _size_differs(entity, fields)
     structures = entity.structures
     return SummaryRow(
         name=entity.name,
@@ -74,21 +76,33 @@ def _planned(entity: Entity, scene_idxs: tuple[int, ...], fields: Fields) -> Sum
         scene_idxs=scene_idxs,
         field_count=fields.count,
         varying=fields.varying,
+        size_differs=differs,
     )
 
 
-def _built(entity: Entity, scene_idxs: tuple[int, ...], batch: SceneBatch) -> SummaryRow:
+def _size_differs(entity: Entity, fields: Fields) -> bool:
+    return entity.pick is not None or any(
+        "[" in field.field and field.field.rsplit(".", 1)[-1] in _SIZES for field in fields.varying
+    )
+
+
+def _built(entity: Entity, scene_idxs: tuple[int, ...], batch: SceneBatch, fields: Fields) -> SummaryRow:
     row = entity.scene_idxs.index(scene_idxs[0])
     structure = entity.structure(row)
-    body = _rigid_body(batch.entities[entity.name].objs[0])
+    objs = batch.entities[entity.name].objs
+    body = _rigid_body(objs[0])
+    # SAPIEN gives what has nothing to weigh a milligram.
+    weighs = bool(structure.collisions) or structure.inertial is not None
+    masses = [mass for obj in objs if (mass := getattr(_rigid_body(obj), "mass", None)) is not None] if weighs else []
     return SummaryRow(
         name=entity.name,
         body_type=_body_types(entity),
         shape_count=max(len(structure.collisions), len(structure.visuals)),
-        # SAPIEN gives what has nothing to weigh a milligram.
-        mass=getattr(body, "mass", None) if structure.collisions or structure.inertial is not None else None,
+        mass=masses[0] if masses else None,
         size=extent(structure, row) or (None if body is None else _mesh_size(body)),
         scene_idxs=scene_idxs,
+        masses=(min(masses), max(masses)) if masses else None,
+        size_differs=_size_differs(entity, fields),
     )
 
 

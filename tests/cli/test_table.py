@@ -46,7 +46,8 @@ def test_names_cannot_steer_a_terminal_or_a_runner(names: list[str]) -> None:
     rows = [SummaryRow(name, "dynamic", 1, None, None, (0,)) for name in names]
     lines = built(rows, color=False).removesuffix("\n").split("\n")
     field = VaryingField("mass", "".join(names), at_reset=False)
-    lines += planned([replace(row, varying=(field,)) for row in rows], color=False).split("\n\n")[-1].split("\n")[1:-1]
+    for row in rows:
+        lines += planned([replace(row, varying=(field,))], color=False).split("\n\n")[-1].split("\n")[1:-1]
     assert len(lines) == 1 + 2 * len(names)
     for line in lines:
         assert not re.match(r"\s*::|.*##\[", line)
@@ -69,3 +70,20 @@ def test_a_plans_fields_stand_below_its_objects() -> None:
         "ball  pose.p   at reset  0 … 1 each\n"
         "      mass               1 | 2\n"
     )
+
+
+def test_copies_that_are_told_alike_share_a_line() -> None:
+    pose = (VaryingField("pose.p", "0 … 1 each", at_reset=True),)
+    rows = [SummaryRow(f"ball_{i}", "dynamic", 1, None, (0.1, 0.1, 0.1), (0, 1), 5, pose) for i in range(1000)]
+    rows.append(replace(rows[0], name="ball_1000", size=(0.2, 0.1, 0.1)))
+    lines = planned(rows, color=False).splitlines()
+    assert [line.partition("  ")[0] for line in lines] == [
+        "name", "ball_0 … ball_999 (1000)", "ball_1000", "", "", "ball_0 … ball_999 (1000)", "ball_1000",
+    ]  # fmt: skip
+
+
+def test_what_scenes_differ_in_is_marked() -> None:
+    row = SummaryRow("ball", "dynamic", 1, 0.05, (0.1, 0.1, 0.1), (0, 1), masses=(0.05, 0.12), size_differs=True)
+    assert built([row], color=False).splitlines()[1].split("  ")[-3:] == ["0.05–0.12", "~ 0.1 × 0.1 × 0.1", "0, 1"]
+    same = replace(row, masses=(0.05, 0.05), size_differs=False)
+    assert built([same], color=False).splitlines()[1].split("  ")[-2] == "0.1 × 0.1 × 0.1"
