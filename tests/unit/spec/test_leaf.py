@@ -170,7 +170,8 @@ def test_shared_draws_are_any_plain_value_or_form(node: Any) -> None:
 def test_copies_that_share_a_node_share_what_it_was_read_as() -> None:
     drawn = {"uniform": [0.1, 0.2]}
     copies = {name: {"shapes": [{"type": "sphere", "radius": drawn}]} for name in "ab"}
-    a, b = read({"entities": copies}, expanded=True).entities.values()
+    bodies: Any = read({"entities": copies}, expanded=True).entities
+    a, b = bodies.values()
     assert a.shapes[0].radius is b.shapes[0].radius
 
 
