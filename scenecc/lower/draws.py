@@ -96,8 +96,7 @@ def _given(rows: Any, node: Node, drawing: Drawing, place: Origin) -> tuple[Any,
     try:
         data = as_declared(rows, wanted, drawing.num_scenes)
     except UnfitError as error:
-        hint = "one row for each scene of the batch"
-        drawing.sink.report("SC318", f"the array given for this draw {error}", place, at="key", hint=hint)
+        drawing.sink.report("SC318", f"the array given for this draw {error}", place, at="key", hint=error.hint)
         return None
     items: list[Any] = data.tolist()
     return tuple(map(_plain, items))

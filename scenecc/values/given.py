@@ -29,6 +29,14 @@ class Declared(NamedTuple):
 class UnfitError(ValueError):
     """An array that cannot take the place of a draw; the message goes on after the array's name."""
 
+    hint: str | None = None
+
+
+class MisshapenError(UnfitError):
+    """One of another shape."""
+
+    hint = "one row for each scene"
+
 
 def declared(node: Node, found: Support) -> Declared:
     """What a draw is declared to be. `found`: its support, since that tells of most expressions too."""
@@ -56,9 +64,9 @@ def as_declared(rows: ArrayLike, wanted: Declared, count: int) -> NDArray[Any]:
     data = _array(rows)
     if wanted.shape is None:
         if data.ndim not in {1, 2} or len(data) != count or not data.size:
-            raise UnfitError(f"must be of shape ({count},) or ({count}, k), not {data.shape}")
+            raise MisshapenError(f"must be of shape ({count},) or ({count}, k), not {data.shape}")
     elif data.shape != (count, *wanted.shape):
-        raise UnfitError(f"must be of shape {(count, *wanted.shape)}, as the file declares, not {data.shape}")
+        raise MisshapenError(f"must be of shape {(count, *wanted.shape)}, as the file declares, not {data.shape}")
     kind = _KINDS.get(data.dtype.kind)
     if kind is None:
         raise UnfitError(f"must be of {wanted.kind or 'numbers, flags or texts'}, not of other objects")
@@ -81,7 +89,7 @@ def _array(rows: ArrayLike) -> NDArray[Any]:
         # Columns of a table are often objects, whatever they hold.
         return np.asarray(data.tolist()) if data.dtype == object else data
     except ValueError as error:
-        raise UnfitError("must have rows of one length") from error
+        raise MisshapenError("must have rows of one length") from error
 
 
 def _check_finite(data: NDArray[Any]) -> None:

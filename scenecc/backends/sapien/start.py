@@ -91,7 +91,8 @@ class Start:
             try:
                 values = as_declared(rows, wanted, len(scene_idxs))
             except UnfitError as error:
-                raise ValueError(f"draws['{name}'] {error}: one row for each scene that is reset") from None
+                rows_of = f": {error.hint} that is reset" if error.hint else ""
+                raise ValueError(f"draws['{name}'] {error}{rows_of}") from None
             spread[name] = np.zeros((self._plan.num_scenes, *values.shape[1:]), values.dtype)
             spread[name][list(scene_idxs)] = values
         return spread
