@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Location, Origin
 from scenecc.diagnostics.words import cut, suggest
+from scenecc.expand.contents import count_values, has_failed, is_varying
 from scenecc.expand.expansion import Mark
-from scenecc.expand.patterns import count_values, has_failed, is_varying
 from scenecc.expand.ranges import form_of, varying_misfit
 from scenecc.expand.run import Run
 from scenecc.spec.param_types import kind_of

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import show
 from scenecc.expand.arguments import Argument, Bound, bind_params
+from scenecc.expand.contents import is_varying
 from scenecc.expand.expansion import Mark
 from scenecc.expand.materials import material_name
 from scenecc.expand.named_materials import may_be_named
 from scenecc.expand.output import Output, scoped
-from scenecc.expand.patterns import is_varying
 from scenecc.expand.run import Failed
 from scenecc.expand.scopes import Scope
 from scenecc.expand.still import stilled
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
     from scenecc.diagnostics import Location, Origin, Path, Sink
-    from scenecc.expand.compiled import Compiled, Made, Unit
+    from scenecc.expand.compiled import Compiled, Written, WrittenEntity
     from scenecc.expand.params import Param
     from scenecc.expand.prefabs import Prefabs
     from scenecc.expand.run import Budget, Run
@@ -133,20 +133,20 @@ class Builder:
                 # The same in every scene: whatever reads it is the same too, and need not be computed for each.
                 scope.values[name] = value
 
-    def _node(self, section: str, name: str, made: Made, scope: Scope) -> bool:
+    def _node(self, section: str, name: str, made: Written, scope: Scope) -> bool:
         run = scope.run(made.part, self._objects, self._sink)
         run.lists = {}
         node = made.make(run)
         return self._output.add(section, name, node, run.mark(made.path), run.lists)
 
-    def _placed(self, section: str, name: str, made: Made, scope: Scope) -> None:
+    def _placed(self, section: str, name: str, made: Written, scope: Scope) -> None:
         if self._node(section, name, made, scope) and scope.name:
             self._output.scopes[name] = scope.name
             if scope.selection is not None:
                 # What it reads of a `with` may have a value in these scenes alone.
                 self._output.selections[name] = scope.selection
 
-    def _unit(self, unit: Unit, scope: Scope) -> None:
+    def _unit(self, unit: WrittenEntity, scope: Scope) -> None:
         run = scope.run(unit.body.part, self._objects, self._sink)
         if unit.axes is None:
             self._one(unit, unit.name, scope, run)
@@ -168,7 +168,7 @@ class Builder:
         for name in names:
             values.pop(name, None)
 
-    def _one(self, unit: Unit, name: str, scope: Scope, run: Run) -> None:
+    def _one(self, unit: WrittenEntity, name: str, scope: Scope, run: Run) -> None:
         """One entity or instance. `name`: what it is called without a `name` of its own."""
         if unit.condition is not None and not self._holds(unit.condition, run):
             return
@@ -190,14 +190,14 @@ class Builder:
         if self._output.add("entities", full, node, run.mark(unit.body.path), run.lists) and scope.name:
             self._output.scopes[full] = scope.name
 
-    def _selection(self, unit: Unit, scope: Scope, run: Run) -> Selection:
+    def _selection(self, unit: WrittenEntity, scope: Scope, run: Run) -> Selection:
         """The scenes of an entity inside an instance that narrows them; None where none does."""
         if scope.selection is None or unit.selection is None:
             return scope.selection
         return self._scenes.narrowed(unit.selection.make(run), scope.selection, run.origin(unit.selection.path))
 
     @staticmethod
-    def _holds(condition: Made, run: Run) -> bool:
+    def _holds(condition: Written, run: Run) -> bool:
         value = condition.make(run)
         if type(value) is bool:
             return value
@@ -208,7 +208,7 @@ class Builder:
         return False
 
     @staticmethod
-    def _named(namer: Made, name: str, run: Run) -> str:
+    def _named(namer: Written, name: str, run: Run) -> str:
         made = namer.make(run)
         if isinstance(made, str) and _NAME.match(made):
             return made
@@ -219,7 +219,7 @@ class Builder:
             run.report("SC107", f"{show(made)} is not a name", namer.path, hint=hint)
         return name
 
-    def _instance(self, unit: Unit, name: str, scope: Scope, run: Run) -> None:
+    def _instance(self, unit: WrittenEntity, name: str, scope: Scope, run: Run) -> None:
         use = unit.use
         assert use is not None
         if unit.axes is None:
@@ -252,7 +252,7 @@ class Builder:
         self.expand(inner, bound)
         self._anchor(full, body, mark, selection, scope)
 
-    def _argument(self, made: Made, selection: Selection, scope: Scope, run: Run) -> Argument:
+    def _argument(self, made: Written, selection: Selection, scope: Scope, run: Run) -> Argument:
         value = made.make(run)
         turned: dict[Path, tuple[int, ...]] = {}
         if selection is not None and is_varying(value):

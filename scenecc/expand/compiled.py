@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from scenecc.expand.contents import count_values
 from scenecc.expand.modules import SETTINGS
 from scenecc.expand.names import BUILTIN, DEFAULT, Meaning, Names, check_free
 from scenecc.expand.params import Param, read_param
-from scenecc.expand.patterns import SHAPE_LISTS, Axes, Compiler, Pattern, count_values
+from scenecc.expand.patterns import SHAPE_LISTS, Axes, Compiler, Pattern
 from scenecc.expand.run import PER_OBJECT, Budget, Run
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.plain import is_mapping, is_sequence
@@ -26,7 +27,7 @@ _OF_INSTANCES = frozenset((*_OF_COPIES, "use", "with", "prefix", "scene_idxs"))
 
 
 @dataclass(frozen=True, slots=True)
-class Made:
+class Written:
     """A node and its pattern.
 
     Attributes:
@@ -56,13 +57,13 @@ class Use:
         prefix: what stands before the names inside; None: the instance's name and a slash.
     """
 
-    reference: Made
-    given: dict[str, Made]
-    prefix: Made | None
+    reference: Written
+    given: dict[str, Written]
+    prefix: Written | None
 
 
 @dataclass(frozen=True, slots=True)
-class Unit:
+class WrittenEntity:
     """One written entity: a body, several, or instances of a prefab.
 
     Attributes:
@@ -77,11 +78,11 @@ class Unit:
     """
 
     name: str
-    body: Made
+    body: Written
     axes: Axes | None
-    condition: Made | None
-    namer: Made | None
-    selection: Made | None
+    condition: Written | None
+    namer: Written | None
+    selection: Written | None
     use: Use | None
     weight: int
 
@@ -101,12 +102,12 @@ class Compiled:
 
     module: Module
     params: dict[str, Param]
-    draws: dict[str, Made]
-    materials: dict[str, Made]
-    groups: dict[str, Made]
-    frames: dict[str, Made]
-    settings: dict[str, dict[str, Made]]
-    units: list[Unit]
+    draws: dict[str, Written]
+    materials: dict[str, Written]
+    groups: dict[str, Written]
+    frames: dict[str, Written]
+    settings: dict[str, dict[str, Written]]
+    units: list[WrittenEntity]
     weight: int
 
     def default_materials(self) -> list[str]:
@@ -153,7 +154,7 @@ class _ModuleCompiler:
             self._weight((draws, *sections), units),
         )
 
-    def _weight(self, sections: Iterable[Mapping[str, Made]], units: list[Unit]) -> int:
+    def _weight(self, sections: Iterable[Mapping[str, Written]], units: list[WrittenEntity]) -> int:
         params = self._module.section("params").values()
         count = sum(1 + count_values(entry.node) for entry in params) // _PER_PARAMETER
         count += sum(_weight(made.node) for nodes in sections for made in nodes.values())
@@ -169,15 +170,15 @@ class _ModuleCompiler:
     def _compiler(self, entry: Entry, structure: str | None = None) -> Compiler:
         return Compiler(self._names, self._run(entry.part), structure)
 
-    def _section(self, section: str, structure: str | None = None) -> dict[str, Made]:
+    def _section(self, section: str, structure: str | None = None) -> dict[str, Written]:
         return {
             name: self._made(entry, self._compiler(entry, structure))
             for name, entry in self._module.section(section).items()
         }
 
     @staticmethod
-    def _made(entry: Entry, compiler: Compiler) -> Made:
-        return Made(entry.node, compiler.pattern(entry.node, entry.path), entry.part, entry.path)
+    def _made(entry: Entry, compiler: Compiler) -> Written:
+        return Written(entry.node, compiler.pattern(entry.node, entry.path), entry.part, entry.path)
 
     def _params(self) -> dict[str, Param]:
         entries = self._module.section("params")
@@ -197,12 +198,12 @@ class _ModuleCompiler:
                 self._names[name] = "parameter"
         return params
 
-    def _draws(self) -> dict[str, Made]:
+    def _draws(self) -> dict[str, Written]:
         entries = self._module.section("draws")
         for name, entry in entries.items():
             if check_free(name, "draw", self._names, entry.path, self._run(entry.part)):
                 self._names[name] = "later draw"
-        draws: dict[str, Made] = {}
+        draws: dict[str, Written] = {}
         for name, entry in entries.items():
             names: dict[str, Meaning] = {**self._names, **_itself(name, self._names)}
             draws[name] = self._made(entry, Compiler(names, self._run(entry.part)))
@@ -210,7 +211,7 @@ class _ModuleCompiler:
                 self._names[name] = "draw"
         return draws
 
-    def _unit(self, name: str, entry: Entry) -> Unit:
+    def _unit(self, name: str, entry: Entry) -> WrittenEntity:
         node, path = entry.node, entry.path
         compiler = self._compiler(entry)
         axes = None
@@ -221,11 +222,11 @@ class _ModuleCompiler:
         use = self._use_of(node, entry, compiler) if "use" in node else None
         dropped = _OF_INSTANCES if use is not None else _OF_COPIES & node.keys()
         inner = compiler.entries(node, path, frozenset(dropped)) if is_mapping(node) else None
-        body = Made(
+        body = Written(
             node if inner is None else inner.node, inner if inner and inner.patterns else None, entry.part, path
         )
         condition, namer, selection = (self._fixed(node, key, entry, compiler) for key in ("if", "name", "scene_idxs"))
-        return Unit(name, body, axes, condition, namer, selection, use, max(_weight(node), _shapes(node)))
+        return WrittenEntity(name, body, axes, condition, namer, selection, use, max(_weight(node), _shapes(node)))
 
     def _needs_repeat(self, node: dict[str, Any], entry: Entry) -> None:
         if "name" in node:
@@ -235,13 +236,13 @@ class _ModuleCompiler:
             )
 
     @staticmethod
-    def _fixed(node: dict[str, Any], key: str, entry: Entry, compiler: Compiler) -> Made | None:
+    def _fixed(node: dict[str, Any], key: str, entry: Entry, compiler: Compiler) -> Written | None:
         """A key that decides about structure; None where it is not there."""
         if key not in node:
             return None
         path = (*entry.path, key)
         fixed = Compiler(compiler.names, compiler.run, f"`{key}`")
-        return Made(node[key], fixed.pattern(node[key], path), entry.part, path)
+        return Written(node[key], fixed.pattern(node[key], path), entry.part, path)
 
     def _use_of(self, node: dict[str, Any], entry: Entry, compiler: Compiler) -> Use:
         reference = self._fixed(node, "use", entry, compiler)
@@ -251,7 +252,7 @@ class _ModuleCompiler:
         return Use(
             reference,
             {
-                name: Made(item, compiler.pattern(item, (*path, name)), entry.part, (*path, name))
+                name: Written(item, compiler.pattern(item, (*path, name)), entry.part, (*path, name))
                 for name, item in given.items()
                 if not name.startswith(NOTE_PREFIX)
             },

@@ -13,7 +13,7 @@ from scenecc.values.template import Template
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from scenecc.expand.compiled import Compiled, Unit
+    from scenecc.expand.compiled import Compiled, WrittenEntity
 
 _QUOTED = re.compile(r"'([^']*)'|\"([^\"]*)\"")
 _NAMING = frozenset(("material", "with", "repeat"))
@@ -40,7 +40,7 @@ def may_be_named(compiled: Compiled) -> set[str]:
     return {*compiled.default_materials(), *search.found} & materials.keys()
 
 
-def _depends(unit: Unit) -> bool:
+def _depends(unit: WrittenEntity) -> bool:
     """Whether anything of an entity may be otherwise under other parameters."""
     return unit.body.pattern is not None or not (unit.axes is unit.condition is unit.use is None)
 

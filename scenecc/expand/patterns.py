@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 from scenecc.diagnostics.words import show
+from scenecc.expand.contents import count_values, is_varying
 from scenecc.expand.expansion import Items
 from scenecc.expand.loops import Loop
 from scenecc.expand.names import Meaning, Names, check_free, check_names
 from scenecc.expand.run import PER_OBJECT, Failed
 from scenecc.spec.base import NOTE_PREFIX
-from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.plain import is_mapping, is_sequence
 from scenecc.values.failure import ExpressionError
 from scenecc.values.template import Template
@@ -271,45 +271,8 @@ class Compiler:
         return pattern.node, pattern if pattern.patterns else None, axes, weight
 
 
-_PER_VALUE = 8
-"""How many characters of an expression count as one more value: each may be an operation."""
-
-
-def count_values(node: Any, most: int | None = None) -> int:
-    """How many values a node holds, repeated items counted once, and long expressions as several.
-
-    No more than `most` are counted: lists of lists that were made by expressions may hold far more than can be.
-    """
-    waiting, count = [node], 0
-    while waiting and (most is None or count + len(waiting) <= most):
-        item = waiting.pop()
-        if is_mapping(item):
-            waiting += item.values()
-        elif is_sequence(item):
-            waiting += item
-        else:
-            count += 1 + (len(item) // _PER_VALUE if isinstance(item, str) and "${" in item else 0)
-    return count + len(waiting)
-
-
 SHAPE_LISTS = frozenset(("shapes", "collisions", "visuals"))
 """Keys of the lists whose items may be repeated."""
 
 _HOLD_MORE = frozenset((str, dict, list))
 _REPEAT = frozenset(("repeat",))
-
-
-def is_varying(value: Any) -> bool:
-    """Whether a value that was made still differs from scene to scene: it holds a template or a form."""
-    if isinstance(value, Template):
-        return True
-    if is_mapping(value):
-        return not VARIATION_FORMS.isdisjoint(value) or any(map(is_varying, value.values()))
-    return is_sequence(value) and any(map(is_varying, value))
-
-
-def has_failed(value: Any) -> bool:
-    """Whether something in a value that was made has none."""
-    if is_mapping(value):
-        return any(map(has_failed, value.values()))
-    return any(map(has_failed, value)) if is_sequence(value) else isinstance(value, Failed)

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.expand.patterns import Entries, Pattern, Repeated, Scalar, Sequenced, has_failed
+from scenecc.expand.contents import has_failed
+from scenecc.expand.patterns import Entries, Pattern, Repeated, Scalar, Sequenced
 
 if TYPE_CHECKING:
     from collections.abc import Collection
