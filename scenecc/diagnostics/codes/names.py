@@ -155,9 +155,9 @@ ROWS: tuple[Code, ...] = (
         "SC318",
         "error",
         "bad array for a shared draw",
-        "An array that takes the place of a shared draw has one row for each scene, of the kind and shape that the file "
-        "declares: (num_scenes,) for a number, a flag or a text, (num_scenes, k) for a vector of k. Numbers are finite and "
-        "may lie outside of what the form in the file gives; the fields that read them are checked on the rows.",
+        "An array that takes the place of a shared draw has one row for each scene, of the kind and shape that the "
+        "file declares: (num_scenes,) for a number, a flag or a text, (num_scenes, k) for a vector of k. Numbers are "
+        "finite and may lie outside of what the form in the file gives; the fields that read them are checked on the rows.",
         "$ python -c \"import scenecc; scenecc.compile_scene('scene.yaml', num_scenes=4, draws={'half': [0.1]})\"",
         "Give one row for each scene of the batch, of the shape that the message names.",
     ),
@@ -182,8 +182,8 @@ ROWS: tuple[Code, ...] = (
         "SC321",
         "error",
         "alternatives that cannot be told apart by an index",
-        "A mesh keeps the materials of its own file where none is given, and a texture is sampled in one way: neither can "
-        "be so in some scenes and otherwise in others.",
+        "A mesh keeps the materials of its own file where none is given, and a texture is sampled in one way: neither "
+        "can be so in some scenes and otherwise in others.",
         "$ scenecc validate scene.yaml   # a {type: mesh} with material: {choice: [oak, rubber]}, where rubber has no "
         "`visual`",
         "Give every alternative a `visual`, and every texture the same sampling; or use `variants`.",
