@@ -16,6 +16,7 @@ BALL = f"entities: {{a: {{material: NAME, {SHAPES}}}, b: {{material: pine, {SHAP
 
 def unused(text: str, **options: Any) -> list[str]:
     found = validate(io.StringIO("scenecc: 1\n" + WOODS + text), **options)
+    found = [one for one in found if one.code != "SC322"]  # parameters that these cases do not read
     assert {one.code for one in found} <= {"SC313"}, found
     return [one.path.rpartition(".")[2] for one in found]
 
