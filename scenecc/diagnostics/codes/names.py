@@ -158,7 +158,8 @@ ROWS: tuple[Code, ...] = (
         "An array that takes the place of a shared draw has one row for each scene, of the kind and shape that the "
         "file declares: (num_scenes,) for a number, a flag or a text, (num_scenes, k) for a vector of k. Numbers are "
         "finite and may lie outside of what the form in the file gives; the fields that read them are checked "
-        "on the rows.", $ python -c \"import scenecc; scenecc.compile_scene('scene.yaml', num_scenes=4, draws={'half': [0.1]})\"",
+        "on the rows.",
+        "$ python -c \"import scenecc; scenecc.compile_scene('scene.yaml', num_scenes=4, draws={'half': [0.1]})\"",
         "Give one row for each scene of the batch, of the shape that the message names.",
     ),
     Code(
