@@ -80,7 +80,15 @@ def expand(
     output = Output(top.name, sink)
     objects = Budget("SC604", "objects", "objects", limits.objects)
     instances = Budget("SC604", "instances", "objects", limits.objects)
-    builder = Builder(output, Prefabs(library, sink), Scenes(count, sink), draws, objects, instances, sink)
+    builder = Builder(
+        output,
+        Prefabs(library, sink),
+        Scenes(count, limits.objects_times_scenes, sink),
+        draws,
+        objects,
+        instances,
+        sink,
+    )
     try:
         bound = builder.bind(compiled, arguments, scope="", use=Location(PARAMS))
         builder.expand(Scope(compiled, "", "", None, None, dict(bound.values), bound.failed, (top,)), bound)

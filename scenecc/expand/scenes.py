@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import show
 from scenecc.expand.ranges import form_of
+from scenecc.expand.run import Exhausted
 from scenecc.spec.plain import is_mapping, is_sequence
 from scenecc.spec.selection import select
 
@@ -20,25 +21,49 @@ _ITEMS = (int, str)
 
 
 class Scenes:
-    """Selections, each read once."""
+    """Selections, each read once.
 
-    def __init__(self, count: int, sink: Sink) -> None:
+    Args:
+        count: how many scenes there are.
+        most: how many may be selected in all, each selection counted once.
+        sink: takes the diagnostics.
+    """
+
+    def __init__(self, count: int, most: int, sink: Sink) -> None:
         self.count = count
         self._sink = sink
-        self._known: dict[str, tuple[int, ...] | None] = {}
+        self._known: dict[str, tuple[int, ...]] = {}
+        self._narrowed: dict[tuple[str, int], tuple[tuple[int, ...], tuple[int, ...]]] = {}
+        self._most = self._left = most
 
     def narrowed(self, given: Any, outer: Selection, place: Origin) -> Selection:
-        """The scenes of what selects some inside of what is in others. Empty where the selection was reported."""
+        """The scenes of what selects some inside of what is in others. Empty where the selection was reported.
+
+        Raises:
+            Exhausted: all that was selected comes to more than may be; that is reported.
+        """
         key = repr(given)
         if key not in self._known:
-            self._known[key] = self._select(given, place)
+            self._known[key] = self._counted(self._select(given, place) or (), place)
         chosen = self._known[key]
-        if chosen is None:
-            return ()
-        if outer is None:
+        if outer is None or not chosen:
             return chosen
-        among = frozenset(outer)
-        return tuple(scene for scene in chosen if scene in among)
+        # By identity: what is in one instance is narrowed by the same scenes, which are kept.
+        found = self._narrowed.get((key, id(outer)))
+        if found is None:
+            among = frozenset(outer)
+            narrowed = self._counted(tuple(scene for scene in chosen if scene in among), place)
+            found = self._narrowed[key, id(outer)] = (outer, narrowed)
+        return found[1]
+
+    def _counted(self, selection: tuple[int, ...], place: Origin) -> tuple[int, ...]:
+        self._left -= len(selection)
+        if self._left < 0:
+            message = f"what instances select comes to more than {self._most} scenes in all"
+            hint = "raise the limit with --limit objects_times_scenes=N or limits={'objects_times_scenes': N}"
+            self._sink.report("SC606", message, place, hint=hint)
+            raise Exhausted
+        return selection
 
     def _select(self, given: Any, place: Origin) -> Selection:
         # An expression may have given anything.

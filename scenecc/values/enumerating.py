@@ -80,6 +80,10 @@ def outcomes(
     return Assigned(columns[0], num_scenes or 1, draws, given, assigned).evaluate(node).tolist()
 
 
+_MOST_NODES = 500
+"""How many nodes are looked through: a chain of poses has them all again at each of its members."""
+
+
 class _Sources:
     """What decides a node's value.
 
@@ -112,10 +116,14 @@ class _Sources:
     def add(self, item: Any) -> bool:
         """Adds the sources of an item; whether they may be few."""
         self._todo.append(item)
+        looked_at = 0
         while self._todo:
             item = self._todo.pop()
             add = _TABLE.get(item.__class__)
-            if add is not None and not add(self, item):
+            if add is None:
+                continue
+            looked_at += 1
+            if looked_at > _MOST_NODES or not add(self, item):
                 return False
         return True
 
@@ -143,6 +151,8 @@ class _Sources:
         return self.add_all(tuple(getattr(node, name) for name in _FIELDS[node.__class__]))
 
     def chosen(self, node: Chosen) -> bool:
+        if len(node.items) > self._longest:
+            return False
         weights = node.weights or (1.0,) * len(node.items)
         self.drawn[node.key, node.word] = [number for number, weight in enumerate(weights) if weight > 0]
         return self.add_all(node.items)

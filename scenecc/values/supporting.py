@@ -60,6 +60,7 @@ class Reader:
         self.given = given
         self.num_scenes = num_scenes
         self._shared: dict[str, Support] = {}
+        self._reached: dict[str, Reach] = {}
         self._outcomes: dict[tuple[Node, int], tuple[list[Any] | None, tuple[int, ...]]] = {}
         self._left = MOST_COMBINATIONS
         self._computed: dict[tuple[Any, ...], tuple[Template, Support]] = {}
@@ -109,6 +110,14 @@ class Reader:
             for other in needed(name, self.draws, self._is_known):
                 self._shared[other] = self.support(self.draws[other])
         return self._shared[name]
+
+    def reached(self, name: str) -> Reach:
+        """The same, as expressions read it: once, for there may be very many alternatives and expressions."""
+        found = self._reached.get(name)
+        if found is None:
+            found = reach_of(self.shared(name), whole=_is_whole(self.draws.get(name)))
+            self._reached[name] = found
+        return found
 
     def _is_known(self, name: str) -> bool:
         if name not in self._shared and name in self.given:
@@ -197,8 +206,7 @@ def _names(reader: Reader, node: Computed) -> dict[str, Reach]:
                 Reach(low=1, high=math.inf, whole=True) if reader.num_scenes is None else known((reader.num_scenes,))
             )
         else:
-            draw = reads.get(name, name)
-            names[name] = reach_of(reader.shared(draw), whole=_is_whole(reader.draws.get(draw)))
+            names[name] = reader.reached(reads.get(name, name))
     return names
 
 
