@@ -59,7 +59,7 @@ def test_by_what_is_not_built() -> None:
 def test_by_what_is_given_to_a_prefab(tmp_path: Any) -> None:
     part = "params: {m: {type: material}}\nentities: {c: {material: '${m}', shapes: [{type: sphere, radius: 1}]}}"
     (tmp_path / "part.yaml").write_text("scenecc: 1\n" + part)
-    text = "params: {some: false, size: 1}\nentities:\n" + f"  b: {{material: pine, {SHAPES}}}\n"
+    text = "params: {some: false}\nentities:\n" + f"  b: {{material: pine, {SHAPES}}}\n"
     (tmp_path / "scene.yaml").write_text(
         "scenecc: 1\n" + WOODS + text + '  a: {if: "${some}", use: part.yaml, with: {m: oak}}'
     )
