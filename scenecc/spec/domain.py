@@ -100,6 +100,8 @@ def domain_of(schema: CoreSchema, resolve: Callable[[CoreSchema], CoreSchema]) -
     found = Domain()
     for choice, label in branches(schema).choices:
         branch: Any = resolve(choice)
+        if branch["type"] == "function-wrap":  # numbers all the same
+            branch = resolve(branch["schema"])
         match branch["type"]:
             case "float" | "int":
                 found = Domain(branch, found.item, found.least, found.most, nonzero)

@@ -256,3 +256,20 @@ def test_a_shape_is_known_to_its_draws_by_its_number() -> None:
     assert (geometry.radius.data != alone).all()
     first = compiled({"shapes": [drawn_ball, {"type": "sphere", "radius": 1}]}, num_scenes=4)
     assert (radius(first) == alone).all()
+
+
+def test_a_whole_number_stays_one_in_a_text() -> None:
+    document = {
+        "scenecc": 1,
+        "num_scenes": 4,
+        "draws": {"k": {"choice": [1, 2]}, "j": {"cycle": [3, 4]}},
+        "materials": {f"m{n}": {"physical": {"static_friction": n}} for n in range(1, 5)},
+        "entities": {
+            name: {"body_type": "static", "material": f"m${{{name}}}", "shapes": [{"type": "sphere", "radius": 1}]}
+            for name in ("k", "j")
+        },
+    }
+    plan = compile_scene(document)
+    values = [plan.entities[1].structures[0].collisions[0].material]
+    rows = [plan.physical_materials[int(value.row(i))].row(0).static_friction for value in values for i in range(4)]
+    assert rows == [3, 4, 3, 4]
