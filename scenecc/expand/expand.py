@@ -140,8 +140,8 @@ def _head(compiled: Compiled, arguments: Mapping[str, Argument], limits: Limits,
 
 def _given(draws: Collection[str], compiled: Compiled, output: Output, sink: Sink) -> None:
     """Reports draws that are given and that nothing has."""
-    known = (*compiled.draws, *output.sections["draws"])
-    for name in draws:
+    known = dict.fromkeys((*compiled.draws, *output.sections["draws"]))
+    for name in map(str, draws):
         if name not in known:
             message = f"there is no shared draw `{cut(name)}`"
             sink.report("SC250", message, Location(DRAWS), hint=suggest(name, known))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from operator import index
 from os import PathLike
@@ -14,7 +15,7 @@ from scenecc.source import Limits, make_limits
 from scenecc.source.paths import asset_roots
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable
 
 _INDEX = re.compile(r"\s*[0-9]{1,18}\s*")
 
@@ -56,17 +57,23 @@ class Options:
 
         Raises:
             ValueError: one is out of its range.
-            TypeError: a number is no integer.
+            TypeError: a number is no integer, or `params` or `draws` no mapping.
         """
         return cls(
             None if num_scenes is None else integer(num_scenes, "num_scenes", 1),
             None if seed is None else integer(seed, "seed", 0),
-            dict(params or {}),
-            dict(draws or {}),
+            _by_name(params, "params"),
+            _by_name(draws, "draws"),
             asset_roots([roots] if isinstance(roots, str | PathLike) else roots),
             allow_outside_assets,
             make_limits(limits),
         )
+
+
+def _by_name(given: Mapping[str, Any] | None, name: str) -> dict[str, Any]:
+    if given is not None and not isinstance(given, Mapping):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise TypeError(f"{name} must be a mapping from names to values, not {given!r}")
+    return dict(given or {})
 
 
 def integer(value: object, name: str, least: int) -> int:

@@ -85,6 +85,10 @@ _KINDS: dict[str, str] = {"b": "flags", "i": "numbers", "u": "numbers", "f": "nu
 
 def _array(rows: ArrayLike) -> NDArray[Any]:
     try:
+        if isinstance(rows, np.ma.MaskedArray):
+            # What is masked is not given, whatever number stands there.
+            masked: Any = rows  # pyright: ignore[reportUnknownVariableType] - of any kind
+            rows = masked.astype(np.float64).filled(np.nan)
         data = np.asarray(rows)
         # Columns of a table are often objects, whatever they hold.
         return np.asarray(data.tolist()) if data.dtype == object else data

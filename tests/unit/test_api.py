@@ -137,3 +137,31 @@ def test_a_mesh_too_large_to_weigh_is_the_scenes_fault() -> None:
 def test_one_asset_root_may_be_given_alone() -> None:
     mug = {"scenecc": 1, "entities": {"mug": {"shapes": [{"type": "convex_parts", "file": "asset://mug.obj"}]}}}
     assert scenecc.validate(mug, asset_roots=str(GOOD.parents[2] / "assets")) == []
+
+
+@pytest.mark.parametrize("given", [1, "u", ["u"], [("u", [1, 2])], {1, 2}])
+@pytest.mark.parametrize("name", ["params", "draws"])
+def test_what_is_given_by_name_is_a_mapping(name: str, given: Any) -> None:
+    with pytest.raises(TypeError, match=f"{name} must be a mapping"):
+        scenecc.validate(CUBE, **{name: given})
+
+
+DRAWN: dict[str, Any] = {
+    "scenecc": 1,
+    "num_scenes": 2,
+    "draws": {"half": {"uniform": [0.1, 0.2]}},
+    "entities": {"ball": {"shapes": [{"type": "sphere", "radius": "${half}"}]}},
+}
+
+
+@pytest.mark.parametrize("name", [1, None, ("half",), b"half", "half/x", ""])
+def test_a_draw_of_an_odd_name_is_not_there(name: Any) -> None:
+    (found,) = scenecc.validate(DRAWN, draws={name: [1, 2]})
+    assert found.code == "SC250"
+    assert found.hint in {"known here: half", "did you mean `half`?"}
+
+
+def test_what_is_masked_is_not_given() -> None:
+    assert scenecc.validate(DRAWN, draws={"half": np.ma.array([1.0, 2.0])}) == []
+    found = scenecc.validate(DRAWN, draws={"half": np.ma.array([1.0, 2.0], mask=[False, True])})
+    assert [diagnostic.code for diagnostic in found] == ["SC318"]
