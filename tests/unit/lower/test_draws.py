@@ -270,6 +270,7 @@ def test_a_whole_number_stays_one_in_a_text() -> None:
         },
     }
     plan = compile_scene(document)
-    values = [plan.entities[1].structures[0].collisions[0].material]
-    rows = [plan.physical_materials[int(value.row(i))].row(0).static_friction for value in values for i in range(4)]
+    material = plan.entities[1].structures[0].collisions[0].material
+    assert material is not None
+    rows = [plan.physical_materials[int(material.row(i))].row(0).static_friction for i in range(4)]
     assert rows == [3, 4, 3, 4]
