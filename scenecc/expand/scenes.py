@@ -103,6 +103,6 @@ class Scenes:
             # The draw exists in every scene, though it is read in the selected ones alone.
             turned[(*path, form)] = selection
             rows = {str(scene): changed[index] for index, scene in enumerate(selection)}
-            return {form: {**rows, "default": changed[0]}}, None
+            return {**value, form: {**rows, "default": changed[0]}}, None
         kept: Any = changed if is_mapping(items) else list(changed.values()) if is_sequence(items) else items
         return {**value, form: kept}, None

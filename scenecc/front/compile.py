@@ -146,7 +146,7 @@ def _whole(
     clock.lap("expand")
     if expansion is None or sink.failed:
         return None
-    report_unread([*sharing.values()], sink)
+    report_unread([*sharing.values()], expansion.data.get("draws", {}), sink)
     sink.trace = expansion.trace
     scene = parse(expansion.data, Origin(document.name), sink, expanded=True)
     clock.lap("validate again")

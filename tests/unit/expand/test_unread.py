@@ -29,3 +29,12 @@ def test_what_an_included_file_reads_is_read_and_what_it_declares_may_not_be(tmp
 def test_a_prefab_reads_its_own(tmp_path: Path) -> None:
     top = "params: {outer: 1, given: 2}\nentities: {p: {use: prefab.yaml, with: {outer: '${given}'}}}"
     assert unread(tmp_path, top) == ["params.outer"]
+
+
+def test_a_draw_that_is_the_same_in_every_scene_is_read_like_any_other(tmp_path: Path) -> None:
+    top = tmp_path / "top.yaml"
+    top.write_text(
+        "scenecc: 1\ndraws: {one: 1, two: 2, three: {uniform: [0, 1]}, four: {uniform: [1, 2]}}\n"
+        f"entities: {{a: {{mass: '${{two + four}}', shapes: [{BALL}]}}}}\n"
+    )
+    assert [(found.code, found.path) for found in validate(top)] == [("SC319", "draws.one"), ("SC319", "draws.three")]
