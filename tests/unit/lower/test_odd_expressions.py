@@ -121,7 +121,7 @@ def test_too_many_maps_by_scene() -> None:
 
 def test_a_draw_may_be_an_integer_in_one_scene_and_a_float_in_another() -> None:
     materials = {name: {"physical": {"density": 2}} for name in ("m1.0", "m2")}
-    draws = {"k": {"cycle": [1, "${scene + 1}"]}}
+    draws = {"k": {"cycle": [1.0, "${scene + 1}"]}}
     document = scene({"material": "m${k}", "mass": "${k}"}, draws=draws, materials=materials, num_scenes=2)
     body = entity(compile_scene(document)).structures[0]
     assert body.mass.data.tolist() == [1, 2]  # type: ignore[union-attr]
