@@ -119,8 +119,8 @@ def test_too_many_maps_by_scene() -> None:
     assert [code for code, _ in codes(document)] == ["SC314", "SC315"]
 
 
-def test_a_draw_may_be_written_in_one_scene_and_computed_in_another() -> None:
-    materials = {name: {"physical": {"density": 2}} for name in ("m1", "m2")}
+def test_a_draw_may_be_an_integer_in_one_scene_and_a_float_in_another() -> None:
+    materials = {name: {"physical": {"density": 2}} for name in ("m1.0", "m2")}
     draws = {"k": {"cycle": [1.0, "${scene + 1}"]}}
     document = scene({"material": "m${k}", "mass": "${k}"}, draws=draws, materials=materials, num_scenes=2)
     body = entity(compile_scene(document)).structures[0]
