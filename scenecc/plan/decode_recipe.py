@@ -12,6 +12,7 @@ from scenecc.plan.fields import type_name
 from scenecc.plan.recipe_shape import MisshapenError, shape_of
 from scenecc.values.failure import ExpressionError
 from scenecc.values.nodes import NODES, Chosen, Computed, Cycled, Key, Kind, Node, Rows, Shared, Stacked
+from scenecc.values.operations import INT_BITS
 from scenecc.values.template import Template
 
 if TYPE_CHECKING:
@@ -153,9 +154,15 @@ class _Reader:
         if not is_object(constants):
             raise _WrongError("SC705", f"an object is wanted here, not {shown(constants)}", "constants")
         try:
-            return Template(data["text"], {name: self.item(x, depth) for name, x in constants.items()})
+            return Template(data["text"], {name: self._constant(x, depth) for name, x in constants.items()})
         except ExpressionError as error:
             raise _WrongError("SC705", f"the expression cannot be read: {error.message}", "text") from error
+
+    def _constant(self, data: object, depth: int) -> Any:
+        # Integers are of any size in an expression, up to its own limit.
+        if type(data) is int and abs(data) < 2**INT_BITS:
+            return data
+        return self.item(data, depth)
 
     def _known(self, name: str, key: str) -> None:
         if name not in self._draws:
