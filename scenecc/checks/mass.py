@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from scenecc.checks.judged import Row, alternatives, highest, lowest, rows, waits
@@ -91,6 +92,10 @@ def _weighs(
     elif weight > LARGEST:
         hint = "mend the sizes or the densities: lengths are in metres"
         message = f"`{name}` weighs {weight:.3g} kg by its densities, more than single precision holds"
+        sink.report("SC512", message, origin, at="key", hint=hint)
+    elif weight * max(chain(*row[len(types) :]), default=0) ** 2 > LARGEST:
+        hint = "mend the sizes or the densities: lengths are in metres"
+        message = f"`{name}` is so large that single precision does not hold its inertia"
         sink.report("SC512", message, origin, at="key", hint=hint)
     elif weight < LIGHTEST:
         hint = "mend the sizes or the densities (lengths are in metres), or give `inertial`"

@@ -101,8 +101,9 @@ ROWS: tuple[Code, ...] = (
     Code(
         "SC512",
         "error",
-        "mass beyond single precision",
-        "The engine computes in single precision: a mass above 3.4e38 kg is infinite there, and its centre is nowhere.",
+        "mass or inertia beyond single precision",
+        "The engine computes in single precision: a mass above 3.4e38 kg, or a moment of inertia above 3.4e38 kg·m², is "
+        "infinite there, and the centre of mass nowhere.",
         "scenecc: 1\nentities:\n  cube:\n    density: 1.0e+38\n    shapes:\n"
         "      - {type: box, half_size: [1.0e+10, 1.0e+10, 1.0e+10]}\n",
         "Mend the sizes or the densities: lengths are in metres, densities in kg/m³.",
