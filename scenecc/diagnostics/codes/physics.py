@@ -102,7 +102,8 @@ ROWS: tuple[Code, ...] = (
         "SC512",
         "error",
         "mass or inertia beyond single precision",
-        "The engine computes in single precision: a mass above 3.4e38 kg, or a moment of inertia above 3.4e38 kg·m², is "
+        "The engine computes in single precision: a mass above 3.4e38 kg, or a moment of inertia above 3.4e38 "
+        "kg·m², is "
         "infinite there, and the centre of mass nowhere.",
         "scenecc: 1\nentities:\n  cube:\n    density: 1.0e+38\n    shapes:\n"
         "      - {type: box, half_size: [1.0e+10, 1.0e+10, 1.0e+10]}\n",
