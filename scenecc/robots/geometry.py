@@ -1,0 +1,200 @@
+"""Poses, shapes and masses of a URDF's links, in the numbers that SAPIEN's loader gives its builders."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.robots.description import (
+    BoxGeometry,
+    CapsuleGeometry,
+    CylinderGeometry,
+    DescribedInertial,
+    Geometry,
+    MeshGeometry,
+    SphereGeometry,
+)
+from scenecc.robots.pose32 import IDENTITY, compose, pose_numbers, pose_of_matrix
+from scenecc.robots.reading import number, three, word
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from scenecc.diagnostics import Location
+    from scenecc.robots.description import PoseNumbers, Vector3
+    from scenecc.robots.files import RobotFiles
+    from scenecc.robots.findings import Findings
+    from scenecc.robots.xml import Element
+
+GEOMETRIES = ("box", "sphere", "capsule", "cylinder", "mesh")
+
+_ALONG_X = pose_numbers((0.0, 0.0, 0.0), (0.7071068, 0.0, 0.7071068, 0.0))
+"""From SAPIEN's capsules and cylinders, which lie along x, to URDF's, which stand along z."""
+
+
+def read_origin(element: Element, scale: float, findings: Findings) -> PoseNumbers | None:
+    """The pose of an element by its <origin>; the identity where it has none; None, reported, where that is wrong."""
+    origin = element.find("origin")
+    if origin is None:
+        return IDENTITY
+    xyz = three(origin, "xyz", findings) if "xyz" in origin.attributes else (0.0, 0.0, 0.0)
+    rpy = three(origin, "rpy", findings) if "rpy" in origin.attributes else None
+    if xyz is None or (rpy is None and "rpy" in origin.attributes):
+        return None
+    matrix: NDArray[np.float64] = np.eye(4)
+    matrix[:3, 3] = np.array(xyz) * scale
+    if rpy is not None:
+        matrix[:3, :3] = _rotation(rpy)
+    return pose_of_matrix(matrix)
+
+
+def _rotation(rpy: Vector3) -> list[list[Any]]:
+    """Rotation by roll about x, then pitch about y, then yaw about z."""
+    # As arrays: NumPy's sines of arrays and of numbers may differ in the last bit.
+    cosines, sines = np.cos(np.array(rpy)), np.sin(np.array(rpy))
+    c3, c2, c1 = cosines
+    s3, s2, s1 = sines
+    return [
+        [c1 * c2, (c1 * s2 * s3) - (c3 * s1), (s1 * s3) + (c1 * c3 * s2)],
+        [c2 * s1, (c1 * c3) + (s1 * s2 * s3), (c3 * s1 * s2) - (c1 * s3)],
+        [-s2, c2 * s3, c2 * c3],
+    ]
+
+
+def read_geometry(
+    element: Element, pose: PoseNumbers, scale: float, files: RobotFiles, findings: Findings
+) -> tuple[Geometry, PoseNumbers, Location] | None:
+    """The shape of a <visual> or <collision>, its pose and the place that says what it is; None, reported, if wrong."""
+    holder = element.find("geometry")
+    if holder is None:
+        findings.report("SC455", f"<{element.tag}> has no <geometry>", element.location)
+        return None
+    kinds = [child for child in holder.children if child.tag in GEOMETRIES]
+    if len(kinds) != 1:
+        what = "none" if not kinds else "more than one"
+        names = ", ".join(f"<{name}>" for name in GEOMETRIES)
+        place = kinds[1].location if kinds else holder.location
+        findings.report("SC455", f"<geometry> holds {what} of {names}", place, hint="write one")
+        return None
+    kind = kinds[0]
+    if kind.tag == "mesh":
+        mesh = _mesh(kind, scale, files, findings)
+        return None if mesh is None else (mesh, pose, kind.at("filename"))
+    if kind.tag == "box":
+        size = three(kind, "size", findings)
+        if size is None or not all(_positive(kind, "size", side, findings) for side in size):
+            return None
+        return BoxGeometry((size[0] * scale / 2.0, size[1] * scale / 2.0, size[2] * scale / 2.0)), pose, kind.location
+    return _round(kind, pose, scale, findings)
+
+
+def _round(
+    kind: Element, pose: PoseNumbers, scale: float, findings: Findings
+) -> tuple[Geometry, PoseNumbers, Location] | None:
+    wanted = ("radius",) if kind.tag == "sphere" else ("radius", "length")
+    read = [(name, number(kind, name, findings)) for name in wanted]
+    sizes = [size for name, size in read if size is not None and _positive(kind, name, size, findings)]
+    if len(sizes) != len(wanted):
+        return None
+    if kind.tag == "sphere":
+        return SphereGeometry(sizes[0] * scale), pose, kind.location
+    made = CapsuleGeometry if kind.tag == "capsule" else CylinderGeometry
+    return made(sizes[0] * scale, sizes[1] * scale / 2.0), compose(pose, _ALONG_X), kind.location
+
+
+def _positive(kind: Element, attribute: str, size: float, findings: Findings) -> bool:
+    if size > 0:
+        return True
+    message = f"the `{attribute}` of <{kind.tag}> holds {size:g}, which is not above 0"
+    findings.report("SC466", message, kind.at(attribute))
+    return False
+
+
+def _mesh(kind: Element, scale: float, files: RobotFiles, findings: Findings) -> MeshGeometry | None:
+    reference = word(kind, "filename", findings)
+    file = None if reference is None else files.find(reference, kind.at("filename"), findings)
+    scales = three(kind, "scale", findings) if "scale" in kind.attributes else (1.0, 1.0, 1.0)
+    if scales is not None and 0.0 in scales:
+        findings.report("SC466", "the `scale` of <mesh> holds 0, which leaves nothing of it", kind.at("scale"))
+        return None
+    if file is None or scales is None:
+        return None
+    return MeshGeometry(file.uri, file.path, (scales[0] * scale, scales[1] * scale, scales[2] * scale))
+
+
+def read_inertial(link: Element, scale: float, findings: Findings) -> DescribedInertial | None:
+    """Mass and inertia of a link; None: it has none, or it is reported as wrong, or SAPIEN takes it for none.
+
+    The principal axes are LAPACK's, as SAPIEN's loader asks NumPy for them.
+    """
+    element = link.find("inertial")
+    if element is None:
+        return None
+    before = findings.errors
+    mass_element, tensor = element.find("mass"), element.find("inertia")
+    for tag, found in (("mass", mass_element), ("inertia", tensor)):
+        if found is None:
+            findings.report("SC455", f"<inertial> has no <{tag}>", element.location)
+    mass = None if mass_element is None else number(mass_element, "value", findings)
+    pose = read_origin(element, scale, findings)
+    if tensor is None or mass_element is None:
+        return None
+    xx, xy, xz, yy, yz, zz = (number(tensor, name, findings) for name in _TENSOR)
+    if mass is None or pose is None or findings.errors > before:
+        return None
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], dtype=np.float64)
+    if mass < 0:
+        findings.report("SC467", f"the mass is {mass:g} kg, which is below 0", mass_element.at("value"))
+        return None
+    if mass == 0 or not inertia.any():
+        if mass or inertia.any():
+            what = "mass" if mass == 0 else "inertia"
+            findings.report(
+                "SC475",
+                f"the {what} is 0, so that SAPIEN leaves the whole <inertial> out",
+                element.location,
+                hint="mass and inertia then follow from the shapes and their densities",
+            )
+        return None
+    return _principal(mass, pose, inertia, scale, tensor, findings)
+
+
+_TENSOR = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+
+
+def _principal(
+    mass: float, pose: PoseNumbers, inertia: NDArray[np.float64], scale: float, tensor: Element, findings: Findings
+) -> DescribedInertial | None:
+    moments: Any
+    axes: Any
+    if np.array_equal(np.diag(np.diag(inertia)), inertia):
+        moments, axes = np.diag(inertia), np.eye(3)
+    else:
+        moments, axes = np.linalg.eigh(inertia)
+        if np.linalg.det(axes) < 0:
+            axes[:, 2] = -axes[:, 2]
+    shown = ", ".join(f"{moment:.4g}" for moment in moments)
+    if not all(moment > 0 for moment in moments):
+        findings.report(
+            "SC467",
+            f"the principal moments of inertia are {shown}, of which one is not above 0",
+            tensor.location,
+            hint="no body has such an inertia, and SAPIEN refuses it",
+        )
+        return None
+    ordered = sorted(moments)
+    if ordered[0] + ordered[1] < ordered[2] * (1 - 1e-6):
+        findings.report_once(
+            "SC468",
+            "inertia",
+            f"the principal moments of inertia are {shown}, of which one is above the sum of the others",
+            tensor.location,
+            "no body has such an inertia; it is built as it is written, and so are others like it in this file",
+        )
+    matrix: NDArray[np.float64] = np.eye(4)
+    matrix[:3, :3] = axes
+    scaled = [float(moment) for moment in scale**5 * moments]
+    return DescribedInertial(
+        mass * scale**3, compose(pose, pose_of_matrix(matrix)), (scaled[0], scaled[1], scaled[2]), tensor.location
+    )

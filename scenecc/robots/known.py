@@ -1,0 +1,128 @@
+"""The elements and attributes of a URDF that are known; what is not is told, once a kind, and not read."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scenecc.diagnostics.frozen import frozen
+from scenecc.diagnostics.words import cut, nearest
+
+if TYPE_CHECKING:
+    from scenecc.robots.findings import Findings
+    from scenecc.robots.xml import Element
+
+
+@frozen
+class _Kind:
+    """What an element may hold.
+
+    Attributes:
+        attributes: names.
+        left: names of attributes that other programs have there, and that mean nothing here.
+        single: children of which only the first is read.
+        many: children that may be repeated.
+        skipped: children that mean nothing to a simulation of bodies, whatever they hold.
+    """
+
+    attributes: tuple[str, ...] = ()
+    single: tuple[str, ...] = ()
+    many: tuple[str, ...] = ()
+    skipped: tuple[str, ...] = ()
+    left: tuple[str, ...] = ()
+
+
+_KINDS: dict[str, _Kind] = {
+    "robot": _Kind(
+        ("name", "version"),
+        many=("link", "joint", "material"),
+        skipped=("transmission", "gazebo", "sensor", "mujoco"),
+    ),
+    "link": _Kind(("name", "type"), ("inertial",), ("visual", "collision")),
+    "inertial": _Kind((), ("origin", "mass", "inertia")),
+    "visual": _Kind(("name",), ("origin", "geometry", "material")),
+    "collision": _Kind(("name",), ("origin", "geometry")),
+    "origin": _Kind(("xyz", "rpy")),
+    "mass": _Kind(("value",)),
+    "inertia": _Kind(("ixx", "ixy", "ixz", "iyy", "iyz", "izz")),
+    "geometry": _Kind(many=("box", "sphere", "capsule", "cylinder", "mesh")),
+    "box": _Kind(("size",)),
+    "sphere": _Kind(("radius",)),
+    "capsule": _Kind(("radius", "length")),
+    "cylinder": _Kind(("radius", "length")),
+    "mesh": _Kind(("filename", "scale")),
+    "material": _Kind(("name",), ("color", "texture")),
+    "color": _Kind(("rgba",)),
+    "texture": _Kind(("filename",)),
+    "joint": _Kind(
+        ("name", "type"),
+        ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
+        skipped=("safety_controller", "calibration", "hardwareInterface"),
+    ),
+    "parent": _Kind(("link",)),
+    "child": _Kind(("link",)),
+    "axis": _Kind(("xyz",)),
+    "limit": _Kind(("lower", "upper", "effort", "velocity")),
+    "dynamics": _Kind(("damping", "friction"), left=("D", "K", "mu_coulomb", "mu_viscous")),
+    "mimic": _Kind(("joint", "multiplier", "offset")),
+}
+
+
+def check_known(robot: Element, findings: Findings) -> None:
+    """Warns of every kind of element and attribute that a URDF does not have (SC454), and of sensors (SC470)."""
+    stack = [robot]
+    while stack:
+        element = stack.pop()
+        kind = _KINDS[element.tag]
+        for name in element.attributes:
+            if name not in kind.attributes + kind.left and ":" not in name and name != "xmlns":
+                _unknown(element, name, kind, findings)
+        seen: set[str] = set()
+        for child in element.children:
+            if child.tag in kind.single or child.tag in kind.many:
+                if child.tag in seen and child.tag in kind.single:
+                    what = f"a second <{child.tag}> in <{element.tag}> is not read"
+                    findings.report_once("SC454", f"second {element.tag}/{child.tag}", what, child.location)
+                    continue
+                seen.add(child.tag)
+                stack.append(child)
+            elif child.tag in kind.skipped:
+                _check_sensor(child, findings)
+            else:
+                known = kind.single + kind.many + kind.skipped
+                near = nearest(child.tag, known)
+                hint = _XACRO if child.tag.startswith("xacro:") else near and f"did you mean <{near}>?"
+                findings.report_once(
+                    "SC454",
+                    f"{element.tag}/{child.tag}",
+                    f"<{cut(child.tag)}> in <{element.tag}> is not known and not read",
+                    child.location,
+                    hint,
+                )
+
+
+_XACRO = "the file is a xacro: make it a URDF by `xacro robot.urdf.xacro > robot.urdf`"
+
+
+def _unknown(element: Element, name: str, kind: _Kind, findings: Findings) -> None:
+    near = nearest(name, kind.attributes)
+    findings.report_once(
+        "SC454",
+        f"{element.tag}@{name}",
+        f"`{cut(name)}` of <{element.tag}> is not known and not read",
+        element.at(name),
+        near and f"did you mean `{near}`?",
+    )
+
+
+def _check_sensor(element: Element, findings: Findings) -> None:
+    """Warns of a camera, of which SAPIEN's loader makes one, at the top or for Gazebo."""
+    sensors = [element] if element.tag == "sensor" else list(element.all("sensor"))
+    for sensor in sensors:
+        if sensor.find("camera") is not None:
+            findings.report_once(
+                "SC470",
+                "camera",
+                "cameras of a URDF are not built",
+                sensor.location,
+                "declare it under `cameras` of the scene, with `mount: ROBOT/LINK`",
+            )

@@ -1,0 +1,44 @@
+"""Joints that follow others: whether they can."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scenecc.diagnostics.words import cut
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from scenecc.robots.description import DescribedJoint
+    from scenecc.robots.findings import Findings
+
+
+def check_mimics(joints: Sequence[DescribedJoint], findings: Findings) -> None:
+    """Reports joints of one robot that follow what they cannot: SC472."""
+    named = {joint.name: joint for joint in joints}
+    for joint in joints:
+        mimic = joint.mimic
+        if mimic is None:
+            continue
+        source = named.get(mimic.source)
+        if source is None:
+            message = f"the joint `{cut(joint.name)}` follows `{cut(mimic.source)}`, and its robot has no such joint"
+            findings.report("SC472", message, mimic.location, hint=findings.near(mimic.source, named))
+        elif joint.type == "fixed":
+            message = f"the joint `{cut(joint.name)}` is fixed and can follow no other"
+            findings.report("SC472", message, mimic.location, hint="take <mimic> away")
+        elif source.type == "fixed":
+            message = f"the joint `{cut(joint.name)}` follows `{cut(mimic.source)}`, which is fixed"
+            findings.report("SC472", message, mimic.location, hint="make it a fixed joint too")
+        elif _is_in_circle(joint, named):
+            message = f"the joint `{cut(joint.name)}` follows itself, by way of `{cut(mimic.source)}`"
+            findings.report("SC472", message, mimic.location, hint="let one of them follow none")
+
+
+def _is_in_circle(joint: DescribedJoint, named: dict[str, DescribedJoint]) -> bool:
+    at: DescribedJoint | None = joint
+    for _ in named:
+        at = None if at is None or at.mimic is None else named.get(at.mimic.source)
+        if at is joint:
+            return True
+    return False

@@ -1,0 +1,115 @@
+"""Poses as SAPIEN computes them: in single precision, operation by operation, so that the bits are the same.
+
+Its `Pose` of a matrix is Eigen's quaternion of a matrix, normalised; its product turns a vector by
+2 (u·v) u + (w² - u·u) v + 2 w u×v. No operation here may be reordered.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from scenecc.robots.description import PoseNumbers, Vector3
+
+_F = np.float32
+_HALF, _ONE, _TWO = _F(0.5), _F(1), _F(2)
+
+Floats = tuple[np.float32, ...]
+
+IDENTITY: PoseNumbers = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+
+
+def pose_of_matrix(matrix: NDArray[np.float64]) -> PoseNumbers:
+    """What `sapien.Pose(matrix)` is.
+
+    Args:
+        matrix: (4, 4), a rotation and a translation.
+    """
+    with np.errstate(all="ignore"):
+        m = matrix.astype(_F)
+        quaternion = _normalised(_quaternion(m))
+    return _numbers((m[0, 3], m[1, 3], m[2, 3], *quaternion))
+
+
+def compose(first: PoseNumbers, second: PoseNumbers) -> PoseNumbers:
+    """What `first * second` is: `second`, in the frame of `first`."""
+    with np.errstate(all="ignore"):
+        p, q = _floats(first[:3]), _floats(first[3:])
+        turned = _turn(q, _floats(second[:3]))
+        rotation = _product(q, _floats(second[3:]))
+    return _numbers((turned[0] + p[0], turned[1] + p[1], turned[2] + p[2], *rotation))
+
+
+def pose_numbers(p: Vector3, q: tuple[float, float, float, float]) -> PoseNumbers:
+    """What `sapien.Pose(p, q)` is: single precision, the quaternion as it is given."""
+    return _numbers(_floats((*p, *q)))
+
+
+def _floats(values: tuple[float, ...]) -> Floats:
+    return tuple(_F(value) for value in values)
+
+
+def _numbers(values: Floats) -> PoseNumbers:
+    return cast("PoseNumbers", tuple(float(value) for value in values))
+
+
+def _quaternion(m: Any) -> Floats:
+    trace = m[0, 0] + (m[1, 1] + m[2, 2])
+    if trace > 0:
+        root = np.sqrt(trace + _ONE)
+        scale = _HALF / root
+        return (
+            _HALF * root,
+            (m[2, 1] - m[1, 2]) * scale,
+            (m[0, 2] - m[2, 0]) * scale,
+            (m[1, 0] - m[0, 1]) * scale,
+        )
+    i = 1 if m[1, 1] > m[0, 0] else 0
+    if m[2, 2] > m[i, i]:
+        i = 2
+    j, k = (i + 1) % 3, (i + 2) % 3
+    root = np.sqrt(m[i, i] - m[j, j] - m[k, k] + _ONE)
+    scale = _HALF / root
+    vector = [_ONE, _ONE, _ONE]
+    vector[i] = _HALF * root
+    vector[j] = (m[j, i] + m[i, j]) * scale
+    vector[k] = (m[k, i] + m[i, k]) * scale
+    return ((m[k, j] - m[j, k]) * scale, *vector)
+
+
+def _normalised(q: Floats) -> Floats:
+    w, x, y, z = q
+    # The order in which Eigen adds four squares that lie in one register as x, y, z, w.
+    squared = (x * x + z * z) + (y * y + w * w)
+    if not squared > 0:
+        return q
+    norm = np.sqrt(squared)
+    return (w / norm, x / norm, y / norm, z / norm)
+
+
+def _turn(q: Floats, v: Floats) -> Floats:
+    w, x, y, z = q
+    a, b, c = v
+    along = _TWO * (x * a + y * b + z * c)
+    kept = w * w - (x * x + y * y + z * z)
+    across = _TWO * w
+    return (
+        along * x + kept * a + across * (y * c - z * b),
+        along * y + kept * b + across * (z * a - x * c),
+        along * z + kept * c + across * (x * b - y * a),
+    )
+
+
+def _product(first: Floats, second: Floats) -> Floats:
+    w, x, y, z = first
+    a, b, c, d = second
+    return (
+        w * a - x * b - y * c - z * d,
+        w * b + a * x + y * d - c * z,
+        w * c + a * y + z * b - d * x,
+        w * d + a * z + x * c - b * y,
+    )

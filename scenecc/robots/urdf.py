@@ -1,0 +1,241 @@
+"""Reads a URDF into a `Description`, in the numbers that SAPIEN's `URDFLoader` gives its builders, to the bit.
+
+What the loader takes as it is and what is left to others:
+
+- Its `scale` and `collision_is_visual` act here. `load_multiple_collisions_from_file`, the decomposition, materials,
+  densities and patch radii are of what is built from a description, and `fix_root_link` is the scene's to say.
+- `package_dir` is looked in first (SAPIEN's loader takes it and looks elsewhere only).
+- `effort`, `velocity` and `friction`, which the loader drops, are in the description; so is `mimic`, by URDF's meaning.
+- A link below a floating joint is a robot of its own; the loader knows this of single links only.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scenecc.diagnostics.words import cut
+from scenecc.robots.description import (
+    DescribedCollision,
+    DescribedJoint,
+    DescribedLink,
+    DescribedRobot,
+    DescribedVisual,
+    Description,
+)
+from scenecc.robots.files import RobotFiles
+from scenecc.robots.findings import Findings, read_robot_bytes
+from scenecc.robots.geometry import read_geometry, read_inertial, read_origin
+from scenecc.robots.joints import JointRow, read_joint, read_row
+from scenecc.robots.known import check_known
+from scenecc.robots.looks import Looks
+from scenecc.robots.mimics import check_mimics
+from scenecc.robots.pose32 import IDENTITY
+from scenecc.robots.reading import word
+from scenecc.robots.srdf import IgnoredPair, ignore_bits, read_srdf
+from scenecc.robots.tree import Branch, grow
+from scenecc.robots.xml import XmlBounds, parse_xml
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Literal
+
+    from scenecc.diagnostics import Location, Origin, Sink
+    from scenecc.robots.description import Geometry, PoseNumbers
+    from scenecc.robots.xml import Element
+    from scenecc.source.paths import AssetScope, Resolved
+    from scenecc.source.uris import Refusal
+
+MAX_LINKS = 255
+"""How many links PhysX counts on the CPU: 257 of them have 0 degrees of freedom."""
+
+MAX_PARTS = 4096
+"""How many links and joints a file has, in all its robots."""
+
+_SUFFIX = ".urdf"
+
+
+def read_urdf(
+    file: Resolved,
+    *,
+    scope: AssetScope,
+    sink: Sink,
+    origin: Origin | None = None,
+    scale: float = 1.0,
+    collision_is_visual: bool = False,
+    srdf: Resolved | Literal["sibling"] | None = "sibling",
+    package: Callable[[str], Resolved | Refusal] | None = None,
+    name: str | None = None,
+) -> Description | None:
+    """The robots of a URDF; None where the file is wrong, all that is wrong having been reported.
+
+    Args:
+        file: the URDF, as `scenecc.source.paths.resolve` finds it.
+        scope: what may be read; meshes, textures and the SRDF are looked for inside.
+        sink: takes what is wrong, at the file's own lines: codes SC401 to SC407 for files that it names, SC450 to
+            SC479 for the rest.
+        origin: the node of the scene that names the file, told with each finding.
+        scale: of all lengths, with masses and inertias of the same densities; finite and above 0.
+        collision_is_visual: whether collision shapes are seen as well.
+        srdf: pairs of links that do not collide; "sibling": of the file beside it of the same name, if there is one.
+        package: finds what follows `package://` in the folder that the scene gives; None: it gives none.
+        name: the file's name as shown to people; None: its uri.
+    """
+    name = file.uri if name is None else name
+    findings = Findings(sink, origin)
+    data = read_robot_bytes(file.path, name, findings, XmlBounds().size)
+    root = None if data is None else parse_xml(data, name, findings)
+    if root is None:
+        return None
+    if root.tag != "robot":
+        findings.report("SC453", f"a URDF is a <robot>, and this is a <{cut(root.tag)}>", root.location, hint=_HINT)
+        return None
+    files = RobotFiles(file, scope, package)
+    return _Reader(root, files, findings, float(scale), is_seen=collision_is_visual).read(srdf)
+
+
+_HINT = "a MuJoCo model is given with `mjcf:`, and an SDF is not read"
+
+
+class _Reader:
+    """One reading."""
+
+    def __init__(self, root: Element, files: RobotFiles, findings: Findings, scale: float, *, is_seen: bool) -> None:
+        self._root = root
+        self._files = files
+        self._findings = findings
+        self._scale = scale
+        self._is_seen = is_seen
+        self._looks = Looks(root, files, findings)
+
+    def read(self, srdf: Resolved | Literal["sibling"] | None) -> Description | None:
+        """The whole, where nothing of it is wrong."""
+        findings = self._findings
+        for tag in ("link", "joint"):
+            if (count := sum(1 for _ in self._root.all(tag))) > MAX_PARTS:
+                message = f"the file is too large: it has {count} {tag}s, and {MAX_PARTS} are read"
+                findings.report("SC452", message, self._root.location)
+        if findings.errors:
+            return None
+        check_known(self._root, findings)
+        links = self._named("link")
+        rows = [row for element in self._named("joint").values() if (row := read_row(element, findings)) is not None]
+        if not links and not findings.errors:
+            findings.report("SC455", "<robot> has no <link>", self._root.location)
+        # Links that hang on a joint that is wrong would be told to have no parent.
+        whole = not findings.errors
+        # Of two with one name both are read, for what else is wrong with them.
+        read = [self._link(element) for element in self._root.all("link")]
+        described = {link.name: link for link in reversed(read)}
+        joints = {
+            row.name: joint
+            for row in rows
+            if row.kind != "floating" and (joint := read_joint(row, self._scale, findings)) is not None
+        }
+        pairs = self._pairs(srdf, links)
+        branches = grow(links, rows, findings) if whole else None
+        if branches is None or findings.errors:
+            return None
+        robots = tuple(
+            self._robot(branch, described, joints, pairs, is_first=index == 0) for index, branch in enumerate(branches)
+        )
+        return None if findings.errors else Description(robots, tuple(self._files.found.values()))
+
+    def _named(self, tag: str) -> dict[str, Element]:
+        """The elements of a kind by name, in the order of the file; two of one name are SC460."""
+        named: dict[str, Element] = {}
+        for element in self._root.all(tag):
+            name = word(element, "name", self._findings)
+            first = element if name is None else named.setdefault(name, element)
+            if first is not element:
+                self._findings.report(
+                    "SC460",
+                    f"there are two {tag}s named `{cut(element.attributes['name'])}`",
+                    element.at("name"),
+                    related=[("the first is here", first.at("name"), "value")],
+                )
+        return named
+
+    def _pairs(self, srdf: Resolved | Literal["sibling"] | None, links: dict[str, Element]) -> tuple[IgnoredPair, ...]:
+        path = self._files.owner.path
+        if srdf == "sibling":
+            is_named = path.name.endswith(_SUFFIX)
+            srdf = self._files.beside(path.name.removesuffix(_SUFFIX) + ".srdf") if is_named else None
+        if srdf is None:
+            return ()
+        named = self._files.add(srdf, self._root.location)
+        return read_srdf(named.path, named.uri, links, self._findings)
+
+    def _link(self, element: Element) -> DescribedLink:
+        """A link without its place in the tree. What is wrong with it is left out and reported."""
+        collisions: list[DescribedCollision] = []
+        visuals: list[DescribedVisual] = []
+        for visual in element.all("visual"):
+            shape = self._shape(visual)
+            look = self._looks.of(visual)
+            if shape is not None:
+                geometry, pose, location = shape
+                visuals.append(DescribedVisual(geometry, pose, location, visual.attributes.get("name", ""), look))
+        for collision in element.all("collision"):
+            shape = self._shape(collision)
+            if shape is not None:
+                collisions.append(DescribedCollision(*shape))
+                if self._is_seen:
+                    visuals.append(DescribedVisual(*shape))
+        inertial = read_inertial(element, self._scale, self._findings)
+        return DescribedLink(
+            element.attributes.get("name", ""),
+            element.location,
+            collisions=tuple(collisions),
+            visuals=tuple(visuals),
+            inertial=inertial,
+        )
+
+    def _shape(self, element: Element) -> tuple[Geometry, PoseNumbers, Location] | None:
+        pose = read_origin(element, self._scale, self._findings)
+        # A shape whose pose is wrong is read all the same, for what else is wrong with it.
+        shape = read_geometry(element, pose or IDENTITY, self._scale, self._files, self._findings)
+        return None if pose is None else shape
+
+    def _robot(
+        self,
+        branch: Branch,
+        described: dict[str, DescribedLink],
+        joints: dict[str, DescribedJoint],
+        pairs: tuple[IgnoredPair, ...],
+        *,
+        is_first: bool,
+    ) -> DescribedRobot:
+        findings = self._findings
+        root = described[branch.links[0]]
+        floating = branch.joints[0]
+        pose = None if floating is None else read_origin(floating.element, self._scale, findings)
+        if len(branch.links) > MAX_LINKS:
+            findings.report(
+                "SC477",
+                f"the robot has {len(branch.links)} links, and the engine counts {MAX_LINKS}",
+                described[branch.links[MAX_LINKS]].location,
+                hint="join links that are fixed to one another",
+            )
+        numbers = {name: index for index, name in enumerate(branch.links)}
+        below = list(zip(branch.links, branch.joints, strict=True))[1:]
+        parents = [None, *(numbers[row.parent] for _, row in below if row is not None)]
+        bits = ignore_bits(branch.links, parents, pairs, findings)
+        check_mimics([joints[row.name] for _, row in below if row is not None], findings)
+        return DescribedRobot(
+            links=tuple(
+                _placed(described[name], parents[index], _joint_of(branch.joints[index], index, joints), bits[index])
+                for index, name in enumerate(branch.links)
+            ),
+            body_type="dynamic" if len(branch.links) == 1 else None,
+            fixed=None if is_first else False,
+            pose=pose or IDENTITY,
+            location=root.location,
+        )
+
+
+def _joint_of(row: JointRow | None, index: int, joints: dict[str, DescribedJoint]) -> DescribedJoint | None:
+    return None if row is None or index == 0 else joints[row.name]
+
+
+def _placed(link: DescribedLink, parent: int | None, joint: DescribedJoint | None, bits: int) -> DescribedLink:
+    return DescribedLink(link.name, link.location, parent, joint, link.collisions, link.visuals, link.inertial, bits)
