@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Literal
 
 from scenecc.diagnostics.codes import CODES
+from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.origin import (
     At,
     Location,
@@ -28,7 +28,7 @@ MAX_REPORTS = 1000
 Severity = Literal["error", "warning", "note"]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Related:
     """A second place that belongs to a diagnostic (the first of two equal keys, say)."""
 
@@ -36,7 +36,7 @@ class Related:
     location: Location
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Diagnostic:
     """One finding.
 
@@ -91,7 +91,7 @@ RelatedPlace = tuple[str, Origin | Location, At]
 """A message, the place it is about, and which half of it."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Report:
     code: str
     message: str
@@ -104,8 +104,12 @@ class _Report:
     parent: Origin | None
 
 
-_Repeated = tuple[str, str | None, Path]
+_Repeated = tuple[str, str | None, Path, int | None]
 """The code and the place of what many copies of one node may have in common."""
+
+
+def _repeated(code: str, place: Origin) -> _Repeated:
+    return code, place.file, place.path, None if place.location is None else place.location.line
 
 
 class Sink:
@@ -174,10 +178,10 @@ class Sink:
             return
         given: tuple[Origin, ...] = ()
         if isinstance(place, Origin):
-            place = self.trace(place)
+            place = self._traced(place)
             if self._is_told(code, place) or self._is_counted(code, place, message):
                 return
-            given = self.given(place) if place.parent is not None else ()
+            given = self.given(place) if place.parent is not None and place.location is None else ()
             if given and self._misgiven.setdefault((code, given), place) != place:
                 # One mistake in what is given shows wherever the prefab reads it.
                 return
@@ -194,7 +198,7 @@ class Sink:
         path = place.path if isinstance(place, Origin) else path
         places: tuple[RelatedPlace, ...] = (
             *((f"`{other.path[-1]}` is given here", other, "value") for other in given),
-            *((what, self.trace(other) if isinstance(other, Origin) else other, at) for what, other, at in related),
+            *((what, self._traced(other) if isinstance(other, Origin) else other, at) for what, other, at in related),
         )
         parent = place.parent if isinstance(place, Origin) else self.parent
         self._reports.append(_Report(code, message, place, at, hint, places, path, span, parent))
@@ -224,7 +228,7 @@ class Sink:
         """Whether another copy of the node has the same code, which counts this one."""
         if not place.copy and place.parent is None:
             return False
-        key = (code, place.file, place.path)
+        key = _repeated(code, place)
         first = self._first.setdefault(key, place)
         if (first.copy, first.parent) == (place.copy, place.parent):
             return False
@@ -252,14 +256,22 @@ class Sink:
         )
 
     def _location(self, place: Origin | Location, at: At) -> Location:
-        return self.locate(place, at) if isinstance(place, Origin) else place
+        if isinstance(place, Origin):
+            return self.locate(place, at) if place.location is None else place.location
+        return place
+
+    def _traced(self, place: Origin) -> Origin:
+        if place.location is None or place.parent is None:
+            return self.trace(place)
+        # The text is none that was expanded; the node that names it may be.
+        return Origin(place.file, place.path, place.copy, self._traced(place.parent), place.location)
 
     def _copies(self, report: _Report) -> str:
         """Which copy of a repeated node it is about, and in how many others it was found."""
         place = report.place
         if not isinstance(place, Origin):
             return ""
-        count = len(self._others.get((report.code, place.file, place.path), ()))
+        count = len(self._others.get(_repeated(report.code, place), ()))
         what = "copy" if place.copy else "use"
         plural = "copies" if place.copy else "uses"
         others = f"and in {count} other {what if count == 1 else plural}" if count else ""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Literal
 
 from scenecc.diagnostics.frozen import frozen
@@ -28,20 +27,27 @@ class Origin:
         file: name of the document as shown to people; None for a dict.
         path: keys and indices from the document's root.
         copy: which copy of a repeated node ("i=1, j=-1"); empty for a node written once.
-        parent: the node that brought this document in (a `use`, an item of `include`); None for the top document.
+        parent: the node that brought this document in (a `use`, an item of `include`, a robot's file); None for the
+            top document.
+        location: where it is, where that is known already: in a text that is no scene file.
     """
 
     file: str | None
     path: Path = ()
     copy: str = ""
     parent: Origin | None = None
+    location: Location | None = None
 
     def child(self, *keys: PathKey) -> Origin:
         """The origin of a node below this one."""
-        return Origin(self.file, self.path + keys, self.copy, self.parent)
+        return Origin(self.file, self.path + keys, self.copy, self.parent, self.location)
+
+    def into(self, location: Location, *path: PathKey) -> Origin:
+        """The origin of a line in another text, which this node names. `path`: what stands there."""
+        return Origin(location.file, path, "", self, location)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Location:
     """A place in a text. Lines and columns count from 1; columns count characters.
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Set as AbstractSet
 
     from scenecc.diagnostics import Path, Sink
-    from scenecc.expand.compiled import Compiled
+    from scenecc.expand.compiled import CompiledModule
     from scenecc.expand.documents import SceneDocument
     from scenecc.expand.params import Param
     from scenecc.expand.run import Budget
@@ -68,7 +68,7 @@ class Bound:
 
 
 def bind_params(
-    compiled: Compiled,
+    compiled: CompiledModule,
     given: Mapping[str, Argument],
     constants: Mapping[str, Any],
     *,
@@ -118,11 +118,7 @@ def bind_params(
             failed.add(name)
             _refuse(replace(wanted, declared=_declared(param, argument, parent)), argument, wrong, sink)
             continue
-        value = argument.value
-        if param.kind == "file":
-            value = _relocated(value, argument.document, compiled)
-        elif param.kind == "material":
-            value = _each_name(value, param, argument, material)
+        value = _inside(param, argument, compiled, material)
         if is_varying(value):
             wanted = wanted and replace(wanted, declared=_declared(param, argument, parent))
             varying[name] = replace(argument, value=value, wanted=wanted)
@@ -131,7 +127,7 @@ def bind_params(
     return Bound(values, varying, frozenset(failed))
 
 
-def _known(compiled: Compiled, given: Mapping[str, Argument], sink: Sink) -> None:
+def _known(compiled: CompiledModule, given: Mapping[str, Argument], sink: Sink) -> None:
     for name, argument in given.items():
         # A declaration that was reported may have been meant.
         if name not in compiled.module.section("params"):
@@ -179,7 +175,18 @@ def _refuse(wanted: ParamType, argument: Argument, wrong: Misfit, sink: Sink) ->
     sink.report(code, message, argument.told, related=related, path=(wanted.name,))  # pyright: ignore[reportArgumentType]
 
 
-def _relocated(value: Any, owner: SceneDocument, compiled: Compiled) -> Any:
+def _inside(
+    param: Param, argument: Argument, compiled: CompiledModule, material: Callable[[Param, Argument], Any]
+) -> Any:
+    """The argument as it means the same inside the module: files where they lie, materials by their names."""
+    if param.kind == "file":
+        return _relocated(argument.value, argument.document, compiled)
+    if param.kind == "material":
+        return _each_name(argument.value, param, argument, material)
+    return argument.value
+
+
+def _relocated(value: Any, owner: SceneDocument, compiled: CompiledModule) -> Any:
     """A file, so that every document of the module finds it."""
     if all(owner.shares_folder(part.document) for part in compiled.module.parts):
         return value

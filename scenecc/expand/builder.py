@@ -17,12 +17,13 @@ from scenecc.expand.run import Failed
 from scenecc.expand.scopes import Scope
 from scenecc.expand.still import stilled
 from scenecc.spec.base import NAME_PATTERN
+from scenecc.spec.known import known_as
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
     from scenecc.diagnostics import Location, Origin, Path, Sink
-    from scenecc.expand.compiled import Compiled, Written, WrittenEntity
+    from scenecc.expand.compiled import CompiledModule, Written, WrittenUnit
     from scenecc.expand.params import Param
     from scenecc.expand.prefabs import Prefabs
     from scenecc.expand.run import Budget, Run
@@ -66,7 +67,7 @@ class Builder:
 
     def bind(
         self,
-        compiled: Compiled,
+        compiled: CompiledModule,
         given: Mapping[str, Argument],
         *,
         scope: str,
@@ -110,6 +111,8 @@ class Builder:
                     self._node(section, name, made, scope)
         for unit in compiled.units:
             self._unit(unit, scope)
+        for unit in compiled.fastened:
+            self._unit(unit, scope)
 
     def _varying(self, scope: Scope, bound: Bound) -> None:
         """Parameters that differ from scene to scene become draws."""
@@ -146,7 +149,7 @@ class Builder:
                 # What it reads of a `with` may have a value in these scenes alone.
                 self._output.selections[name] = scope.selection
 
-    def _unit(self, unit: WrittenEntity, scope: Scope) -> None:
+    def _unit(self, unit: WrittenUnit, scope: Scope) -> None:
         run = scope.run(unit.body.part, self._objects, self._sink)
         if unit.axes is None:
             self._one(unit, unit.name, scope, run)
@@ -168,8 +171,8 @@ class Builder:
         for name in names:
             values.pop(name, None)
 
-    def _one(self, unit: WrittenEntity, name: str, scope: Scope, run: Run) -> None:
-        """One entity or instance. `name`: what it is called without a `name` of its own."""
+    def _one(self, unit: WrittenUnit, name: str, scope: Scope, run: Run) -> None:
+        """One entity, instance, constraint, light or camera. `name`: what it is called without a `name` of its own."""
         if unit.condition is not None and not self._holds(unit.condition, run):
             return
         if unit.namer is not None and unit.axes is not None:
@@ -184,14 +187,16 @@ class Builder:
         run.lists = {}
         node = unit.body.make(run)
         if selection is not None:
-            self._output.selections[full] = selection
+            self._output.selections[known_as(unit.section, full)] = selection
             if "scene_idxs" in node:
                 node = {key: item for key, item in node.items() if key != "scene_idxs"}
-        if self._output.add("entities", full, node, run.mark(unit.body.path), run.lists) and scope.name:
-            self._output.scopes[full] = scope.name
+        if scope.hidden and unit.section == "entities":
+            node = {**node, "hidden": True}
+        if self._output.add(unit.section, full, node, run.mark(unit.body.path), run.lists) and scope.name:
+            self._output.scopes[known_as(unit.section, full)] = scope.name
 
-    def _selection(self, unit: WrittenEntity, scope: Scope, run: Run) -> Selection:
-        """The scenes of an entity inside an instance that narrows them; None where none does."""
+    def _selection(self, unit: WrittenUnit, scope: Scope, run: Run) -> Selection:
+        """The scenes of what is inside an instance that narrows them; None where none does."""
         if scope.selection is None or unit.selection is None:
             return scope.selection
         return self._scenes.narrowed(unit.selection.make(run), scope.selection, run.origin(unit.selection.path))
@@ -219,7 +224,7 @@ class Builder:
             run.report("SC107", f"{show(made)} is not a name", namer.path, hint=hint)
         return name
 
-    def _instance(self, unit: WrittenEntity, name: str, scope: Scope, run: Run) -> None:
+    def _instance(self, unit: WrittenUnit, name: str, scope: Scope, run: Run) -> None:
         use = unit.use
         assert use is not None
         if unit.axes is None:
@@ -245,9 +250,10 @@ class Builder:
         bound = self.bind(compiled, arguments, scope=full, use=place, key=f"{name}.")
         prefix = f"{full}/" if use.prefix is None else scope.prefix + str(use.prefix.make(run))
         chain = (*scope.chain, compiled.module.main.document)
-        inner = Scope(compiled, full, prefix, place, selection, dict(bound.values), bound.failed, chain)
-        self._output.prefixes[full] = prefix
         body = unit.body.make(run)
+        hidden = scope.hidden or body.get("hidden") is True
+        inner = Scope(compiled, full, prefix, place, selection, dict(bound.values), bound.failed, chain, hidden)
+        self._output.prefixes[full] = prefix
         mark = run.mark(unit.body.path)
         self.expand(inner, bound)
         self._anchor(full, body, mark, selection, scope)

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from scenecc.expand.contents import count_values
-from scenecc.expand.modules import SETTINGS
 from scenecc.expand.names import BUILTIN, DEFAULT, Meaning, Names, check_free
 from scenecc.expand.params import Param, read_param
 from scenecc.expand.patterns import SHAPE_LISTS, Axes, Compiler, Pattern
@@ -22,6 +21,9 @@ if TYPE_CHECKING:
 
 _OF_COPIES = frozenset(("repeat", "if", "name"))
 """Keys that say which entities there are, and are no part of them."""
+
+FASTENED = ("constraints", "lights", "cameras")
+"""Sections of what is built after the entities, and may hold on to them. In this order they are written."""
 
 _OF_INSTANCES = frozenset((*_OF_COPIES, "use", "with", "prefix", "scene_idxs"))
 
@@ -63,10 +65,11 @@ class Use:
 
 
 @dataclass(frozen=True, slots=True)
-class WrittenEntity:
-    """One written entity: a body, several, or instances of a prefab.
+class WrittenUnit:
+    """One written entity, constraint, light or camera, or several; or instances of a prefab.
 
     Attributes:
+        section: of it.
         name: as written.
         body: its node; of an instance what is left of it for its frame.
         axes: what repeats it.
@@ -77,6 +80,7 @@ class WrittenEntity:
         weight: for how many objects each copy counts: one, or as many as it has shapes, and more where it is long.
     """
 
+    section: str
     name: str
     body: Written
     axes: Axes | None
@@ -88,7 +92,7 @@ class WrittenEntity:
 
 
 @dataclass(frozen=True, slots=True)
-class Compiled:
+class CompiledModule:
     """A module, looked through.
 
     Attributes:
@@ -97,6 +101,7 @@ class Compiled:
         draws, materials, groups, frames: by name, in order.
         settings: `physics` and `environment`, each by key.
         units: the entities.
+        fastened: the constraints, then the lights and the cameras.
         weight: for how many objects a use of it counts, but for what is repeated in it and the instances.
     """
 
@@ -107,7 +112,8 @@ class Compiled:
     groups: dict[str, Written]
     frames: dict[str, Written]
     settings: dict[str, dict[str, Written]]
-    units: list[WrittenEntity]
+    units: list[WrittenUnit]
+    fastened: list[WrittenUnit]
     weight: int
 
     def default_materials(self) -> list[str]:
@@ -116,7 +122,7 @@ class Compiled:
         return [param.default for param in params if param.kind == "material" and isinstance(param.default, str)]
 
 
-def compile_module(module: Module, use: Origin | None, sink: Sink) -> Compiled:
+def compile_module(module: Module, use: Origin | None, sink: Sink) -> CompiledModule:
     """Looks through a module; what is wrong in every use of it is reported.
 
     Args:
@@ -128,6 +134,8 @@ def compile_module(module: Module, use: Origin | None, sink: Sink) -> Compiled:
 
 
 class _ModuleCompiler:
+    """Looks through one module: first its parameters and draws, whose names everything after them may read."""
+
     def __init__(self, module: Module, use: Origin | None, sink: Sink) -> None:
         self._module = module
         self._use = use
@@ -135,7 +143,7 @@ class _ModuleCompiler:
         self._runs: dict[int, Run] = {}
         self._names: dict[str, Meaning] = dict(BUILTIN)
 
-    def compiled(self) -> Compiled:
+    def compiled(self) -> CompiledModule:
         params = self._params()
         draws = self._draws()
         sections = (
@@ -143,18 +151,20 @@ class _ModuleCompiler:
             self._section("collision_groups", "`collision_groups`"),
             self._section("frames"),
         )
-        units = [self._unit(name, entry) for name, entry in self._module.section("entities").items()]
-        return Compiled(
+        units = self._units("entities")
+        fastened = [unit for section in FASTENED for unit in self._units(section)]
+        return CompiledModule(
             self._module,
             params,
             draws,
             *sections,
-            {name: self._section(name, f"`{name}`") for name in SETTINGS},
+            {"physics": self._section("physics", "`physics`"), "environment": self._section("environment")},
             units,
-            self._weight((draws, *sections), units),
+            fastened,
+            self._weight((draws, *sections), [*units, *fastened]),
         )
 
-    def _weight(self, sections: Iterable[Mapping[str, Written]], units: list[WrittenEntity]) -> int:
+    def _weight(self, sections: Iterable[Mapping[str, Written]], units: list[WrittenUnit]) -> int:
         params = self._module.section("params").values()
         count = sum(1 + count_values(entry.node) for entry in params) // _PER_PARAMETER
         count += sum(_weight(made.node) for nodes in sections for made in nodes.values())
@@ -211,7 +221,10 @@ class _ModuleCompiler:
                 self._names[name] = "draw"
         return draws
 
-    def _unit(self, name: str, entry: Entry) -> WrittenEntity:
+    def _units(self, section: str) -> list[WrittenUnit]:
+        return [self._unit(section, name, entry) for name, entry in self._module.section(section).items()]
+
+    def _unit(self, section: str, name: str, entry: Entry) -> WrittenUnit:
         node, path = entry.node, entry.path
         compiler = self._compiler(entry)
         axes = None
@@ -219,14 +232,16 @@ class _ModuleCompiler:
             axes, compiler = compiler.axes(node["repeat"], (*path, "repeat"))
         else:
             self._needs_repeat(node, entry)
-        use = self._use_of(node, entry, compiler) if "use" in node else None
+        use = self._use_of(node, entry, compiler) if section == "entities" and "use" in node else None
         dropped = _OF_INSTANCES if use is not None else _OF_COPIES & node.keys()
         inner = compiler.entries(node, path, frozenset(dropped)) if is_mapping(node) else None
         body = Written(
             node if inner is None else inner.node, inner if inner and inner.patterns else None, entry.part, path
         )
         condition, namer, selection = (self._fixed(node, key, entry, compiler) for key in ("if", "name", "scene_idxs"))
-        return WrittenEntity(name, body, axes, condition, namer, selection, use, max(_weight(node), _shapes(node)))
+        return WrittenUnit(
+            section, name, body, axes, condition, namer, selection, use, max(_weight(node), _shapes(node))
+        )
 
     def _needs_repeat(self, node: dict[str, Any], entry: Entry) -> None:
         if "name" in node:
@@ -270,30 +285,17 @@ def _weight(node: Any) -> int:
 
 
 def _shapes(node: Any) -> int:
-    """How many shapes an entity has as written, in all of its variants."""
+    """How many shapes an entity has as written, in all of its variants or links."""
     count = sum(len(node[key]) for key in SHAPE_LISTS if is_sequence(node.get(key)))
-    variants = node.get("variants")
-    return count + sum(map(_shapes, filter(is_mapping, variants))) if is_sequence(variants) else count
+    if is_mapping(root := node.get("root")):
+        count += _shapes(root)
+    parts = node.get("variants", node.get("children"))
+    return count + sum(map(_shapes, filter(is_mapping, parts))) if is_sequence(parts) else count
 
 
 def _itself(name: str, names: Names) -> dict[str, Meaning]:
     """What a draw or default of some name cannot read: the one of that name."""
     return {name: "itself"} if names.get(name, "").startswith("later") else {}
-
-
-def find_per_scene_lists(node: Any, path: Path) -> list[Path]:
-    """Where a node holds `per_scene` lists."""
-    found: list[Path] = []
-    if is_mapping(node):
-        for key, item in node.items():
-            if key == "per_scene" and is_sequence(item):
-                found.append((*path, key))
-            elif not key.startswith(NOTE_PREFIX):
-                found += find_per_scene_lists(item, (*path, key))
-    elif is_sequence(node):
-        for index, item in enumerate(node):
-            found += find_per_scene_lists(item, (*path, index))
-    return found
 
 
 _NO_OBJECTS = Budget("SC604", "objects", "objects", 0)

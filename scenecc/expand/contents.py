@@ -1,13 +1,17 @@
-"""What is inside of a value: how much, whether any of it varies, whether any of it has failed."""
+"""What is inside of a value: how much, whether any of it varies or has failed, where its lists by scene are."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scenecc.expand.run import Failed
+from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.plain import is_mapping, is_sequence
 from scenecc.values.template import Template
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Path
 
 _PER_VALUE = 8
 """How many characters of an expression count as one more value: each may be an operation."""
@@ -44,3 +48,18 @@ def has_failed(value: Any) -> bool:
     if is_mapping(value):
         return any(map(has_failed, value.values()))
     return any(map(has_failed, value)) if is_sequence(value) else isinstance(value, Failed)
+
+
+def find_per_scene_lists(node: Any, path: Path) -> list[Path]:
+    """Where a node holds `per_scene` lists."""
+    found: list[Path] = []
+    if is_mapping(node):
+        for key, item in node.items():
+            if key == "per_scene" and is_sequence(item):
+                found.append((*path, key))
+            elif not key.startswith(NOTE_PREFIX):
+                found += find_per_scene_lists(item, (*path, key))
+    elif is_sequence(node):
+        for index, item in enumerate(node):
+            found += find_per_scene_lists(item, (*path, index))
+    return found

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.words import cut, suggest
-from scenecc.source.paths import AssetScope, Refusal, has_package, resolve
+from scenecc.source.paths import AssetScope, has_package, resolve
 from scenecc.source.read import read_text
 from scenecc.source.text import read_bytes
+from scenecc.source.uris import Refusal
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
@@ -94,6 +95,7 @@ def scene_loader(scope: AssetScope, limits: Limits, sink: Sink) -> Load:
     read: dict[str, SceneDocument | None] = {}
 
     def load(reference: str, owner: SceneDocument, place: Origin) -> SceneDocument | None:
+        """A `Load` that reads each file once, however it is named."""
         uri, shown = owner.reference(reference), None
         if reference.startswith(SHIPPED):
             name = reference[len(SHIPPED) :]

@@ -8,8 +8,8 @@ from scenecc.diagnostics import Location, Origin, Sink
 from scenecc.diagnostics.words import cut, suggest
 from scenecc.expand.arguments import Argument, bind_params
 from scenecc.expand.builder import Builder
-from scenecc.expand.compiled import Compiled, compile_module
-from scenecc.expand.documents import Load, top_document
+from scenecc.expand.compiled import CompiledModule, compile_module
+from scenecc.expand.documents import Load, SceneDocument, top_document
 from scenecc.expand.modules import Library
 from scenecc.expand.output import Output
 from scenecc.expand.patterns import Compiler
@@ -73,30 +73,12 @@ def expand(
     compiled = compile_module(module, None, sink)
     arguments = {name: Argument(value, Location(PARAMS), top, "") for name, value in given.items()}
     head = _head(compiled, arguments, limits, sink)
-    count = head.get("num_scenes", 1) if num_scenes is None else num_scenes
-    if type(count) is not int or not 1 <= count <= limits.scenes:
-        # Nothing is made for so many, and the stages after this one tell it.
-        count = 1
     output = Output(top.name, sink)
     objects = Budget("SC604", "objects", "objects", limits.objects)
     instances = Budget("SC604", "instances", "objects", limits.objects)
-    builder = Builder(
-        output,
-        Prefabs(library, sink),
-        Scenes(count, limits.objects_times_scenes, sink),
-        draws,
-        objects,
-        instances,
-        sink,
-    )
-    try:
-        bound = builder.bind(compiled, arguments, scope="", use=Location(PARAMS))
-        builder.expand(Scope(compiled, "", "", None, None, dict(bound.values), bound.failed, (top,)), bound)
-    except Exhausted:
-        return None
-    except RecursionError:
-        # With the limit raised: a use takes several calls.
-        sink.report("SC608", "prefabs are deeper within one another than Python's stack allows", Origin(top.name))
+    scenes = Scenes(_count(head, num_scenes, limits), limits.objects_times_scenes, sink)
+    builder = Builder(output, Prefabs(library, sink), scenes, draws, objects, instances, sink)
+    if not _write(builder, compiled, arguments, top, sink):
         return None
     _given(draws, compiled, output, sink)
     if sink.failed:
@@ -108,7 +90,7 @@ def expand(
     return output.expansion(head, library.documents)
 
 
-def _head(compiled: Compiled, arguments: Mapping[str, Argument], limits: Limits, sink: Sink) -> dict[str, Any]:
+def _head(compiled: CompiledModule, arguments: Mapping[str, Argument], limits: Limits, sink: Sink) -> dict[str, Any]:
     """What stands before the sections of the top document: it may read parameters, and no number of scenes yet."""
     document = compiled.module.main.document
     data = document.document.data
@@ -138,7 +120,30 @@ def _head(compiled: Compiled, arguments: Mapping[str, Argument], limits: Limits,
     return head
 
 
-def _given(draws: Collection[str], compiled: Compiled, output: Output, sink: Sink) -> None:
+def _count(head: Mapping[str, Any], num_scenes: int | None, limits: Limits) -> int:
+    """How many scenes there are. `num_scenes`: in place of what the head says."""
+    count = head.get("num_scenes", 1) if num_scenes is None else num_scenes
+    # For a number that cannot be nothing is made, and the stages after this one tell it.
+    return count if type(count) is int and 1 <= count <= limits.scenes else 1
+
+
+def _write(
+    builder: Builder, compiled: CompiledModule, arguments: Mapping[str, Argument], top: SceneDocument, sink: Sink
+) -> bool:
+    """Writes all that the top module makes; False, reported, where that is too much."""
+    try:
+        bound = builder.bind(compiled, arguments, scope="", use=Location(PARAMS))
+        builder.expand(Scope(compiled, "", "", None, None, dict(bound.values), bound.failed, (top,)), bound)
+    except Exhausted:
+        return False
+    except RecursionError:
+        # With the limit raised: a use takes several calls.
+        sink.report("SC608", "prefabs are deeper within one another than Python's stack allows", Origin(top.name))
+        return False
+    return True
+
+
+def _given(draws: Collection[str], compiled: CompiledModule, output: Output, sink: Sink) -> None:
     """Reports draws that are given and that nothing has."""
     known = dict.fromkeys((*compiled.draws, *output.sections["draws"]))
     for name in map(str, draws):

@@ -94,12 +94,12 @@ def _start(items: Items) -> int:
 class Expansion:
     """One scene file that uses no other, as plain data.
 
-    Names. Entities, frames (and cameras) have their full names. An instance is also a frame; what is inside of it has
-    the instance as its *scope*, and names written inside mean what is inside. So, with `S = scopes.get(owner, "")`
-    for the entity or frame in which a name is written:
+    Names. Entities, frames, cameras, constraints and lights have their full names. An instance is also a frame; what is
+    inside of it has the instance as its *scope*, and names written inside mean what is inside. So, with
+    `S = scopes.get(owner, "")` for the node in which a name is written:
 
-    - `relative_to: NAME` is `prefixes.get(S, "") + NAME`; `world` and no `relative_to` are the frame `anchors[S]`
-      (the world where S is "");
+    - `relative_to: NAME`, and likewise what something is mounted on or ties together, is
+      `prefixes.get(S, "") + NAME`; `world` and no `relative_to` are the frame `anchors[S]` (the world where S is "");
     - a material `NAME` is `S/NAME` (`NAME` where S is ""), and `/NAME` is `NAME` of the whole expansion;
     - a collision group and a draw read in a template are likewise `S/NAME`.
 
@@ -109,12 +109,13 @@ class Expansion:
         data: what `scenecc.spec.parse.parse(..., expanded=True)` takes: no `params`, `include`, `repeat`, `if`, `use`;
             where a draw or `scene` is read there is a `scenecc.values.template.Template`. `num_scenes` and `seed` in
             it are those that override the file's, where these are given.
-        scopes: entity or frame → scope, for those inside an instance.
+        scopes: entity, frame, camera, constraint or light, as `scenecc.spec.known.known_as` has it → scope, for those
+            inside an instance.
         prefixes: scope → what stands before the names of its entities and frames.
         anchors: scope → the frame in which it stands.
         given: draws that stand for what a `with` says → the scope in which the `with` is written.
         wanted: draws that stand for parameters → what the parameter takes.
-        selections: entity or frame → scene indices, ascending, where an instance narrows them; `scene_idxs` is then
+        selections: the same → scene indices, ascending, where an instance narrows them; `scene_idxs` is then
             left out of the data.
         used_materials: materials that are not to be reported as never used: a `with` names them, they are inside an
             instance, or they may be named under other parameters.

@@ -165,6 +165,7 @@ class _Merge:
         self._good = True
 
     def module(self, document: SceneDocument) -> Module:
+        """The document with all that it includes, which comes before what includes it."""
         main = Part(document)
         self._add(main, [document])
         sections: dict[str, dict[str, Entry]] = {}
@@ -176,6 +177,7 @@ class _Merge:
         return Module(main, tuple(self._parts), sections, self._good)
 
     def _add(self, part: Part, chain: list[SceneDocument]) -> None:
+        """Adds a document after those that it includes. `chain`: the documents that led to it, and itself."""
         document = part.document
         self._reached.add(document.identity)
         items = document.document.data.get("include", [])

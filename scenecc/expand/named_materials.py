@@ -13,7 +13,7 @@ from scenecc.values.template import Template
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from scenecc.expand.compiled import Compiled, WrittenEntity
+    from scenecc.expand.compiled import CompiledModule, WrittenUnit
 
 _QUOTED = re.compile(r"'([^']*)'|\"([^\"]*)\"")
 _NAMING = frozenset(("material", "with", "repeat"))
@@ -24,7 +24,7 @@ _NEVER_A_NAME = frozenset(("number", "integer", "boolean", "vector", "color", "f
 """Types of parameters that are no text, or none that names a material."""
 
 
-def may_be_named(compiled: Compiled) -> set[str]:
+def may_be_named(compiled: CompiledModule) -> set[str]:
     """The materials of a module that something in it names, or may name, whatever its parameters are.
 
     What is the same under all parameters is left out: whether it is used shows in the end.
@@ -40,7 +40,7 @@ def may_be_named(compiled: Compiled) -> set[str]:
     return {*compiled.default_materials(), *search.found} & materials.keys()
 
 
-def _depends(unit: WrittenEntity) -> bool:
+def _depends(unit: WrittenUnit) -> bool:
     """Whether anything of an entity may be otherwise under other parameters."""
     return unit.body.pattern is not None or not (unit.axes is unit.condition is unit.use is None)
 
@@ -52,7 +52,7 @@ class _Search:
         found: the texts that may name a material.
     """
 
-    def __init__(self, compiled: Compiled) -> None:
+    def __init__(self, compiled: CompiledModule) -> None:
         self.found: set[str] = set()
         self._materials = compiled.materials
         self._params = compiled.params

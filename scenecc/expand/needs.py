@@ -8,6 +8,8 @@ from scenecc.spec.plain import is_mapping, is_sequence
 
 _AT_THE_TOP = ("params", "draws", "include")
 _OF_ENTITIES = frozenset(("use", "if", "repeat", "name"))
+_COPIES = frozenset(("if", "repeat", "name"))
+_KEYS = {"entities": _OF_ENTITIES, "constraints": _COPIES, "lights": _COPIES, "cameras": _COPIES}
 _OF_SHAPES = ("shapes", "collisions", "visuals")
 
 
@@ -23,10 +25,12 @@ def needs_expansion(data: dict[str, Any], text: str | None) -> bool:
     if any(key in data for key in _AT_THE_TOP):
         return True
     entities = data.get("entities")
-    if is_mapping(entities):
-        for entity in entities.values():
-            if is_mapping(entity) and not _OF_ENTITIES.isdisjoint(entity):
-                return True
+    for section, keys in _KEYS.items():
+        nodes = data.get(section)
+        if is_mapping(nodes):
+            for node in nodes.values():
+                if is_mapping(node) and not keys.isdisjoint(node):
+                    return True
     # A backslash may stand for any character.
     if text is None or "\\" in text:
         return _has_expression(data) or _repeats(entities)
@@ -52,5 +56,8 @@ def _repeats_a_shape(body: dict[str, Any]) -> bool:
         shapes = body.get(key)
         if is_sequence(shapes) and any(is_mapping(shape) and "repeat" in shape for shape in shapes):
             return True
-    variants = body.get("variants")
-    return is_sequence(variants) and any(is_mapping(one) and _repeats_a_shape(one) for one in variants)
+    if is_mapping(root := body.get("root")):
+        return _repeats_a_shape(root)
+    # Variants, or the links that hang on one.
+    parts = body.get("variants", body.get("children"))
+    return is_sequence(parts) and any(is_mapping(one) and _repeats_a_shape(one) for one in parts)

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from scenecc.diagnostics import Origin
 from scenecc.diagnostics.words import cut
-from scenecc.expand.compiled import Compiled, compile_module, find_per_scene_lists
+from scenecc.expand.compiled import CompiledModule, compile_module
+from scenecc.expand.contents import find_per_scene_lists
 from scenecc.expand.modules import Library, shown_chain
 
 if TYPE_CHECKING:
@@ -27,9 +28,9 @@ class Prefabs:
     def __init__(self, library: Library, sink: Sink) -> None:
         self._library = library
         self._sink = sink
-        self._compiled: dict[str, Compiled | None] = {}
+        self._compiled: dict[str, CompiledModule | None] = {}
 
-    def find(self, reference: str, owner: SceneDocument, place: Origin, chain: Chain) -> Compiled | None:
+    def find(self, reference: str, owner: SceneDocument, place: Origin, chain: Chain) -> CompiledModule | None:
         """The prefab that a document uses; None where it was reported.
 
         Args:

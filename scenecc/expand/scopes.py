@@ -9,7 +9,7 @@ from scenecc.expand.run import Budget, Run
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.expand.compiled import Compiled
+    from scenecc.expand.compiled import CompiledModule
     from scenecc.expand.modules import Part
     from scenecc.expand.prefabs import Chain
     from scenecc.expand.scenes import Selection
@@ -28,9 +28,10 @@ class Scope:
         values: of parameters and constants.
         failed: parameters without a value, which was reported.
         chain: the modules that lead here, this one last.
+        hidden: whether only people see what is inside.
     """
 
-    compiled: Compiled
+    compiled: CompiledModule
     name: str
     prefix: str
     use: Origin | None
@@ -38,6 +39,7 @@ class Scope:
     values: dict[str, Any]
     failed: frozenset[str]
     chain: Chain
+    hidden: bool = False
     runs: dict[int, Run] = field(default_factory=dict[int, Run])
 
     def run(self, part: Part, objects: Budget, sink: Sink) -> Run:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import errno
 import importlib.util
 import os
-import re
 import stat
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -17,11 +16,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from scenecc.source.near_names import NearNames
+from scenecc.source.uris import Refusal, foreign_scheme, inner_malformed, malformed, shown
 
 ASSET_PATH_VARIABLE = "SCENECC_ASSET_PATH"
 """Environment variable with asset roots, separated by `os.pathsep`; they come after `--asset-root`."""
 
-_SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
 _OUTSIDE_HINT = (
     "move the file beside the scene, give its folder with --asset-root, or allow it with --allow-outside-assets"
 )
@@ -38,14 +37,6 @@ class Resolved(NamedTuple):
 
     path: Path
     uri: str
-
-
-class Refusal(NamedTuple):
-    """Why a file cannot be used: a code of band 4, a message and what to do."""
-
-    code: str
-    message: str
-    hint: str | None = None
 
 
 class _Package(NamedTuple):
@@ -123,12 +114,12 @@ def resolve_named(reference: str, *, owner: Path, owner_uri: str, scope: AssetSc
         owner_uri: its uri, as `Resolved` has it.
         scope: what may be read.
     """
-    refusal = _malformed(reference) or _foreign_scheme(reference, ())
+    refusal = malformed(reference) or foreign_scheme(reference, ())
     if refusal is not None:
         return refusal
     if reference.startswith("/"):
         return Refusal(
-            "SC402", f"the path `{_shown(reference)}` is absolute", "an asset names its files relative to itself"
+            "SC402", f"the path `{shown(reference)}` is absolute", "an asset names its files relative to itself"
         )
     package = _package(owner_uri, scope) if owner_uri.startswith("pkg://") else None
     extra = (package.folder,) if isinstance(package, _Package) else ()
@@ -136,7 +127,7 @@ def resolve_named(reference: str, *, owner: Path, owner_uri: str, scope: AssetSc
 
 
 def _resolve(uri: str, base: Path, scope: AssetScope) -> Resolved | Refusal:
-    refusal = _malformed(uri) or _foreign_scheme(uri, ("pkg", "asset"))
+    refusal = malformed(uri) or foreign_scheme(uri, ("pkg", "asset"))
     if refusal is not None:
         return refusal
     if uri.startswith("pkg://"):
@@ -144,54 +135,10 @@ def _resolve(uri: str, base: Path, scope: AssetScope) -> Resolved | Refusal:
         if isinstance(package, Refusal):
             return package
         inner = uri[len("pkg://") + len(package.name) + 1 :]
-        return _inner_malformed(uri, inner) or _finish(package.folder / inner, uri, uri, (package.folder,), scope)
+        return inner_malformed(uri, inner) or _finish(package.folder / inner, uri, uri, (package.folder,), scope)
     if uri.startswith("asset://"):
         return _from_roots(uri, scope)
     return _finish(base / uri, None, uri, (), scope)
-
-
-def _malformed(uri: str) -> Refusal | None:
-    if not uri.strip():
-        return Refusal("SC403", "the path is empty", "name a file")
-    if any(ord(c) < 32 or c == "\x7f" for c in uri):
-        return Refusal("SC403", f"the path {_shown(uri)!r} holds a control character")
-    try:
-        os.fsencode(uri)
-    except UnicodeEncodeError:
-        return Refusal("SC403", f"the path {_shown(uri)!r} cannot be a file name")
-    if "\\" in uri:
-        return Refusal("SC403", f"the path `{_shown(uri)}` holds a backslash", "write `/` between folders")
-    if uri.startswith("~"):
-        return Refusal(
-            "SC403", f"`~` is not expanded in `{_shown(uri)}`", "write a path relative to the scene, or use asset://"
-        )
-    return None
-
-
-def _foreign_scheme(uri: str, known: tuple[str, ...]) -> Refusal | None:
-    match = _SCHEME.match(uri)
-    if match is None or match[1] in known:
-        return None
-    hints = {
-        "http": "download the file and name it by its path",
-        "https": "download the file and name it by its path",
-        "file": "write the path alone, without file://",
-        "package": "write pkg://PACKAGE/PATH for a Python package, or asset://PATH and --asset-root for a ROS one",
-        "model": "write asset://PATH and give the model folder with --asset-root",
-    }
-    fallback = (
-        "name a path relative to the scene, pkg://PACKAGE/PATH or asset://PATH" if known else "name a relative path"
-    )
-    hint = hints.get(match[1].lower(), fallback) if known else fallback
-    if match[1].lower() in known:
-        hint = f"write {match[1].lower()}://"
-    return Refusal("SC403", f"`{match[1]}://` is not read, in `{_shown(uri)}`", hint)
-
-
-def _inner_malformed(uri: str, inner: str) -> Refusal | None:
-    if not inner or inner.startswith("/"):
-        return Refusal("SC403", f"`{_shown(uri)}` names no file", "write pkg://PACKAGE/PATH or asset://PATH")
-    return None
 
 
 def _package(uri: str, scope: AssetScope) -> _Package | Refusal:
@@ -211,7 +158,7 @@ def _find_package(name: str) -> _Package | Refusal:
             f"write pkg://{slashed}/… (a dotted name would be imported)",
         )
     if not name.isidentifier():
-        return Refusal("SC405", f"`{_shown(name)}` is not the name of a Python package", "write pkg://PACKAGE/PATH")
+        return Refusal("SC405", f"`{shown(name)}` is not the name of a Python package", "write pkg://PACKAGE/PATH")
     try:
         # Of a name without dots this asks the finders and runs no code of the package.
         spec = importlib.util.find_spec(name)
@@ -231,13 +178,13 @@ def _find_package(name: str) -> _Package | Refusal:
 
 def _from_roots(uri: str, scope: AssetScope) -> Resolved | Refusal:
     inner = uri[len("asset://") :]
-    refusal = _inner_malformed(uri, inner)
+    refusal = inner_malformed(uri, inner)
     if refusal is not None:
         return refusal
     if not scope.asset_roots:
         return Refusal(
             "SC406",
-            f"`{_shown(uri)}` needs an asset root, and none is given",
+            f"`{shown(uri)}` needs an asset root, and none is given",
             f"give --asset-root FOLDER or set {ASSET_PATH_VARIABLE}",
         )
     refusals: list[Refusal] = []
@@ -248,7 +195,7 @@ def _from_roots(uri: str, scope: AssetScope) -> Resolved | Refusal:
         refusals.append(found)
     hint = next((refusal.hint for refusal in refusals if refusal.hint is not None), None)
     searched = ", ".join(map(str, scope.asset_roots))
-    return Refusal("SC401", f"`{_shown(uri)}` is in no asset root ({searched})", hint)
+    return Refusal("SC401", f"`{shown(uri)}` is in no asset root ({searched})", hint)
 
 
 def _finish(
@@ -258,29 +205,29 @@ def _finish(
     try:
         real = _real(joined)
         if not scope.allow_outside and not any(real.is_relative_to(tree) for tree in (*_trees(scope), *extra)):
-            return Refusal("SC402", f"`{_shown(written)}` leaves the folders that this scene may read", _OUTSIDE_HINT)
+            return Refusal("SC402", f"`{shown(written)}` leaves the folders that this scene may read", _OUTSIDE_HINT)
         kept = real if joined.name == ".." else _real(joined.parent) / joined.name
         status = kept.stat()
     except OSError as error:
         return _unreachable(error, joined, written, scope)
     if not stat.S_ISREG(status.st_mode):
         kind = "a folder" if stat.S_ISDIR(status.st_mode) else "not a regular file"
-        return Refusal("SC404", f"`{_shown(written)}` is {kind}", "name a file")
+        return Refusal("SC404", f"`{shown(written)}` is {kind}", "name a file")
     if written.endswith("/"):
-        return Refusal("SC404", f"`{_shown(written)}` ends in a slash", "name a file")
+        return Refusal("SC404", f"`{shown(written)}` ends in a slash", "name a file")
     if not os.access(kept, os.R_OK):
-        return Refusal("SC407", f"`{_shown(written)}` may not be read", "change the file's permissions")
+        return Refusal("SC407", f"`{shown(written)}` may not be read", "change the file's permissions")
     return Resolved(kept, uri if uri is not None else _canonical(kept, scope))
 
 
 def _unreachable(error: OSError, joined: Path, written: str, scope: AssetScope) -> Refusal:
     if error.errno == errno.ELOOP:
-        return Refusal("SC407", f"`{_shown(written)}` is a link to itself", "mend the link")
+        return Refusal("SC407", f"`{shown(written)}` is a link to itself", "mend the link")
     if error.errno in {errno.ENOENT, errno.ENOTDIR}:
-        return Refusal("SC401", f"there is no file `{_shown(written)}`", scope.memory.near.hint(_real(joined)))
+        return Refusal("SC401", f"there is no file `{shown(written)}`", scope.memory.near.hint(_real(joined)))
     if error.errno == errno.ENAMETOOLONG:
-        return Refusal("SC401", f"there is no file `{_shown(written)}`", "no file name is this long")
-    return Refusal("SC407", f"`{_shown(written)}` may not be read: {error.strerror}", "change the file's permissions")
+        return Refusal("SC401", f"there is no file `{shown(written)}`", "no file name is this long")
+    return Refusal("SC407", f"`{shown(written)}` may not be read: {error.strerror}", "change the file's permissions")
 
 
 def _canonical(path: Path, scope: AssetScope) -> str:
@@ -302,7 +249,3 @@ def _trees(scope: AssetScope) -> tuple[Path, ...]:
 def _real(path: Path) -> Path:
     # Path.resolve raises RuntimeError for links in a circle up to Python 3.12; this leaves them to stat.
     return Path(os.path.realpath(path))
-
-
-def _shown(uri: str) -> str:
-    return uri if len(uri) <= 200 else uri[:120] + "…" + uri[-60:]

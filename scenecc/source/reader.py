@@ -7,14 +7,14 @@ valid file pays for its data alone. `yaml.load` takes three times as long as the
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import yaml
 
 from scenecc.diagnostics import Location, Path
 from scenecc.source.aliases import Aliases, Container, stop_at_depth
 from scenecc.source.faults import Faults, Stopped
+from scenecc.source.merging import Merges
 from scenecc.source.parsing import (
     AliasEvent,
     DocumentStartEvent,
@@ -67,14 +67,6 @@ def parse_yaml(faults: Faults, limits: Limits) -> dict[str, Any] | None:
         reader.report_duplicates()
 
 
-@dataclass(slots=True)
-class _Merge:
-    """A merge key that was read: where, and the keys it brought that no explicit key has replaced."""
-
-    event: NodeEvent
-    keys: set[str] = field(default_factory=set[str])
-
-
 class _Reader:
     def __init__(self, get: NextEvent, faults: Faults, limits: Limits) -> None:
         self._get = get
@@ -86,8 +78,7 @@ class _Reader:
         self._depth = limits.depth
         self._open: list[tuple[str | int, Container]] = []
         """The open containers, outermost first, each with its key or index in the one before."""
-        self._merges: dict[int, _Merge] = {}
-        """id of a mapping → its merge key."""
+        self._merges = Merges(faults)
         self._duplicates: list[tuple[NodeEvent, str, Path]] = []
 
     def document(self) -> dict[str, Any] | None:
@@ -249,21 +240,18 @@ class _Reader:
     def _odd_entry(self, event: NodeEvent, node: dict[str, Any]) -> None:
         """Reads an entry whose key is not simply a new string."""
         if isinstance(event, ScalarEvent) and event.value == "<<" and event.implicit[0]:
-            self._merge(event, node)
+            self._merges.merge(self._value("<<", event), event, node, self._path("<<"))
             return
         key = self._key(event)
         if key is None:
             self._value(shown_scalar(event), event)
             return
-        merge = self._merges.get(id(node))
-        replaces = merge is not None and key in merge.keys
-        if key in node and not replaces:
+        if key in node and not self._merges.brought(key, node):
             self._faults.admit(event)
             self._duplicates.append((event, key, self._path(key)))
             self._value(key, event)
             return
-        if merge is not None:
-            merge.keys.discard(key)
+        self._merges.replace(key, node)
         node.setdefault(key, None)  # its place among the keys is that of its first appearance
         node[key] = self._value(key, event)
 
@@ -292,32 +280,6 @@ class _Reader:
             return str(key)
         self._faults.at("SC005", f"a key is {kind(key)}, not a string", event, path=self._path(), hint=hint)
         return None
-
-    def _merge(self, event: NodeEvent, node: dict[str, Any]) -> None:
-        """Reads a merge key: its value's entries come to stand here, where the mapping has none of that key."""
-        path = self._path("<<")
-        value = self._value("<<", event)
-        first = self._merges.get(id(node))
-        if first is not None:
-            place = self._faults.span(first.event.start_mark, first.event.end_mark)
-            hint = "merge several mappings with a list: `<<: [*a, *b]`"
-            related = (("first written here", place),)
-            self._faults.at("SC004", "the key `<<` is written twice", event, path=path, hint=hint, related=related)
-            return
-        merge = self._merges[id(node)] = _Merge(event)
-        for source in cast("list[object]", value) if isinstance(value, list) else [value]:
-            if not isinstance(source, dict):
-                self._refuse_merge(source, event, path)
-                continue
-            for key, item in cast("dict[str, Any]", source).items():
-                if key not in node:
-                    node[key] = item
-                    merge.keys.add(key)
-
-    def _refuse_merge(self, source: object, event: NodeEvent, path: Path) -> None:
-        if source is not None:  # else it was reported where it stands
-            hint = "write `<<: *anchor` or `<<: [*one, *other]`, anchors of mappings; to use `<<` as a key quote it"
-            self._faults.at("SC011", f"`<<` merges mappings, not {kind(source)}", event, path=path, hint=hint)
 
     def _path(self, under: str | int | None = None) -> Path:
         """The path of what stands under a key or index of the innermost open container; its own for None."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from yaml import MarkedYAMLError, YAMLError
 
+from scenecc.diagnostics.frozen import frozen
 from scenecc.source.text import control_character
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ _MAX_KEY = 1024
 """Characters before the colon of a key, by YAML's rule for keys without `? `."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Problem:
     """What went wrong, and where: as the parser says it, and with the text at hand."""
 
@@ -52,7 +52,7 @@ class _Problem:
         return self.text[self.mark.column :]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Advice:
     """What to tell: about the place of the problem, or another one."""
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, NoReturn, cast
 
 from scenecc.diagnostics import Origin, Path, Sink
+from scenecc.diagnostics.frozen import frozen
 from scenecc.source.scalars import MAX_INTEGER_CHARS, SCENE_KEYED
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _MAX_INTEGER = 10**MAX_INTEGER_CHARS
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Copy:
     """A container that was copied: the copy, and its nodes and height with shared parts unfolded."""
 

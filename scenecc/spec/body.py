@@ -49,6 +49,7 @@ class EntityKeys(Model):
         'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: every scene.',
         examples=[[0, 2], "::2"],
     )
+    hidden: Fixed[bool] = Field(default=False, description="Whether only people see it, and no camera of the file.")
 
 
 class BodyKnobs(Model):

@@ -12,11 +12,19 @@ from scenecc.spec.leaf import Fixed
 from scenecc.spec.scalars import NonNegativeInt, PositiveInt
 
 if TYPE_CHECKING:
+    from scenecc.spec.camera import Camera
+    from scenecc.spec.constraint import Constraint
     from scenecc.spec.draws import Draw
+    from scenecc.spec.environment import Environment
+    from scenecc.spec.light import Light
     from scenecc.spec.material import Material
     from scenecc.spec.physics import Physics
     from scenecc.spec.places import CollisionGroup, Frame
 else:
+    Camera = Annotated[Any, Later("scenecc.spec.camera", "Camera")]
+    Constraint = Annotated[Any, Later("scenecc.spec.constraint", "Constraint")]
+    Environment = Annotated[Any, Later("scenecc.spec.environment", "Environment")]
+    Light = Annotated[Any, Later("scenecc.spec.light", "Light")]
     Draw = Annotated[Any, Later("scenecc.spec.draws", "Draw")]
     Material = Annotated[Any, Later("scenecc.spec.material", "Material")]
     Physics = Annotated[Any, Later("scenecc.spec.physics", "Physics")]
@@ -51,6 +59,7 @@ class SceneFile(Model):
         default_factory=list, description="Files merged in ahead of this one, in order.", examples=[["common.yaml"]]
     )
     physics: Maybe[Physics] = key("Settings of the simulation.")
+    environment: Maybe[Environment] = key("Light from everywhere, and what is seen where there is nothing.")
     materials: dict[NewName, Material] = Field(default_factory=dict, description="Named materials.")
     collision_groups: dict[NewName, CollisionGroup] = Field(
         default_factory=dict, description="Groups of bodies that may ignore one another."
@@ -58,4 +67,11 @@ class SceneFile(Model):
     frames: dict[NewName, Frame] = Field(default_factory=dict, description="Places with no body.")
     entities: dict[NewName, Entity] = Field(
         default_factory=dict, description="What is in the scenes, in the order in which it is built."
+    )
+    constraints: dict[NewName, Constraint] = Field(
+        default_factory=dict, description="What ties two bodies together, or a body to the world."
+    )
+    lights: dict[NewName, Light] = Field(default_factory=dict, description="Lights; left out: a default rig.")
+    cameras: dict[NewName, Camera] = Field(
+        default_factory=dict, description="Cameras; left out: one that sees the whole scene."
     )

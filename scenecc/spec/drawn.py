@@ -109,7 +109,9 @@ def _bound(reader: FormReader, node: Any, domain: Domain, plain: Validate, loc: 
     if is_sequence(node):
         return reader.vector(node, domain, loc)
     number = reader.plain(node, domain.scalar.validate_number, loc)
-    return number if domain.number is not None or number is None else (number,) * domain.least
+    # Of a list of any length it is broadcast once that is known.
+    as_it_is = domain.number is not None or number is None or not domain.least
+    return number if as_it_is else (number,) * domain.least
 
 
 def _is_plain_vector(node: Any, domain: Domain) -> bool:
@@ -136,6 +138,7 @@ def _whole(reader: FormReader, bound: Any, loc: Loc) -> Any:
     """The same bound with integers for its numbers."""
 
     def whole(part: Any) -> Any:
+        """One number as an integer; as it was, reported, where it is none, and what is no number untouched."""
         if not _is_number(part):
             return part
         if not float(part).is_integer():

@@ -8,7 +8,6 @@ from pydantic import ValidationError
 from pydantic_core import PydanticCustomError, core_schema
 
 from scenecc.spec.body import Body
-from scenecc.spec.features import NOT_YET
 from scenecc.spec.later import Later
 from scenecc.spec.mistakes import Mistakes, told
 from scenecc.spec.unions import BODY, NOT_MEANT, entity_kind, in_order
@@ -18,6 +17,7 @@ if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
 
+    from scenecc.spec.articulation import Mjcf, Tree, Urdf
     from scenecc.spec.instance import BodyCopies, Instance
     from scenecc.spec.variants import Variants
 
@@ -26,6 +26,9 @@ _MODELS = {
     "#use": Later("scenecc.spec.instance", "Instance"),
     "#variants": Later("scenecc.spec.variants", "Variants"),
     "#copies": Later("scenecc.spec.instance", "BodyCopies"),
+    "#urdf": Later("scenecc.spec.articulation", "Urdf"),
+    "#mjcf": Later("scenecc.spec.articulation", "Mjcf"),
+    "#root": Later("scenecc.spec.articulation", "Tree"),
 }
 
 
@@ -41,12 +44,11 @@ class _Entity:
         return in_order([(handler(source), BODY)], core_schema.no_info_plain_validator_function(_otherwise))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        use, variants, body = (later.json_schema(handler) for later in _MODELS.values())
-        return {
-            "if": {"required": ["use"]},
-            "then": use,
-            "else": {"if": {"required": ["variants"]}, "then": variants, "else": body},
-        }
+        schemas = {label: later.json_schema(handler) for label, later in _MODELS.items()}
+        found: JsonSchemaValue = schemas.pop("#copies")
+        for label, model in reversed(schemas.items()):
+            found = {"if": {"required": [label.removeprefix("#")]}, "then": model, "else": found}
+        return found
 
 
 def _otherwise(node: Any) -> Any:
@@ -54,9 +56,6 @@ def _otherwise(node: Any) -> Any:
     if label == BODY:
         raise PydanticCustomError(NOT_MEANT, "a plain body")
     mistakes = Mistakes()
-    if label in NOT_YET:
-        mistakes.add(told("SC109", f"{NOT_YET[label]} are not supported yet", at="key"), node, label)
-        mistakes.stop()
     made: Any = None
     try:
         made = _MODELS[label].validate(node)
@@ -79,6 +78,6 @@ def _said_twice(entity: Variants, mistakes: Mistakes) -> None:
 
 
 if TYPE_CHECKING:
-    Entity = Body | BodyCopies | Instance | Variants
+    Entity = Body | BodyCopies | Instance | Variants | Urdf | Mjcf | Tree
 else:
     Entity = Annotated[Body, _Entity()]

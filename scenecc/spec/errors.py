@@ -74,7 +74,13 @@ def _formed(located: Located, data: dict[str, Any]) -> dict[Path, str | None]:
     return formed
 
 
-_NAMED = {("entities",), ("materials",), ("frames",), ("collision_groups",), ("params",), ("draws",), ()}
+_NAMED: frozenset[Path] = frozenset(
+    (
+        (),
+        *((name,) for name in ("entities", "materials", "frames", "collision_groups", "params", "draws")),
+        *((name,) for name in ("constraints", "lights", "cameras")),
+    )
+)
 """Mappings of names, and the document itself: what is in them may be called like a form."""
 
 

@@ -7,18 +7,6 @@ from scenecc.values import forms
 VARIATION_FORMS = frozenset((*forms.LISTED, *forms.DRAWN))
 """Keys of the mappings that give another value in each scene; `weights` and `clip` stand beside some of them."""
 
-NOT_YET: dict[str, str] = {
-    "hidden": "hidden objects",
-    "urdf": "articulations",
-    "mjcf": "articulations",
-    "root": "articulations",
-    "constraints": "constraints",
-    "lights": "lights",
-    "cameras": "cameras",
-    "environment": "environment settings",
-}
-"""Keys of the language that come later, and what they belong to."""
-
 LEFT_OUT: dict[str, str] = {
     "tendons": "tendons",
     "stereo": "stereo depth sensors",
@@ -28,6 +16,8 @@ LEFT_OUT: dict[str, str] = {
     "triangles": "vertices in the file",
     "faces": "vertices in the file",
     "properties": "render properties by name",
+    "cone": "cone limits (SAPIEN records them and never applies them)",
+    "pyramid": "pyramid limits (SAPIEN records them and never applies them)",
     "is_trigger": "triggers (SAPIEN records `is_trigger` and never applies it)",
     "trigger": "triggers (SAPIEN records `is_trigger` and never applies it)",
 }

@@ -10,6 +10,11 @@ _USED = "it stands beside `use`: `{use: FILE, with: {…}}`"
 _USE = "did you mean `use`?"
 _PICKED = "it stands beside `variants`: `{variants: [{…}, {…}], pick: …}`"
 
+_ROBOT = "articulations are no variants; of a robot the file may vary: `urdf: {cycle: [a.urdf, b.urdf]}`"
+_ONE_OF = "an articulation has one of `urdf`, `mjcf` and `root`"
+_OF_LINKS = "a tree's links have shapes: `root: {shapes: […]}`; a file brings its own, and is an entity by itself"
+_LINK = "it is said of links: `links: {NAME: {…: …}}`"
+_FIXED = "did you mean `fix_root_link`?"
 _COMMON = "it stands beside `variants`, for all of them"
 
 ALTERNATIVES = "what differs in structure from scene to scene is written as `variants` of the entity"
@@ -44,6 +49,10 @@ MISPLACED: dict[str, tuple[tuple[str, str], ...]] = {
     **dict.fromkeys(("with", "prefix"), (("body_type", _USED),)),
     **dict.fromkeys(("uses", "using", "prefab"), (("body_type", _USE),)),
     "pick": (("body_type", _PICKED),),
+    **dict.fromkeys(("urdf", "mjcf", "root"), (("body_type", _ROBOT), ("fix_root_link", _ONE_OF))),
+    **dict.fromkeys(("shapes", "collisions", "visuals"), (("fix_root_link", _OF_LINKS),)),
+    **dict.fromkeys(("mass", "inertial", "linear_damping", "angular_damping"), (("fix_root_link", _LINK),)),
+    **dict.fromkeys(("fix_base", "fixed_base", "fixed", "use_fixed_base"), (("fix_root_link", _FIXED),)),
     **dict.fromkeys(("pose", "scene_idxs", "repeat", "if"), (("body_type", _COMMON),)),
     **dict.fromkeys(("static_friction", "dynamic_friction", "restitution"), (("physical", _PHYSICAL),)),
     **dict.fromkeys(("base_color", "roughness", "metallic", "specular", "emission"), (("visual", _VISUAL),)),

@@ -93,16 +93,18 @@ class Later:
 
 
 class ByType:
-    """An annotation that stands for a union of the models of shapes, by their key `type`.
+    """An annotation that stands for a union of models by their key `type`, such as those of shapes.
 
     Args:
-        role: what the names of the models end with: type `convex_mesh` in a module of that name is `ConvexMeshShape`.
+        role: what the names of the models end with: type `convex_mesh` is `ConvexMeshShape`.
         types: the words that `type` may be.
+        module: that has the models; left out: each has one of its type's name among the shapes.
     """
 
-    def __init__(self, role: str, types: tuple[str, ...]) -> None:
+    def __init__(self, role: str, types: tuple[str, ...], module: str | None = None) -> None:
         self._branches = {
-            type_: Later(f"{_SHAPES}.{type_}", "".join(map(str.capitalize, type_.split("_"))) + role) for type_ in types
+            type_: Later(module or f"{_SHAPES}.{type_}", "".join(map(str.capitalize, type_.split("_"))) + role)
+            for type_ in types
         }
 
     def types(self) -> tuple[str, ...]:

@@ -85,6 +85,8 @@ class Varies:
 
 
 def _refusing(refuse: Refuse) -> Callable[[Any], Any]:
+    """The last choice where nothing but plain values is taken: what came so far is refused."""
+
     def otherwise(node: Any) -> Any:
         raise refuse(node)
 
@@ -92,6 +94,10 @@ def _refusing(refuse: Refuse) -> Callable[[Any], Any]:
 
 
 def _leaf(domain: Domain, plain: Validator, refuse: Refuse, refused: str | None) -> Callable[[Any], Any]:
+    """What reads a field's forms and expressions: the last choice, after the plain values.
+
+    A node that copies share is read once.
+    """
     varies = any_varying if domain.item is not None else is_varying
 
     def read(node: Any) -> Any:

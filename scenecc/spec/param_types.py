@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.words import show
 from scenecc.spec.plain import is_mapping, is_sequence
 
@@ -119,7 +119,7 @@ Misfit = tuple[str, str]
 """A code, and what is wrong in words."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ParamType:
     """What a parameter takes.
 

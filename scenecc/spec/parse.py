@@ -16,7 +16,9 @@ from scenecc.spec.unions import EXPANDED
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
 
-_NAMED = ("entities", "materials", "frames", "collision_groups", "params", "draws")
+_NAMED = (
+    "entities", "materials", "frames", "collision_groups", "params", "draws", "constraints", "lights", "cameras",
+)  # fmt: skip
 """Mappings whose keys are names, so that a note among them would read as an entry."""
 
 MOST_ERRORS = 6 * MAX_REPORTS

@@ -10,7 +10,7 @@ from scenecc.spec.body import Body
 from scenecc.spec.copies import Copies
 from scenecc.spec.document import SceneFile
 from scenecc.spec.expressions import read_names
-from scenecc.spec.features import LEFT_OUT, NOT_YET
+from scenecc.spec.features import LEFT_OUT
 from scenecc.spec.hints import (
     ALTERNATIVES,
     LACKING,
@@ -54,6 +54,9 @@ _BOUNDS: dict[str, tuple[str, str]] = {
     "less_than_equal": ("at most", "le"),
 }
 
+
+_TYPED = {"lights": "light", "constraints": "constraint"}
+"""Sections whose entries are told apart by `type`, and what these are; elsewhere they are shapes."""
 
 _NAMES = {
     NAME_PATTERN: "a name starts with a letter or `_` and goes on with letters, digits, `_`, `.` and `-`",
@@ -122,17 +125,9 @@ def _bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
     )
 
 
-def _not_yet(feature: str, place: Origin, sink: Sink) -> None:
-    hint = "without this key, people and sensors see it alike" if place.path[-1] == "hidden" else None
-    sink.report("SC109", f"{feature} are not supported yet", place, at="key", hint=hint)
-
-
 def _unknown_key(error: ErrorDetails, key: str, place: Origin, sink: Sink) -> None:
     if key in LEFT_OUT:
         sink.report("SC110", f"version 1 of the language leaves out {LEFT_OUT[key]}", place, at="key")
-        return
-    if key in NOT_YET:
-        _not_yet(NOT_YET[key], place, sink)
         return
     known = known_keys(error)
     hint = next((hint for beside, hint in MISPLACED.get(key, ()) if beside in known), None)
@@ -214,7 +209,8 @@ def _choice(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
     else:
         choices = [word.strip("'") for word in context["expected_tags"].split(", ")]
         hint = LISTED_ELSEWHERE.get(tag) or suggest(tag, choices)
-        sink.report("SC105", f"there is no shape type {show(tag)} here", place.child("type"), hint=hint)
+        kind = _TYPED.get(str(path[0]), "shape")
+        sink.report("SC105", f"there is no {kind} type {show(tag)} here", place.child("type"), hint=hint)
 
 
 def _pattern(error: ErrorDetails, place: Origin, sink: Sink) -> None:

@@ -36,7 +36,7 @@ VALUE, VECTOR, COMPONENTS, OTHERWISE = "#value", "#vector", "#components", "#oth
 SHAPE, BODY = "#shape", "#body"
 """Labels: a shape written once, and an entity that is a plain body."""
 
-_KIND_KEYS: dict[str, str] = {"use": "#use", "variants": "#variants", "urdf": "urdf", "mjcf": "mjcf", "root": "root"}
+_KIND_KEYS: dict[str, str] = {key: f"#{key}" for key in ("use", "variants", "urdf", "mjcf", "root")}
 _COPY_KEYS = frozenset(("repeat", "if", "name"))
 
 _KINDS: dict[type, str] = {
@@ -66,7 +66,7 @@ def kind(value: object) -> str | None:
     return _KINDS.get(type(value))
 
 
-_ALWAYS = frozenset((OTHERWISE, "#use", "#variants", "#copies"))
+_ALWAYS = frozenset((OTHERWISE, "#copies", *_KIND_KEYS.values()))
 """Labels that only errors have that were meant."""
 
 
@@ -93,7 +93,7 @@ def any_varying(node: object) -> bool:
 
 
 def entity_kind(node: object) -> str:
-    """What an entity is: `BODY`, the label of another model, or the key of a kind that is not supported yet."""
+    """What an entity is: `BODY`, or the label of another model."""
     if not is_mapping(node):
         return BODY
     kinds = (label for key, label in _KIND_KEYS.items() if key in node)

@@ -31,11 +31,12 @@ KEY_MARK = "[key]"
 def document_path(loc: tuple[PathKey, ...], data: Any) -> Path | None:
     """Pydantic's `loc` as a path into the document; None where it leads through a branch that was not meant.
 
-    Labels of ours start with `#`; the tag of a shape is its `type` and follows a list's index.
+    Labels of ours start with `#`; the tag of a shape or a light is its `type`, and follows a list's index or the name
+    in a section of such things.
     """
     path: list[PathKey] = []
     node = data
-    after_index = False
+    before_tag = False
     for segment in loc:
         if segment == KEY_MARK:
             # What follows is the label of a key's own branch.
@@ -44,17 +45,20 @@ def document_path(loc: tuple[PathKey, ...], data: Any) -> Path | None:
             if not is_meant(segment, node):
                 return None
             continue
-        if after_index and is_mapping(node) and node.get("type") == segment:
-            after_index = False
+        if before_tag and is_mapping(node) and node.get("type") == segment:
+            before_tag = False
             continue
         path.append(segment)
-        after_index = isinstance(segment, int)
+        before_tag = isinstance(segment, int) or (len(path) == 2 and path[0] in _BY_TYPE)
         node = step(node, segment)
     return tuple(path)
 
 
+_BY_TYPE = frozenset(("constraints", "lights"))
+"""Sections whose entries are told apart by `type`."""
+
 _SAME = frozenset((VALUE, VECTOR, OTHERWISE, SHAPE, BODY))
-_ENTITIES = frozenset(("#use", "#variants", "#copies"))
+_ENTITIES = frozenset(("#use", "#variants", "#copies", "#urdf", "#mjcf", "#root"))
 
 
 def step(node: Any, segment: PathKey) -> Any:

@@ -183,6 +183,7 @@ class _Sources:
         return len(self._seen) <= LONGEST
 
     def computed(self, node: Computed) -> bool:
+        """Adds what an expression reads: draws, and the scene's index where it names that."""
         names, reads = node.template.names, dict(node.reads)
         if "num_scenes" in names and self._num_scenes is None:
             return False

@@ -9,6 +9,7 @@ import numpy as np
 from scenecc.values import columns, drawing, placing
 from scenecc.values.computing import compute
 from scenecc.values.failure import DrawError
+from scenecc.values.holding import held
 from scenecc.values.nodes import (
     NODES,
     Chosen,
@@ -20,9 +21,11 @@ from scenecc.values.nodes import (
     FromAxisAngle,
     FromMatrix,
     FromRpy,
+    Held,
     Looking,
     Node,
     Normalized,
+    Pointing,
     Posed,
     Radians,
     RandomRotated,
@@ -176,6 +179,8 @@ _TABLE: dict[type[Any], Callable[[Batch, Any], NDArray[Any]]] = {
     FromAxisAngle: placing.from_axis_angle,
     FromMatrix: placing.from_matrix,
     Looking: placing.looking,
+    Pointing: placing.pointing,
     Radians: placing.radians,
+    Held: held,
     Composed: placing.composed,
 }

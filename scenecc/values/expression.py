@@ -9,13 +9,16 @@ import ast
 import math
 import operator
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.words import suggest
 from scenecc.values import operations
 from scenecc.values.failure import ExpressionError
-from scenecc.values.operations import FUNCTIONS, MANY, Span
+from scenecc.values.functions import FUNCTIONS, MANY
+
+if TYPE_CHECKING:
+    from scenecc.values.operations import Span
 
 DEEPEST = 100
 """How deep operations may stand within one another."""

@@ -5,7 +5,6 @@ Items, bounds and components are plain values, or forms or templates themselves.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Final
 
@@ -86,7 +85,7 @@ class Normal:
     clip: tuple[Any, Any] | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class RandomRotation:
     """`q: uniform`: drawn, even over all rotations."""
 

@@ -11,6 +11,7 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.values import interval_rules, operations
 from scenecc.values.expression import CONSTANTS, Expression
 from scenecc.values.failure import ExpressionError
+from scenecc.values.functions import FUNCTIONS
 from scenecc.values.narrowing import Narrowed, narrowed, written
 from scenecc.values.reach import ANYTHING, FEW, Reach, are_exact, bounds_of, items_of, join, known, truths_of
 
@@ -206,7 +207,7 @@ class _Walk:
     def call(self, node: ast.Call) -> Reach:
         assert isinstance(node.func, ast.Name)
         name, parts = node.func.id, [self.node(argument) for argument in node.args]
-        apply = operations.FUNCTIONS[name][2]
+        apply = FUNCTIONS[name][2]
         found = self._combined(parts, lambda values: apply(list(values), _ANYWHERE), node)
         if found.values is not None:
             return found

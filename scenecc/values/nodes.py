@@ -13,7 +13,7 @@ from scenecc.diagnostics.frozen import frozen
 if TYPE_CHECKING:
     from scenecc.values.template import Template
 
-Section = Literal["entities", "draws", "frames", "materials"]
+Section = Literal["entities", "draws", "frames", "materials", "constraints", "lights", "cameras", "environment"]
 Kind = Literal["uniform", "integers", "log_uniform", "normal"]
 
 
@@ -167,10 +167,36 @@ class Looking:
 
 
 @frozen
+class Pointing:
+    """The shortest rotation (4,) that turns +x to a direction (3,)."""
+
+    direction: Any
+
+
+@frozen
 class Radians:
     """An angle item, or several, from degrees."""
 
     degrees: Any
+
+
+@frozen
+class Held:
+    """One number, moved and then held between bounds: factor · number + offset, not below `low` nor above `high`.
+
+    Attributes:
+        of: a number, or a list of them.
+        index: which of the list; -1: it is a number.
+        low, high: items; `low` counts where they cross.
+        factor, offset: items.
+    """
+
+    of: Any
+    index: int
+    low: Any
+    high: Any
+    factor: Any = 1.0
+    offset: Any = 0.0
 
 
 @frozen
@@ -197,12 +223,15 @@ Node = (
     | FromAxisAngle
     | FromMatrix
     | Looking
+    | Pointing
     | Radians
+    | Held
     | Composed
 )
 NODES: tuple[type[Any], ...] = (
     Const, Rows, Cycled, Chosen, Drawn, RandomRotated, Stacked, Computed, Shared, Posed, Normalized,
-    FromRpy, FromAxisAngle, FromMatrix, Looking, Radians, Composed,
+    FromRpy, FromAxisAngle, FromMatrix, Looking, Pointing, Radians, Held,
+    Composed,
 )  # fmt: skip
 """The types of `Node`."""
 

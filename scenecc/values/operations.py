@@ -1,4 +1,4 @@
-"""What the operators and functions of expressions do with plain values.
+"""What the operators of expressions do with plain values.
 
 A number is an int or a float, never a boolean; every number that comes out is finite and every int, string
 and list bounded. Each takes the span (start, end) of the expression that it stands for, for its errors.
@@ -6,7 +6,6 @@ and list bounded. Each takes the span (start, end) of the expression that it sta
 
 from __future__ import annotations
 
-import math
 import operator
 import sys
 from typing import TYPE_CHECKING, Any
@@ -27,11 +26,7 @@ INT_BITS = 256
 HEAVIEST = 10_000
 """How much a list or string may hold: characters, and items of lists and of the lists in them."""
 
-MANY = 255
-"""The most arguments of a function that takes any number of them."""
-
 _INT_BOUND = 1 << INT_BITS
-_ROUND_DIGITS = 30
 _KINDS: dict[type[Any], str] = {
     bool: "a boolean", int: "a number", float: "a number", str: "a string", list: "a list", tuple: "a list",
     dict: "a mapping",
@@ -244,71 +239,6 @@ def item(values: Any, index: Any, span: Span) -> Any:
     if not -len(values) <= index < len(values):
         raise ExpressionError(f"index {index} is out of range: the {kind(values)[2:]} has {len(values)} items", *span)
     return values[index]
-
-
-def function(name: str, apply: Callable[..., Any]) -> Callable[..., Any]:
-    """A function of one number or two."""
-
-    def run(arguments: list[Any], span: Span) -> Any:
-        for argument in arguments:
-            if not is_number(argument):
-                raise ExpressionError(f"`{name}` takes numbers, not {kind(argument)}", *span)
-        try:
-            return finite(apply(*arguments), span)
-        except OverflowError:
-            raise ExpressionError("the result is not a finite number", *span) from None
-        except ValueError:
-            raise ExpressionError(f"`{name}` has no value for {arguments[0]!r}", *span) from None
-
-    return run
-
-
-def _extreme(name: str, apply: Callable[..., Any]) -> Callable[..., Any]:
-    def run(arguments: list[Any], span: Span) -> Any:
-        if len(arguments) == 1 and type(arguments[0]) in LISTS:
-            arguments = list(arguments[0])
-        if not arguments:
-            raise ExpressionError(f"`{name}` of nothing has no value", *span)
-        for argument in arguments:
-            if not is_number(argument):
-                raise ExpressionError(f"`{name}` takes numbers or one list of numbers, not {kind(argument)}", *span)
-        return apply(arguments)
-
-    return run
-
-
-def _length(arguments: list[Any], span: Span) -> int:
-    if type(arguments[0]) not in SEQUENCES:
-        raise ExpressionError(f"`len` takes a list or a string, not {kind(arguments[0])}", *span)
-    return len(arguments[0])
-
-
-_round_number = function("round", round)
-
-
-def _rounded(arguments: list[Any], span: Span) -> Any:
-    if len(arguments) == 2 and (type(arguments[1]) is not int or abs(arguments[1]) > _ROUND_DIGITS):
-        raise ExpressionError(f"`round` takes -{_ROUND_DIGITS} to {_ROUND_DIGITS} digits", *span)
-    return _round_number(arguments, span)
-
-
-FUNCTIONS: dict[str, tuple[int, int, Callable[[list[Any], Span], Any]]] = {
-    "min": (1, MANY, _extreme("min", min)),
-    "max": (1, MANY, _extreme("max", max)),
-    "abs": (1, 1, function("abs", abs)),
-    "sqrt": (1, 1, function("sqrt", math.sqrt)),
-    "sin": (1, 1, function("sin", math.sin)),
-    "cos": (1, 1, function("cos", math.cos)),
-    "tan": (1, 1, function("tan", math.tan)),
-    "atan2": (2, 2, function("atan2", math.atan2)),
-    "radians": (1, 1, function("radians", math.radians)),
-    "degrees": (1, 1, function("degrees", math.degrees)),
-    "floor": (1, 1, function("floor", math.floor)),
-    "ceil": (1, 1, function("ceil", math.ceil)),
-    "round": (1, 2, _rounded),
-    "len": (1, 1, _length),
-}
-"""By name: the fewest and the most arguments, and what it does with them."""
 
 
 def _mixed(symbol: str, a: Any, b: Any, span: Span) -> ExpressionError:

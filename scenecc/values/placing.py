@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         Looking,
         Node,
         Normalized,
+        Pointing,
         Posed,
         Radians,
     )
@@ -81,6 +82,13 @@ def looking(batch: Batch, node: Looking) -> Floats:
     q, known = rotations.looking(forward)
     _refuse(batch, node, ~known, "`look_at` is where the pose itself is, or straight above or below it")
     return q
+
+
+def pointing(batch: Batch, node: Pointing) -> Floats:
+    """Quaternions (B, 4)."""
+    direction = _numbers(batch, node, node.direction, 3)
+    _refuse(batch, node, (direction == 0).all(axis=1), "a direction of length 0 points nowhere")
+    return rotations.shortest_from_x(direction)
 
 
 def radians(batch: Batch, node: Radians) -> Floats:

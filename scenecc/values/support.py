@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
@@ -12,8 +11,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from numpy.typing import NDArray
-
-    from scenecc.values.nodes import Node
 
 
 @frozen
@@ -59,27 +56,6 @@ class Support:
 
 UNKNOWN = Support(None, None, None, exact=False)
 """Anything at all."""
-
-
-def support(
-    node: Node,
-    draws: Mapping[str, Node],
-    *,
-    given: Mapping[str, NDArray[Any]] | None = None,
-    num_scenes: int | None = None,
-) -> Support:
-    """Everything that a node can give.
-
-    Args:
-        node: whatever reads draws.
-        draws: the shared draws by name.
-        given: values (N, …) that take the place of draws.
-        num_scenes: how many scenes there are, where that is known.
-    """
-    # The table of all nodes reads this module.
-    from scenecc.values.supporting import Reader  # noqa: PLC0415
-
-    return Reader(draws, given or {}, num_scenes).support(node)
 
 
 def union(supports: Iterable[Support]) -> Support:

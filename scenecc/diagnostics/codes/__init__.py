@@ -1,6 +1,21 @@
 """The one table of codes: a file of rows a stage, joined here."""
 
-from scenecc.diagnostics.codes import assets, engine, expansion, language, limits, names, physics, plan, reading, usage
+from scenecc.diagnostics.codes import (
+    assets,
+    constraints,
+    engine,
+    expansion,
+    language,
+    limits,
+    mjcf,
+    names,
+    physics,
+    pictures,
+    plan,
+    reading,
+    robots,
+    usage,
+)
 from scenecc.diagnostics.codes.row import Code
 
 BANDS: dict[str, str] = {
@@ -8,7 +23,7 @@ BANDS: dict[str, str] = {
     "1": "the language: the shape of the data",
     "2": "parameters, expressions, prefabs and includes",
     "3": "names and scene selections",
-    "4": "assets",
+    "4": "assets and files of robots",
     "5": "physics",
     "6": "limits",
     "7": "plans as JSON",
@@ -19,7 +34,22 @@ BANDS: dict[str, str] = {
 
 CODES: dict[str, Code] = {
     row.code: row
-    for module in (reading, language, expansion, names, assets, physics, limits, plan, engine, usage)
+    for module in (
+        reading,
+        language,
+        expansion,
+        names,
+        assets,
+        robots,
+        mjcf,
+        physics,
+        constraints,
+        pictures,
+        limits,
+        plan,
+        engine,
+        usage,
+    )
     for row in module.ROWS
 }
 """Every code, by code."""

@@ -75,8 +75,9 @@ ROWS: tuple[Code, ...] = (
         "SC410",
         "error",
         "not a format that is read",
-        "Meshes are OBJ, glTF (`.gltf`, `.glb`), STL or PLY, textures PNG, JPEG, BMP, TGA, HDR, EXR or KTX, "
-        "by the suffix of the file. Other formats, and glTF with compressed meshes, could not be checked before "
+        "Meshes are OBJ, glTF (`.gltf`, `.glb`), STL or PLY, and COLLADA (`.dae`) where they are only seen; "
+        "textures PNG, JPEG, BMP, TGA, HDR, EXR or KTX, by the suffix of the file. Other formats, glTF with compressed "
+        "meshes, and COLLADA with skins could not be checked before "
         "the engine gets them, and SAPIEN drops in silence what it cannot load.",
         _scene("{type: triangle_mesh, file: pkg://scenecc/py.typed}"),
         "Convert the mesh to GLB or OBJ, the image to PNG.",
@@ -147,8 +148,8 @@ ROWS: tuple[Code, ...] = (
         "SC418",
         "error",
         "a file that an asset names is missing",
-        "An OBJ names its materials, these and a glTF their images, a `.gltf` its buffers. SAPIEN shows a mesh in "
-        "white where they are missing. For shapes that only collide, materials and images are not asked for.",
+        "An OBJ names its materials, these, a glTF and a COLLADA their images, a `.gltf` its buffers. SAPIEN shows a "
+        "mesh in white where they are missing. For shapes that only collide, materials and images are not asked for.",
         "$ rm bowl.mtl && scenecc validate scene.yaml",
         "Put the file where the asset says, relative to the asset, or take the line that names it out of the asset.",
     ),

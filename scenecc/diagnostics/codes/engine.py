@@ -42,10 +42,12 @@ ROWS: tuple[Code, ...] = (
     Code(
         "SC805",
         "error",
-        "SAPIEN cannot be used",
-        "Building needs the package `sapien`, 3.0 from 3.0.3 on: others build other things from the same calls.",
+        "SAPIEN or ManiSkill cannot be used",
+        "Building needs the package `sapien`, 3.0 from 3.0.3 on: others build other things from the same calls. "
+        "`scenecc.maniskill` needs the extra `maniskill` and PyTorch.",
         "$ scenecc build scene.yaml    # in an environment without SAPIEN",
-        "`pip install 'sapien>=3.0.3,<3.1'`. Validation, plans and emitted scripts need no SAPIEN.",
+        "`pip install 'sapien>=3.0.3,<3.1'`, or `pip install torch 'scenecc[maniskill]'`. Validation, plans and "
+        "emitted scripts need neither.",
     ),
     Code(
         "SC806",
@@ -74,5 +76,33 @@ ROWS: tuple[Code, ...] = (
         "files are checked before.",
         "$ scenecc build plan.json    # a plan whose static body was given a `linear_damping`",
         "Take the property out of the plan, or compile the plan from the scene file again.",
+    ),
+    Code(
+        "SC809",
+        "error",
+        "a name that the environment has already",
+        "ManiSkill keeps one actor or articulation for each name of an environment, and the scene brings an object of "
+        "a name that is taken: by something that the task built before, or by the robot of its agent.",
+        '$ python task.py    # whose `_load_scene` calls `scenecc.maniskill.load_into(self.scene, "scene.yaml")` twice',
+        "Give one of them another name, or use the file as a prefab under a name of its own.",
+    ),
+    Code(
+        "SC810",
+        "error",
+        "settings that contradict the environment",
+        "A ManiSkill environment has its simulation before the scene is loaded into it. What `physics` leaves out is "
+        "the environment's; what it says must be what the environment has, and ManiSkill counts whole steps a second.",
+        "$ python task.py    # which loads a file with `gravity: [0, 0, -1.62]` into an environment on Earth",
+        'Make the environment with `sim_config=scenecc.maniskill.sim_config("scene.yaml")`, or leave the key out.',
+    ),
+    Code(
+        "SC811",
+        "error",
+        "something that ManiSkill has no place for",
+        "ManiSkill handles an object of all its environments as one: with one type of body, cameras that every "
+        "environment has, hidden objects that touch nothing, and planes that are the same everywhere where "
+        "environments share one simulation.",
+        "$ python task.py    # which loads a file whose entity has `hidden: true` and `shapes`, which collide",
+        "Do what the hint says; bare SAPIEN (`scenecc.load_scene` without `scene=`) builds such a scene as it is.",
     ),
 )

@@ -85,15 +85,6 @@ ROWS: tuple[Code, ...] = (
         'Write `color: [1, 0, 0]` or `color: "#ff0000"` (in quotes: `#` starts a comment).',
     ),
     Code(
-        "SC109",
-        "error",
-        "not supported yet",
-        "The language has it, and this version of the compiler cannot build it. It is refused rather than left out, "
-        "since a scene without it would be another scene.",
-        "scenecc: 1\nlights:\n  key: {type: point, position: [0, 0, 2], color: [1, 1, 1]}\n",
-        "Leave it out, or wait for a version that has it; docs/language.md says which parts are there.",
-    ),
-    Code(
         "SC110",
         "error",
         "left out of version 1",

@@ -4,6 +4,20 @@ from scenecc.diagnostics.codes.row import Code
 
 _CUBE = "    shapes:\n      - {type: box, half_size: [0.1, 0.1, 0.1]}\n"
 
+_BALL = "scenecc: 1\nentities:\n  ball: {shapes: [{type: sphere, radius: 0.1}]}\n"
+
+_DOOR = (
+    "scenecc: 1\nentities:\n  door:\n    root:\n      name: frame\n"
+    "      shapes: [{type: box, half_size: [0.1, 0.1, 1]}]\n"
+    "      children:\n        - name: panel\n          joint: {name: hinge, type: revolute, limits_deg: [0, 90]}\n"
+    "          shapes: [{type: box, half_size: [0.4, 0.02, 1]}]\n"
+)
+
+_TWO = (
+    "scenecc: 1\nentities:\n  post: {body_type: static, shapes: [{type: box, half_size: [0.1, 0.1, 1]}]}\n"
+    "  bob: {pose: [0.5, 0, 1], shapes: [{type: sphere, radius: 0.1}]}\nconstraints:\n"
+)
+
 ROWS: tuple[Code, ...] = (
     Code(
         "SC301",
@@ -197,5 +211,108 @@ ROWS: tuple[Code, ...] = (
         "it was to be read.",
         "scenecc: 1\nparams: {size: 0.1}\nentities:\n  cube:\n" + _CUBE,
         "Read it in a `${…}`, or remove it.",
+    ),
+    Code(
+        "SC323",
+        "error",
+        "pattern of names that is not taken",
+        "Links and joints are named by regular expressions that match whole names. They have at most 200 characters, "
+        "and neither back-references, look-around, flags nor a repetition inside a repetition, so that matching takes "
+        "no time whatever the names are.",
+        _DOOR + '    drives: {"(hi+)+nge": {stiffness: 10}}\n',
+        "Write it without what the message names; most need letters, `.*`, `[1-7]` and `|` alone.",
+    ),
+    Code(
+        "SC324",
+        "error",
+        "pattern that matches nothing",
+        "A pattern of names that matches no link, or no joint that moves, would be dropped silently. It matches whole "
+        "names: `finger` is not `left_finger`, `.*finger` is.",
+        _DOOR + "    drives: {wheel: {stiffness: 10}}\n",
+        "Write a pattern that matches one of the names that the hint lists, or leave it out.",
+    ),
+    Code(
+        "SC325",
+        "error",
+        "numbers that do not fit the joints",
+        "`qpos` and `qvel` hold one number for each joint that moves, in SAPIEN's order (joints nearer to the root "
+        "come first, of equally near ones those of the link that comes first), or name the joints.",
+        _DOOR + "    qpos: [0, 0]\n",
+        "Give as many numbers as the message says, or name the joints: `qpos: {hinge: 0.1}`.",
+    ),
+    Code(
+        "SC326",
+        "error",
+        "name that an articulation has twice",
+        "Links and joints are told apart by their names, so that none may be used twice in an articulation.",
+        _DOOR.replace("name: panel", "name: frame"),
+        "Rename one of them.",
+    ),
+    Code(
+        "SC327",
+        "error",
+        "files that cannot stand for one another",
+        "Where the file of an entity differs from scene to scene, each must hold one articulation, or each one body: "
+        "what is one entity in one scene cannot be several in another.",
+        "$ scenecc validate scene.yaml   # urdf: {cycle: [arm.urdf, two_arms.urdf]}",
+        "Give each robot of such a file a file of its own.",
+    ),
+    Code(
+        "SC330",
+        "error",
+        "nothing to hold on to",
+        "A light or a camera is mounted on an entity, ENTITY, or on a link of one, ENTITY/LINK; constraints tie such "
+        "together. Of an entity's name with slashes the longest that exists is meant.",
+        _BALL + "cameras: {eye: {mount: bal}}\n",
+        "Write the name that the hint suggests.",
+    ),
+    Code(
+        "SC331",
+        "error",
+        "no such link",
+        "After the name of an articulation follows one of its links. A body has none; and where the robot differs from "
+        "scene to scene, it is a link that each of them has.",
+        _BALL + "cameras: {eye: {mount: ball/hand}}\n",
+        "Write the link that the hint suggests, or the entity alone.",
+    ),
+    Code(
+        "SC340",
+        "error",
+        "world as the child of a constraint",
+        "SAPIEN hangs a constraint on its child, which must be a body; the world can only be the parent.",
+        _TWO + "  hold: {type: weld, parent: bob, child: world}\n",
+        "Write `parent: world`, and as `child` what is fastened to it.",
+    ),
+    Code(
+        "SC341",
+        "error",
+        "constraint in no scene",
+        "A constraint without `scene_idxs` is in the scenes that both of its bodies are in, and there are none.",
+        "scenecc: 1\nnum_scenes: 2\nentities:\n  a: {scene_idxs: [0], shapes: [{type: sphere, radius: 0.1}]}\n"
+        "  b: {scene_idxs: [1], shapes: [{type: sphere, radius: 0.1}]}\nconstraints:\n"
+        "  hold: {type: weld, parent: a, child: b}\n",
+        "Let both exist in one scene at least, or leave the constraint out.",
+    ),
+    Code(
+        "SC342",
+        "error",
+        "constraint whose place is not clear",
+        "Without `pose_in_parent` a constraint holds its child where that starts. Where an entity is another robot in "
+        "each scene, a link of it starts somewhere else in each.",
+        "$ cat arms.yaml\nscenecc: 1\nnum_scenes: 2\nentities:\n  arm: {urdf: {cycle: [short.urdf, long.urdf]}}\n"
+        "constraints:\n  hold: {type: weld, parent: world, child: arm/hand}\n",
+        "Write `pose_in_parent`.",
+    ),
+    Code(
+        "SC343",
+        "warning",
+        "constraint that a reset tears at",
+        "Without `pose_in_parent` a constraint holds its child where that was built. A reset that draws the start of "
+        "one of the bodies anew, and not that of the other, puts them elsewhere, and the constraint pulls them back.",
+        "scenecc: 1\nentities:\n  bob:\n    pose: {uniform: [[0, 0, 1], [1, 1, 2]]}\n"
+        "    shapes: [{type: sphere, radius: 0.1}]\n"
+        "constraints:\n  hold: {type: weld, parent: world, child: bob}\n",
+        "Write `pose_in_parent`, or let both bodies stand `relative_to` the same thing. Where nothing is reset, "
+        "leave it.",
     ),
 )

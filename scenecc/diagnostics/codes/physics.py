@@ -4,6 +4,13 @@ from scenecc.diagnostics.codes.row import Code
 
 _BOX = "      - {type: box, half_size: [0.1, 0.1, 0.1]}\n"
 
+_DOOR = (
+    "scenecc: 1\nentities:\n  door:\n    root:\n      name: frame\n"
+    "      shapes: [{type: box, half_size: [0.1, 0.1, 1]}]\n"
+    "      children:\n        - name: panel\n          joint: {name: hinge, type: revolute, limits_deg: [0, 90]}\n"
+    "          shapes: [{type: box, half_size: [0.4, 0.02, 1]}]\n"
+)
+
 ROWS: tuple[Code, ...] = (
     Code(
         "SC501",
@@ -147,5 +154,57 @@ ROWS: tuple[Code, ...] = (
         'scenecc: 1\ndraws: {x: {uniform: [-1, 1]}}\nentities:\n  cube:\n    mass: "${1 + sqrt(x)}"\n    shapes:\n'
         + _BOX,
         "Narrow the draws that it reads, or choose another value there: `${sqrt(x) if x > 0 else 0}`.",
+    ),
+    Code(
+        "SC517",
+        "error",
+        "joint that starts outside of its limits",
+        "PhysX would push the joint back with whatever force that takes. What is drawn is held within the limits; what "
+        "is written must be within them, to 1e-6.",
+        _DOOR + "    qpos: [3]\n",
+        "Mend the position, or the limits.",
+    ),
+    Code(
+        "SC518",
+        "warning",
+        "joint that starts at a limit",
+        "A joint of which `qpos` says nothing starts at 0, or at the nearest limit where its limits leave 0 out.",
+        _DOOR.replace("[0, 90]", "[10, 90]"),
+        "Give it a position in `qpos`.",
+    ),
+    Code(
+        "SC519",
+        "error",
+        "articulation of too many links",
+        "On the CPU PhysX counts the links of an articulation in eight bits: with 257 it would have no degrees of "
+        "freedom.",
+        "$ scenecc validate scene.yaml   # a robot of 300 links",
+        "Make one link of links that are fixed to one another, or two articulations.",
+    ),
+    Code(
+        "SC520",
+        "error",
+        "limits the wrong way round",
+        "The limits of a joint are its lowest and its highest position, and nothing is between them otherwise.",
+        _DOOR.replace("[0, 90]", "[90, 0]"),
+        "Write the lower one first.",
+    ),
+    Code(
+        "SC521",
+        "error",
+        "joint that cannot follow another",
+        "A joint that mimics another is coupled with it by a tendon of PhysX, which cannot run over a fixed joint, and "
+        "which does not hold still where the other one hangs on the joint that follows.",
+        _DOOR.replace("limits_deg: [0, 90]", "mimic: {joint: other}"),
+        "Name a joint that moves, with none that is fixed between, or leave `mimic` out and drive both.",
+    ),
+    Code(
+        "SC522",
+        "error",
+        "link that moves and has no mass",
+        "SAPIEN makes a milligram of what has neither a colliding shape nor an `inertial`. A link that moves needs a "
+        "mass, its own or of what hangs on it.",
+        _DOOR.replace("shapes: [{type: box, half_size: [0.4", "visuals: [{type: box, half_size: [0.4"),
+        "Give it `shapes`, `collisions` or `inertial`; a link that is only a place is `fixed`.",
     ),
 )

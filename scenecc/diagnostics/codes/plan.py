@@ -22,6 +22,16 @@ def _entity(*, name: str = "ball", scene_idxs: str = '"0:2"', radius: str = "0.1
     )
 
 
+_ROOT = '{"name": "base", "body": {"body_type": "link"}}'
+
+
+def _robot(*links: str) -> str:
+    return (
+        '{"name": "robot", "scene_idxs": "0:2", "pose": [0, 0, 0, 1, 0, 0, 0], '
+        f'"structures": [{{"type": "articulation", "links": [{", ".join(links)}]}}]}}'
+    )
+
+
 def _entities(*entities: str) -> str:
     return '"entities": [' + ", ".join(entities) + "]"
 
@@ -94,8 +104,9 @@ ROWS: tuple[Code, ...] = (
     Code(
         code="SC709",
         severity="error",
-        title="scenes of an entity that are not there",
-        cause="`scene_idxs` are indices from 0 to `num_scenes` - 1, ascending, each once, and at least one.",
+        title="scenes that are not there",
+        cause="`scene_idxs` are indices from 0 to `num_scenes` - 1, ascending, each once, and at least one; what is "
+        "held on to is in all scenes of what holds on.",
         example=_plan(_entities(_entity(scene_idxs="[0, 5]"))),
         cure="Write indices, or a slice such as `0:2`, within `num_scenes`.",
     ),
@@ -103,7 +114,7 @@ ROWS: tuple[Code, ...] = (
         code="SC710",
         severity="error",
         title="a name twice in a plan",
-        cause="Entities are found by their names.",
+        cause="Entities, cameras, links and joints, constraints and lights are found by their names.",
         example=_plan(_entities(_entity(), _entity())),
         cure="Rename one of them.",
     ),
@@ -130,6 +141,26 @@ ROWS: tuple[Code, ...] = (
         cause="Of two equal keys in one JSON object only the last would count.",
         example='{"scenecc_plan": 1, "name": "a", "name": "b"}',
         cure="Take one of them out.",
+    ),
+    Code(
+        code="SC714",
+        severity="error",
+        title="links that are no tree in a plan",
+        cause="The first link of an articulation is its root; every other one hangs by a joint on a link before it.",
+        example=_plan(_entities(_robot(_ROOT, '{"name": "arm", "body": {"body_type": "link"}, "parent": 0}'))),
+        cure="Put parents before their children, and give every link but the first a `parent` and a `joint`.",
+    ),
+    Code(
+        code="SC715",
+        severity="error",
+        title="a name in a plan that nothing has",
+        cause="Constraints, lights and cameras hold on to entities and links by their names, and joints that follow "
+        "others name these.",
+        example=_plan(
+            '"constraints": [{"name": "c", "scene_idxs": "0:2", "joint": {"type": "weld"}, '
+            '"child": {"entity": "ball"}}]'
+        ),
+        cure="Write the name of an entity, of one of its links, or of a joint that moves.",
     ),
     Code(
         code="SC720",

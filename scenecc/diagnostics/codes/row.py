@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
+from scenecc.diagnostics.frozen import frozen
 
-@dataclass(frozen=True, slots=True)
+
+@frozen
 class Code:
     """What one diagnostic code means, for `scenecc explain` and `docs/diagnostics.md`.
 

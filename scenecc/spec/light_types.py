@@ -1,0 +1,113 @@
+"""The keys of each type of light: the arguments of SAPIEN's `Scene.add_*_light`, and where else it may stand."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, StringConstraints, Tag
+from typing_extensions import TypeAliasType
+
+from scenecc.spec.base import Maybe, Model, Text, key
+from scenecc.spec.body import SceneIdxs
+from scenecc.spec.copies import Copies
+from scenecc.spec.leaf import Fixed, Leaf
+from scenecc.spec.material import Texture
+from scenecc.spec.pose import Pose
+from scenecc.spec.scalars import Finite, NonNegative3, Opening, OpeningDegrees, Positive, Vec3
+from scenecc.spec.unions import COMPONENTS, by_kind
+
+LIGHT_COLOR_TEXT = r"^#[0-9A-Fa-f]{6}$"
+
+LightColor = TypeAliasType(
+    "LightColor",
+    Leaf[
+        Annotated[
+            Annotated[str, StringConstraints(pattern=LIGHT_COLOR_TEXT), Tag("#word")]
+            | Annotated[NonNegative3, Tag(COMPONENTS)],
+            by_kind('three numbers, or "#rrggbb"'),
+        ]
+    ],
+)
+"""Three numbers, linear and of any brightness, or "#rrggbb"."""
+
+_MapSize = Annotated[int, Field(ge=1, le=16384)]
+
+
+class LightKeys(Copies):
+    """Keys of every light."""
+
+    color: LightColor = Field(description='Colour times brightness: linear RGB, which may exceed 1, or "#rrggbb".')
+    pose: Maybe[Pose] = key(
+        "It shines along x of this pose: in the world, in the frame of `relative_to`, or in that of `mount`."
+    )
+    mount: Maybe[Fixed[Text]] = key("ENTITY or ENTITY/LINK that it is fastened to.", examples=["robot/hand"])
+    scene_idxs: Maybe[SceneIdxs] = key(
+        'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: every scene.'
+    )
+
+
+class PositionKeys(Model):
+    """Where a light stands, in place of a pose."""
+
+    position: Maybe[Leaf[Vec3]] = key("In place of `pose` [m].", default=[0, 0, 0])
+
+
+class DirectionKeys(PositionKeys):
+    """Where a light stands and shines to, in place of a pose."""
+
+    direction: Maybe[Leaf[Vec3]] = key("Where it shines to, of any length; in place of `pose`.")
+
+
+class ShadowKeys(Model):
+    """Keys of lights that may throw shadows."""
+
+    shadow: Maybe[Leaf[bool]] = key("Whether it throws shadows.", default=False)
+    shadow_near: Maybe[Leaf[Positive]] = key("Distance from the light at which shadows begin [m].", default=0.1)
+    shadow_far: Maybe[Leaf[Positive]] = key("Where they end [m].", default=10)
+    shadow_map_size: Maybe[Leaf[_MapSize]] = key("Edge of the map of distances [px].", default=2048)
+
+
+class ConeKeys(Model):
+    """The cone of a light."""
+
+    inner_fov: Maybe[Leaf[Opening]] = key("Angle of the cone of full brightness [rad]; this or `inner_fov_deg`.")
+    inner_fov_deg: Maybe[Leaf[OpeningDegrees]] = key("The same [degrees].")
+    outer_fov: Maybe[Leaf[Opening]] = key("Angle of the cone beyond which it is dark [rad]; this or `outer_fov_deg`.")
+    outer_fov_deg: Maybe[Leaf[OpeningDegrees]] = key("The same [degrees].")
+
+
+class DirectionalLight(LightKeys, DirectionKeys, ShadowKeys):
+    """Parallel light from far away: `Scene.add_directional_light`."""
+
+    type: Literal["directional"]
+    # It stands nowhere, so what lies behind it may throw shadows too.
+    shadow_near: Maybe[Leaf[Finite]] = key(  # pyright: ignore[reportIncompatibleVariableOverride]
+        "Where shadows begin, along the light from its position [m].", default=-10
+    )
+    shadow_far: Maybe[Leaf[Finite]] = key("Where they end [m].", default=10)  # pyright: ignore[reportIncompatibleVariableOverride]
+    shadow_scale: Maybe[Leaf[Positive]] = key("Half of the edge of the square that has shadows [m].", default=10)
+
+
+class PointLight(LightKeys, PositionKeys, ShadowKeys):
+    """Light in all directions: `Scene.add_point_light`."""
+
+    type: Literal["point"]
+
+
+class SpotLight(LightKeys, DirectionKeys, ShadowKeys, ConeKeys):
+    """A cone of light: `Scene.add_spot_light`."""
+
+    type: Literal["spot"]
+
+
+class AreaLight(LightKeys):
+    """A rectangle that shines, seen by ray tracing alone: `Scene.add_area_light_for_ray_tracing`."""
+
+    type: Literal["area"]
+    half_width: Leaf[Positive] = Field(description="Along y of its pose [m].")
+    half_height: Leaf[Positive] = Field(description="Along z of its pose [m].")
+
+
+class TexturedLight(LightKeys, DirectionKeys, ShadowKeys, ConeKeys):
+    """A cone of light that throws a picture: `sapien.render.RenderTexturedLightComponent`."""
+
+    type: Literal["textured"]
+    texture: Texture = Field(description="The picture: a file, or a mapping with `file`.")
