@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.words import cut, show
 from scenecc.spec.param_types import KINDS
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.lower.leaves import Drawing
+    from scenecc.lower.drawing import Drawing
     from scenecc.spec.param_types import Misfit, ParamType
     from scenecc.values.support import Support
 
 _NUMBERS = frozenset((int, float))
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Argument:
     """What a parameter is given that differs from scene to scene.
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.words import cut, suggest_name
+from scenecc.lower.groups import find_group
 from scenecc.lower.kinds import COLOR, Kind, number, opposite, vector
 from scenecc.lower.materials import DENSITY
-from scenecc.lower.names import qualified
-from scenecc.lower.shape_poses import local_pose
+from scenecc.lower.placing.shape_poses import local_pose
 from scenecc.lower.shapes import Defaults
 from scenecc.plan import BodyStructure, Inertial, literal
 from scenecc.plan.knobs import knobs_of
@@ -54,7 +53,7 @@ VELOCITIES = frozenset(knob.field for knob in knobs_of("body") if knob.reset)
 
 _NUMBERS = frozenset((int, float))
 _NO_DEFAULTS = Defaults()
-_INERTIA = vector(3, "inertia")
+INERTIA = vector(3, "inertia")
 
 
 class Bodies:
@@ -170,10 +169,9 @@ class Bodies:
             return
         if "collision_bits" in given:
             self._both_groups(origin)
-        bits = self._groups.get(qualified(body.collision_group, leaves.scope))
-        if bits is None:
-            self._unknown_group(body.collision_group, origin, leaves)
-        else:
+        place = origin.child("collision_group")
+        bits = find_group(self._groups, body.collision_group, place, leaves.scope, self._sink)
+        if bits is not None:
             knobs["collision_groups"] = literal(bits, "int64")
 
     def _both_groups(self, origin: Origin) -> None:
@@ -194,14 +192,6 @@ class Bodies:
             hint=f"leave `{key}` out",
         )
 
-    def _unknown_group(self, name: str, origin: Origin, leaves: Leaves) -> None:
-        prefix = qualified("", leaves.scope)
-        known = [group[len(prefix) :] for group in self._groups if group.startswith(prefix)]
-        hint = suggest_name(name, known, self._sink) if known else "name it under `collision_groups`"
-        self._sink.report(
-            "SC302", f"there is no collision group `{cut(name)}`", origin.child("collision_group"), hint=hint
-        )
-
     def _inertial(self, layers: tuple[Layer, ...], leaves: Leaves) -> Inertial | None:
         for body, origin in reversed(layers):
             given = body.inertial
@@ -210,6 +200,6 @@ class Bodies:
                 return Inertial(
                     leaves.value(given.mass, KNOBS["mass"][1], place, "mass"),
                     local_pose(given.com, origin, ("inertial", "com"), "a centre of mass", leaves),
-                    leaves.value(given.inertia, _INERTIA, place, "inertia"),
+                    leaves.value(given.inertia, INERTIA, place, "inertia"),
                 )
         return None

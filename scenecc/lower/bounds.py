@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from scenecc.diagnostics.frozen import frozen
 from scenecc.spec.body import Body
 from scenecc.spec.selection import count
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from scenecc.diagnostics import Origin, Sink
+    from scenecc.plan import Entity
     from scenecc.spec.document import SceneFile
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Bounds:
     """The most that there may be."""
 
@@ -36,21 +37,51 @@ def within(
     if not _under("SC605", "scenes", num_scenes, bounds.scenes, origin.child("num_scenes"), sink):
         return False
     shapes = {name: _shapes(entity) for name, entity in scene.entities.items()}
-    if not _under("SC604", "objects", sum(shapes.values()), bounds.objects, origin.child("entities"), sink):
+    others = [*scene.constraints.values(), *scene.lights.values(), *scene.cameras.values()]
+    objects = sum(shapes.values()) + len(others)
+    if not _under("SC604", "objects", objects, bounds.objects, origin.child("entities"), sink):
         return False
     built = sum(
         shapes[name] * (len(selections[name]) if name in selections else count(entity.scene_idxs, num_scenes))
         for name, entity in scene.entities.items()
     )
+    # Of an instance that is in some scenes only, what is fastened counts as if it were in all.
+    built += sum(count(other.scene_idxs, num_scenes) for other in others)
     place = origin.child("num_scenes")
     return _under("SC606", "objects times scenes", built, bounds.objects_times_scenes, place, sink)
+
+
+def built_within(entities: Sequence[Entity], bounds: Bounds, origin: Origin, sink: Sink) -> bool:
+    """Whether what was built is no more than it may be, with what robots' files hold; otherwise that is reported."""
+    counts = [
+        max(sum(1 + len(body.collisions) + len(body.visuals) for body in one.bodies) for one in entity.structures)
+        for entity in entities
+    ]
+    if not _under("SC604", "objects", sum(counts), bounds.objects, origin.child("entities"), sink):
+        return False
+    built = sum(count * len(entity.scene_idxs) for count, entity in zip(counts, entities, strict=True))
+    return _under("SC606", "objects times scenes", built, bounds.objects_times_scenes, origin.child("num_scenes"), sink)
 
 
 def _shapes(entity: Any) -> int:
     if entity.__class__ is Body:
         return max(1, _own(entity))
-    # Variants: the largest is in every scene at worst.
-    return max(1, *(_own(entity) + _own(variant) for variant in entity.variants))
+    if "variants" in entity.__class__.model_fields:
+        # The largest is in every scene at worst.
+        return max(1, *(_own(entity) + _own(variant) for variant in entity.variants))
+    root = getattr(entity, "root", None)
+    # How much a robot's file holds is seen once it is read.
+    return 1 if root is None else _of_tree(root)
+
+
+def _of_tree(root: Any) -> int:
+    """How many links and shapes there are in a tree."""
+    found, waiting = 0, [root]
+    while waiting:
+        link = waiting.pop()
+        found += 1 + _own(link)
+        waiting += link.children
+    return found
 
 
 def _own(body: Any) -> int:

@@ -16,9 +16,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scenecc.diagnostics import Origin
+    from scenecc.lower.drawing import Drawing
     from scenecc.lower.forms import Reading
     from scenecc.lower.kinds import Kind
-    from scenecc.lower.leaves import Drawing, Leaves
+    from scenecc.lower.leaves import Leaves
     from scenecc.lower.pending import Pending
     from scenecc.plan import Value
     from scenecc.values.reach import Reach
@@ -112,7 +113,7 @@ def _doubt(node: Computed, wanted: Kind | None, leaves: Leaves) -> Doubt | None:
 def _found(node: Computed, convert: Any, leaves: Leaves) -> Doubt | None:
     from scenecc.values.enumerating import outcomes  # noqa: PLC0415 - loaded where something varies
     from scenecc.values.reach import known  # noqa: PLC0415 - likewise
-    from scenecc.values.supporting import reach_and_faults  # noqa: PLC0415 - likewise
+    from scenecc.values.support_rules import reach_and_faults  # noqa: PLC0415 - likewise
 
     reader = leaves.drawing.reader()
     found, faults = reach_and_faults(reader, node)

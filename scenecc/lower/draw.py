@@ -5,15 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from scenecc.lower.arguments import judge_rows
 from scenecc.lower.pending import report_failure
-from scenecc.lower.resets import Recipes
+from scenecc.spec.known import known_as
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Sink
-    from scenecc.lower.leaves import Drawing
+    from scenecc.lower.drawing import Drawing
     from scenecc.lower.pending import Pending
     from scenecc.lower.scene import Lowered
     from scenecc.plan import ScenePlan
@@ -30,6 +29,9 @@ def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:
     drawing = lowered.drawing
     if not drawing.varies:
         return lowered.plan
+    from scenecc.lower.arguments import judge_rows  # noqa: PLC0415 - loaded where something varies
+    from scenecc.lower.resets import Recipes  # noqa: PLC0415 - likewise
+
     for argument in drawing.arguments:
         judge_rows(argument, drawing, sink)
     for pending in drawing.pending:
@@ -38,12 +40,18 @@ def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:
         return None
     recipes = Recipes(drawing, lowered.places)
     entities = tuple(map(recipes.entity, lowered.plan.entities))
-    return replace(lowered.plan, entities=entities, draws=recipes.draws())
+    plan = lowered.plan
+    lights = tuple(replace(one, pose=recipes.follower(known_as("lights", one.name), one.pose)) for one in plan.lights)
+    cameras = tuple(replace(one, pose=recipes.follower(one.name, one.pose)) for one in plan.cameras)
+    constraints = tuple(map(recipes.constraint, plan.constraints))
+    return replace(
+        plan, entities=entities, constraints=constraints, lights=lights, cameras=cameras, draws=recipes.draws()
+    )
 
 
 def judge(pending: Pending, drawing: Drawing, sink: Sink) -> None:
     """Reports the first scene in which a value is none, or out of its range."""
-    from scenecc.values.failure import DrawError  # noqa: PLC0415 - loaded where something varies
+    from scenecc.values.failure import DrawError  # noqa: PLC0415 - likewise
 
     try:
         data = pending.value.data

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scenecc.diagnostics import Origin
-    from scenecc.lower.leaves import Drawing
+    from scenecc.lower.drawing import Drawing
     from scenecc.lower.names import Names
     from scenecc.values.nodes import Node
 

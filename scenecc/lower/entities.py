@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.lower.kinds import Kind
-from scenecc.lower.places import Places
-from scenecc.plan import Entity
+from scenecc.lower.placing.places import Places
+from scenecc.plan import BodyStructure, Entity
 from scenecc.spec.body import Body
+from scenecc.spec.known import known_as
+from scenecc.spec.pose import PoseMapping
 from scenecc.spec.selection import select
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from scenecc.diagnostics import Origin, Sink
+    from scenecc.lower.articulations.articulations import Articulations, Built
     from scenecc.lower.bodies import Bodies
-    from scenecc.lower.leaves import Drawing, Leaves
+    from scenecc.lower.drawing import Drawing
+    from scenecc.lower.leaves import Leaves
     from scenecc.lower.names import Names
-    from scenecc.plan import BodyStructure, Value
+    from scenecc.plan import Value
     from scenecc.spec.document import SceneFile
 
 _MOVING = frozenset(("dynamic", "kinematic"))
@@ -26,6 +31,11 @@ _MOVING = frozenset(("dynamic", "kinematic"))
 
 class Entities:
     """Lowers the entities of a document.
+
+    Attributes:
+        selections: by what it is known as, the scenes of all that is not in every one: of what is fastened too.
+        places: where what it has stands.
+        linked: those of its entities, once lowered, that are articulations or come from robots' files.
 
     Args:
         scene: the document.
@@ -50,44 +60,85 @@ class Entities:
         self._names = names
         self._origin = origin
         self._sink = sink
-        self._selections = self._select(narrowed)
-        placed = {**scene.frames, **scene.entities}
-        self.places = Places(placed, scene.frames, self._leaves, names, origin, sink)
+        self.selections = self._select(narrowed)
+        self.linked: list[Entity] = []
+        free = {name: camera for name, camera in scene.cameras.items() if camera.mount is None}
+        sections = {"frames": scene.frames, "entities": scene.entities, "cameras": free}
+        self.places = Places(sections, self.leaves, names, origin, sink)
 
     def _select(self, narrowed: Mapping[str, tuple[int, ...]]) -> dict[str, tuple[int, ...]]:
         selections = dict(narrowed)
-        for name, entity in self._scene.entities.items():
-            if entity.scene_idxs is not None and name not in narrowed:
-                place = self._origin.child("entities", name, "scene_idxs")
-                selected = select(entity.scene_idxs, self._drawing.num_scenes, place, self._sink)
-                if selected is not None:
-                    selections[name] = selected
+        for section in ("entities", "cameras", "constraints", "lights"):
+            nodes: Mapping[str, Any] = getattr(self._scene, section)
+            for name, node in nodes.items():
+                known = known_as(section, name)
+                if node.scene_idxs is not None and known not in narrowed:
+                    place = self._origin.child(section, name, "scene_idxs")
+                    selected = select(node.scene_idxs, self._drawing.num_scenes, place, self._sink)
+                    if selected is not None:
+                        selections[known] = selected
         return selections
 
-    def _leaves(self, name: str) -> Leaves:
-        return self._drawing.leaves(self._selections.get(name), self._names.scopes.get(name, ""))
+    def leaves(self, name: str) -> Leaves:
+        """The leaves of something, over its scenes. `name`: that it is known as."""
+        return self._drawing.leaves(self.selections.get(name), self._names.scopes.get(name, ""))
 
-    def lower(self, bodies: Bodies) -> tuple[Entity, ...]:
-        """The entities, in order; what was reported is missing in them."""
+    def lower(self, bodies: Bodies, articulations: Callable[[], Articulations]) -> tuple[Entity, ...]:
+        """The entities, in order; what was reported is missing in them.
+
+        Args:
+            bodies: lowers those of the document.
+            articulations: makes what lowers its articulations.
+        """
         for name in self._scene.frames:
             self.places.world(name, self._origin.child("frames", name), fixed=False)
-        everywhere, origin, selections = self._drawing.everywhere, self._origin, self._selections
+        everywhere, origin, selections = self._drawing.everywhere, self._origin, self.selections
         world = self.places.world
         scopes, of_all = self._names.scopes, self._drawing.leaves()
         entities: list[Entity] = []
+        linked: Articulations | None = None
         for name, entity in self._scene.entities.items():
             place = origin.child("entities", name)
-            leaves = self._leaves(name) if name in selections or name in scopes else of_all
+            leaves = self.leaves(name) if name in selections or name in scopes else of_all
             if entity.__class__ is Body:
                 structure = bodies.lower(entity, place, leaves)
                 structures, pick, fixed = (structure,), None, structure.body_type not in _MOVING
+            elif "variants" not in entity.__class__.model_fields:
+                linked = linked or articulations()
+                entities += self._linked(name, linked.lower(entity, place, leaves), place, hidden=entity.hidden)
+                continue
             else:
                 # An expanded document has no others.
                 structures, pick = self._variants(entity, place, leaves, bodies)
                 fixed = not all(structure.body_type in _MOVING for structure in structures)
             pose: Value = world(name, place, fixed=fixed)
-            entities.append(Entity(name, selections.get(name, everywhere), pose, structures, pick, place))
+            entities.append(
+                Entity(name, selections.get(name, everywhere), pose, structures, pick, entity.hidden, place)
+            )
         return tuple(entities)
+
+    def _linked(self, name: str, built: list[Built], place: Origin, *, hidden: bool) -> list[Entity]:
+        """The entities that a robot's file or a tree of links makes."""
+        scenes = self.selections.get(name, self._drawing.everywhere)
+        made: list[Entity] = []
+        for one in built:
+            full = name
+            if one.pose is not None:
+                full = f"{name}/{one.suffix}"
+                x, y, z, *q = one.pose
+                pose = PoseMapping.model_construct(p=(x, y, z), q=tuple(q), relative_to=name)
+                self.places.add(full, place, SimpleNamespace(pose=pose))
+                if name in self.selections:
+                    self.selections[full] = self.selections[name]
+                if full in self._scene.entities:
+                    message = f"`{full}` names an entity, and a robot of a file"
+                    related = [("the entity", self._origin.child("entities", full), "key")]
+                    self._sink.report("SC305", message, place, at="key", related=related)  # pyright: ignore[reportArgumentType]
+            still = all(isinstance(body, BodyStructure) and body.body_type == "static" for body in one.structures)
+            pose = self.places.world(full, place, fixed=still)
+            made.append(Entity(full, scenes, pose, one.structures, one.pick, hidden, place))
+        self.linked += made
+        return made
 
     def _variants(
         self, entity: Any, origin: Origin, leaves: Leaves, bodies: Bodies

@@ -57,3 +57,22 @@ def _ignored(groups: dict[str, CollisionGroup], origin: Origin, sink: Sink) -> d
             ignored[name].add(other)
             ignored[other].add(name)
     return ignored
+
+
+def find_group(groups: dict[str, Bits], name: str, place: Origin, scope: str, sink: Sink) -> Bits | None:
+    """The four integers of a group; None, reported, where there is none of the name.
+
+    Args:
+        groups: as `allot` gives them.
+        name: as written.
+        place: where it is written.
+        scope: of the names there.
+        sink: takes the diagnostics.
+    """
+    bits = groups.get(qualified(name, scope))
+    if bits is None:
+        prefix = qualified("", scope)
+        known = [group[len(prefix) :] for group in groups if group.startswith(prefix)]
+        hint = suggest_name(name, known, sink) if known else "name it under `collision_groups`"
+        sink.report("SC302", f"there is no collision group `{cut(name)}`", place, hint=hint)
+    return bits

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
+from scenecc.diagnostics.frozen import frozen
 from scenecc.spec.param_types import is_color_text
 from scenecc.values import forms
 
@@ -18,7 +18,7 @@ Convert = Callable[[Any], Any]
 Rgba = tuple[float, float, float, float]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Kind:
     """A field's row.
 
@@ -107,6 +107,13 @@ def read_color(color: Any) -> Rgba | None:
     return rgba(color)
 
 
+def read_light_color(color: Any) -> tuple[float, float, float] | None:
+    """Three numbers; "#rrggbb" are bytes over 255, without gamma."""
+    if isinstance(color, str):
+        return rgba(color)[:3] if len(color) == 7 and is_color_text(color) else None
+    return tuple(color) if _are_numbers(color) and len(color) == 3 else None
+
+
 def read_scale(scale: Any) -> tuple[float, float, float] | None:
     """One factor or three as three."""
     if _are_numbers(scale):
@@ -128,6 +135,7 @@ _NUMBERS = frozenset((int, float))
 
 COLOR = Kind((4,), quantity="base_color", convert=read_color, fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)
 EMISSION = Kind((4,), quantity="emission", convert=read_color, fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)
+LIGHT_COLOR = Kind((3,), quantity="color", convert=read_light_color, fallback=(0.0, 0.0, 0.0))
 SCALE = Kind((3,), quantity="scale", convert=read_scale, fallback=(1.0, 1.0, 1.0), wide=True)
 MIRROR_SCALE = Kind((3,), quantity="Mesh.scale", convert=read_scale, fallback=(1.0, 1.0, 1.0), wide=True)
 POSITION = vector(3, "")

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.words import cut, suggest_name
 from scenecc.lower.forms import place_of
 from scenecc.lower.kinds import COLOR, EMISSION, Kind, number
@@ -39,7 +40,7 @@ SAPIEN_DEFAULT = Friction(0.3, 0.3, 0.1)
 """`sapien.physx.get_default_material()` of SAPIEN 3.0.3."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Surface:
     """A material, lowered.
 
@@ -54,7 +55,7 @@ class Surface:
     density: Value | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Surfaces:
     """Several materials, of which each scene has one.
 
@@ -178,10 +179,17 @@ class Materials:
                 parts[name] = leaves.value(item, kind, origin, name)
         for name in TEXTURES:
             if (item := getattr(given, name)) is not None:
-                parts[name] = self._texture(item, origin.child(name), leaves)
+                parts[name] = self.texture(item, origin.child(name), leaves)
         return VisualMaterial(**parts)
 
-    def _texture(self, given: Any, origin: Origin, leaves: Leaves) -> Texture | None:
+    def texture(self, given: Any, origin: Origin, leaves: Leaves) -> Texture | None:
+        """An image and how it is sampled; None where it was reported.
+
+        Args:
+            given: as written: a file, a mapping, or a form of these.
+            origin: of it.
+            leaves: of the object.
+        """
         samplings: list[tuple[Any, Place]] = []
 
         def unwrap(one: Any, place: Place) -> tuple[Any, Place]:

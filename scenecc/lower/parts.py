@@ -39,6 +39,7 @@ def from_parts(given: Any, kind: Kind, place: Place, leaves: Leaves) -> Value:
     parts: list[Any] = []
 
     def leaf(one: Any, around: Place, step: Step) -> int:
+        """Keeps one alternative as a part; its number stands in its place among those that are picked from."""
         inside = around.inside(step) if step else around
         item = reading.item(one, kind, inside)
         parts.append((item if item.__class__ in NODES else Const(item), isinstance(one, Template)))
@@ -51,12 +52,14 @@ def from_parts(given: Any, kind: Kind, place: Place, leaves: Leaves) -> Value:
     which = index if index.__class__ in NODES else Const(index)
 
     def row(made: Any, node: Any, scene: int) -> Any:
+        """What an expression gave in a scene, converted."""
         found = convert(made)
         if found is None:
             raise DrawError(f"it gives {show(made)}, which means nothing here", scene, node)
         return found
 
     def draw() -> NDArray[Any]:
+        """The rows: each part is evaluated in the scenes that have it."""
         numbers = leaves.evaluate(which)
         rows = np.empty((len(leaves.scenes), *kind.shape), dtype=kind.dtype)
         for number, (node, written) in enumerate(parts):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from scenecc.values.nodes import Node
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Pending:
     """A value that only its rows can be judged by: an expression's, or a rotation that can fail to be one."""
 
@@ -28,14 +29,19 @@ class Pending:
     origins: Mapping[int, tuple[Any, Origin]]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Reset:
-    """A velocity that may be drawn anew."""
+    """A velocity, a position of a joint or a target that may be drawn anew.
+
+    Attributes:
+        limits: (·, 2) that stay as they are built, and that what is drawn is held within; None: the node says all.
+    """
 
     value: Value
     node: Node
     reading: Reading
     leaves: Leaves
+    limits: Value | None = None
 
 
 def report_failure(error: DrawError, origins: Mapping[int, tuple[Any, Origin]], origin: Origin, sink: Sink) -> None:

@@ -3,22 +3,34 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from operator import is_
-from typing import TYPE_CHECKING, Any
+from operator import is_, is_not
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from scenecc.lower.poses import IDENTITY_POSE
+from scenecc.lower.placing.poses import IDENTITY_POSE
 from scenecc.plan import Value, varying
+from scenecc.plan.articulation import ArticulationStructure
+from scenecc.plan.bounds import LARGEST
+from scenecc.plan.constraint import Drive
 from scenecc.plan.shared_poses import MOST_COMPOSED, pose_name
-from scenecc.values.nodes import NODES, Composed, Const, Rows, Shared
+from scenecc.values.nodes import NODES, Composed, Const, Held, Rows, Shared
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from scenecc.lower.drawing import Drawing
     from scenecc.lower.forms import Reading
-    from scenecc.lower.leaves import Drawing, Leaves
-    from scenecc.lower.places import Places
-    from scenecc.plan import BodyStructure, Entity
+    from scenecc.lower.leaves import Leaves
+    from scenecc.lower.pending import Reset
+    from scenecc.lower.placing.places import Places
+    from scenecc.plan import BodyStructure, Constraint, Entity
+    from scenecc.plan.articulation import Joint, Link
     from scenecc.values.nodes import Node
+
+
+_VELOCITIES = ("linear_velocity", "angular_velocity")
+_OF_JOINTS = ("qpos", "qvel", "drive_target", "drive_velocity_target")
+_TARGETS = ("target", "linear_velocity_target", "angular_velocity_target")
+_Holder = TypeVar("_Holder", "BodyStructure | ArticulationStructure", "Joint", "Drive")
 
 
 def stays(drawing: Drawing) -> frozenset[str]:
@@ -46,6 +58,7 @@ class Recipes:
         self._places = places
         self._stays = stays(drawing)
         self._read: set[str] = set()
+        self._anew: dict[int, Value] = {}
         self._frozen: dict[tuple[str, tuple[int, ...]], Rows] = {}
         self._poses: dict[str, dict[tuple[int, ...], str]] = {}
         self._shared_poses: list[tuple[str, Node]] = []
@@ -64,6 +77,34 @@ class Recipes:
         if pose is entity.pose and all(map(is_, structures, entity.structures)):
             return entity
         return replace(entity, pose=pose, structures=structures)
+
+    def constraint(self, constraint: Constraint) -> Constraint:
+        """The constraint with the recipes of what its drives are driven to."""
+        if not isinstance(constraint.joint, Drive):
+            return constraint
+        joint = self._with_recipes(constraint.joint, _TARGETS)
+        return constraint if joint is constraint.joint else replace(constraint, joint=joint)
+
+    def follower(self, key: str, pose: Value) -> Value:
+        """The pose of a light or a camera, with the recipe of what it stands relative to.
+
+        Args:
+            key: what it is known as.
+            pose: in the world, as built.
+        """
+        follower = self._places.followers.get(key)
+        if pose.known or follower is None or follower.parent is None:
+            return pose
+        read: set[str] = set()
+        leaves = follower.leaves
+        outer = self._pose(follower.parent, leaves, read)
+        if outer is None:
+            return pose
+        self._read |= read
+        local: Any = follower.local
+        if local.__class__ in NODES:
+            local = _rows(local, leaves)
+        return _with_recipe(pose, Composed(outer, local), len(leaves.scenes))
 
     def draws(self) -> tuple[tuple[str, Node], ...]:
         """The shared draws that the recipes read, in order; those that stay as they are built are their rows.
@@ -84,15 +125,40 @@ class Recipes:
         ]
         return (*draws, *self._shared_poses)
 
-    def _structure(self, body: BodyStructure) -> BodyStructure:
-        drawn: dict[str, Value] = {}
-        for field in ("linear_velocity", "angular_velocity"):
-            value: Value | None = getattr(body, field)
+    def _structure(self, structure: BodyStructure | ArticulationStructure) -> BodyStructure | ArticulationStructure:
+        made = self._with_recipes(structure, _VELOCITIES)
+        if isinstance(made, ArticulationStructure):
+            links = tuple(map(self._link, made.links))
+            if any(map(is_not, links, made.links)):
+                return replace(made, links=links)
+        return made
+
+    def _link(self, link: Link) -> Link:
+        joint = link.joint and self._with_recipes(link.joint, _OF_JOINTS)
+        return link if joint is link.joint else replace(link, joint=joint)
+
+    def _with_recipes(self, node: _Holder, fields: tuple[str, ...]) -> _Holder:
+        """What holds values that a reset may change, with the recipes of those that it does."""
+        drawn: dict[str, Any] = {}
+        for field in fields:
+            value: Value | None = getattr(node, field)
             reset = self._drawing.resets.get(id(value))
             if value is not None and reset is not None and self._is_drawn(reset.reading):
-                self._read |= reset.reading.reads
-                drawn[field] = _with_recipe(value, reset.node, len(reset.leaves.scenes))
-        return replace(body, **drawn) if drawn else body
+                drawn[field] = self._drawn_anew(value, reset)
+        return replace(node, **drawn) if drawn else node
+
+    def _drawn_anew(self, value: Value, reset: Reset) -> Value:
+        """A value with its recipe. Where joints start is what their drives hold: one value, and one with a recipe."""
+        found = self._anew.get(id(value))
+        if found is None:
+            self._read |= reset.reading.reads
+            node, scenes = reset.node, reset.leaves.scenes
+            if reset.limits is not None and isinstance(node, Held):
+                rows = reset.limits.data.tolist() if reset.limits.varies else reset.limits.data.tolist() * len(scenes)
+                low, high = zip(*((max(a, -LARGEST), min(b, LARGEST)) for a, b in rows), strict=True)
+                node = replace(node, low=Rows(scenes, low), high=Rows(scenes, high))
+            found = self._anew[id(value)] = _with_recipe(value, node, len(scenes))
+        return found
 
     def _is_drawn(self, reading: Reading) -> bool:
         random = self._drawing.random
@@ -111,7 +177,8 @@ class Recipes:
         while at is not None and not self._places.is_fixed(at):
             chain.append(at)
             at = self._places.standing(at).parent
-        readings = [reading for one in chain if (reading := self._places.standing(one).reading) is not None]
+        drawn = [one for one in chain if not self._places.is_still(one)]
+        readings = [reading for one in drawn if (reading := self._places.standing(one).reading) is not None]
         if not any(map(self._is_drawn, readings)):
             return None
         read.update(*(reading.reads for reading in readings))
@@ -120,7 +187,9 @@ class Recipes:
         for member in reversed(chain):
             if depth == MOST_COMPOSED and at is not None:
                 item, depth = self._shared(at, item, leaves), 0
-            local = self._places.standing(member).local
+            local: Any = self._places.standing(member).local
+            if local.__class__ in NODES and self._places.is_still(member):
+                local = _rows(local, leaves)
             item = local if item == IDENTITY_POSE else Composed(item, local)
             at, depth = member, depth + 1
         return item
@@ -140,7 +209,7 @@ class Recipes:
             return world
         key = (name, leaves.scenes)
         if key not in self._frozen:
-            self._frozen[key] = Rows(leaves.scenes, tuple(map(tuple, leaves.evaluate(world).tolist())))  # pyright: ignore[reportArgumentType]
+            self._frozen[key] = _rows(world, leaves)  # pyright: ignore[reportArgumentType]
         return self._frozen[key]
 
     def _rows_of(self, name: str) -> Rows:
@@ -148,6 +217,11 @@ class Recipes:
         scenes = self._drawing.scenes_of[name]
         rows = self._drawing.leaves(scenes).batch().shared(name).tolist()
         return Rows(scenes, tuple(tuple(row) if row.__class__ is list else row for row in rows))
+
+
+def _rows(pose: Node, leaves: Leaves) -> Rows:
+    """A pose as it is built."""
+    return Rows(leaves.scenes, tuple(map(tuple, leaves.evaluate(pose).tolist())))
 
 
 def _with_recipe(value: Value, node: Node, rows: int) -> Value:

@@ -2,32 +2,38 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
+from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.bodies import Bodies
-from scenecc.lower.bounds import Bounds, within
+from scenecc.lower.bounds import Bounds, built_within, within
+from scenecc.lower.drawing import Drawing
 from scenecc.lower.draws import lower_draws
 from scenecc.lower.draws import report_unused as report_unused_draws
 from scenecc.lower.entities import Entities
+from scenecc.lower.fastened import Seen, lower_seen
 from scenecc.lower.groups import allot
-from scenecc.lower.leaves import Drawing
 from scenecc.lower.materials import SAPIEN_DEFAULT, Materials
 from scenecc.lower.names import WORLD, Names
 from scenecc.lower.shapes import Shapes
 from scenecc.lower.tables import FileResolver, Tables
 from scenecc.plan import Friction, GpuMemory, Physics, ScenePlan, SdfConfig
+from scenecc.spec.known import SHARED_NAMES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.lower.places import Places
+    from scenecc.lower.articulations.articulations import Articulations
+    from scenecc.lower.articulations.reader import RobotReader
+    from scenecc.lower.placing.places import Places
+    from scenecc.plan import Constraint, Entity
     from scenecc.spec.document import SceneFile
     from scenecc.spec.physics import Physics as PhysicsKeys
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Lowered:
     """A plan, and what its draw stage and its checks have to know.
 
@@ -57,6 +63,7 @@ def lower(
     seed: int,
     origin: Origin,
     resolve: FileResolver,
+    robots: RobotReader,
     bounds: Bounds,
     sink: Sink,
     names: Names = _AS_WRITTEN,
@@ -72,6 +79,7 @@ def lower(
         seed: of every draw; likewise.
         origin: of the document's root.
         resolve: finds the files that it names.
+        robots: reads those of robots.
         bounds: limits.
         sink: takes the diagnostics.
         names: what its names mean, where it has instances.
@@ -89,8 +97,22 @@ def lower(
     default = physics.default_material or SAPIEN_DEFAULT
     materials = Materials(scene.materials, tables, default, origin.child("materials"), sink)
     groups = allot(scene.collision_groups, origin.child("collision_groups"), sink)
+    shapes = Shapes(tables, materials, sink)
+
+    def articulations() -> Articulations:
+        """Loaded where there are any."""
+        from scenecc.lower.articulations.articulations import Articulations  # noqa: PLC0415
+
+        return Articulations(scene.entities, tables, shapes, materials, groups, robots, sink)
+
     entities = Entities(scene, narrowed, drawing, names, origin, sink)
-    built = entities.lower(Bodies(Shapes(tables, materials, sink), materials, groups, sink))
+    built = entities.lower(Bodies(shapes, materials, groups, sink), articulations)
+    if entities.linked and not built_within(entities.linked, bounds, origin, sink):
+        return None
+    seen = Seen()
+    if scene.environment is not None or scene.lights or scene.cameras:
+        seen = lower_seen(scene, built, entities, names, tables, materials, drawing.leaves(), origin, sink)
+    constraints = _constraints(scene, built, entities, drawing, names, origin)
     if sink.failed:
         # A material may be unused only because its name was misspelt where it was meant.
         return None
@@ -98,34 +120,78 @@ def lower(
     report_unused_draws(scene.draws, drawing, names, origin.child("draws"))
     if sink.failed:
         return None
-    plan = ScenePlan(
+    plan = _plan(scene, name, built, constraints, seen, physics, tables, drawing, origin)
+    return Lowered(plan, tables.file_origins, tables.material_origins, drawing, entities.places)
+
+
+def _constraints(
+    scene: SceneFile, built: tuple[Entity, ...], entities: Entities, drawing: Drawing, names: Names, origin: Origin
+) -> tuple[Constraint, ...]:
+    if not scene.constraints:
+        return ()
+    from scenecc.lower.constraints import Constraints  # noqa: PLC0415 - loaded where there are any
+    from scenecc.lower.mounts import Mounts  # noqa: PLC0415 - likewise
+
+    mounts = Mounts(built, names, drawing.sink)
+    lowering = Constraints(built, entities, mounts, drawing, names, drawing.sink)
+    return lowering.lower(scene.constraints, origin.child("constraints"))
+
+
+def _plan(
+    scene: SceneFile,
+    name: str,
+    entities: tuple[Entity, ...],
+    constraints: tuple[Constraint, ...],
+    seen: Seen,
+    physics: Physics,
+    tables: Tables,
+    drawing: Drawing,
+    origin: Origin,
+) -> ScenePlan:
+    """The plan of what was lowered. `name`: where the document gives none."""
+    return ScenePlan(
         name=scene.name or name,
         description=scene.description,
-        num_scenes=num_scenes,
-        seed=seed,
-        entities=built,
+        num_scenes=drawing.num_scenes,
+        seed=drawing.seed,
+        entities=entities,
+        constraints=constraints,
+        environment=seen.environment,
+        lights=seen.lights,
+        cameras=seen.cameras,
         physics=physics,
         files=tables.files.rows,
         physical_materials=tables.physical_materials.rows,
         visual_materials=tables.visual_materials.rows,
         origin=origin,
     )
-    return Lowered(plan, tables.file_origins, tables.material_origins, drawing, entities.places)
 
 
 def _names(scene: SceneFile, origin: Origin, sink: Sink) -> None:
-    """Frames and entities share one namespace, and neither is the world."""
-    for section, names in (("frames", scene.frames), ("entities", scene.entities)):
+    """Frames, entities and cameras share one namespace, and nothing is called like the world."""
+    sections: dict[str, Mapping[str, Any]] = {section: getattr(scene, section) for section in _ONES}
+    for section, names in sections.items():
         if WORLD in names:
             sink.report("SC306", "`world` is the world's own name", origin.child(section, WORLD), at="key")
-    for name in scene.frames.keys() & scene.entities.keys():
-        sink.report(
-            "SC305",
-            f"`{name}` names a frame and an entity",
-            origin.child("entities", name),
-            at="key",
-            related=[("the frame", origin.child("frames", name), "key")],
-        )
+    for first, second in combinations(SHARED_NAMES, 2):
+        for name in sections[first].keys() & sections[second].keys():
+            sink.report(
+                "SC305",
+                f"`{name}` names {_ONES[first]} and {_ONES[second]}",
+                origin.child(second, name),
+                at="key",
+                related=[(f"the {_ONES[first].partition(' ')[2]}", origin.child(first, name), "key")],
+            )
+
+
+_ONES = {
+    "frames": "a frame",
+    "entities": "an entity",
+    "cameras": "a camera",
+    "constraints": "a constraint",
+    "lights": "a light",
+}
+"""What a thing of each section is called."""
 
 
 def _physics(given: PhysicsKeys | None, origin: Origin) -> Physics:

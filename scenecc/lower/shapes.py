@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.geometry import COLLIDING, SEEN
 from scenecc.lower.kinds import COLOR, number
 from scenecc.lower.materials import DENSITY, PLAIN, Materials, Surface, Surfaces, colored
 from scenecc.lower.picked import picked
-from scenecc.lower.shape_poses import shape_pose
+from scenecc.lower.placing.shape_poses import shape_pose
 from scenecc.plan import CollisionShape, Mesh, Plane, Value, VisualShape, literal
 from scenecc.plan import VisualMaterial as SeenMaterial
 
@@ -28,7 +28,7 @@ SAPIEN_DENSITY = 1000.0
 """Of what gives none, but for a plane, which has none [kg/m³]."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Defaults:
     """What the shapes of a body have that name nothing themselves.
 

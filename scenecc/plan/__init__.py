@@ -3,6 +3,11 @@
 SI units, names resolved, poses composed, one entry a logical object with values per scene as arrays.
 """
 
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
 from scenecc.plan.body import BodyStructure, BodyType, CollisionShape, Inertial, VisualShape
 from scenecc.plan.geometry import (
     Box,
@@ -26,31 +31,90 @@ from scenecc.plan.physics import GpuMemory, Physics, SdfConfig
 from scenecc.plan.scene import Entity, ScenePlan
 from scenecc.plan.value import Value, constant, literal, per_scene, recalled, varying
 
+if TYPE_CHECKING:
+    from scenecc.plan.articulation import ArticulationStructure, DriveMode, Joint, JointType, Link, Mimic
+    from scenecc.plan.camera import Camera, Intrinsic, Orthographic, Perspective
+    from scenecc.plan.constraint import (
+        AxisDrive,
+        AxisLimit,
+        Connection,
+        Constraint,
+        Distance,
+        Drive,
+        DriveAxis,
+        Gear,
+        LimitAxis,
+        Weld,
+    )
+    from scenecc.plan.light import (
+        AreaLight,
+        CubeMap,
+        DirectionalLight,
+        Environment,
+        Light,
+        PointLight,
+        Shadow,
+        SkyMap,
+        SpotLight,
+        TexturedLight,
+    )
+    from scenecc.plan.mount import Mount
+
 __all__ = [
+    "AreaLight",
+    "ArticulationStructure",
     "AssetFile",
+    "AxisDrive",
+    "AxisLimit",
     "BodyStructure",
     "BodyType",
     "Box",
+    "Camera",
     "Capsule",
     "CoacdParams",
     "CollisionGeometry",
     "CollisionShape",
+    "Connection",
+    "Constraint",
     "ConvexMesh",
     "ConvexParts",
+    "CubeMap",
     "Cylinder",
+    "DirectionalLight",
+    "Distance",
+    "Drive",
+    "DriveAxis",
+    "DriveMode",
     "Entity",
+    "Environment",
     "Friction",
+    "Gear",
     "GpuMemory",
     "Inertial",
+    "Intrinsic",
+    "Joint",
+    "JointType",
+    "Light",
+    "LimitAxis",
+    "Link",
     "Mesh",
     "MeshGeometry",
+    "Mimic",
+    "Mount",
+    "Orthographic",
+    "Perspective",
     "PhysicalMaterial",
     "Physics",
     "Plane",
+    "PointLight",
     "ScenePlan",
     "SdfConfig",
+    "Shadow",
+    "SkyMap",
     "Sphere",
+    "SpotLight",
     "Texture",
+    "TexturedLight",
     "TiledPlane",
     "TriangleMesh",
     "Value",
@@ -58,9 +122,32 @@ __all__ = [
     "VisualMaterial",
     "VisualPlane",
     "VisualShape",
+    "Weld",
     "constant",
     "literal",
     "per_scene",
     "recalled",
     "varying",
 ]
+
+_LATER = {
+    name: module
+    for module, names in {
+        "articulation": "ArticulationStructure DriveMode Joint JointType Link Mimic",
+        "camera": "Camera Intrinsic Orthographic Perspective",
+        "constraint": "AxisDrive AxisLimit Connection Constraint Distance Drive DriveAxis Gear LimitAxis Weld",
+        "light": (
+            "AreaLight CubeMap DirectionalLight Environment Light PointLight Shadow SkyMap SpotLight TexturedLight"
+        ),
+        "mount": "Mount",
+    }.items()
+    for name in names.split()
+}
+"""What most scenes have nothing of, and its module, which is loaded when the name is first asked for."""
+
+
+def __getattr__(name: str) -> object:
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = globals()[name] = getattr(import_module(f"{__name__}.{_LATER[name]}"), name)
+    return found

@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from scenecc.plan.geometry import CollisionGeometry, VisualGeometry
     from scenecc.plan.value import Value
 
-BodyType = Literal["dynamic", "kinematic", "static", "none"]
+BodyType = Literal["dynamic", "kinematic", "static", "none", "link"]
+"""A "link" is part of an articulation, never an entity of its own."""
 
 
 @frozen
@@ -113,3 +114,8 @@ class BodyStructure:
     visibility: Value | None = None
     shading_mode: Value | None = None
     origin: Origin | None = field(default=None, compare=False)
+
+    @property
+    def bodies(self) -> tuple[BodyStructure, ...]:
+        """Itself, as an articulation's are its links."""
+        return (self,)

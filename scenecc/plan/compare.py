@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from scenecc.plan.camera import Camera
 from scenecc.plan.compare_fields import Both, FieldDifference, Fields
+from scenecc.plan.compare_order import moved
 from scenecc.plan.compare_resets import Resets
 from scenecc.plan.compare_tables import Tables
-from scenecc.plan.fields import Plain, slots
-from scenecc.plan.scene import Entity, ScenePlan
+from scenecc.plan.constraint import Constraint
+from scenecc.plan.fields import Plain, slots, type_name
+from scenecc.plan.light import Environment, Light
+from scenecc.plan.scene import Entity, ScenePlan, structure_word
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
     from numpy.typing import NDArray
+
+
+Section = Literal["plan", "physics", "entities", "constraints", "environment", "lights", "cameras"]
+_Object = Entity | Constraint | Light | Camera
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,12 +32,12 @@ class Difference:
     """One thing in which two plans differ.
 
     Attributes:
-        kind: "added" and "removed" are objects or shapes that only the second or only the first plan has; "moved" are
-            entities that are built in another order; "changed" is all else.
+        kind: "added" and "removed" are objects, links or shapes that only the second or only the first plan has;
+            "moved" are objects and links that are built in another order; "changed" is all else.
         section: where the object is; "plan" for what concerns the whole.
-        name: of the entity; "" in "plan" and "physics".
+        name: of the object; "" in "plan", "physics" and "environment".
         path: of the field in the object, as in the scene file where the shape is known to be from one, such as
-            `shapes[1].radius`; "" for the object.
+            `shapes[1].radius`, and by the names of links: `links.hand.joint.limits`; "" for the object.
         a, b: what the first and the second plan have there, in a few words, in the scenes that differ; None where
             they have nothing. What says "at reset" is the same as built.
         scene_count: in how many of the scenes that both objects are in the field differs; None where it is not told
@@ -38,7 +45,7 @@ class Difference:
     """
 
     kind: Literal["added", "removed", "moved", "changed"]
-    section: Literal["plan", "physics", "entities"]
+    section: Section
     name: str
     path: str
     a: str | None
@@ -64,35 +71,48 @@ def differences(a: ScenePlan, b: ScenePlan) -> list[Difference]:
     tables, resets = Tables(a, b), Resets(a, b)
     physics = Fields(Both(tables, resets, np.zeros(1, np.int64))).compare_node(a.physics, b.physics, "")
     found += [_of(one, "physics", "") for one in physics]
-    found += _entities(a, b, tables, resets)
+    found += _objects("entities", a, b, tables, resets)
+    found += _objects("constraints", a, b, tables, resets)
+    found += _environment(a, b, tables, resets)
+    found += _objects("lights", a, b, tables, resets)
+    found += _objects("cameras", a, b, tables, resets)
     return found
 
 
-def _of(one: FieldDifference, section: Literal["physics", "entities"], name: str) -> Difference:
+def _of(one: FieldDifference, section: Section, name: str) -> Difference:
     return Difference(one.kind, section, name, one.path, one.a, one.b, one.scene_count)
 
 
-def _entities(a: ScenePlan, b: ScenePlan, tables: Tables, resets: Resets) -> Iterator[Difference]:
-    first = {entity.name: (place, entity) for place, entity in enumerate(a.entities)}
-    second = {entity.name: (place, entity) for place, entity in enumerate(b.entities)}
+def _environment(a: ScenePlan, b: ScenePlan, tables: Tables, resets: Resets) -> Iterator[Difference]:
+    first, second = (plan.environment if plan.environment is not None else Environment() for plan in (a, b))
+    count = min(a.num_scenes, b.num_scenes)
+    # It has a row a scene of the batch.
+    rows = None if a.num_scenes == b.num_scenes else (np.arange(count), np.arange(count))
+    for one in Fields(Both(tables, resets, np.arange(count), rows)).compare_node(first, second, ""):
+        yield _of(one, "environment", "")
+
+
+def _objects(section: Section, a: ScenePlan, b: ScenePlan, tables: Tables, resets: Resets) -> Iterator[Difference]:
+    first: dict[str, tuple[int, _Object]] = {one.name: (place, one) for place, one in enumerate(getattr(a, section))}
+    second: dict[str, tuple[int, _Object]] = {one.name: (place, one) for place, one in enumerate(getattr(b, section))}
     common = [name for name in first if name in second]
-    moved = _moved([second[name][0] for name in common])
-    for name, (place, entity) in first.items():
+    elsewhere = moved([second[name][0] for name in common])
+    for name, (place, one) in first.items():
         if name not in second:
-            yield Difference("removed", "entities", name, "", _entity_words(entity, a), None)
+            yield Difference("removed", section, name, "", _object_words(one, a), None)
             continue
         other_place, other = second[name]
-        if other_place in moved:
-            yield Difference("moved", "entities", name, "", f"number {place + 1}", f"number {other_place + 1}")
-        if tables.same and resets.same_draws and entity == other:
+        if other_place in elsewhere:
+            yield Difference("moved", section, name, "", f"number {place + 1}", f"number {other_place + 1}")
+        if tables.same and resets.same_draws and one == other:
             continue
-        yield from _entity(entity, other, tables, resets)
-    for name, (_, entity) in second.items():
+        yield from _object(section, one, other, tables, resets)
+    for name, (_, one) in second.items():
         if name not in first:
-            yield Difference("added", "entities", name, "", None, _entity_words(entity, b))
+            yield Difference("added", section, name, "", None, _object_words(one, b))
 
 
-def _entity(a: Entity, b: Entity, tables: Tables, resets: Resets) -> Iterator[Difference]:
+def _object(section: Section, a: _Object, b: _Object, tables: Tables, resets: Resets) -> Iterator[Difference]:
     rows = None
     num_scenes = tuple(plan.num_scenes for plan in resets.plans)
     scenes = np.array(a.scene_idxs, np.int64)
@@ -100,7 +120,7 @@ def _entity(a: Entity, b: Entity, tables: Tables, resets: Resets) -> Iterator[Di
         rows = _common_rows(a.scene_idxs, b.scene_idxs)
         if (len(a.scene_idxs), len(b.scene_idxs)) != num_scenes:
             first, second = _scenes_words(a.scene_idxs, num_scenes[0]), _scenes_words(b.scene_idxs, num_scenes[1])
-            yield Difference("changed", "entities", a.name, "scene_idxs", first, second)
+            yield Difference("changed", section, a.name, "scene_idxs", first, second)
         if not len(rows[0]):
             return
         scenes = scenes[rows[0]]
@@ -108,12 +128,20 @@ def _entity(a: Entity, b: Entity, tables: Tables, resets: Resets) -> Iterator[Di
     # A shape both collides and is seen, and is one in the file.
     told = {(one.path, one.kind if one.kind != "changed" else (one.a, one.b)): one for one in reversed([*found])}
     for one in reversed(told.values()):
-        yield _of(one, "entities", a.name)
+        yield _of(one, section, a.name)
 
 
-def _entity_words(entity: Entity, plan: ScenePlan) -> str:
-    types = "|".join(dict.fromkeys(structure.body_type for structure in entity.structures))
-    return f"{types} in {_scenes_words(entity.scene_idxs, plan.num_scenes)}"
+def _object_words(one: _Object, plan: ScenePlan) -> str:
+    match one:
+        case Entity():
+            word = "|".join(dict.fromkeys(map(structure_word, one.structures)))
+        case Constraint():
+            word = type_name(one.joint.__class__)
+        case Light():
+            word = type_name(one.light.__class__)
+        case Camera():
+            word = f"{one.width} × {one.height} px"
+    return f"{word} in {_scenes_words(one.scene_idxs, plan.num_scenes)}"
 
 
 def _scenes_words(scene_idxs: tuple[int, ...], num_scenes: int) -> str:
@@ -131,21 +159,3 @@ def _common_rows(a: tuple[int, ...], b: tuple[int, ...]) -> tuple[NDArray[np.int
     """Rows of the scenes that are in both."""
     _, first, second = np.intersect1d(a, b, assume_unique=True, return_indices=True)
     return first, second
-
-
-def _moved(places: Sequence[int]) -> set[int]:
-    """The fewest that must move for the rest to ascend."""
-    ends: list[int] = []
-    before: list[int | None] = []
-    tails: list[int] = []
-    for number, place in enumerate(places):
-        at = bisect_left(ends, place)
-        before.append(tails[at - 1] if at else None)
-        ends[at : at + 1] = [place]
-        tails[at : at + 1] = [number]
-    stay: set[int] = set()
-    number = tails[-1] if tails else None
-    while number is not None:
-        stay.add(places[number])
-        number = before[number]
-    return set(places) - stay

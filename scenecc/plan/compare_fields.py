@@ -9,9 +9,13 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from scenecc.plan.compare_words import cut, held_words, reset_words, rows_words
+from scenecc.plan.articulation import Link, Mimic
+from scenecc.plan.compare_order import moved
+from scenecc.plan.compare_words import cut, held_words, own_words, reset_words, rows_words
+from scenecc.plan.constraint import AxisDrive, AxisLimit
 from scenecc.plan.fields import Kind, Many, Node, OneOf, Quantity, slots, type_name
-from scenecc.plan.labels import field_place, item_place
+from scenecc.plan.labels import field_place, item_place, name_place
+from scenecc.plan.scene import structure_word
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -25,7 +29,7 @@ if TYPE_CHECKING:
 class FieldDifference:
     """One field in which two objects differ, as in `Difference`."""
 
-    kind: Literal["added", "removed", "changed"]
+    kind: Literal["added", "removed", "moved", "changed"]
     path: str
     a: str | None
     b: str | None
@@ -48,6 +52,10 @@ class Both:
     rows: tuple[NDArray[np.intp], NDArray[np.intp]] | None = None
 
 
+_KEYS: dict[type, str] = {Link: "name", Mimic: "joint", AxisLimit: "axis", AxisDrive: "axis"}
+"""By which of their fields items of lists are found."""
+
+
 class Fields:
     """Compares two objects."""
 
@@ -62,24 +70,51 @@ class Fields:
         """Two dataclasses of one type, which a file has at `place`; `but`: fields that are left out."""
         for slot in slots(x.__class__):
             if slot.name not in but:
-                where = field_place(place, slot.name)
+                where = field_place(place, slot.name, x.__class__)
                 yield from self._compare(slot.kind, getattr(x, slot.name), getattr(y, slot.name), where)
 
     def _compare(self, kind: Kind, x: Any, y: Any, path: str) -> Iterator[FieldDifference]:
         if x is y and (x is None or (self._resets.same_draws and self._tables.same)):
             return
         if x is None or y is None:
-            yield FieldDifference("changed", path, self._words(kind, x, 0), self._words(kind, y, 1))
+            yield FieldDifference("changed", path, self._words(kind, x, 0, path), self._words(kind, y, 1, path))
         elif isinstance(kind, Quantity):
             yield from self._values(kind, x, y, path)
+        elif isinstance(kind, Many) and isinstance(kind.item, Node) and kind.item.cls in _KEYS:
+            yield from self._named(kind.item.cls, x, y, path)
         elif isinstance(kind, Many):
             yield from self._lists(kind.item, x, y, path)
         elif isinstance(kind, Node | OneOf) and x.__class__ is y.__class__:
             yield from self.compare_node(x, y, path)
         elif isinstance(kind, OneOf):
-            yield FieldDifference("changed", f"{path}.type", type_name(x.__class__), type_name(y.__class__))
+            yield FieldDifference("changed", f"{path}.type" if path else "type", _type(kind, x), _type(kind, y))
         elif x != y:
-            yield FieldDifference("changed", path, self._words(kind, x, 0), self._words(kind, y, 1))
+            yield FieldDifference("changed", path, self._words(kind, x, 0, path), self._words(kind, y, 1, path))
+
+    def _named(self, cls: type, x: tuple[Any, ...], y: tuple[Any, ...], path: str) -> Iterator[FieldDifference]:
+        """By their names, or by what else tells them apart."""
+        key = _KEYS[cls]
+        first, second = ({getattr(item, key): (place, item) for place, item in enumerate(items)} for items in (x, y))
+        elsewhere = moved([second[name][0] for name in first if name in second])
+        for name, (place, item) in first.items():
+            where = path + name_place(name)
+            if name not in second:
+                yield FieldDifference("removed", where, self._item_words(item, x, 0), None)
+                continue
+            other_place, other = second[name]
+            if other_place in elsewhere:
+                yield FieldDifference("moved", where, f"number {place + 1}", f"number {other_place + 1}")
+            if cls is Link and (parents := (_parent(item, x), _parent(other, y)))[0] != parents[1]:
+                yield FieldDifference("changed", f"{where}.parent", *parents)
+            yield from self.compare_node(item, other, where, but=(key, "parent"))
+        for name, (_, item) in second.items():
+            if name not in first:
+                yield FieldDifference("added", path + name_place(name), None, self._item_words(item, y, 1))
+
+    def _item_words(self, item: Any, items: tuple[Any, ...], side: Side) -> str | None:
+        if not isinstance(item, Link):
+            return self._words(Node(item.__class__), item, side)
+        return "the root" if item.joint is None else f"{item.joint.type} on {_parent(item, items)}"
 
     def _lists(self, kind: Kind, x: tuple[Any, ...], y: tuple[Any, ...], path: str) -> Iterator[FieldDifference]:
         """By place; where one has more, what it has more is what stands where the rest is no longer the same."""
@@ -171,16 +206,16 @@ class Fields:
     def _name(self, kind: Quantity) -> Any:
         return self._tables.names.__getitem__ if kind.table == "files" else None
 
-    def _words(self, kind: Kind, item: Any, side: Side) -> str | None:
+    def _words(self, kind: Kind, item: Any, side: Side, path: str = "") -> str | None:
         if item is None:
             return None
         if isinstance(kind, Quantity):
-            return self._value_words(kind, item, side)
-        if isinstance(kind, OneOf):
+            return self._value_words(kind, item, side, path)
+        if isinstance(kind, OneOf) and item.__class__ is not kind.untyped:
             return type_name(item.__class__)
         if isinstance(kind, Many):
             return str(len(item))
-        if isinstance(kind, Node):
+        if isinstance(kind, Node | OneOf):
             given = ((slot, getattr(item, slot.name)) for slot in slots(item.__class__))
             words = [
                 f"{'type' if slot.name == 'geometry' else slot.name} {self._words(slot.kind, x, side)}"
@@ -190,14 +225,24 @@ class Fields:
             return cut(", ".join(words))
         return cut(json.dumps(item))
 
-    def _value_words(self, kind: Quantity, value: Value, side: Side) -> str:
+    def _value_words(self, kind: Quantity, value: Value, side: Side, path: str) -> str:
         rows = self._taken(kind, value, side)
         if kind.table is None or kind.table == "files":
-            return rows_words("", rows, rows, self._scenes, self._name(kind))[0]
+            return own_words(path, rows, self._name(kind))
         row, index = self._by_row(rows, side)[0]
         held = _held(self._tables.materials[kind.table][index], row)
         names = self._tables.names
         return cut(", ".join(f"{name} {held_words(name, [item], [item], names)[0]}" for name, item in held.items()))
+
+
+def _type(kind: OneOf, item: Any) -> str:
+    return structure_word(item) if item.__class__ is kind.untyped else type_name(item.__class__)
+
+
+def _parent(link: Link, links: tuple[Link, ...]) -> str | None:
+    if link.parent is None:
+        return None
+    return links[link.parent].name if link.parent < len(links) else f"number {link.parent}"
 
 
 def _differing(a: NDArray[Any], b: NDArray[Any]) -> NDArray[np.bool_]:

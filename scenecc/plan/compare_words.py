@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.plan.value_words import color_words, is_any_rotation, item_words, pair_words, part_of, support_words
+from scenecc.plan.value_words import (
+    color_words,
+    is_any_rotation,
+    item_words,
+    pair_words,
+    part_of,
+    set_words,
+    support_words,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -32,11 +40,7 @@ def rows_words(
     name: Callable[[int], str] | None = None,
 ) -> tuple[str, str]:
     """Two arrays of rows (B, …) that differ in each of the scenes (B,). `name`: what an index stands for."""
-    show: Callable[[Any, int], str] = item_words
-    if name is not None:
-        show = lambda index, _: name(int(index))  # noqa: E731
-    elif path.rpartition(".")[2] == "gravity":
-        show = lambda disabled, _: item_words(not disabled)  # noqa: E731
+    show = _shown_as(path, name)
     first, second = ([_tupled(row) for row in rows.tolist()] for rows in (a, b))
     words = pair_words(first, second, show)
     if words[0] == words[1] and len(scenes) > 1:
@@ -44,6 +48,19 @@ def rows_words(
         one = pair_words(first[:1], second[:1], show)
         words = (f"{one[0]} in scene {scenes[0]}, …", f"{one[1]} in scene {scenes[0]}, …")
     return words
+
+
+def own_words(path: str, rows: NDArray[Any], name: Callable[[int], str] | None = None) -> str:
+    """An array of rows (B, …) of which the other plan has nothing."""
+    return set_words([_tupled(row) for row in rows.tolist()], _shown_as(path, name))
+
+
+def _shown_as(path: str, name: Callable[[int], str] | None) -> Callable[[Any, int], str]:
+    if name is not None:
+        return lambda index, _: name(int(index))
+    if path.rpartition(".")[2] == "gravity":
+        return lambda disabled, _: item_words(not disabled)
+    return item_words
 
 
 def held_words(field: str, a: list[Any], b: list[Any], files: Sequence[str]) -> tuple[str | None, str | None]:
@@ -67,7 +84,7 @@ def reset_words(values: tuple[Value, Value], plans: tuple[ScenePlan, ScenePlan],
 
 
 def _reset_words(value: Value, plan: ScenePlan, part: slice | None) -> str:
-    from scenecc.values.support import support  # noqa: PLC0415 - most plans have no recipes
+    from scenecc.values.supporting import support  # noqa: PLC0415 - most plans have no recipes
 
     if value.recipe is None:
         return "as built"

@@ -9,7 +9,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics import Origin, Sink
 from scenecc.diagnostics import Path as Keys
+from scenecc.plan.articulation import ArticulationStructure, Joint, Link, Mimic
 from scenecc.plan.body import BodyStructure, CollisionShape, VisualShape
+from scenecc.plan.camera import Camera
+from scenecc.plan.constraint import Constraint, Drive
+from scenecc.plan.decode_links import articulation_faults, axis_faults, joint_faults, link_faults, structure_faults
+from scenecc.plan.decode_mounts import mount_faults, name_faults
 from scenecc.plan.decode_numbers import Fault, is_list, is_object, read_number, read_rows, shown
 from scenecc.plan.decode_scenes import check_materials, check_pick, object_count, read_selection
 from scenecc.plan.fields import (
@@ -25,19 +30,48 @@ from scenecc.plan.fields import (
     Selection,
     slots,
 )
+from scenecc.plan.light import Environment, Light
 from scenecc.plan.material import AssetFile
 from scenecc.plan.physics import Physics
 from scenecc.plan.scene import Entity, ScenePlan
 from scenecc.plan.value import Value, recalled
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from scenecc.plan.recipe_shape import Shape
     from scenecc.values.nodes import Node as RecipeNode
 
 BAD: Final = object()
 """What a reader returns for data that it has reported."""
 
-_WITH_ORIGIN = {ScenePlan, Physics, Entity, BodyStructure, CollisionShape, VisualShape}
+_WITH_ORIGIN = {
+    ScenePlan,
+    Physics,
+    Entity,
+    BodyStructure,
+    CollisionShape,
+    VisualShape,
+    ArticulationStructure,
+    Joint,
+    Mimic,
+    Constraint,
+    Light,
+    Environment,
+    Camera,
+}
+_IN_SCENES = {Entity, Constraint, Light, Camera}
+"""What says in which scenes it is; an environment has a row for every scene."""
+
+_RULES: Final[dict[type, Callable[[dict[str, Any]], Iterator[Fault]]]] = {
+    Entity: structure_faults,
+    ArticulationStructure: articulation_faults,
+    Link: link_faults,
+    Joint: joint_faults,
+    Drive: axis_faults,
+}
+"""Rules over several fields of one object, once each of them is read."""
+
 _LONGEST_STRING = 100_000
 
 
@@ -80,10 +114,14 @@ class Decoder:
         self._num_scenes = num_scenes if type(num_scenes) is int and num_scenes > 0 else None
         self._read_draws(data.get("draws", {}))
         plan = self._node(ScenePlan, data, ())
-        if not self._names_differ(data.get("entities")) or not isinstance(plan, ScenePlan):
+        if self._told(name_faults(data), ()) or not isinstance(plan, ScenePlan) or self._told(mount_faults(plan), ()):
             return BAD
         wrong = check_materials(plan)
         return plan if wrong is None else self._fault(wrong[0].code, wrong[0].message, wrong[1])
+
+    def _told(self, faults: Iterator[Fault], path: Keys) -> bool:
+        """Whether there are any."""
+        return bool([self._fault(fault.code, fault.message, (*path, *fault.keys)) for fault in faults])
 
     def _read_draws(self, data: object) -> None:
         """Ahead of all else, since recipes name them; each may read those before it."""
@@ -97,17 +135,6 @@ class Decoder:
             else:
                 node, self._draw_shapes[name] = read
                 self._draws.append((name, node))
-
-    def _names_differ(self, entities: object) -> bool:
-        names: dict[str, int] = {}
-        differ = True
-        for index, entity in enumerate(entities if is_list(entities) else ()):
-            name: object = entity.get("name") if is_object(entity) else None
-            if isinstance(name, str) and names.setdefault(name, index) != index:
-                message = f"the name {shown(name)} stands twice: entities {names[name]} and {index}"
-                self._fault("SC710", message, ("entities", index, "name"))
-                differ = False
-        return differ
 
     def _read(self, kind: Kind, data: object, path: Keys) -> object:
         read: object
@@ -150,8 +177,10 @@ class Decoder:
     def _node(self, cls: type, data: object, path: Keys) -> object:
         if not is_object(data):
             return self._fault("SC705", f"an object is wanted here, not {shown(data)}", path)
-        if cls is Entity:
+        if cls in _IN_SCENES:
             self._entity = data
+        elif cls is Environment:
+            self._row_count = self._num_scenes
         its_slots = slots(cls)
         unknown = data.keys() - {slot.name for slot in its_slots}
         for key in sorted(unknown):
@@ -163,7 +192,7 @@ class Decoder:
                 read[slot.name] = self._read(slot.kind, data[slot.name], (*path, slot.name))
             elif slot.required:
                 read[slot.name] = self._fault("SC704", f"the key `{slot.name}` is missing", path)
-        if cls is Entity:
+        if cls in _IN_SCENES or cls is Environment:
             self._row_count = None
         if unknown or any(item is BAD for item in read.values()):
             return BAD
@@ -173,17 +202,17 @@ class Decoder:
         if cls is AssetFile:
             found = self._resolve(read["uri"], self._origin((*path, "uri")))
             return BAD if found is None else AssetFile(read["uri"], found)
-        if cls is Entity and not self._entity_holds(read, path):
+        if cls in _RULES and self._told(_RULES[cls](read), path):
+            return BAD
+        if cls is Entity and not self._pick_holds(read, path):
             return BAD
         if cls in _WITH_ORIGIN:
             read["origin"] = self._origin(path)
         return cls(**read)
 
-    def _entity_holds(self, read: dict[str, Any], path: Keys) -> bool:
-        structures, pick = read["structures"], read.get("pick")
-        if not structures:
-            return self._fault("SC706", "an entity has one structure at least", (*path, "structures")) is not BAD
-        fault = None if pick is None else check_pick(pick, len(structures))
+    def _pick_holds(self, read: dict[str, Any], path: Keys) -> bool:
+        pick = read.get("pick")
+        fault = None if pick is None else check_pick(pick, len(read["structures"]))
         if pick is None or fault is None:
             return True
         where = ("per_scene", *fault.keys) if pick.varies else ()
@@ -193,6 +222,8 @@ class Decoder:
         if not is_object(data):
             return self._fault("SC705", f"an object is wanted here, not {shown(data)}", path)
         by_type = dict(kind.by_type)
+        if "type" not in data and kind.untyped is not None:
+            return self._node(kind.untyped, data, path)
         if "type" not in data:
             return self._fault("SC704", "the key `type` is missing", path)
         name = data["type"]

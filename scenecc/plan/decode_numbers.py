@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
+from scenecc.plan.bounds import LARGEST
 from scenecc.plan.value import Value
 
 if TYPE_CHECKING:
@@ -76,6 +77,8 @@ def read_rows(kind: Quantity, rows: list[Any], table_size: int | None) -> Value 
         index = next(i for i, item in enumerate(flat) if abs(item) >= 2**63)
         return Fault("SC707", f"{shown(flat[index])} is too large", _keys(kind, index))
     fault = _range_fault(kind, data, table_size) or (_rotation_fault(data) if kind.pose else None)
+    if fault is None and kind.infinite:
+        fault = _limits_fault(data)
     if fault is not None:
         return fault
     data.flags.writeable = False
@@ -121,6 +124,21 @@ def _rotation_fault(data: NDArray[Any]) -> Fault | None:
     if not wrong.size:
         return None
     return Fault("SC707", "the rotation [w, x, y, z] is not of length 1", (int(wrong[0]),))
+
+
+def _limits_fault(data: NDArray[Any]) -> Fault | None:
+    """Pairs of a lowest and a highest number, of which the one may be -inf and the other inf."""
+    low, high = data[:, 0], data[:, 1]
+    wrong = np.flatnonzero((low > high) | np.isposinf(low) | np.isneginf(high))
+    if wrong.size:
+        message = f"the limits {data[wrong[0]].tolist()} leave nothing between them: the lower one comes first"
+        return Fault("SC707", message, (int(wrong[0]),))
+    large = np.argwhere(np.isfinite(data) & (np.abs(data) > LARGEST))
+    if not large.size:
+        return None
+    row, side = large[0].tolist()
+    message = f"{data[row, side].item()!r} is outside the range: it must be within ±{LARGEST:g}, or infinite"
+    return Fault("SC707", message, (row, side))
 
 
 def _keys(kind: Quantity, index: int) -> tuple[int, ...]:

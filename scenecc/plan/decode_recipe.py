@@ -11,7 +11,7 @@ from scenecc.plan.decode_numbers import Fault, is_list, is_object, shown
 from scenecc.plan.fields import type_name
 from scenecc.plan.recipe_shape import MisshapenError, shape_of
 from scenecc.values.failure import ExpressionError
-from scenecc.values.nodes import NODES, Chosen, Computed, Cycled, Key, Kind, Node, Rows, Shared, Stacked
+from scenecc.values.nodes import NODES, Chosen, Computed, Cycled, Key, Kind, Node, Rows, Section, Shared, Stacked
 from scenecc.values.operations import INT_BITS
 from scenecc.values.template import Template
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 DEEPEST = 100
 """How deeply nodes and lists may be nested; evaluating them goes as deep."""
 
-_MOST_COMPONENTS = 100
+_MOST_COMPONENTS = 4096
 _LAST_WORD = 10_000
 _LONGEST = 100_000
 _BY_TYPE = {type_name(cls): cls for cls in NODES}
@@ -71,6 +71,7 @@ class _Reader:
         self._draws = draws
 
     def node(self, data: object, depth: int) -> Node:
+        """A node, whose names of shared draws are all known. `depth`: of nodes and lists around it."""
         if not is_object(data):
             raise _WrongError("SC705", f"a node is an object, not {shown(data)}")
         name = data.get("type")
@@ -143,11 +144,12 @@ class _Reader:
         if not is_object(data):
             raise _WrongError("SC705", f"an object is wanted here, not {shown(data)}")
         made: Key = self._made(Key, data, depth)
-        if made.section not in {"entities", "draws", "frames", "materials"}:
+        if made.section not in _SECTIONS:
             raise _WrongError("SC705", f"{shown(made.section)} is no section", "section")
         return made
 
     def template(self, data: object, depth: int) -> Template:
+        """An expression with the constants that it reads."""
         if not is_object(data) or not data.keys() <= {"text", "constants"} or not isinstance(data.get("text"), str):
             raise _WrongError("SC705", "a template is an object with a `text`, and `constants` where it has any")
         constants: object = data.get("constants", {})
@@ -200,6 +202,7 @@ def _text(_: _Reader, data: object, __: int) -> str:
 
 
 _KINDS: Final[tuple[str, ...]] = get_args(Kind)
+_SECTIONS: Final[tuple[str, ...]] = get_args(Section)
 
 
 def _kind(_: _Reader, data: object, __: int) -> object:
@@ -211,6 +214,12 @@ def _kind(_: _Reader, data: object, __: int) -> object:
 def _word(_: _Reader, data: object, __: int) -> int:
     if type(data) is not int or not 0 <= data <= _LAST_WORD:
         raise _WrongError("SC707", f"{shown(data)} is outside the range: it must be 0 to {_LAST_WORD}")
+    return data
+
+
+def _index(_: _Reader, data: object, __: int) -> int:
+    if type(data) is not int or not -1 <= data < _MOST_COMPONENTS:
+        raise _WrongError("SC707", f"{shown(data)} is outside the range: it must be -1 to {_MOST_COMPONENTS - 1}")
     return data
 
 
@@ -245,6 +254,7 @@ _FIELDS: Final[dict[str, Callable[[_Reader, object, int], Any]]] = {
     "section": _text,
     "kind": _kind,
     "word": _word,
+    "index": _index,
     "shape": _shape,
     "weights": _weights,
     "scene_idxs": _scene_idxs,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scenecc.plan.articulation import ArticulationStructure
 from scenecc.plan.decode_numbers import Fault, is_list, is_object, shown
 
 if TYPE_CHECKING:
@@ -52,12 +53,18 @@ def object_count(entity: dict[str, Any], rows: int) -> int:
     A shape that collides and is seen is two here and one in a scene file, whose plan must not be above its limit.
     """
     structures, pick = entity.get("structures"), entity.get("pick", 0)
-    bodies = structures if is_list(structures) else []
-    shapes = [max(1, _length(body, "collisions"), _length(body, "visuals")) for body in bodies]
+    shapes = [_shape_count(structure) for structure in (structures if is_list(structures) else [])]
     picked: object = pick.get("per_scene") if is_object(pick) else None
     if is_list(picked):
         return sum(_shapes(shapes, item) for item in picked)
     return rows * _shapes(shapes, pick)
+
+
+def _shape_count(structure: object) -> int:
+    """Of a body, or of an articulation's links."""
+    links: object = structure.get("links") if is_object(structure) else None
+    bodies = [link.get("body") if is_object(link) else None for link in links] if is_list(links) else [structure]
+    return max(1, sum(max(1, _length(body, "collisions"), _length(body, "visuals")) for body in bodies))
 
 
 def _shapes(shapes: list[int], pick: object) -> int:
@@ -98,11 +105,14 @@ def _materials_used(plan: ScenePlan) -> Iterator[tuple[tuple[int, int], str, int
     """The entity's number and count of scenes, the table, the index and the path of the shape in the entity."""
     for i, entity in enumerate(plan.entities):
         owner = i, len(entity.scene_idxs)
-        for j, body in enumerate(entity.structures):
-            for side, table in (("collisions", "physical_materials"), ("visuals", "visual_materials")):
-                for k, shape in enumerate(getattr(body, side)):
-                    for index in () if shape.material is None else np.unique(shape.material.data):
-                        yield owner, table, int(index), (j, side, k)
+        for j, structure in enumerate(entity.structures):
+            linked = isinstance(structure, ArticulationStructure)
+            for number, body in enumerate(structure.bodies):
+                place = (j, "links", number, "body") if linked else (j,)
+                for side, table in (("collisions", "physical_materials"), ("visuals", "visual_materials")):
+                    for k, shape in enumerate(getattr(body, side)):
+                        for index in () if shape.material is None else np.unique(shape.material.data):
+                            yield owner, table, int(index), (*place, side, k)
 
 
 def _row_counts(material: PhysicalMaterial | VisualMaterial) -> set[int]:

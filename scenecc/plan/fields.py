@@ -10,6 +10,7 @@ import re
 import types
 from dataclasses import MISSING, dataclass, fields
 from functools import cache
+from math import pi
 from pathlib import Path
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
@@ -25,6 +26,7 @@ from scenecc.plan.bounds import (
     LARGEST,
     POSITION_ITERATIONS,
     POSITIVE,
+    SMALLEST,
     UNIT,
     VELOCITY_ITERATIONS,
     Bounds,
@@ -40,6 +42,7 @@ class Quantity:
     """A `Value`: dtype and shape of one row.
 
     `table`: its numbers are indices into that table of the plan. `pose`: p then q. `reset`: it may have a recipe.
+    `infinite`: a lowest and a highest number, either of which may be infinite.
     """
 
     dtype: Dtype = np.float64
@@ -48,6 +51,7 @@ class Quantity:
     table: Table | None = None
     pose: bool = False
     reset: bool = False
+    infinite: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,9 +98,10 @@ class Node:
 
 @dataclass(frozen=True, slots=True)
 class OneOf:
-    """One of several dataclasses, told apart by `type`."""
+    """One of several dataclasses, told apart by `type`; `untyped` is the one that has no such key."""
 
     by_type: tuple[tuple[str, type], ...]
+    untyped: type | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,6 +130,8 @@ _POSITIVE3 = Quantity(shape=(3,), bounds=POSITIVE)
 _POSITIVE2 = Quantity(shape=(2,), bounds=POSITIVE)
 _UNIT = Quantity(bounds=UNIT)
 _FILE = Quantity(np.int64, table="files")
+_RESET = Quantity(reset=True)
+_ANGLE = Quantity(bounds=Bounds(SMALLEST, pi))
 
 _DTYPES: dict[str, Dtype] = {"float64": np.float64, "int64": np.int64, "bool": np.bool_}
 
@@ -132,7 +139,53 @@ QUANTITIES: dict[str, Quantity] = {
     **{knob.field: Quantity(_DTYPES[knob.dtype], knob.shape, knob.bounds, reset=knob.reset) for knob in KNOBS},
     "pose": _POSE,
     "Entity.pose": Quantity(shape=(7,), pose=True, reset=True),
+    "Camera.pose": Quantity(shape=(7,), pose=True, reset=True),
+    "Light.pose": Quantity(shape=(7,), pose=True, reset=True),
     "com": _POSE,
+    "pose_in_parent": _POSE,
+    "pose_in_child": _POSE,
+    "limits": Quantity(shape=(2,), bounds=Bounds(), infinite=True),
+    "Distance.limits": Quantity(shape=(2,), bounds=Bounds(0), infinite=True),
+    "friction": _AT_LEAST_0,
+    "armature": _AT_LEAST_0,
+    "max_velocity": _POSITIVE,
+    "stiffness": _AT_LEAST_0,
+    "damping": _AT_LEAST_0,
+    "force_limit": _AT_LEAST_0,
+    "qpos": _RESET,
+    "qvel": _RESET,
+    "drive_target": _RESET,
+    "drive_velocity_target": _RESET,
+    "multiplier": Quantity(bounds=Bounds(-LARGEST, LARGEST, nonzero=True)),
+    "offset": _NUMBER,
+    "ratio": Quantity(bounds=Bounds(-LARGEST, LARGEST, nonzero=True)),
+    "target": Quantity(shape=(7,), pose=True, reset=True),
+    "linear_velocity_target": Quantity(shape=(3,), reset=True),
+    "angular_velocity_target": Quantity(shape=(3,), reset=True),
+    "inv_mass_scales": Quantity(shape=(2,), bounds=AT_LEAST_0),
+    "inv_inertia_scales": Quantity(shape=(2,), bounds=AT_LEAST_0),
+    "color": Quantity(shape=(3,), bounds=AT_LEAST_0),
+    "ambient_light": Quantity(shape=(3,), bounds=AT_LEAST_0),
+    "inner_fov": _ANGLE,
+    "outer_fov": _ANGLE,
+    "half_width": _POSITIVE,
+    "half_height": _POSITIVE,
+    **dict.fromkeys(("px", "nx", "py", "ny", "pz", "nz"), _FILE),
+    "fovx": _ANGLE,
+    "fovy": _ANGLE,
+    "fx": _POSITIVE,
+    "fy": _POSITIVE,
+    "cx": _NUMBER,
+    "cy": _NUMBER,
+    "skew": _NUMBER,
+    "top": _POSITIVE,
+    "Camera.near": _POSITIVE,
+    "Camera.far": _POSITIVE,
+    "on": Quantity(np.bool_),
+    "Shadow.near": _NUMBER,
+    "Shadow.far": _NUMBER,
+    "Shadow.half_size": _POSITIVE,
+    "map_size": Quantity(np.int64, bounds=Bounds(1, 16384)),
     "half_size": _POSITIVE3,
     "VisualPlane.half_size": _POSITIVE2,
     "TiledPlane.half_size": _POSITIVE2,
@@ -160,6 +213,8 @@ QUANTITIES: dict[str, Quantity] = {
 }
 """`Value` fields by name; `Class.field` goes before `field`."""
 
+PIXELS = Bounds(1, 16384)
+
 BOUNDS: dict[str, Bounds] = {
     "num_scenes": Bounds(1),
     "seed": Bounds(0),
@@ -180,14 +235,29 @@ BOUNDS: dict[str, Bounds] = {
     "cpu_workers": Bounds(0, 256),
     "num_threads_for_construction": Bounds(1, 256),
     "max_convex_hull": Bounds(-1, 2**31 - 1),
+    "width": PIXELS,
+    "height": PIXELS,
 }
 """Ranges of plain numbers by field; a plain integer that is not here is a count (0 to 2³¹ - 1)."""
 
 _Row = TypeVar("_Row")
 
 _SPECIAL: dict[str, Kind] = {"scene_idxs": Selection(), "draws": Draws()}
-_TYPE_NAMES = {"VisualPlane": "plane"}
-_HINT_NAMES: dict[str, Any] = {**vars(_plan), **vars(_physics), "Origin": Origin, "Path": Path, "Node": object}
+_TYPE_NAMES = {
+    "VisualPlane": "plane",
+    "ArticulationStructure": "articulation",
+    **{f"{word}Light": word.lower() for word in ("Directional", "Point", "Spot", "Area", "Textured")},
+}
+_UNTYPED: frozenset[type] = frozenset((_plan.BodyStructure,))
+"""What was there before others could stand in its place."""
+
+_HINT_NAMES: dict[str, Any] = {
+    **{name: getattr(_plan, name) for name in _plan.__all__},
+    **vars(_physics),
+    "Origin": Origin,
+    "Path": Path,
+    "Node": object,
+}
 
 
 @cache
@@ -203,20 +273,20 @@ def slots(cls: type) -> tuple[Slot, ...]:
 
 @cache
 def type_name(cls: type) -> str:
-    """What a geometry is called: as in the language, `convex_mesh`."""
+    """What a geometry, a joint or a lens is called: as in the language, `convex_mesh`."""
     return _TYPE_NAMES.get(cls.__name__) or re.sub(r"(?<=[a-z])(?=[A-Z])", "_", cls.__name__).lower()
 
 
 def _slot(cls: type, name: str, hint: Any, *, required: bool) -> Slot:
     members = get_args(hint) if get_origin(hint) in {Union, types.UnionType} else (hint,)
     some = tuple(member for member in members if member is not type(None))
-    kind: Kind
-    if len(some) > 1:
-        classes: tuple[type, ...] = some
-        kind = OneOf(tuple((type_name(member), member) for member in classes))
-    else:
-        kind = _SPECIAL.get(name) or _kind(cls, name, next(iter(some)))
+    kind = _one_of(some) if len(some) > 1 else _SPECIAL.get(name) or _kind(cls, name, next(iter(some)))
     return Slot(name, kind, required, nullable=len(some) < len(members))
+
+
+def _one_of(classes: tuple[type, ...]) -> OneOf:
+    untyped = next((member for member in classes if member in _UNTYPED), None)
+    return OneOf(tuple((type_name(member), member) for member in classes if member is not untyped), untyped)
 
 
 def _kind(cls: type, name: str, hint: Any) -> Kind:
@@ -231,6 +301,8 @@ def _kind(cls: type, name: str, hint: Any) -> Kind:
         kind = Many(_kind(cls, name, get_args(hint)[0]))
     elif get_origin(hint) is tuple:
         kind = Numbers(len(get_args(hint)), _row(BOUNDS, cls, name, default=ANY))
+    elif get_origin(hint) in {Union, types.UnionType}:
+        kind = _one_of(get_args(hint))
     else:
         kind = Node(hint)
     return kind

@@ -15,8 +15,10 @@ from scenecc.values.nodes import (
     FromAxisAngle,
     FromMatrix,
     FromRpy,
+    Held,
     Looking,
     Normalized,
+    Pointing,
     Posed,
     Radians,
     RandomRotated,
@@ -84,6 +86,16 @@ def _drawn(node: Drawn, draws: Shapes) -> Shape:
     return node.shape
 
 
+def _held(node: Held, draws: Shapes) -> Shape:
+    for bound in (node.low, node.high, node.factor, node.offset):
+        if shape_of(bound, draws) not in (None, ()):
+            raise MisshapenError("what holds or moves a number is not one number")
+    gives = shape_of(node.of, draws)
+    if gives is not None and (len(gives) != (node.index >= 0) or -1 in gives or node.index >= max(gives, default=0)):
+        raise MisshapenError("there is no such number to be held")
+    return ()
+
+
 def _checked(**wanted: tuple[int, ...]) -> Callable[[Any, Shapes], None]:
     def check(node: Any, draws: Shapes) -> None:
         for name, shape in wanted.items():
@@ -120,6 +132,8 @@ _TABLE: Final[dict[type[Any], Callable[[Any, Shapes], Shape]]] = {
     FromAxisAngle: _made((4,), axis=(3,), angle=()),
     FromMatrix: _made((7,), matrix=(4, 4)),
     Looking: _made((4,), target=(3,), p=(3,)),
+    Pointing: _made((4,), direction=(3,)),
     Radians: lambda node, draws: shape_of(node.degrees, draws),
+    Held: _held,
     Composed: _made((7,), outer=(7,), inner=(7,)),
 }

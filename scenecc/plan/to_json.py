@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 PLAN_VERSION = 1
 """The value of a plan's `scenecc_plan` key."""
 
+_SELDOM = frozenset(("constraints", "lights", "cameras", "draws", "mimics", "hidden"))
+"""Lists that are left out where they are empty, and a flag where it is false."""
+
 _WIDTH = 100
 _STEP = "  "
 _ESCAPED = re.compile("[\x80-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
@@ -72,7 +75,7 @@ def _members(node: object, indent: str) -> list[tuple[str, str]]:
     return [
         (slot.name, _text(slot.kind, item, inner))
         for slot in slots(type(node))
-        if (item := getattr(node, slot.name)) is not None and not (isinstance(slot.kind, Draws) and not item)
+        if (item := getattr(node, slot.name)) is not None and (item or slot.name not in _SELDOM)
     ]
 
 
@@ -80,7 +83,7 @@ def _text(kind: Kind, item: Any, indent: str) -> str:
     """One item as JSON. `indent`: what its inner lines start with, one step included."""
     match kind:
         case Quantity():
-            text = _value(item, indent)
+            text = _value(item, indent, infinite=kind.infinite)
         case Plain():
             # By the field's type, not the item's: a plan with the integer 1 equals one with 1.0, and -0.0 equals 0.0.
             text = _dumps(item + 0.0 if kind.type is float else int(item) if kind.type is int else item)
@@ -93,8 +96,8 @@ def _text(kind: Kind, item: Any, indent: str) -> str:
         case Node():
             text = _joined("{}", _keyed(_members(item, indent)), indent)
         case OneOf():
-            members = [("type", _dumps(type_name(item.__class__))), *_members(item, indent)]
-            text = _joined("{}", _keyed(members), indent)
+            named = [] if item.__class__ is kind.untyped else [("type", _dumps(type_name(item.__class__)))]
+            text = _joined("{}", _keyed([*named, *_members(item, indent)]), indent)
         case Draws():
             inner = indent + _STEP
             text = _joined("{}", [f"{_dumps(name)}: {_recipe(node, inner)}" for name, node in item], indent)
@@ -103,13 +106,14 @@ def _text(kind: Kind, item: Any, indent: str) -> str:
     return text
 
 
-def _value(value: Value, indent: str) -> str:
+def _value(value: Value, indent: str, *, infinite: bool) -> str:
     data = value.data.tolist()
+    dumps = _dumps_infinite if infinite else _dumps
     if not value.varies and value.recipe is None:
-        return _array(_dumps(data[0]), indent)
+        return _array(dumps(data[0]), indent)
     inner = indent + _STEP
     key, item = ("per_scene", data) if value.varies else ("value", data[0])
-    members = [(key, _array(_dumps(item), inner))]
+    members = [(key, _array(dumps(item), inner))]
     if value.recipe is not None:
         members.append(("recipe", _recipe(value.recipe, inner)))
     return _joined("{}", _keyed(members), indent)
@@ -161,6 +165,11 @@ def _selection(scene_idxs: tuple[int, ...], indent: str) -> str:
 
 def _keyed(members: list[tuple[str, str]]) -> list[str]:
     return [f'"{name}": {text}' for name, text in members]
+
+
+def _dumps_infinite(item: object) -> str:
+    """JSON has no word for infinity, and its readers read what is too large for a float64 as one."""
+    return json.dumps(item, ensure_ascii=False).replace("Infinity", "1e999")
 
 
 def _dumps(item: object) -> str:

@@ -81,6 +81,11 @@ def pair_words(a: Sequence[Any], b: Sequence[Any], show: Callable[[Any, int], st
     return both
 
 
+def set_words(items: Sequence[Any], show: Callable[[Any, int], str] = item_words) -> str:
+    """A set of items that occur."""
+    return _set_words(_distinct(items), DIGITS, show)
+
+
 def _distinct(items: Sequence[Any]) -> list[Any]:
     return list({repr(item): item for item in items}.values())
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.lower.forms import VARYING, Reading, place_of
 from scenecc.lower.kinds import Kind, vector
-from scenecc.lower.pose_nodes import POSE, pose_item, pose_varies
-from scenecc.lower.poses import IDENTITY_POSE, Pose7, direction, lower_pose, turned
-from scenecc.lower.rotations import IDENTITY, Quat, Vec3, shortest_from_x
+from scenecc.lower.placing.pose_nodes import POSE, pose_item, pose_varies
+from scenecc.lower.placing.poses import IDENTITY_POSE, Pose7, direction, lower_pose, turned
+from scenecc.lower.placing.rotations import IDENTITY, Quat, Vec3, shortest_from_x
 from scenecc.plan import Value, literal, varying
 from scenecc.spec.pose import PoseMapping
 from scenecc.values.nodes import NODES
@@ -30,7 +30,9 @@ _NORMAL = vector(3, "")
 _OFFSET = Kind()
 
 
-def local_pose(pose: Any, owner: Origin, at: tuple[str, ...], what: str, leaves: Leaves) -> Value:
+def local_pose(
+    pose: Any, owner: Origin, at: tuple[str, ...], what: str, leaves: Leaves, *, reset: bool = False
+) -> Value:
     """A pose in the frame of the body.
 
     Args:
@@ -39,6 +41,7 @@ def local_pose(pose: Any, owner: Origin, at: tuple[str, ...], what: str, leaves:
         at: where it is there.
         what: has the pose, for a message.
         leaves: of the object.
+        reset: whether a reset may change it.
     """
     if isinstance(pose, PoseMapping) and pose.relative_to is not None:
         leaves.sink.report(
@@ -52,7 +55,7 @@ def local_pose(pose: Any, owner: Origin, at: tuple[str, ...], what: str, leaves:
         return literal(lower_pose(pose, owner, at, leaves.sink))
     place = place_of(owner.child(*at))
     reading = Reading(leaves, place.origin)
-    return leaves.finish(pose_item(pose, place, reading, leaves.sink), reading, POSE, place.origin)
+    return leaves.finish(pose_item(pose, place, reading, leaves.sink), reading, POSE, place.origin, reset=reset)
 
 
 def shape_pose(shape: Any, origin: Origin, leaves: Leaves) -> Value | None:
@@ -129,6 +132,7 @@ def _varying_plane(shape: Any, pose: Value, origin: Origin, leaves: Leaves) -> V
     from scenecc.values.support import UNKNOWN  # noqa: PLC0415 - likewise
 
     def draw() -> NDArray[Any]:
+        """The poses (B, 7): each row turned from x to its normal, and moved along that."""
         batch = leaves.batch()
         normals, offsets = joined(batch.item(normal)), joined(batch.item(offset))
         for numbers, node in ((normals, normal), (offsets, offset)):
@@ -148,6 +152,7 @@ def _varying_plane(shape: Any, pose: Value, origin: Origin, leaves: Leaves) -> V
 
 
 def _turned_rows(pose: Value, turn: Value, step: Value, leaves: Leaves) -> Value:
+    """A pose before which shapes are turned and moved, row by row; drawn later where the pose is."""
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
     from scenecc.plan import per_scene  # noqa: PLC0415 - likewise

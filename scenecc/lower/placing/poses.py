@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from scenecc.lower import rotations
-from scenecc.lower.rotations import IDENTITY, Quat, Vec3
+from scenecc.lower.placing import rotations
+from scenecc.lower.placing.rotations import IDENTITY, Quat, Vec3
 from scenecc.spec.pose import AxisAngle, PoseMapping
 
 if TYPE_CHECKING:

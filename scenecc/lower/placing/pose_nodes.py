@@ -6,8 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.lower.forms import VARYING, Place, Reading, Step
 from scenecc.lower.kinds import Kind, vector
-from scenecc.lower.poses import IDENTITY_POSE, axis_angle_is_clear, direction, lower_pose, lower_quaternion, rotation_of
-from scenecc.lower.rotations import IDENTITY
+from scenecc.lower.placing.poses import (
+    IDENTITY_POSE,
+    axis_angle_is_clear,
+    direction,
+    lower_pose,
+    lower_quaternion,
+    rotation_of,
+)
+from scenecc.lower.placing.rotations import IDENTITY
 from scenecc.spec.pose import AxisAngle, PoseMapping
 from scenecc.values.forms import Choice, Cycle, PerScene, RandomRotation, SceneMap
 from scenecc.values.nodes import (

@@ -1,14 +1,14 @@
-"""Where entities and frames stand in the world: `relative_to` chains, composed."""
+"""Where entities, frames, cameras and lights stand in the world: `relative_to` chains, composed."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.words import cut, suggest_name
 from scenecc.lower.forms import Place, Reading
-from scenecc.lower.pose_nodes import POSE, pose_item, pose_varies
-from scenecc.lower.poses import IDENTITY_POSE, Pose7, compose, lower_pose
+from scenecc.lower.placing.pose_nodes import POSE, pose_item, pose_varies
+from scenecc.lower.placing.poses import IDENTITY_POSE, Pose7, compose, lower_pose
 from scenecc.plan import Value, literal
 from scenecc.plan.shared_poses import MOST_COMPOSED, pose_name
 from scenecc.spec.pose import PoseMapping
@@ -26,7 +26,7 @@ _SHOWN = 20
 """How many members of a circle are named."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Standing:
     """Where something stands.
 
@@ -47,20 +47,45 @@ class Standing:
     depth: int
 
 
+@frozen
+class Follower:
+    """What stands somewhere and nothing else relative to it: a light or a camera.
+
+    Attributes:
+        local: its own pose, as it is built: seven numbers, or a node.
+        parent: the entity or frame in whose frame that is; None: the world.
+        leaves: of it.
+    """
+
+    local: Pose7 | Node
+    parent: str | None
+    leaves: Leaves
+
+
 class Places:
-    """World poses of the frames and entities of a document, composed in float64."""
+    """World poses of what a document places, composed in float64.
+
+    Names are those of `scenecc.spec.known.known_as`.
+
+    Args:
+        sections: name → section → what has a `pose` there; of cameras those that are mounted on nothing.
+        leaves_of: the leaves of something placed.
+        names: what names of the document mean.
+        origin: of its root.
+        sink: takes the diagnostics.
+    """
 
     def __init__(
         self,
-        placed: Mapping[str, Any],
-        frames: Mapping[str, Any],
+        sections: Mapping[str, Mapping[str, Any]],
         leaves_of: Callable[[str], Leaves],
         names: Names,
         origin: Origin,
         sink: Sink,
     ) -> None:
-        self._placed = placed
-        self._frames = frames
+        self._placed = {name: node for nodes in sections.values() for name, node in nodes.items()}
+        self._sections = sections
+        self._frames = sections.get("frames", {})
         self._leaves_of = leaves_of
         self._names = names
         self._origin = origin
@@ -68,12 +93,24 @@ class Places:
         self._origins: dict[str, Origin] = {}
         self._standing: dict[str, Standing] = {}
         self._fixed: set[str] = set()
+        self.followers: dict[str, Follower] = {}
 
-    def world(self, name: str, owner: Origin, *, fixed: bool) -> Value:
-        """The world pose of an entity or a frame as a value.
+    def add(self, name: str, owner: Origin, node: Any) -> None:
+        """Takes in what an entity makes beside itself: a robot of its file.
 
         Args:
-            name: of the entity or frame.
+            name: of what it makes.
+            owner: the entity's node.
+            node: has a `pose` as the models have it, relative to the entity.
+        """
+        self._placed[name] = node
+        self._origins[name] = owner
+
+    def world(self, name: str, owner: Origin, *, fixed: bool) -> Value:
+        """The world pose of something as a value.
+
+        Args:
+            name: that it is known as.
             owner: its node.
             fixed: whether it stays as it is built.
         """
@@ -94,6 +131,38 @@ class Places:
             whole.join(reading)
         return leaves.finish(standing.world, whole, POSE, self.origin(name).child("pose"), reset=not fixed)
 
+    def follow(
+        self, key: str, relative_to: str | None, local: Any, reading: Reading, leaves: Leaves, origin: Origin
+    ) -> Value:
+        """The world pose of a light or a camera as a value.
+
+        Its own pose stays as it is built; what it stands relative to need not, and is followed at a reset.
+
+        Args:
+            key: what it is known as, as `scenecc.spec.known.known_as` has it.
+            relative_to: as written.
+            local: seven numbers, or a node.
+            reading: of them.
+            leaves: of it.
+            origin: of the node that has the key `pose`.
+        """
+        leaves.fix(reading)
+        parent = self._known_parent(key, relative_to, origin)
+        whole = Reading(leaves, origin)
+        whole.join(reading)
+        world = local
+        if parent is not None:
+            outer = self.standing(parent)
+            if outer.around is not None:
+                self._is_wherever(key, leaves.scenes, outer.around, origin)
+            world = _composed(outer.world, local)
+            for other in self._readings(parent):
+                whole.join(other)
+            self.followers[key] = Follower(local, parent, leaves)
+        if world.__class__ not in NODE_TYPES:
+            return literal(world)
+        return leaves.finish(world, whole, POSE, origin.child("pose"), reset=True)
+
     def fix(self, name: str) -> None:
         """Notes that something stays where it is built, and with it all that it stands relative to."""
         at: str | None = name
@@ -107,6 +176,10 @@ class Places:
     def leaves(self, name: str) -> Leaves:
         """The leaves of an entity or a frame."""
         return self._leaves_of(name)
+
+    def is_still(self, name: str) -> bool:
+        """Whether the pose that something has of its own stays as it is built, though what is around it need not."""
+        return name in self._sections.get("cameras", {})
 
     def is_fixed(self, name: str) -> bool:
         """Whether something stays where it is built."""
@@ -189,27 +262,34 @@ class Places:
 
     def _parent(self, name: str) -> str | None:
         written = self._relative_to(name)
+        return self._known_parent(name, written, self.origin(name))
+
+    def _known_parent(self, name: str, written: str | None, origin: Origin) -> str | None:
         parent = self._names.parent(name, written)
         if parent is None or parent in self._placed:
             return parent
-        known = self._names.seen_by(name, self._placed)
+        known = self._names.seen_by(name, (other for nodes in self._sections.values() for other in nodes))
         self._sink.report(
             "SC303",
-            f"there is no entity or frame `{cut(str(written))}`",
-            self.origin(name).child("pose", "relative_to"),
+            f"there is no entity, frame or camera `{cut(str(written))}` that stands in the world",
+            origin.child("pose", "relative_to"),
             hint=suggest_name(str(written), known, self._sink),
         )
         return None
 
     def _exists_wherever(self, name: str, parent: str) -> None:
         """Reports a scene that the one entity is in and the other is not."""
-        mine, others = self._leaves_of(name).scenes, self._leaves_of(parent).scenes
+        self._is_wherever(name, self._leaves_of(name).scenes, parent, self.origin(name))
+
+    def _is_wherever(self, name: str, mine: tuple[int, ...], parent: str, origin: Origin) -> None:
+        others = self._leaves_of(parent).scenes
         if mine is others or not (missing := set(mine).difference(others)):
             return
+        shown = name.rpartition(":")[2]
         self._sink.report(
             "SC311",
-            f"`{parent}` is not in scene {min(missing)}, where `{name}` stands relative to it",
-            self.origin(name).child("pose", "relative_to"),
+            f"`{parent}` is not in scene {min(missing)}, where `{shown}` stands relative to it",
+            origin.child("pose", "relative_to"),
             related=[(f"where `{parent}` is", self.origin(parent).child("scene_idxs"), "value")],
         )
 
@@ -232,7 +312,7 @@ class Places:
         """The node of an entity or a frame."""
         found = self._origins.get(name)
         if found is None:
-            section = "frames" if name in self._frames else "entities"
+            section = next(section for section, nodes in self._sections.items() if name in nodes)
             found = self._origins[name] = self._origin.child(section, name)
         return found
 

@@ -1,0 +1,292 @@
+"""Articulations as written to those of the plan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from scenecc.lower.articulations.effects import report_idle
+from scenecc.lower.articulations.joints import joint_of, with_said
+from scenecc.lower.articulations.links import Links
+from scenecc.lower.articulations.maps import Maps, Matching
+from scenecc.lower.articulations.numbers import JointNumbers
+from scenecc.lower.articulations.reader import RobotRequest
+from scenecc.lower.articulations.robot import Robots
+from scenecc.lower.articulations.said import Said
+from scenecc.lower.articulations.start import Starts
+from scenecc.lower.articulations.tree import Trees
+from scenecc.lower.forms import place_of
+from scenecc.lower.kinds import Kind, number, vector
+from scenecc.lower.placing.poses import IDENTITY_POSE
+from scenecc.lower.words import read_names
+from scenecc.plan.articulation import ArticulationStructure, Link, Mimic
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.lower.articulations.draft import Draft, DraftJoint
+    from scenecc.lower.articulations.reader import RobotReader
+    from scenecc.lower.groups import Bits
+    from scenecc.lower.leaves import Leaves
+    from scenecc.lower.materials import Materials
+    from scenecc.lower.shapes import Shapes
+    from scenecc.lower.tables import Tables
+    from scenecc.plan import AssetFile, BodyStructure, Value
+    from scenecc.plan.body import BodyType
+    from scenecc.robots.description import DescribedRobot, Description, PoseNumbers
+
+_ALL_IGNORE = 1 << 29
+"""The bit of the third collision integer by which all links of an articulation ignore one another."""
+
+_SOLVER: dict[str, Kind] = {
+    "solver_position_iterations": number("solver_position_iterations", "int64"),
+    "solver_velocity_iterations": number("solver_velocity_iterations", "int64"),
+    "sleep_threshold": number("sleep_threshold"),
+}
+_VELOCITIES = {key: vector(3, key) for key in ("linear_velocity", "angular_velocity")}
+
+
+@dataclass(frozen=True, slots=True)
+class Built:
+    """An entity of the plan that an articulation as written makes.
+
+    Attributes:
+        suffix: what follows the name of what is written, and a slash; "": nothing does.
+        pose: in the frame of what is written, p then q; None: it is that.
+        structures: as of `Entity`.
+        pick: likewise.
+    """
+
+    suffix: str
+    pose: PoseNumbers | None
+    structures: tuple[BodyStructure | ArticulationStructure, ...]
+    pick: Value | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Work:
+    """One articulation as written: the model, its node, its leaves, and the names of all its joints that move."""
+
+    entity: Any
+    origin: Origin
+    leaves: Leaves
+    maps: Maps
+    values: Said
+    joints: frozenset[str]
+
+
+class Articulations:
+    """Lowers the articulations of a document, in build order.
+
+    Args:
+        entities: of the document, by name.
+        tables: take the files and materials of robots.
+        shapes: lowers shapes.
+        materials: of the document.
+        groups: the bits of its collision groups.
+        read: reads robots' files.
+        sink: takes the diagnostics.
+    """
+
+    def __init__(
+        self,
+        entities: Mapping[str, Any],
+        tables: Tables,
+        shapes: Shapes,
+        materials: Materials,
+        groups: dict[str, Bits],
+        read: RobotReader,
+        sink: Sink,
+    ) -> None:
+        self._trees = Trees(shapes, sink)
+        self._robots = Robots(tables, materials)
+        self._links = Links(groups, sink)
+        self._tables = tables
+        self._materials = materials
+        self._read = read
+        self._sink = sink
+        self._matching = Matching()
+        # By entity: robots and bodies of an MJCF have one in common, for its flag `contact` holds between them.
+        self._shared: dict[int, int] = {}
+        # The id 0 is what SAPIEN's loader gives to all.
+        self._next_id = int(any(getattr(entity, "sapien_bits", None) for entity in entities.values()))
+
+    def lower(self, entity: Any, origin: Origin, leaves: Leaves) -> list[Built]:
+        """The entities of one that is written; none where its file was reported."""
+        built = self._built(entity, origin, leaves)
+        if built:
+            report_idle(entity, [structure for one in built for structure in one.structures], origin, self._sink)
+        return built
+
+    def _built(self, entity: Any, origin: Origin, leaves: Leaves) -> list[Built]:
+        if "root" in entity.model_fields_set:
+            draft = self._trees.draft(entity.root, origin.child("root"), leaves)
+            work = self._work(entity, origin, leaves, [draft])
+            return [Built("", None, (self._structure(draft, work),))]
+        key = "urdf" if "urdf" in entity.model_fields_set else "mjcf"
+        self._meshes(entity, origin)
+
+        def find(uri: str, place: Origin) -> tuple[AssetFile, Description, Origin] | None:
+            """A file of robots."""
+            options = {name: getattr(entity, name, None) for name in ("srdf", "package_dir")}
+            request = RobotRequest(
+                "urdf" if key == "urdf" else "mjcf",
+                uri,
+                scale=getattr(entity, "scale", None) or 1.0,
+                collision_is_visual=bool(getattr(entity, "collision_is_visual", None)),
+                **options,
+            )
+            found = self._read(request, place, origin)
+            return None if found is None else (*found, place)
+
+        named = read_names(getattr(entity, key), place_of(origin.child(key)), leaves, find)
+        files = [one for one in named.found if one is not None]
+        if len(files) < len(named.found):
+            return []
+        drafts = [[(robot, self._draft(robot, file, entity, place, leaves)) for robot in found.robots]
+                  for file, found, place in files]  # fmt: skip
+        work = self._work(entity, origin, leaves, [draft for robots in drafts for _, draft in robots])
+        if len(drafts) > 1:
+            return self._alternatives(drafts, named.value, work, origin.child(key))
+        ((alone, *others),) = drafts
+        if not others and alone[0].pose == IDENTITY_POSE:
+            return [Built("", None, (self._one(*alone, work),))]
+        return [Built(draft.links[0].name, robot.pose, (self._one(robot, draft, work),)) for robot, draft in drafts[0]]
+
+    def _alternatives(
+        self, drafts: list[list[tuple[DescribedRobot, Draft]]], pick: Value, work: _Work, origin: Origin
+    ) -> list[Built]:
+        """One structure a file."""
+        kinds = {robots[0][0].body_type is None for robots in drafts}
+        if len(kinds) > 1 or any(len(robots) > 1 or robots[0][0].pose != IDENTITY_POSE for robots in drafts):
+            message = "of several files each must hold one articulation, or each one body"
+            hint = "several robots of one file are entities of their own"
+            self._sink.report("SC327", message, origin, hint=hint)
+            return []
+        return [Built("", None, tuple(self._one(*robots[0], work) for robots in drafts), pick)]
+
+    def _draft(self, robot: DescribedRobot, file: AssetFile, entity: Any, origin: Origin, leaves: Leaves) -> Draft:
+        index = self._tables.files.value(file)
+        self._tables.file_origins.setdefault(int(index.numbers()[0]), origin)
+        return self._robots.draft(robot, entity, index, origin, leaves)
+
+    def _work(self, entity: Any, origin: Origin, leaves: Leaves, drafts: list[Draft]) -> _Work:
+        maps = Maps(entity, origin, self._matching, self._sink)
+        maps.check(drafts)
+        joints = (link.joint for draft in drafts for link in draft.links)
+        names = frozenset(joint.name for joint in joints if joint is not None and joint.moves)
+        return _Work(entity, origin, leaves, maps, Said(self._materials, leaves), names)
+
+    def _meshes(self, entity: Any, origin: Origin) -> None:
+        """What is said of decompositions does something."""
+        decomposes = getattr(entity, "decomposition", None) == "coacd"
+        for key, does_nothing, without in (
+            ("decomposition", decomposes and not entity.load_multiple_collisions, "load_multiple_collisions: true"),
+            ("decomposition_params", not decomposes, "decomposition: coacd"),
+        ):
+            if does_nothing and getattr(entity, key, None) is not None:
+                message = f"`{key}` does nothing without `{without}`"
+                self._sink.report("SC115", message, origin.child(key), at="key", hint=f"add `{without}`")
+
+    def _one(self, robot: DescribedRobot, draft: Draft, work: _Work) -> BodyStructure | ArticulationStructure:
+        return self._structure(draft, work) if robot.body_type is None else self._body(robot.body_type, draft, work)
+
+    def _body(self, body_type: BodyType, draft: Draft, work: _Work) -> BodyStructure:
+        """A robot that is one body."""
+        entity, values, (link,) = work.entity, work.values, draft.links
+        moves = body_type == "dynamic"
+        # What is said of all that a file holds is said of those to which it does something.
+        whole = entity if moves else entity.model_copy(update={"gravity": None})
+        layers = ((whole, work.origin), *work.maps.layers("links", link.name))
+        ignored = link.ignore_bits
+        body = self._links.body(link, layers, self._id(entity) if ignored else 0, 0, values)
+        if not moves:
+            return replace(
+                body, body_type=body_type, inertial=None if body.inertial is link.inertial else body.inertial
+            )
+        found = {
+            key: work.leaves.given(getattr(entity, key), kind, work.origin, key, reset=key in _VELOCITIES)
+            for key, kind in (*_SOLVER.items(), *_VELOCITIES.items())
+        }
+        return replace(body, body_type=body_type, **found)
+
+    def _structure(self, draft: Draft, work: _Work) -> ArticulationStructure:
+        entity, origin, maps, values = work.entity, work.origin, work.maps, work.values
+        fixed = _fixed(entity, draft)
+        joints: list[DraftJoint | None] = [
+            link.joint and with_said(link.joint, maps.layers("joints", link.joint.name), values) for link in draft.links
+        ]
+        starts = self._starts(draft, joints, work)
+        whole = (entity, origin)
+        ignored = _ALL_IGNORE if entity.disable_self_collisions else 0
+        own = self._id(entity) if ignored or any(link.ignore_bits for link in draft.links) else 0
+        links: list[Link] = []
+        for index, (link, joint) in enumerate(zip(draft.links, joints, strict=True)):
+            layers = (whole, *maps.layers("links", link.name), *(() if link.own is None else (link.own,)))
+            body = self._links.body(link, layers, own, ignored, values)
+            made = None
+            if joint is not None:
+                drives = maps.layers("drives", joint.name) if joint.moves else ()
+                made = joint_of(joint, drives, starts.get(index, (None, None)), values)
+            links.append(Link(link.name, body, link.parent, made))
+        return ArticulationStructure(
+            links=tuple(links),
+            fix_root_link=fixed,
+            mimics=_mimics(joints),
+            file=draft.file,
+            origin=origin,
+            **self._of_the_whole(entity, origin, fixed=fixed, leaves=work.leaves),
+        )
+
+    def _starts(
+        self, draft: Draft, joints: list[DraftJoint | None], work: _Work
+    ) -> dict[int, tuple[Value | None, Value | None]]:
+        """Position and velocity of each joint that moves at the start, by the number of its link."""
+        entity, origin, leaves = work.entity, work.origin, work.leaves
+        order = draft.moving()
+        moving = [joint for i in order if (joint := joints[i]) is not None]
+        numbers = JointNumbers([joint.name for joint in moving], work.joints, origin, leaves, self._sink)
+        starts = Starts(moving, leaves, origin, self._sink, beyond_limits=bool(entity.beyond_limits))
+        found = numbers.of(entity.qpos, "qpos")
+        quiet = entity.qpos is not None and not found
+        positions = starts.positions(found, all_of_them=bool(entity.drives), quiet=quiet)
+        velocities = starts.velocities(numbers.of(entity.qvel, "qvel"))
+        return dict(zip(order, zip(positions, velocities, strict=True), strict=True))
+
+    def _of_the_whole(self, entity: Any, origin: Origin, *, fixed: bool, leaves: Leaves) -> dict[str, Value | None]:
+        found = {key: leaves.given(getattr(entity, key), kind, origin, key) for key, kind in _SOLVER.items()}
+        for key, kind in _VELOCITIES.items():
+            given = getattr(entity, key)
+            if given is not None and fixed:
+                message = f"`{key}` does nothing on a root that is fixed"
+                hint = f"leave `{key}` out, or set fix_root_link: false"
+                self._sink.report("SC115", message, origin.child(key), at="key", hint=hint)
+            found[key] = leaves.given(given, kind, origin, key, reset=True)
+        return found
+
+    def _id(self, entity: Any) -> int:
+        """The fourth collision integer, which keeps what one articulation ignores from the others."""
+        if entity.sapien_bits:
+            return 0
+        if "mjcf" in entity.model_fields_set and id(entity) in self._shared:
+            return self._shared[id(entity)]
+        found = self._shared[id(entity)] = self._next_id
+        self._next_id += 1
+        return found
+
+
+def _fixed(entity: Any, draft: Draft) -> bool:
+    if entity.fix_root_link is not None:
+        return entity.fix_root_link
+    if draft.fixed is not None:
+        return draft.fixed
+    return draft.file is not None
+
+
+def _mimics(joints: list[DraftJoint | None]) -> tuple[Mimic, ...]:
+    return tuple(
+        Mimic(joint.name, mimic.source, mimic.multiplier, mimic.offset, mimic.origin)
+        for joint in joints
+        if joint is not None and (mimic := joint.mimic) is not None
+    )

@@ -1,0 +1,65 @@
+"""What is written for an articulation and does nothing to any of the robots that it is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from scenecc.plan.articulation import ArticulationStructure
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.plan import BodyStructure
+
+_OF_SEEN = ("visibility",)
+_OF_COLLIDING = ("density", "patch_radius", "min_patch_radius", "collision_group", "disable_self_collisions")
+_OF_LINKS = ("fix_root_link", "qpos", "qvel", "beyond_limits", "disable_self_collisions")
+"""What a body alone has not."""
+
+_OF_MOVING = (
+    "linear_velocity",
+    "angular_velocity",
+    "gravity",
+    "solver_position_iterations",
+    "solver_velocity_iterations",
+    "sleep_threshold",
+)
+"""What a body has not that stands still."""
+
+_BODY = "a body: its file has no joints"
+_HINTS = {"fix_root_link": "leave it out, or fasten the body to the world by a constraint of `type: weld`"}
+
+
+def report_idle(
+    entity: Any, structures: Sequence[BodyStructure | ArticulationStructure], origin: Origin, sink: Sink
+) -> None:
+    """Reports what does something to none of some structures.
+
+    Args:
+        entity: as written.
+        structures: all that it makes.
+        origin: of the entity.
+        sink: takes the diagnostics.
+    """
+    bodies = [body for structure in structures for body in structure.bodies]
+    if not any(body.visuals for body in bodies):
+        _report(entity, _OF_SEEN, "an articulation without a visible shape", origin, sink)
+    untouched = not any(body.collisions for body in bodies)
+    if untouched:
+        _report(entity, _OF_COLLIDING, "an articulation without a colliding shape", origin, sink)
+    if any(isinstance(structure, ArticulationStructure) for structure in structures):
+        if entity.qpos is None:
+            _report(entity, ("beyond_limits",), "an articulation without `qpos`", origin, sink)
+        return
+    alone = [key for key in _OF_LINKS if not (untouched and key in _OF_COLLIDING)]
+    _report(entity, alone, _BODY, origin, sink)
+    if not any(body.body_type == "dynamic" for body in bodies):
+        _report(entity, _OF_MOVING, "a body that stands still", origin, sink)
+
+
+def _report(entity: Any, keys: Iterable[str], what: str, origin: Origin, sink: Sink) -> None:
+    for key in keys:
+        if getattr(entity, key) is not None:
+            hint = _HINTS.get(key, f"leave `{key}` out") if what is _BODY else f"leave `{key}` out"
+            sink.report("SC115", f"`{key}` does nothing on {what}", origin.child(key), at="key", hint=hint)

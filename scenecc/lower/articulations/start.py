@@ -1,0 +1,246 @@
+"""Where the joints of an articulation start, within their limits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics.words import cut
+from scenecc.lower.articulations.numbers import after
+from scenecc.lower.kinds import Kind, number
+from scenecc.lower.pending import Reset
+from scenecc.plan import literal, per_scene, varying
+from scenecc.spec.scalars import LARGEST
+from scenecc.values.nodes import NODES, Held
+from scenecc.values.support import Support
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.lower.articulations.draft import DraftJoint
+    from scenecc.lower.articulations.numbers import Given
+    from scenecc.lower.forms import Reading
+    from scenecc.lower.leaves import Leaves
+    from scenecc.plan import Value
+
+OUTSIDE = 1e-6
+"""How far outside of a limit a position may be written, for the limits are rounded [m or rad]."""
+
+_POSITION = number("qpos")
+_VELOCITY = number("qvel")
+
+
+class Starts:
+    """Finds the positions and velocities at the start.
+
+    Args:
+        joints: those that move, in SAPIEN's order, with what is said of them.
+        leaves: of the entity.
+        origin: of it.
+        sink: takes the diagnostics.
+        beyond_limits: whether what is written may be outside of the limits, and what is drawn is not held within.
+    """
+
+    def __init__(
+        self, joints: Sequence[DraftJoint], leaves: Leaves, origin: Origin, sink: Sink, *, beyond_limits: bool = False
+    ) -> None:
+        self._joints = joints
+        self._leaves = leaves
+        self._origin = origin
+        self._sink = sink
+        self._beyond_limits = beyond_limits
+        self._quiet = False
+        self._numbers = {joint.name: number for number, joint in enumerate(joints) if joint.name}
+
+    def velocities(self, given: Mapping[int, Given]) -> list[Value | None]:
+        """The velocity of each joint; None of all where nothing is written."""
+        if not given:
+            return [None] * len(self._joints)
+        zero = literal(0.0)
+        return [self._velocity(given[i]) if i in given else zero for i in range(len(self._joints))]
+
+    def positions(self, given: Mapping[int, Given], *, all_of_them: bool, quiet: bool) -> list[Value | None]:
+        """The position of each joint; None of all where nothing is written and all start at 0, unless `all_of_them`.
+
+        Args:
+            given: what is written, by the joint's number.
+            all_of_them: whether each has one in any case.
+            quiet: what is written was reported, so that nothing is said of what is left out.
+        """
+        self._quiet = quiet
+        found: dict[int, Value] = {}
+        moved = False
+        for i in self._order(given):
+            if i in given:
+                found[i] = self._position(self._joints[i], given[i])
+                continue
+            found[i], elsewhere = self._left_out(self._joints[i], found, given)
+            moved |= elsewhere
+        if not given and not moved and not all_of_them:
+            return [None] * len(self._joints)
+        return [found[i] for i in range(len(self._joints))]
+
+    def _order(self, given: Mapping[int, Given]) -> list[int]:
+        """The joints, each after the one that it follows; circles are another rule's."""
+        order: dict[int, None] = {}
+        for i in range(len(self._joints)):
+            chain = [i]
+            while (source := self._source(chain[-1], given)) is not None and source not in chain:
+                chain.append(source)
+            order.update(dict.fromkeys(reversed(chain)))
+        return list(order)
+
+    def _source(self, i: int, given: Mapping[int, Given]) -> int | None:
+        mimic = self._joints[i].mimic
+        return None if mimic is None or i in given else self._numbers.get(mimic.source)
+
+    def _velocity(self, given: Given) -> Value:
+        if given.item.__class__ not in NODES:
+            return literal(float(given.item))
+        assert given.reading is not None
+        item = given_node(given)
+        return self._leaves.finish(item, given.reading, _VELOCITY, given.origin, reset=True)
+
+    def _position(self, joint: DraftJoint, given: Given) -> Value:
+        if given.item.__class__ not in NODES:
+            at = float(given.item)
+            self._judge(joint, [at], given.origin)
+            return literal(at)
+        assert given.reading is not None
+        reading, drawing = given.reading, self._leaves.drawing
+        if self._beyond_limits:
+            return self._leaves.finish(given_node(given), reading, _POSITION, given.origin, reset=True)
+        if reading.drawn or any(name in drawing.random for name in reading.reads):
+            return self._held(joint, given, reading)
+        item = given_node(given)
+        kind = Kind(quantity="qpos", within=self._widest(joint))
+        value = self._leaves.finish(item, reading, kind, given.origin, reset=True)
+        if value.known and not reading.broken:
+            self._judge(joint, value.data.tolist(), given.origin)
+        elif not value.known:
+            self._leaves.pend(value, kind, given.origin, reading)
+        return value
+
+    def _held(self, joint: DraftJoint, given: Given, reading: Reading) -> Value:
+        """A position that is drawn, held within the limits, as each later one is."""
+        leaves, limits = self._leaves, joint.limits
+        plain = limits is None or limits.is_constant
+        low, high = _ends(limits) if plain else (-LARGEST, LARGEST)
+        item = Held(given.item, given.index, low, high)
+        value = leaves.finish(item, reading, _POSITION, given.origin, reset=True)
+        if plain or limits is None or value.known:
+            return value
+        import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+        def draw() -> NDArray[Any]:
+            return np.clip(value.data, limits.data[:, 0], limits.data[:, 1])
+
+        held = varying(draw, support=_within(value.support, limits), rows=len(leaves.scenes))
+        leaves.drawing.resets[id(held)] = Reset(held, item, reading, leaves, limits)
+        return held
+
+    def _left_out(
+        self, joint: DraftJoint, found: Mapping[int, Value], given: Mapping[int, Given]
+    ) -> tuple[Value, bool]:
+        """Where a joint starts of which nothing is said, and whether that is elsewhere than at 0."""
+        mimic = joint.mimic
+        source = None if mimic is None else self._numbers.get(mimic.source)
+        if mimic is not None and source is not None and source in found:
+            followed = self._following(joint, source, found[source], given)
+            if followed is not None:
+                return followed, followed.numbers() != (0.0,)
+        limits = joint.limits
+        low, high = self._widest(joint)
+        # Limits the wrong way round are another rule's.
+        if limits is not None and low <= high and not low <= 0 <= high and not self._quiet:
+            nearest = high if high < 0 else low
+            message = f"`{cut(joint.name)}` starts at its limit {nearest:g}, for it cannot start at 0"
+            place = self._origin.child("qpos") if given else self._origin
+            hint = f"give it a position: `qpos: {{{joint.name}: …}}`"
+            self._sink.report("SC518", message, place, at="key", hint=hint)
+        if limits is None:
+            return literal(0.0), False
+        if limits.is_constant:
+            at = min(max(0.0, limits.numbers()[0]), limits.numbers()[1])
+            return literal(at), at != 0.0
+        return self._nearest(limits), True
+
+    def _nearest(self, limits: Value) -> Value:
+        """As near to 0 as limits allow that differ from scene to scene."""
+        import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+        def draw() -> NDArray[Any]:
+            return np.clip(0.0, limits.data[:, 0], limits.data[:, 1])
+
+        if limits.known:
+            return per_scene(draw())
+        return varying(draw, support=_within(Support.of((0.0,)), limits), rows=len(self._leaves.scenes))
+
+    def _following(self, joint: DraftJoint, source: int, at: Value, given: Mapping[int, Given]) -> Value | None:
+        """Where a joint starts that follows another one; None where only the limits tell."""
+        mimic, limits = joint.mimic, joint.limits
+        assert mimic is not None
+        if not (mimic.multiplier.is_constant and mimic.offset.is_constant and (limits is None or limits.is_constant)):
+            return None
+        (multiplier,), (offset,) = mimic.multiplier.numbers(), mimic.offset.numbers()
+        low, high = _ends(limits)
+        if at.is_constant:
+            return literal(max(min(multiplier * at.numbers()[0] + offset, high), low))
+        other = given.get(source)
+        reset = self._leaves.drawing.resets.get(id(at))
+        if other is None or other.reading is None:
+            return None
+        node = Held(given_node(other) if reset is None else reset.node, -1, low, high, multiplier, offset)
+        return self._leaves.finish(node, after(other.reading, 1), _POSITION, other.origin, reset=True)
+
+    def _widest(self, joint: DraftJoint) -> tuple[float, float]:
+        """The lowest and the highest that the limits of a joint can be."""
+        limits = joint.limits
+        if limits is None:
+            return -math.inf, math.inf
+        numbers = limits.numbers()
+        if limits.is_constant or not numbers:
+            return (numbers[0], numbers[1]) if numbers else (-math.inf, math.inf)
+        return min(numbers[0::2]), max(numbers[1::2])
+
+    def _judge(self, joint: DraftJoint, positions: Sequence[float], place: Origin) -> None:
+        """Reports the first position that is outside of its limits."""
+        limits = joint.limits
+        if self._beyond_limits or limits is None or not (limits.known or limits.is_constant):
+            # Whether it is outside of limits that are drawn is told by their rows.
+            return
+        pairs = [limits.numbers()[i : i + 2] for i in range(0, len(limits.numbers()), 2)]
+        rows = max(len(pairs), len(positions))
+        for row in range(rows):
+            low, high = pairs[row if len(pairs) > 1 else 0]
+            at = positions[row if len(positions) > 1 else 0]
+            if not low - OUTSIDE <= at <= high + OUTSIDE:
+                scene = f" in scene {self._leaves.scenes[row]}" if rows > 1 else ""
+                message = f"`{cut(joint.name)}` starts at {at:g}{scene}, outside of its limits [{low:g}, {high:g}]"
+                hint = "positions are radians, or metres of a prismatic joint"
+                self._sink.report("SC517", message, place, hint=hint)
+                return
+
+
+def _ends(limits: Value | None) -> tuple[float, float]:
+    """Limits that are the same in every scene, as numbers that a recipe may hold."""
+    low, high = (-math.inf, math.inf) if limits is None else limits.numbers()
+    return max(low, -LARGEST), min(high, LARGEST)
+
+
+def _within(support: Support, limits: Value) -> Support:
+    """What is left of a support once it is held within limits."""
+    if support.low is None or not isinstance(support.low, int | float):
+        return replace(support, exact=False)
+    numbers = limits.numbers()
+    low, high = min(numbers[0::2], default=-math.inf), max(numbers[1::2], default=math.inf)
+    return Support(None, max(support.low, low), min(support.high, high), exact=False)
+
+
+def given_node(given: Given) -> Any:
+    """What is written for a joint as one number."""
+    return given.item if given.index < 0 else Held(given.item, given.index, -LARGEST, LARGEST)

@@ -1,0 +1,101 @@
+"""What lights, cameras and constraints hold on to: names of entities, and of links in them, as written."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scenecc.diagnostics.words import cut, suggest_name
+from scenecc.plan import ArticulationStructure, Mount
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics.diagnostic import RelatedPlace
+    from scenecc.lower.names import Names
+    from scenecc.plan import Entity
+
+
+class Mounts:
+    """Finds what names mean: ENTITY, or ENTITY/LINK.
+
+    Of an entity's name with slashes the longest that exists is meant. An articulation without a link stands for its
+    root link.
+
+    Args:
+        entities: all of the plan.
+        names: of the document.
+        sink: takes the diagnostics.
+    """
+
+    def __init__(self, entities: Iterable[Entity], names: Names, sink: Sink) -> None:
+        self._entities = {entity.name: entity for entity in entities}
+        self._names = names
+        self._sink = sink
+
+    def find(self, written: str, scope: str, scenes: tuple[int, ...], place: Origin) -> Mount | None:
+        """What is meant; None where it was reported.
+
+        Args:
+            written: the name.
+            scope: in which it is written; "" for the document.
+            scenes: in which it must exist.
+            place: of the name.
+        """
+        prefix = self._names.prefixes.get(scope, "")
+        entity, rest = self._split(prefix + written, len(prefix))
+        if entity is None:
+            hint = suggest_name(written, self._seen_from(prefix, scope), self._sink)
+            self._sink.report("SC330", f"there is no entity `{cut(written)}`", place, hint=hint)
+            return None
+        mount = self._link(entity, rest, place)
+        missing = None if entity.scene_idxs is scenes else set(scenes).difference(entity.scene_idxs)
+        if mount is not None and missing:
+            self._absent(entity, min(missing), place)
+            return None
+        return mount
+
+    def _absent(self, entity: Entity, scene: int, place: Origin) -> None:
+        related: list[RelatedPlace] = []
+        if entity.origin is not None:
+            related.append((f"where `{cut(entity.name)}` is", entity.origin.child("scene_idxs"), "value"))
+        message = f"`{cut(entity.name)}` is not in scene {scene}, and this is"
+        hint = f"write the `scene_idxs` of `{cut(entity.name)}` here too"
+        self._sink.report("SC311", message, place, hint=hint, related=related)
+
+    def _split(self, name: str, shortest: int) -> tuple[Entity | None, str | None]:
+        """The entity with the longest name that a name begins with, and what is left."""
+        end = len(name)
+        while end > shortest:
+            entity = self._entities.get(name[:end])
+            if entity is not None:
+                return entity, name[end + 1 :] or None
+            end = name.rfind("/", 0, end)
+        return None, None
+
+    def _seen_from(self, prefix: str, scope: str) -> Iterable[str]:
+        for name in self._entities:
+            if name.startswith(prefix) and self._names.scopes.get(name, "") == scope:
+                yield name[len(prefix) :]
+
+    def _link(self, entity: Entity, link: str | None, place: Origin) -> Mount | None:
+        first, *others = entity.structures
+        if not isinstance(first, ArticulationStructure):
+            if link is None:
+                return Mount(entity.name)
+            self._sink.report("SC331", f"`{cut(entity.name)}` is a body and has no links", place)
+            return None
+        links = [one.name for one in first.links]
+        # Links of an entity whose structures are several robots: those that it has in every scene.
+        shared = set(links).intersection(
+            *([one.name for one in other.links] for other in others if isinstance(other, ArticulationStructure))
+        )
+        wanted = links[0] if link is None else link
+        if wanted in shared:
+            return Mount(entity.name, wanted)
+        hint = suggest_name(wanted, [name for name in links if name in shared], self._sink)
+        message = f"no link of `{cut(entity.name)}` is called `{cut(wanted)}`"
+        if others:
+            message = f"not every robot that `{cut(entity.name)}` may be has a link `{cut(wanted)}`"
+        self._sink.report("SC331", message, place, hint=hint)
+        return None

@@ -1,0 +1,1 @@
+"""Where things stand: poses in every form, frames and what stands relative to what, rotations."""

@@ -1,0 +1,136 @@
+"""Constraints between two bodies, or a body and the world."""
+
+from __future__ import annotations
+
+from dataclasses import field
+from typing import TYPE_CHECKING, Literal
+
+from scenecc.diagnostics.frozen import frozen
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Origin
+    from scenecc.plan.articulation import DriveMode
+    from scenecc.plan.mount import Mount
+    from scenecc.plan.value import Value
+
+DriveAxis = Literal["x", "y", "z", "twist", "swing", "slerp"]
+LimitAxis = Literal["x", "y", "z", "twist"]
+
+
+WELD_SWING = (1e10, 1e4)
+"""Stiffness and damping of the drive that holds the turns of a weld about y and z, in the mode "acceleration".
+
+A drive's limits hold x, y, z and the twist; of the swing SAPIEN records them and applies none. A spring as stiff as
+this one holds as well as they do, whatever the masses: PhysX solves it implicitly.
+"""
+
+
+@frozen
+class Weld:
+    """Keeps both frames together: a drive whose x, y, z and twist are limited to 0 and whose swing is `WELD_SWING`."""
+
+
+@frozen
+class Connection:
+    """SAPIEN's: keeps the origins of both frames together and leaves rotation free."""
+
+
+@frozen
+class Distance:
+    """Keeps the distance of the origins of both frames within limits.
+
+    Attributes:
+        limits: (·, 2) [m]. stiffness: (·,) [N/m]. damping: (·,) [N·s/m].
+    """
+
+    limits: Value
+    stiffness: Value | None = None
+    damping: Value | None = None
+
+
+@frozen
+class Gear:
+    """Turns the child -ratio times as fast as the parent, each about the x axis of its frame.
+
+    Attributes:
+        ratio: (·,) not 0.
+        enable_hinges: of two links, whether the angles of their joints are held to the ratio as well as their
+            velocities, so that errors do not add up. Nothing is hinged.
+    """
+
+    ratio: Value
+    enable_hinges: bool = False
+
+
+@frozen
+class AxisLimit:
+    """Limits of one axis of a drive.
+
+    Attributes:
+        limits: (·, 2) [m], of the twist [rad]; infinite on a side that has none.
+        stiffness, damping: (·,) of a spring in place of a hard stop.
+    """
+
+    axis: LimitAxis
+    limits: Value
+    stiffness: Value | None = None
+    damping: Value | None = None
+
+
+@frozen
+class AxisDrive:
+    """The drive of one axis.
+
+    Attributes:
+        stiffness, damping, force_limit: (·,).
+        mode: None: "force".
+    """
+
+    axis: DriveAxis
+    stiffness: Value
+    damping: Value
+    force_limit: Value | None = None
+    mode: DriveMode | None = None
+
+
+@frozen
+class Drive:
+    """PhysX's joint of six degrees of freedom, all of which are free unless limited.
+
+    Attributes:
+        limits, drives: one an axis.
+        target: (·, 7) of the child's frame in the parent's, reset-time.
+        linear_velocity_target, angular_velocity_target: (·, 3) [m/s, rad/s], reset-time.
+        inv_mass_scales, inv_inertia_scales: (·, 2) of the parent and the child.
+    """
+
+    limits: tuple[AxisLimit, ...] = ()
+    drives: tuple[AxisDrive, ...] = ()
+    target: Value | None = None
+    linear_velocity_target: Value | None = None
+    angular_velocity_target: Value | None = None
+    inv_mass_scales: Value | None = None
+    inv_inertia_scales: Value | None = None
+
+
+@frozen
+class Constraint:
+    """One constraint in each of its scenes.
+
+    Attributes:
+        name: unique among the constraints of the plan.
+        scene_idxs: as of an entity.
+        child: the body that carries it.
+        pose_in_parent, pose_in_child: (·, 7) its frame in the parent's (the world's) and in the child's;
+            None: the identity.
+        parent: None: the world.
+    """
+
+    name: str
+    scene_idxs: tuple[int, ...]
+    joint: Weld | Connection | Distance | Gear | Drive
+    child: Mount
+    parent: Mount | None = None
+    pose_in_parent: Value | None = None
+    pose_in_child: Value | None = None
+    origin: Origin | None = field(default=None, compare=False)
