@@ -6,9 +6,12 @@ import io
 import re
 import struct
 from dataclasses import dataclass
-from typing import BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 from scenecc.checks.mesh_data import AssetError
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".hdr", ".exr", ".ktx")
 """What SAPIEN's renderer loads as a texture."""
@@ -24,6 +27,15 @@ class ImageSize:
     columns: int
     rows: int
     pixel_bytes: int = 4
+
+    def __str__(self) -> str:
+        return f"{self.columns} × {self.rows} pixels of {self.pixel_bytes} bytes"
+
+
+def image_size(path: Path) -> ImageSize | None:
+    """The size of an image that `check_image` took; None for the formats whose headers are left to SAPIEN."""
+    with path.open("rb") as file:
+        return _size(file)
 
 
 def check_image(file: BinaryIO, max_bytes: int) -> None:

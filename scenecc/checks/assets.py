@@ -8,18 +8,19 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 from urllib.parse import unquote
 
-from scenecc.checks.asset_image import IMAGE_SUFFIXES, check_image
+from scenecc.checks.asset_image import IMAGE_SUFFIXES, check_image, image_size
+from scenecc.checks.judged import rows
 from scenecc.checks.mesh_data import AssetError, MeshData, Reading, Reference
 from scenecc.checks.mesh_obj import mtl_images
-from scenecc.checks.mesh_read import MESH_SUFFIXES, read_mesh
+from scenecc.checks.mesh_read import MESH_SUFFIXES, SEEN_SUFFIXES, read_mesh
 from scenecc.checks.mesh_rules import check_use
 from scenecc.diagnostics import Origin
-from scenecc.plan import ConvexMesh, ConvexParts, Mesh, MeshGeometry, TriangleMesh
+from scenecc.plan import ConvexMesh, ConvexParts, CubeMap, Mesh, MeshGeometry, SkyMap, TexturedLight, TriangleMesh
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
@@ -71,12 +72,20 @@ def check_assets(
         by_use.pop("texture", None)
         if by_use:
             _check_mesh(checker, asset, by_use)
+    if plan.environment is not None and plan.environment.map is not None and not sink.failed:
+        place = plan.environment.origin or plan.origin or Origin(None)
+        if isinstance(plan.environment.map, CubeMap):
+            _check_faces(plan, plan.environment.map, place.child("map"), sink)
+        else:
+            _check_sky(plan, plan.environment.map, place.child("map"), sink)
 
 
 def _uses(plan: ScenePlan, origins: Mapping[int, Origin]) -> Iterator[tuple[int, Use, Origin]]:
     """What every file is for, and where it is named."""
     top = plan.origin or Origin(None)
-    for structure in (structure for entity in plan.entities for structure in entity.structures):
+    for file in _of_pictures(plan):
+        yield file, "texture", origins.get(file, top)
+    for structure in (body for entity in plan.entities for body in entity.bodies):
         for shape in (*structure.collisions, *structure.visuals):
             geometry = shape.geometry
             if isinstance(geometry, MeshGeometry):
@@ -87,6 +96,44 @@ def _uses(plan: ScenePlan, origins: Mapping[int, Origin]) -> Iterator[tuple[int,
                 place = (shape.origin or structure.origin or top).child("material")
                 for file in _textures(plan.visual_materials[index]):
                     yield file, "texture", origins.get(file, place)
+
+
+def _of_pictures(plan: ScenePlan) -> Iterator[int]:
+    """The files of lights and of what surrounds the scenes."""
+    surroundings = plan.environment and plan.environment.map
+    if surroundings is not None:
+        for field in fields(surroundings):
+            yield from _indices(getattr(surroundings, field.name))
+    for light in plan.lights:
+        if isinstance(light.light, TexturedLight):
+            yield from _indices(light.light.texture.file)
+
+
+def _check_faces(plan: ScenePlan, surroundings: CubeMap, origin: Origin, sink: Sink) -> None:
+    """That six pictures make a cube in every scene: they have one size, and one kind of pixels."""
+    faces = [getattr(surroundings, field.name) for field in fields(surroundings)]
+    found = rows(faces)
+    # Of what is drawn any may meet any.
+    sides = [[index for face in faces for index in _indices(face)]] if found is None else found
+    for side in sides:
+        indices = [int(index[0]) if isinstance(index, tuple) else index for index in side]
+        sizes = {index: image_size(Path(plan.files[index].path)) for index in dict.fromkeys(indices)}
+        first = indices[0]
+        other = next((index for index in indices if sizes[index] != sizes[first]), None)
+        if other is not None:
+            a, b = (f"{plan.files[index].uri} ({sizes[index]})" for index in (first, other))
+            sink.report("SC553", f"the sides of a cube are alike, and {a} and {b} are not", origin)
+            return
+
+
+def _check_sky(plan: ScenePlan, surroundings: SkyMap, origin: Origin, sink: Sink) -> None:
+    """That one picture holds the whole sphere: a turn from left to right, and half a one from top to bottom."""
+    for index in _indices(surroundings.file):
+        size = image_size(Path(plan.files[index].path))
+        if size is not None and size.columns != 2 * size.rows:
+            message = f"a map of all directions is twice as wide as it is high, and {plan.files[index].uri} is not"
+            sink.report("SC554", f"{message} ({size})", origin, hint="six pictures are written {px: …, nx: …, …}")
+            return
 
 
 def _indices(value: Value) -> list[int]:
@@ -120,9 +167,16 @@ def _check_mesh(checker: _Checker, asset: AssetFile, by_use: dict[Use, Origin]) 
         _report(checker, asset, first, fault)
         return
     _check_named(checker, asset, mesh, seen, first)
+    suffix = Path(asset.path).suffix.lower()
     told: set[str] = set()
     for use, origin in by_use.items():
-        for fault in check_use(mesh, use, Path(asset.path).suffix.lower()):
+        if suffix in SEEN_SUFFIXES and use != "seen":
+            hint = f"convert it to one of {', '.join(MESH_SUFFIXES)}, or give a shape that collides a mesh of its own"
+            _report(
+                checker, asset, origin, AssetError("SC410", f"a `{suffix}` is only seen, and does not collide", hint)
+            )
+            continue
+        for fault in check_use(mesh, use, suffix):
             if fault.code not in told:
                 told.add(fault.code)
                 _report(checker, asset, origin, fault)
@@ -136,7 +190,7 @@ def _read(checker: _Checker, asset: AssetFile) -> MeshData:
             "SAPIEN converts USD and writes the result beside the file",
             "convert it to GLB once, and name that",
         )
-    if suffix not in MESH_SUFFIXES:
+    if suffix not in (*MESH_SUFFIXES, *SEEN_SUFFIXES):
         kind = f"`{suffix}` is no mesh format" if suffix else "a file without a suffix is no mesh"
         raise AssetError("SC410", f"{kind} that is read", f"convert it to one of {', '.join(MESH_SUFFIXES)}")
     reading = Reading(

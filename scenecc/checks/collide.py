@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from scenecc.plan import BodyStructure, Entity, Value
+    from scenecc.plan import ArticulationStructure, BodyStructure, Entity, Value
 
 DEFAULT_GROUPS = (1, 1, 0, 0)
 _ID = 0xFFFF
@@ -55,8 +55,12 @@ def _varies(entity: Entity, structure: BodyStructure) -> bool:
 def _picked(entity: Entity, structure: BodyStructure, row: int) -> bool:
     """Whether an entity may have a structure in one of its scenes, whatever is drawn."""
     if entity.pick is None or entity.pick.known:
-        return entity.structure(row) is structure
-    return any(entity.structures[int(index)] is structure for index in entity.pick.numbers())
+        return _has(entity.structure(row), structure)
+    return any(_has(entity.structures[int(index)], structure) for index in entity.pick.numbers())
+
+
+def _has(whole: BodyStructure | ArticulationStructure, body: BodyStructure) -> bool:
+    return any(one is body for one in whole.bodies)
 
 
 def _groups(structure: BodyStructure, row: int) -> Sequence[int]:

@@ -84,3 +84,9 @@ def _corner(value: Value, *, high: bool) -> Row:
 
 def _row(item: Any) -> Row:
     return item if item.__class__ is tuple else (item,)
+
+
+def above_pairs(value: Value) -> list[Row]:
+    """Rows of two numbers that stand for all that a value can be: the first at its most, the second at its least."""
+    found = alternatives(value)
+    return [(highest(value)[0], lowest(value)[1])] if found is None else found

@@ -22,6 +22,9 @@ DENSITY = 1000.0
 LIGHTEST, LARGEST = 1e-6, 3.4028234663852886e38
 """What SAPIEN makes of a smaller mass, and the end of single precision [kg]."""
 
+MOVED = frozenset(("dynamic", "link"))
+"""Bodies that PhysX moves by forces."""
+
 _SIZES: dict[type, Callable[[Any], tuple[Value, ...]]] = {
     Box: lambda shape: (shape.half_size,),
     Sphere: lambda shape: (shape.radius,),
@@ -43,7 +46,7 @@ _SAPIEN = literal(DENSITY)
 
 def mass_is_clear(body: BodyStructure, _name: str, origin: Origin, sink: Sink) -> None:
     """A mass is given once."""
-    if body.mass is not None and body.inertial is not None and body.body_type == "dynamic":
+    if body.mass is not None and body.inertial is not None and body.body_type in MOVED:
         sink.report(
             "SC111",
             "`mass` and `inertial` exclude each other",
@@ -55,7 +58,7 @@ def mass_is_clear(body: BodyStructure, _name: str, origin: Origin, sink: Sink) -
 
 def weight_can_be_held(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
     """What follows from the densities of a body that moves is a mass that SAPIEN keeps as it is."""
-    if body.body_type != "dynamic" or body.inertial is not None or not body.collisions:
+    if body.body_type not in MOVED or body.inertial is not None or not body.collisions:
         return
     shapes = [(shape.geometry, _SAPIEN if shape.density is None else shape.density) for shape in body.collisions]
     values = [density for _, density in shapes]

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from scenecc.checks.mesh_dae import read_dae
 from scenecc.checks.mesh_gltf import read_gltf
 from scenecc.checks.mesh_obj import read_obj
 from scenecc.checks.mesh_ply import read_ply
@@ -23,10 +24,14 @@ _READERS: dict[str, Callable[[bytes, Reading], MeshData]] = {
     ".glb": read_gltf,
     ".stl": read_stl,
     ".ply": read_ply,
+    ".dae": read_dae,
 }
 
-MESH_SUFFIXES = tuple(_READERS)
-"""The formats that are read, by suffix in lower case."""
+SEEN_SUFFIXES = (".dae",)
+"""The formats that are read for what is only seen, by suffix in lower case."""
+
+MESH_SUFFIXES = tuple(suffix for suffix in _READERS if suffix not in SEEN_SUFFIXES)
+"""The formats that are read for every use, likewise."""
 
 
 def read_mesh(data: bytes, suffix: str, reading: Reading) -> MeshData:
@@ -34,7 +39,7 @@ def read_mesh(data: bytes, suffix: str, reading: Reading) -> MeshData:
 
     Args:
         data: the file.
-        suffix: its suffix in lower case, one of `MESH_SUFFIXES`.
+        suffix: its suffix in lower case, one of `MESH_SUFFIXES` or `SEEN_SUFFIXES`.
         reading: what may be read beside it, and how much.
 
     Raises:

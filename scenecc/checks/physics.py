@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Protocol
 from scenecc.checks.collide import Reach, meet, reach
 from scenecc.checks.contact import default_contacts, offsets_of, surface_is_real
 from scenecc.checks.judged import waits
-from scenecc.checks.mass import inertia_is_real, mass_is_clear, weight_can_be_held
+from scenecc.checks.mass import MOVED, inertia_is_real, mass_is_clear, weight_can_be_held
 from scenecc.diagnostics import Origin
-from scenecc.plan import Mesh, Plane, TriangleMesh
+from scenecc.plan import BodyStructure, Mesh, Plane, TriangleMesh
 from scenecc.plan.knobs import KNOBS, fields_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from scenecc.diagnostics import Sink
-    from scenecc.plan import BodyStructure, CollisionShape, Entity, ScenePlan
+    from scenecc.plan import ArticulationStructure, CollisionShape, Entity, ScenePlan
 
     Found = tuple[Entity, BodyStructure, CollisionShape]
 
@@ -56,13 +56,15 @@ def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink:
     """
     for entity in plan.entities:
         for structure in entity.structures:
-            origin = _origin(structure, entity, plan)
-            for number_rule in NUMBER_RULES:
-                number_rule(structure, entity.name, origin, sink, drawn=drawn)
-            if not drawn:
-                for rule in BODY_RULES:
-                    rule(structure, entity.name, origin, sink)
-            offsets_of(structure, plan.physics, origin, sink, drawn=drawn)
+            if not isinstance(structure, BodyStructure):
+                from scenecc.checks.articulations import check_articulation  # noqa: PLC0415 - loaded where there is one
+
+                check_articulation(structure, entity.name, _origin(structure, entity, plan), sink, drawn=drawn)
+            # Of a robot's file its reader warns, since such inertias are common there and SAPIEN takes them.
+            rules = _RULES_OF_FILES if getattr(structure, "file", None) is not None else NUMBER_RULES
+            for name, body in _named_bodies(structure, entity.name):
+                _check_body(body, name, _origin(body, entity, plan), plan, rules, sink, drawn=drawn)
+    _check_others(plan, sink, drawn=drawn)
     for index, material in enumerate(plan.physical_materials):
         origin = material_origins.get(index) or _plan_origin(plan).child("physical_materials", index)
         surface_is_real(material, origin, sink, drawn=drawn)
@@ -71,7 +73,46 @@ def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink:
         _sdf_on_planes(plan, sink)
 
 
-def _origin(structure: BodyStructure, entity: Entity, plan: ScenePlan) -> Origin:
+def _check_others(plan: ScenePlan, sink: Sink, *, drawn: bool) -> None:
+    """Constraints, lights and cameras, whose rules are loaded where there are any."""
+    if plan.constraints:
+        from scenecc.checks.constraints import check_constraints  # noqa: PLC0415 - likewise
+
+        check_constraints(plan, sink, drawn=drawn)
+    if plan.lights or plan.cameras:
+        from scenecc.checks.pictures import check_pictures  # noqa: PLC0415 - likewise
+
+        check_pictures(plan, sink, drawn=drawn)
+
+
+def _named_bodies(structure: BodyStructure | ArticulationStructure, name: str) -> Iterator[tuple[str, BodyStructure]]:
+    """The bodies of a structure with what messages call them. `name`: the entity's."""
+    if isinstance(structure, BodyStructure):
+        yield name, structure
+    else:
+        for link in structure.links:
+            yield f"{name}/{link.name}", link.body
+
+
+def _check_body(
+    body: BodyStructure,
+    name: str,
+    origin: Origin,
+    plan: ScenePlan,
+    number_rules: tuple[NumberRule, ...],
+    sink: Sink,
+    *,
+    drawn: bool,
+) -> None:
+    for number_rule in number_rules:
+        number_rule(body, name, origin, sink, drawn=drawn)
+    if not drawn:
+        for rule in BODY_RULES:
+            rule(body, name, origin, sink)
+    offsets_of(body, plan.physics, origin, sink, drawn=drawn)
+
+
+def _origin(structure: BodyStructure | ArticulationStructure, entity: Entity, plan: ScenePlan) -> Origin:
     origin = structure.origin or entity.origin
     return origin if origin is not None else _plan_origin(plan).child("entities", entity.name)
 
@@ -85,6 +126,9 @@ def _physics_origin(plan: ScenePlan) -> Origin:
 
 
 def _has_shapes(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
+    if body.body_type == "link":
+        # It may be a place alone: a tool's tip.
+        return
     if not body.collisions and not body.visuals:
         sink.report(
             "SC501",
@@ -104,22 +148,23 @@ def _has_shapes(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> N
 
 
 def _planes_stand_still(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
-    if body.body_type != "dynamic":
+    if body.body_type not in MOVED:
         return
+    is_link = body.body_type == "link"
     for shape in body.collisions:
         if isinstance(shape.geometry, Plane):
             sink.report(
                 "SC503",
-                f"`{name}` is dynamic, and a plane is endless: it cannot move",
+                f"`{name}` is {'a link' if is_link else 'dynamic'}, and a plane is endless: it cannot move",
                 shape.origin or origin,
-                hint="set body_type: static, or use a box",
+                hint="use a box" if is_link else "set body_type: static, or use a box",
             )
 
 
 def _effective(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
     """Nothing is given that would do nothing."""
     kind = body.body_type
-    if kind != "dynamic":
+    if kind not in MOVED:
         for field in MOVING:
             if getattr(body, field) is not None:
                 _nothing(field, f"body of type {kind}: {WHY_NOTHING[kind]}", origin, sink)
@@ -151,13 +196,14 @@ def _groups(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
 
 
 def _meshes_that_move(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
-    if body.body_type != "dynamic":
+    if body.body_type not in MOVED:
         return
+    what = "a link" if body.body_type == "link" else "dynamic"
     for shape in body.collisions:
         if isinstance(shape.geometry, TriangleMesh) and not shape.geometry.sdf:
             sink.report(
                 "SC508",
-                f"`{name}` is dynamic, and PhysX moves no plain triangle mesh",
+                f"`{name}` is {what}, and PhysX moves no plain triangle mesh",
                 shape.origin or origin,
                 hint="use convex_mesh or convex_parts, or set sdf: true",
             )
@@ -186,6 +232,8 @@ BODY_RULES: tuple[Callable[[BodyStructure, str, Origin, Sink], None], ...] = (
 NUMBER_RULES: tuple[NumberRule, ...] = (weight_can_be_held, inertia_is_real)
 """Rules about numbers that may differ from scene to scene."""
 
+_RULES_OF_FILES: tuple[NumberRule, ...] = (weight_can_be_held,)
+
 
 def _sdf_on_planes(plan: ScenePlan, sink: Sink) -> None:
     """On the CPU PhysX lets a signed distance field fall through a plane."""
@@ -193,13 +241,13 @@ def _sdf_on_planes(plan: ScenePlan, sink: Sink) -> None:
     # Of planes that the same bodies meet one stands for all: a file may hold thousands of both.
     planes: dict[Reach, Found] = {}
     for entity in plan.entities:
-        for structure in entity.structures:
-            for shape in structure.collisions:
+        for body in entity.bodies:
+            for shape in body.collisions:
                 match shape.geometry:
-                    case TriangleMesh(sdf=True) if structure.body_type == "dynamic":
-                        moving.append((entity, structure, shape))
+                    case TriangleMesh(sdf=True) if body.body_type in MOVED:
+                        moving.append((entity, body, shape))
                     case Plane():
-                        planes.setdefault(reach(entity, structure), (entity, structure, shape))
+                        planes.setdefault(reach(entity, body), (entity, body, shape))
                     case _:
                         pass
     met: dict[Reach, Found | None] = {}

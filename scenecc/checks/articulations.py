@@ -1,0 +1,118 @@
+"""Rules of articulations: what SAPIEN would take without a word, and PhysX would make something else of."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scenecc.checks.judged import above_pairs, waits
+from scenecc.diagnostics.words import cut, suggest_name
+from scenecc.plan.articulation import MOST_LINKS
+from scenecc.plan.tendons import why_no_tendon
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.plan import ArticulationStructure
+    from scenecc.plan.articulation import Joint, Mimic
+
+
+def check_articulation(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+    """Applies every rule to an articulation.
+
+    Args:
+        structure: of it.
+        name: the entity's.
+        origin: of the entity.
+        sink: takes the diagnostics.
+        drawn: judge what waits for its rows, and nothing else.
+    """
+    for link in structure.links:
+        if link.joint is not None:
+            _limits(link.joint, link.joint.origin or origin, sink, drawn=drawn)
+    if drawn:
+        return
+    _few_links(structure, name, origin, sink)
+    _names(structure, origin, sink)
+    _mimics(structure, origin, sink)
+    _weights(structure, name, origin, sink)
+
+
+def _limits(joint: Joint, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+    limits = joint.limits
+    if limits is None or waits([limits], drawn=drawn):
+        return
+    wrong = next(((low, high) for low, high in above_pairs(limits) if low > high), None)
+    if wrong is not None:
+        low, high = wrong
+        message = f"the lowest position of `{cut(joint.name)}`, {low:g}, is above the highest, {high:g}"
+        sink.report("SC520", message, origin, at="key", hint="limits are [lowest, highest]")
+
+
+def _few_links(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink) -> None:
+    count = len(structure.links)
+    if count > MOST_LINKS:
+        message = f"`{name}` has {count} links, and PhysX holds {MOST_LINKS} of an articulation"
+        sink.report("SC519", message, origin, at="key", hint="make one link of links that are fixed to one another")
+
+
+def _names(structure: ArticulationStructure, origin: Origin, sink: Sink) -> None:
+    seen: dict[tuple[str, str], Origin] = {}
+    for link in structure.links:
+        _once("link", link.name, link.body.origin or origin, seen, sink)
+        if link.joint is not None and link.joint.name:
+            _once("joint", link.joint.name, link.joint.origin or origin, seen, sink)
+
+
+def _once(what: str, name: str, place: Origin, seen: dict[tuple[str, str], Origin], sink: Sink) -> None:
+    first = seen.setdefault((what, name), place)
+    if first is not place:
+        related = [(f"the first {what} of this name", first, "value")]
+        sink.report("SC326", f"two {what}s are called `{cut(name)}`", place, related=related)  # pyright: ignore[reportArgumentType]
+
+
+def _mimics(structure: ArticulationStructure, origin: Origin, sink: Sink) -> None:
+    joints = {link.joint.name for link in structure.links if link.joint is not None}
+    follows = {mimic.joint: mimic.source for mimic in structure.mimics}
+    for mimic in structure.mimics:
+        place = mimic.origin or origin
+        if mimic.source not in joints:
+            message = f"`{cut(mimic.joint)}` follows `{cut(mimic.source)}`, and there is no such joint"
+            hint = suggest_name(mimic.source, sorted(joint for joint in joints if joint), sink)
+            sink.report("SC521", message, place, hint=hint)
+            continue
+        why = _why_not(mimic, structure, follows)
+        if why is not None:
+            message = f"`{cut(mimic.joint)}` cannot follow `{cut(mimic.source)}`: {why}"
+            sink.report("SC521", message, place, hint="leave `mimic` out, and drive both joints")
+
+
+def _why_not(mimic: Mimic, structure: ArticulationStructure, follows: dict[str, str]) -> str | None:
+    """Why PhysX cannot make one joint follow another; None where it can."""
+    if any(factor == 0 for factor in mimic.multiplier.numbers()):
+        return "a multiplier of 0 leaves nothing to follow"
+    at, seen = mimic.source, {mimic.joint}
+    while at in follows:
+        if at in seen:
+            return "they follow one another in a circle"
+        seen.add(at)
+        at = follows[at]
+    return why_no_tendon(structure, mimic)
+
+
+def _weights(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink) -> None:
+    """What moves, with all that it carries, weighs something."""
+    if structure.file is not None:
+        # Links without a mass are common in robots' files.
+        return
+    links = structure.links
+    weighs = [bool(link.body.collisions) or link.body.inertial is not None for link in links]
+    for number in range(len(links) - 1, 0, -1):
+        parent = links[number].parent
+        if weighs[number] and parent is not None:
+            weighs[parent] = True
+    for number, link in enumerate(links):
+        moves = not structure.fix_root_link if link.joint is None else link.joint.type != "fixed"
+        if moves and not weighs[number]:
+            place = link.body.origin or origin
+            message = f"`{name}/{cut(link.name)}` moves, and neither it nor what hangs on it has a mass"
+            hint = "give it `shapes` or `collisions`, or `inertial`"
+            sink.report("SC522", message, place, hint=hint)

@@ -1,0 +1,72 @@
+"""Rules of lights and cameras: what SAPIEN would take without a word, and draw nothing or nonsense of."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scenecc.checks.judged import above, highest, lowest, rows, waits
+from scenecc.checks.mass import single
+from scenecc.diagnostics import Origin
+from scenecc.plan import AreaLight, SpotLight, TexturedLight
+from scenecc.plan.shadows import shadow_numbers
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Sink
+    from scenecc.plan import Light, ScenePlan, Value
+
+RAY_TRACED = frozenset(("rt", "shadow_catcher"))
+"""Shader packs that show the light of rectangles."""
+
+
+def check_pictures(plan: ScenePlan, sink: Sink, *, drawn: bool = False) -> None:
+    """Applies every rule to every light and camera. Draws nothing, unless `drawn`.
+
+    Args:
+        plan: with or without lines behind its origins.
+        sink: takes the diagnostics.
+        drawn: judge what waits for its rows, and nothing else.
+    """
+    around = plan.origin or Origin(None)
+    for camera in plan.cameras:
+        origin = camera.origin or around.child("cameras", camera.name)
+        _in_order(camera.near, camera.far, ("near", "far"), origin, sink, drawn=drawn)
+    for light in plan.lights:
+        origin = light.origin or around.child("lights", light.name)
+        if light.shadow is not None:
+            numbers = shadow_numbers(light)
+            keys = ("shadow_near", "shadow_far")
+            _in_order(numbers[keys[0]], numbers[keys[1]], keys, origin, sink, drawn=drawn)
+        if isinstance(light.light, SpotLight | TexturedLight):
+            _narrows(light.light.inner_fov, light.light.outer_fov, origin, sink, drawn=drawn)
+        if not drawn:
+            _is_seen(light, plan, origin, sink)
+
+
+def _in_order(near: Value, far: Value, keys: tuple[str, str], origin: Origin, sink: Sink, *, drawn: bool) -> None:
+    """The near plane lies before the far one, in single precision."""
+    if waits([near, far], drawn=drawn):
+        return
+    found = rows([near, far])
+    pairs = [(highest(near)[0], lowest(far)[0])] if found is None else [(a[0], b[0]) for a, b in found]
+    wrong = next(((a, b) for a, b in pairs if single(a) >= single(b)), None)
+    if wrong is not None:
+        message = f"`{keys[0]}` {wrong[0]:g} is not below `{keys[1]}` {wrong[1]:g}: nothing lies between"
+        sink.report("SC550", message, origin, hint=f"lower `{keys[0]}` or raise `{keys[1]}`")
+
+
+def _narrows(inner: Value, outer: Value, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+    wider = None if waits([inner, outer], drawn=drawn) else above(inner, outer)
+    if wider is not None:
+        message = f"the inner cone is {wider[0]:g} rad wide, and the outer one {wider[1]:g}"
+        sink.report("SC551", message, origin, hint="from the inner cone to the outer one light fades to nothing")
+
+
+def _is_seen(light: Light, plan: ScenePlan, origin: Origin, sink: Sink) -> None:
+    if (
+        isinstance(light.light, AreaLight)
+        and plan.cameras
+        and RAY_TRACED.isdisjoint(camera.shader for camera in plan.cameras)
+    ):
+        message = f"no camera shows the light of `{light.name}`: only ray tracing does"
+        hint = "give a camera `shader: rt`, or use a light of another type"
+        sink.report("SC552", message, origin, at="key", hint=hint)
