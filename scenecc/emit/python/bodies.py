@@ -10,6 +10,7 @@ import numpy as np
 
 from scenecc.emit.python.columns import IDENTITY, Columns, pose
 from scenecc.emit.python.geometry import COLLISIONS, VISUALS, Arguments
+from scenecc.emit.python.held import Held
 from scenecc.emit.python.knobs import (
     ARGUMENTS,
     BODY_KNOBS,
@@ -23,7 +24,17 @@ from scenecc.emit.python.knobs import (
     write_offsets,
 )
 from scenecc.emit.python.layout import Node, Source, call, string
-from scenecc.plan import BodyStructure, CollisionShape, ConvexParts, Mesh, Plane, TiledPlane, TriangleMesh, VisualShape
+from scenecc.plan import (
+    BodyStructure,
+    CollisionShape,
+    ConvexMesh,
+    ConvexParts,
+    Mesh,
+    Plane,
+    TiledPlane,
+    TriangleMesh,
+    VisualShape,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -45,29 +56,33 @@ class Body:
         name: an expression for the entity's.
         source: where statements go; the loop over scenes, if any, is open.
         columns: the entity's quantities in these scenes.
+        held: whether something holds on to it.
     """
 
     entity: Entity
-    name: Node
+    name: str
     structure: BodyStructure
     source: Source
     columns: Columns
     files: Files
     materials: Materials
+    held: bool = False
 
 
 def write_body(body: Body) -> None:
     """Builds the body in `scene`, row `i` of the block."""
-    body.materials.write_own(body.source, body.structure, body.columns, body.files)
-    if _needs_components(body.structure):
+    body.materials.write_own(body.source, (body.structure,), body.columns, body.files)
+    if needs_components(body.structure):
         _write_components(body)
     else:
         _write_builder(body)
+    if body.held:
+        Held.write_body(body.source, body.name, "entity")
 
 
-def _needs_components(structure: BodyStructure) -> bool:
-    """Whether `ActorBuilder` would build something else."""
-    shapes, dynamic = structure.collisions, structure.body_type == "dynamic"
+def needs_components(structure: BodyStructure) -> bool:
+    """Whether `ActorBuilder`, or a builder of links, would build something else."""
+    shapes, dynamic = structure.collisions, structure.body_type in {"dynamic", "link"}
     parts = any(isinstance(shape.geometry, ConvexParts) for shape in shapes)
     return (
         structure.body_type == "none"
@@ -85,32 +100,43 @@ def _write_builder(body: Body) -> None:
     source.line("builder = scene.create_actor_builder()")
     if structure.body_type != "dynamic":
         source.line(f'builder.set_physx_body_type("{structure.body_type}")')
-    if structure.collision_groups is not None:
-        source.statement(columns.value(structure.collision_groups, "groups"), assign="builder.collision_groups")
-    for shape in structure.collisions:
-        row = COLLISIONS[type(shape.geometry)]
-        source.statement(call(f"builder.{row.add}", **_collision_arguments(shape, body)))
-    if structure.visuals:
-        with _rendered(source, columns):
-            for shape in structure.visuals:
-                row = VISUALS[type(shape.geometry)]
-                source.statement(call(f"builder.{row.add}", **_visual_arguments(shape, body)))
-    if structure.inertial is not None and structure.body_type == "dynamic":
-        source.statement(call("builder.set_mass_and_inertia", *inertial_nodes(structure.inertial, columns)))
+    write_shapes(body, "builder")
     source.statement(columns.value(body.entity.pose, "pose", pose), assign="builder.initial_pose")
     component = _STATIC if structure.body_type == "static" else _DYNAMIC
     touched = _touches_body(structure)
     build = call("builder.build", name=body.name)
-    source.statement(build, assign="entity" if touched or given(structure, LOOK_KNOBS) else "")
+    source.statement(build, assign="entity" if touched or body.held or given(structure, LOOK_KNOBS) else "")
     if touched:
         source.line(f"body = entity.find_component_by_type({component})")
         _write_kinematic_inertial(body)
         write_mass(source, structure, columns)
         write_offsets(source, structure.collisions, columns)
         write_body_knobs(source, structure, columns)
-    if given(structure, LOOK_KNOBS):
+    write_look(body, "entity")
+
+
+def write_shapes(body: Body, builder: str) -> None:
+    """What a builder is told before it builds."""
+    source, structure, columns = body.source, body.structure, body.columns
+    if structure.collision_groups is not None:
+        source.statement(columns.value(structure.collision_groups, "groups"), assign=f"{builder}.collision_groups")
+    for shape in structure.collisions:
+        row = COLLISIONS[type(shape.geometry)]
+        source.statement(call(f"{builder}.{row.add}", **_collision_arguments(shape, body)))
+    if structure.visuals:
         with _rendered(source, columns):
-            source.line(f"look = entity.find_component_by_type({_LOOK})")
+            for shape in structure.visuals:
+                row = VISUALS[type(shape.geometry)]
+                source.statement(call(f"{builder}.{row.add}", **_visual_arguments(shape, body)))
+    if structure.inertial is not None and structure.body_type in {"dynamic", "link"}:
+        source.statement(call(f"{builder}.set_mass_and_inertia", *inertial_nodes(structure.inertial, columns)))
+
+
+def write_look(body: Body, entity: str) -> None:
+    """Properties of the render component of what is built. `entity`: an expression for its entity."""
+    if given(body.structure, LOOK_KNOBS):
+        with _rendered(body.source, body.columns):
+            body.source.line(f"look = {entity}.find_component_by_type({_LOOK})")
             _write_look_knobs(body)
 
 
@@ -170,36 +196,47 @@ def _pose_argument(value: Value | None, columns: Columns) -> Arguments:
 def _write_components(body: Body) -> None:
     source, structure, columns = body.source, body.structure, body.columns
     source.line("entity = sapien.Entity()")
-    if structure.visuals:
-        with _rendered(source, columns):
-            source.line(f"look = {_LOOK}()")
-            source.statement(body.name, assign="look.name")
-            for shape in structure.visuals:
-                _write_visual(shape, body)
-            _write_look_knobs(body)
-            source.line("entity.add_component(look)")
+    write_look_component(body)
     if structure.body_type != "none":
         source.line(f"body = {_STATIC if structure.body_type == 'static' else _DYNAMIC}()")
         source.statement(body.name, assign="body.name")
         if structure.body_type == "kinematic":
             source.line("body.kinematic = True")
-        for shape in structure.collisions:
-            _write_collision(shape, body)
-        if structure.inertial is not None:
-            write_inertial(source, structure.inertial, columns)
-        write_mass(source, structure, columns)
-        write_body_knobs(source, structure, columns)
-        source.line("entity.add_component(body)")
+        write_body_component(body)
     source.statement(body.name, assign="entity.name")
     source.statement(columns.value(body.entity.pose, "pose", pose), assign="entity.pose")
     source.line("scene.add_entity(entity)")
+
+
+def write_look_component(body: Body) -> None:
+    """The render component of `entity`, where anything is seen."""
+    if body.structure.visuals:
+        with _rendered(body.source, body.columns):
+            body.source.line(f"look = {_LOOK}()")
+            body.source.statement(body.name, assign="look.name")
+            for shape in body.structure.visuals:
+                _write_visual(shape, body)
+            _write_look_knobs(body)
+            body.source.line("entity.add_component(look)")
+
+
+def write_body_component(body: Body) -> None:
+    """Shapes, mass and properties of `body`, which is then the component of `entity`."""
+    source, structure, columns = body.source, body.structure, body.columns
+    for shape in structure.collisions:
+        _write_collision(shape, body)
+    if structure.inertial is not None:
+        write_inertial(source, structure.inertial, columns)
+    write_mass(source, structure, columns)
+    write_body_knobs(source, structure, columns)
+    source.line("entity.add_component(body)")
 
 
 def _write_collision(shape: CollisionShape, body: Body) -> None:
     source, geometry = body.source, shape.geometry
     row = COLLISIONS[type(geometry)]
     arguments = row.arguments(geometry, body.columns, body.files)
-    if isinstance(geometry, ConvexParts):
+    if isinstance(geometry, ConvexMesh | ConvexParts | TriangleMesh):
         arguments.setdefault("scale", "[1, 1, 1]")  # what has no default here
     arguments |= _material_argument(shape, body) or {"material": call("physx.get_default_material")}
     if isinstance(geometry, TriangleMesh):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -16,13 +17,18 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.emit.python.names import Names
-    from scenecc.plan import BodyStructure, Entity, Value
+    from scenecc.plan import ArticulationStructure, BodyStructure, Entity, Value
 
 IDENTITY = np.array([0, 0, 0, 1, 0, 0, 0], dtype=np.float64)
 
 
 def number(item: float) -> str:
-    """The shortest literal of the same float64 (a whole number of a few digits without its point), integer or flag."""
+    """The shortest literal of the same float64 (a whole number of a few digits without its point), integer or flag.
+
+    Infinity, which limits may be, has none.
+    """
+    if isinstance(item, float) and math.isinf(item):
+        return f'float("{item}")'
     if isinstance(item, float) and item.is_integer() and abs(item) < 1e6 and str(item) != "-0.0":
         return str(int(item))
     return repr(item).replace("e+", "e")
@@ -45,7 +51,7 @@ def _numbers(item: float | list[Any]) -> Node:
     return list_of([_numbers(one) for one in item])
 
 
-def variants(entity: Entity) -> list[tuple[int, BodyStructure, NDArray[np.intp]]]:
+def variants(entity: Entity) -> list[tuple[int, BodyStructure | ArticulationStructure, NDArray[np.intp]]]:
     """The structures that some scene has: index, structure, and the entity's rows that have it."""
     pick = np.broadcast_to(0 if entity.pick is None else entity.pick.data, len(entity.scene_idxs))
     found = ((index, structure, np.flatnonzero(pick == index)) for index, structure in enumerate(entity.structures))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.plan import CollisionShape, Entity, Value, VisualShape, literal
+from scenecc.plan import ArticulationStructure, CollisionShape, Entity, Value, VisualShape, literal
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from scenecc.plan import ScenePlan
 
 FEWEST = 3
-"""How many entities make a loop that is worth reading."""
+"""How many bodies make a loop that is worth reading; of articulations two do."""
 
 _NUMBERED = re.compile(r"[-_.][0-9]+")
 """What tells the names of copies apart."""
@@ -52,7 +52,8 @@ def folded(plan: ScenePlan) -> tuple[ScenePlan, list[Entity | Run]]:
     found: list[Entity | Run] = []
     for _, group in groupby(plan.entities, folding.form):
         alike = list(group)
-        found += [folding.run(alike)] if len(alike) >= FEWEST else alike
+        fewest = 2 if isinstance(alike[0].structures[0], ArticulationStructure) else FEWEST
+        found += [folding.run(alike)] if len(alike) >= fewest else alike
     entities = tuple(each.entity if isinstance(each, Run) else each for each in found)
     tables = {name: tuple(rows) for name, rows in folding.tables.items()}
     return replace(plan, entities=entities, **tables), found
@@ -69,7 +70,7 @@ class _Folding:
         """Everything about an entity but its name and its numbers: equal where one loop builds both."""
         if entity.pick is not None or len(entity.structures) != 1:
             return entity.name
-        return entity.scene_idxs, self._form(entity.structures[0])
+        return entity.scene_idxs, entity.hidden, self._form(entity.structures[0])
 
     def run(self, alike: Sequence[Entity]) -> Run:
         """Entities of one form as one."""
@@ -80,7 +81,7 @@ class _Folding:
         pose = _joined([entity.pose for entity in alike], rows)
         structure = self._merged([entity.structures[0] for entity in alike], rows)
         scene_idxs = first.scene_idxs * len(alike)
-        return Run(Entity(stem, scene_idxs, pose, (structure,), origin=first.origin), names)
+        return Run(Entity(stem, scene_idxs, pose, (structure,), hidden=first.hidden, origin=first.origin), names)
 
     def _form(self, part: Any) -> Hashable:
         if isinstance(part, Value):

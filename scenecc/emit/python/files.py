@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import base64
 import zlib
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
 from scenecc.emit.python.columns import number
 from scenecc.emit.python.layout import WIDTH, Node, Source, call, list_of, string
-from scenecc.plan import CoacdParams
+from scenecc.plan import ArticulationStructure, CoacdParams, Value
+from scenecc.plan.fields import Many, OneOf, Quantity, slots
+from scenecc.plan.fields import Node as Holder
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from scenecc.emit.python.names import Names
-    from scenecc.plan import AssetFile
+    from scenecc.plan import AssetFile, ScenePlan
 
 _PACKAGE_FILE = '''\
 def package_file(package: str, path: str) -> Path:
@@ -84,7 +88,10 @@ COACD_DEFAULTS = CoacdParams(
 class Files:
     """What a script says about files."""
 
-    def __init__(self, files: tuple[AssetFile, ...], names: Names) -> None:
+    def __init__(self, files: tuple[AssetFile, ...], names: Names, unread: frozenset[int] = frozenset()) -> None:
+        self._all = files
+        self._read = [index for index in range(len(files)) if index not in unread]
+        files = tuple(files[index] for index in self._read)
         self._files = files
         self._names = [names.take(PurePosixPath(file.uri).stem.upper()) for file in files]
         self._packed = any(map(_is_packed, files))
@@ -95,7 +102,11 @@ class Files:
 
     def name(self, index: int) -> str:
         """The constant of a file of the plan."""
-        return self._names[index]
+        return self._names[self._read.index(index)]
+
+    def uri(self, index: int) -> str:
+        """What the plan calls a file."""
+        return self._all[index].uri
 
     def parts(self, file: Node, params: CoacdParams) -> Node:
         """An expression for the path of CoACD's parts of a file."""
@@ -155,6 +166,30 @@ class Files:
         if self._files:
             with source.block("for file in FILES:"), source.block("if not file.is_file():"):
                 source.line("raise FileNotFoundError(file)")
+
+
+def unread_files(plan: ScenePlan) -> frozenset[int]:
+    """Files that nothing of a script reads: those that an articulation was read from, which are all in the plan."""
+    structures = [structure for entity in plan.entities for structure in entity.structures]
+    robots = [structure for structure in structures if isinstance(structure, ArticulationStructure)]
+    described = {index for robot in robots if robot.file is not None for index in robot.file.data.tolist()}
+    return frozenset(described - set(_indices(plan))) if described else frozenset()
+
+
+def _indices(node: object) -> Iterator[int]:
+    """Indices of the files that shapes, materials and lights have."""
+    for slot in slots(type(node)):
+        item = getattr(node, slot.name)
+        for one in item if isinstance(slot.kind, Many) else (item,):
+            if isinstance(one, Value):
+                if (
+                    isinstance(slot.kind, Quantity)
+                    and slot.kind.table == "files"
+                    and not isinstance(node, ArticulationStructure)
+                ):
+                    yield from one.data.tolist()
+            elif isinstance(slot.kind, Holder | OneOf | Many) and is_dataclass(one):
+                yield from _indices(one)
 
 
 def _is_packed(file: AssetFile) -> bool:

@@ -32,11 +32,16 @@ def given(holder: object, names: tuple[str, ...]) -> list[str]:
 def write_body_knobs(source: Source, structure: BodyStructure, columns: Columns) -> None:
     """Assignments to `body`."""
     for name in given(structure, BODY_KNOBS):
-        node = columns.value(getattr(structure, name), name)
-        if name == "locked_motion_axes":
-            source.statement(call("body.set_locked_motion_axes", node))
-        else:
-            source.statement(node, assign=f"body.{name}")
+        write_body_knob(source, structure, name, columns)
+
+
+def write_body_knob(source: Source, structure: BodyStructure, name: str, columns: Columns) -> None:
+    """One of them, which is given."""
+    node = columns.value(getattr(structure, name), name)
+    if name == "locked_motion_axes":
+        source.statement(call("body.set_locked_motion_axes", node))
+    else:
+        source.statement(node, assign=f"body.{name}")
 
 
 def write_mass(source: Source, structure: BodyStructure, columns: Columns) -> None:

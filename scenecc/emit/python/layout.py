@@ -67,6 +67,16 @@ class Source:
         """A line as it is; an empty one is never the first of a block."""
         self._lines.append(" " * self._indent + text if text else "")
 
+    def gap(self) -> None:
+        """An empty line, but not as the first of a block."""
+        if self._lines and not self._lines[-1].endswith(":"):
+            self._lines.append("")
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing was written yet."""
+        return not self._lines
+
     def append(self, other: Source) -> None:
         """The lines of another one, which began at its own depth."""
         self._lines.extend(other._lines)

@@ -16,7 +16,7 @@ from scenecc.emit.python.layout import Group, Node, Source, call, string
 from scenecc.plan import Friction, literal
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from scenecc.emit.python.columns import Columns
     from scenecc.emit.python.files import Files
@@ -34,7 +34,7 @@ class Materials:
         self._names = names
         self._shared = {sort: _named(_users(plan, sort), sort, names) for sort in ("physical", "look")}
         self._own: dict[_Sort, dict[int, str]] = {}
-        bodies = [body for entity in plan.entities for _, body, _ in variants(entity)]
+        bodies = [body for entity in plan.entities for _, structure, _ in variants(entity) for body in structure.bodies]
         needed = any(shape.material is None for body in bodies for shape in body.collisions)
         self._default = plan.physics.default_material if needed else None
 
@@ -67,9 +67,9 @@ class Materials:
             for index, name in self._shared["look"].items():
                 _write_look(source, name, self._plan.visual_materials[index], None, files)
 
-    def write_own(self, source: Source, structure: BodyStructure, columns: Columns, files: Files) -> None:
-        """The materials of a body that differ from scene to scene, ahead of what is made of them."""
-        own = {sort: self._own_names(sort, structure, columns) for sort in ("physical", "look")}
+    def write_own(self, source: Source, bodies: Sequence[BodyStructure], columns: Columns, files: Files) -> None:
+        """The materials of an entity's bodies that differ from scene to scene, ahead of what is made of them."""
+        own = {sort: self._own_names(sort, bodies, columns) for sort in ("physical", "look")}
         self._own = {"physical": own["physical"], "look": own["look"]}
         for index, name in own["physical"].items():
             self._write_physical(source, name, index, columns)
@@ -78,8 +78,8 @@ class Materials:
                 for index, name in own["look"].items():
                     _write_look(source, name, self._plan.visual_materials[index], columns, files)
 
-    def _own_names(self, sort: str, structure: BodyStructure, columns: Columns) -> dict[int, str]:
-        shapes = structure.collisions if sort == "physical" else structure.visuals
+    def _own_names(self, sort: str, bodies: Sequence[BodyStructure], columns: Columns) -> dict[int, str]:
+        shapes = [shape for body in bodies for shape in _shapes(body, sort)]
         used = [index for shape in shapes for index in _indices(shape, columns.rows.tolist())]
         varying = [index for index in dict.fromkeys(used) if _varies(self._plan, sort, index)]
         return {index: self._names.take(f"{columns.ident}_{sort}") for index in varying}
@@ -104,6 +104,10 @@ class Materials:
         return f"({', '.join(own.get(index) or shared[index] for index in used)})[{which}]"
 
 
+def _shapes(body: BodyStructure, sort: str) -> tuple[CollisionShape, ...] | tuple[VisualShape, ...]:
+    return body.collisions if sort == "physical" else body.visuals
+
+
 def _indices(shape: CollisionShape | VisualShape, rows: Iterable[int]) -> list[int]:
     if shape.material is None:
         return []
@@ -121,7 +125,7 @@ def _users(plan: ScenePlan, sort: str) -> dict[int, set[str]]:
     users: dict[int, set[str]] = {}
     for entity in plan.entities:
         for _, structure, rows in variants(entity):
-            for shape in structure.collisions if sort == "physical" else structure.visuals:
+            for shape in (shape for body in structure.bodies for shape in _shapes(body, sort)):
                 for index in _indices(shape, rows.tolist()):
                     if not _varies(plan, sort, index):
                         users.setdefault(index, set()).add(entity.name)
@@ -146,10 +150,11 @@ def _made(constructor: str, given: dict[str, Value], columns: Columns | None) ->
 def _write_look(source: Source, name: str, material: VisualMaterial, columns: Columns | None, files: Files) -> None:
     source.statement(_made("sapien.render.RenderMaterial", material.numbers(), columns), assign=name)
     for key, texture in material.textures().items():
-        source.statement(_texture(texture, key, columns, files), assign=f"{name}.{key}")
+        source.statement(texture_of(texture, key, columns, files), assign=f"{name}.{key}")
 
 
-def _texture(texture: Texture, key: str, columns: Columns | None, files: Files) -> Group:
+def texture_of(texture: Texture, key: str, columns: Columns | None, files: Files) -> Group:
+    """A `RenderTexture2D`; where scenes may differ, `columns` are those of what has it, and `key` names its list."""
     arguments: dict[str, Node] = {
         name: string(value) if isinstance(value, str) else repr(value) for name, value in texture.sampling().items()
     }

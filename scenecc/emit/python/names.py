@@ -7,11 +7,12 @@ import keyword
 import re
 
 _SCRIPT = {
-    "FILES", "HERE", "Iterator", "Path", "asset_file", "atexit", "base64", "body", "build_scenes", "builder",
-    "coacd", "config", "contextmanager", "convex_parts", "default_material", "entity", "file", "functools",
-    "i", "importlib", "k", "look", "main", "name", "os", "package_file", "packed_file", "parts", "physics_settings",
-    "physx", "render", "sapien", "scene", "scenes", "shape", "shutil", "systems", "tempfile", "trimesh",
-    "zlib",
+    "FILES", "HERE", "Iterator", "Path", "articulation", "asset_file", "atexit", "base64", "body", "body_name",
+    "body_names", "build_scenes", "builder", "coacd", "component", "config", "constraint", "contextmanager",
+    "convex_parts", "default_material", "entities", "entity", "file", "functools", "held", "i", "importlib",
+    "joint", "joint_name", "joint_names", "k", "links", "look", "main", "name", "os", "package_file", "packed_file",
+    "parts", "physics_settings", "physx", "qpos", "render", "sapien", "scene", "scenes", "shape", "shutil",
+    "systems", "target", "targets", "tempfile", "trimesh", "zlib",
 }  # fmt: skip
 """What a script itself may use."""
 
@@ -22,6 +23,7 @@ class Names:
     def __init__(self) -> None:
         self._taken = {*_SCRIPT, *keyword.kwlist, *keyword.softkwlist, *dir(builtins)}
         self._last: dict[str, int] = {}
+        self._local: dict[str, str] = {}
 
     def take(self, wanted: str) -> str:
         """An identifier like `wanted`: what no identifier may hold becomes `_`, and `_2` tells namesakes apart."""
@@ -36,3 +38,9 @@ class Names:
         self._last[stem] = count
         self._taken.add(name)
         return name
+
+    def local(self, wanted: str) -> str:
+        """An identifier for what is made anew in every block that speaks of it: the same for the same text."""
+        if wanted not in self._local:
+            self._local[wanted] = self.take(wanted)
+        return self._local[wanted]

@@ -3,40 +3,45 @@
 from __future__ import annotations
 
 import textwrap
-from dataclasses import dataclass
-from itertools import pairwise
-from typing import TYPE_CHECKING
+from dataclasses import is_dataclass
+from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
-from scenecc.diagnostics import Location
-from scenecc.emit.python.bodies import Body, write_body
-from scenecc.emit.python.columns import Columns, number, variants
+from scenecc.emit.python.cameras import write_cameras
+from scenecc.emit.python.columns import number
+from scenecc.emit.python.constraints import write_constraints
 from scenecc.emit.python.copies import Run, folded
-from scenecc.emit.python.files import Files
-from scenecc.emit.python.knobs import BODY_KNOBS, LOOK_KNOBS, given
-from scenecc.emit.python.layout import Node, Source, list_of, string
+from scenecc.emit.python.entities import write_entity, write_run
+from scenecc.emit.python.files import Files, unread_files
+from scenecc.emit.python.held import Held
+from scenecc.emit.python.layout import Source
+from scenecc.emit.python.lights import write_environment, write_lights
+from scenecc.emit.python.lost import expressible
 from scenecc.emit.python.materials import Materials
 from scenecc.emit.python.names import Names
 from scenecc.emit.python.settings import Settings
+from scenecc.emit.python.tables import Tables
+from scenecc.plan import Value
+from scenecc.plan.fields import Many, Node, OneOf, slots
 from scenecc.plan.uris import rebased
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
-    from numpy.typing import NDArray
-
     from scenecc.diagnostics import Sink
-    from scenecc.plan import BodyStructure, Entity, ScenePlan
+    from scenecc.plan import ScenePlan
 
+SECTIONS: Final[dict[str, Callable[[Source, ScenePlan, Tables], None]]] = {
+    "constraints": write_constraints,
+    "environment": write_environment,
+    "lights": write_lights,
+    "cameras": write_cameras,
+}
+"""What is built once the entities are there, in this order: the field of the plan, and what writes it.
 
-@dataclass(frozen=True, slots=True)
-class _Tables:
-    """What all bodies of a script share."""
-
-    names: Names
-    files: Files
-    materials: Materials
+A writer is given the body of `build_scenes`, and writes nothing where the plan has nothing of the section. See
+`scenecc.emit.python.scenes.in_scenes` and `scenecc.emit.python.held`.
+"""
 
 
 def write(plan: ScenePlan, sink: Sink, base: Path | None) -> str | None:
@@ -44,18 +49,21 @@ def write(plan: ScenePlan, sink: Sink, base: Path | None) -> str | None:
 
     The script finds files relative to its own place: `base` is the folder that it will lie in, None the plan's own.
     """
-    if not _expressible(plan, sink):
+    if not expressible(plan, sink, SECTIONS):
         return None
     names = Names()
     files = plan.files if base is None else tuple(rebased(file, base) for file in plan.files)
     whole, parts = folded(plan)
-    tables = _Tables(names, Files(files, names), Materials(whole, names))
+    tables = Tables(names, Files(files, names, unread_files(plan)), Materials(whole, names), Held(plan))
     blocks = Source(depth=1)
+    tables.held.write_head(blocks)
     for part in parts:
         if isinstance(part, Run):
-            _write_run(blocks, part, plan.num_scenes, tables)
+            write_run(blocks, part, plan.num_scenes, tables)
         else:
-            _write_entity(blocks, part, plan.num_scenes, tables)
+            write_entity(blocks, part, plan.num_scenes, tables)
+    for write_section in SECTIONS.values():
+        write_section(blocks, plan, tables)
     settings = Settings(plan.physics)
     source = Source()
     _write_head(source, plan)
@@ -106,7 +114,7 @@ def _write_head(source: Source, plan: ScenePlan) -> None:
     source.comment("")
     source.comment("Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.")
     if _draws_anew(plan):
-        source.comment(f"Poses and velocities that a reset would draw anew are those of the seed {plan.seed}.")
+        source.comment(f"What a reset would draw anew is as the seed {plan.seed} draws it.")
     if plan.physics.scene_spacing is not None or plan.physics.gpu_memory is not None:
         source.comment("Scene spacing and GPU memory are left out: they concern scenes that share a GPU simulation.")
     source.line()
@@ -114,10 +122,18 @@ def _write_head(source: Source, plan: ScenePlan) -> None:
 
 def _draws_anew(plan: ScenePlan) -> bool:
     """Whether a reset would draw anything anew."""
-    poses = [entity.pose for entity in plan.entities]
-    bodies = [body for entity in plan.entities for body in entity.structures]
-    values = (*poses, *(body.linear_velocity for body in bodies), *(body.angular_velocity for body in bodies))
-    return any(value is not None and value.recipe is not None for value in values)
+    return any(value.recipe is not None for value in _values(plan))
+
+
+def _values(node: object) -> Iterator[Value]:
+    """All values below a dataclass of the plan."""
+    for slot in slots(type(node)):
+        item = getattr(node, slot.name)
+        for one in item if isinstance(slot.kind, Many) else (item,):
+            if isinstance(one, Value):
+                yield one
+            elif isinstance(slot.kind, Node | OneOf | Many) and is_dataclass(one):
+                yield from _values(one)
 
 
 def _scenes_word(count: int) -> str:
@@ -155,96 +171,3 @@ def _write_scene(source: Source, plan: ScenePlan) -> None:
     source.line("scene = sapien.Scene(systems)")
     if plan.physics.timestep is not None:
         source.line(f"scene.timestep = {number(float(plan.physics.timestep))}")
-
-
-def _write_entity(source: Source, entity: Entity, num_scenes: int, tables: _Tables) -> None:
-    for index, structure, rows in variants(entity):
-        columns = Columns(entity.name, rows, tables.names)
-        looped = len(rows) > 1
-        inner = Source(depth=source.depth + looped)
-        write_body(Body(entity, string(entity.name), structure, inner, columns, tables.files, tables.materials))
-        source.line()
-        source.comment(entity.name if entity.pick is None else f"{entity.name}, variant {index}")
-        scenes = _selected(source, columns, entity, rows, num_scenes)
-        columns.write(source)
-        if not looped:
-            if num_scenes > 1:
-                source.line(f"scene = {scenes}")
-            source.append(inner)
-            continue
-        with source.block(_over_scenes(scenes, columns)):
-            source.append(inner)
-
-
-def _write_run(source: Source, run: Run, num_scenes: int, tables: _Tables) -> None:
-    """Copies of one another, in a loop over their names and scenes."""
-    entity, rows = run.entity, run.scenes
-    columns = Columns(entity.name, np.arange(len(entity.scene_idxs)), tables.names, len(run.names))
-    looped = rows > 1
-    inner = Source(depth=source.depth + 1 + looped)
-    write_body(Body(entity, "name", entity.structures[0], inner, columns, tables.files, tables.materials))
-    source.line()
-    source.comment(f"{run.names[0]} to {run.names[-1]}")
-    scenes = _selected(source, columns, entity, np.arange(rows), num_scenes)
-    names = tables.names.take(f"{entity.name}_names")
-    source.statement(_names_of(run.names), assign=names)
-    columns.write(source)
-    if not looped and num_scenes > 1:
-        source.line(f"scene = {scenes}")
-    with source.block(f"for k, name in enumerate({names}):" if columns.reads("k") else f"for name in {names}:"):
-        if not looped:
-            source.append(inner)
-            return
-        with source.block(_over_scenes(scenes, columns)):
-            source.append(inner)
-
-
-def _over_scenes(scenes: str, columns: Columns) -> str:
-    return f"for i, scene in enumerate({scenes}):" if columns.reads("i") else f"for scene in {scenes}:"
-
-
-def _names_of(names: tuple[str, ...]) -> Node:
-    """A list of names, as a comprehension where they are numbered from 0."""
-    stem = names[0].removesuffix("0")
-    if names == tuple(f"{stem}{k}" for k in range(len(names))):
-        text = string(stem.replace("{", "{{").replace("}", "}}") + "{k}")
-        return f"[f{text} for k in range({len(names)})]"
-    return list_of([string(name) for name in names])
-
-
-def _selected(source: Source, columns: Columns, entity: Entity, rows: NDArray[np.intp], num_scenes: int) -> str:
-    """An expression for the scenes of a block, or for its one scene."""
-    idxs: list[int] = [entity.scene_idxs[row] for row in rows]
-    if len(idxs) == 1:
-        return f"scenes[{idxs[0]}]"
-    if len(idxs) == num_scenes:
-        return "scenes"
-    steps = {b - a for a, b in pairwise(idxs)}
-    if len(steps) == 1:
-        step = steps.pop()
-        return f"scenes[{idxs[0]}:{idxs[-1] + 1}]" if step == 1 else f"scenes[{idxs[0]}:{idxs[-1] + 1}:{step}]"
-    variable = columns.names.take(f"{columns.ident}_scenes")
-    source.statement(list_of([str(index) for index in idxs]), assign=variable)
-    return f"[scenes[k] for k in {variable}]"
-
-
-def _expressible(plan: ScenePlan, sink: Sink) -> bool:
-    found = True
-    for entity in plan.entities:
-        for structure in entity.structures:
-            for name in _lost(structure):
-                place = structure.origin or entity.origin or Location(None)
-                kind = f"a body of type {structure.body_type}"
-                sink.report("SC720", f"`{entity.name}`: {kind} without visible shapes has no `{name}`", place)
-                found = False
-    return found
-
-
-def _lost(structure: BodyStructure) -> list[str]:
-    """Fields that nothing in SAPIEN would hold."""
-    lost: list[str] = []
-    if structure.body_type in {"static", "none"}:
-        lost += given(structure, (*BODY_KNOBS, "mass", "inertial"))
-    if structure.body_type == "none":
-        lost += given(structure, ("collision_groups",)) + (["collisions"] if structure.collisions else [])
-    return lost if structure.visuals else lost + given(structure, LOOK_KNOBS)
