@@ -12,15 +12,31 @@ from scenecc.diagnostics import Location
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from scenecc.backends.sapien.articulation_batch import ArticulationBatch
     from scenecc.backends.sapien.batch import SceneBatch
     from scenecc.backends.sapien.entity_batch import EntityBatch
-    from scenecc.backends.sapien.state import EntityState, SceneState
+    from scenecc.backends.sapien.state import ArticulationState, EntityState, SceneState
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
 
-__all__ = ["EntityBatch", "EntityState", "SceneBatch", "SceneState", "instantiate"]
+__all__ = [
+    "ArticulationBatch",
+    "ArticulationState",
+    "EntityBatch",
+    "EntityState",
+    "SceneBatch",
+    "SceneState",
+    "instantiate",
+]
 
-_IN = {"EntityBatch": "entity_batch", "EntityState": "state", "SceneBatch": "batch", "SceneState": "state"}
+_IN = {
+    "ArticulationBatch": "articulation_batch",
+    "ArticulationState": "state",
+    "EntityBatch": "entity_batch",
+    "EntityState": "state",
+    "SceneBatch": "batch",
+    "SceneState": "state",
+}
 """Modules of the classes."""
 
 INSTALL = "pip install 'sapien>=3.0.3,<3.1'"

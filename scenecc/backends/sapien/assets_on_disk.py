@@ -12,6 +12,7 @@ import re
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
+from urllib.parse import unquote_to_bytes
 
 from scenecc.backends.sapien.engine import physx, render
 from scenecc.plan import MeshGeometry
@@ -25,6 +26,8 @@ Signature = tuple[tuple[int, int, int, int], ...]
 """Change time, modification time, size and inode of a file and of those that it names."""
 
 _NAMES = re.compile(rb"^\s*(?:mtllib|map_\S+|bump|norm|disp|decal|refl)\s+(?:-\S+\s+\S+\s+)*(\S.*?)\s*$", re.MULTILINE)
+_IMAGES = re.compile(rb"<(?:init_from|ref)>\s*([^<]+?)\s*<")
+"""Names of images in a COLLADA, and of what else it calls so: no files, which are passed over."""
 _HEAD = 1 << 20
 """Bytes of an OBJ or a material library in which names are looked for; they stand at the top."""
 _MARGIN = 2_000_000_000
@@ -67,7 +70,7 @@ def refresh(plan: ScenePlan, *, rendered: bool) -> None:
     """To be called before the plan's files are read: nothing that has changed is taken from a cache."""
     if not plan.files:
         return
-    bodies = [structure for entity in plan.entities for structure in entity.structures]
+    bodies = [body for entity in plan.entities for body in entity.bodies]
     MESHES.refresh(_paths(plan, (shape.geometry for body in bodies for shape in body.collisions)))
     if rendered:
         textures = (texture for material in plan.visual_materials for texture in material.textures().values())
@@ -110,7 +113,10 @@ def crashes_the_reader(path: Path) -> bool:
 
 
 def named_by(path: Path) -> list[Path]:
-    """Buffers and images of a glTF, material libraries of an OBJ and their images. Others hold all in one file."""
+    """Buffers and images of a glTF, material libraries of an OBJ and their images, images of a COLLADA.
+
+    Others hold all in one file.
+    """
     try:
         match path.suffix.lower():
             case ".gltf" | ".glb":
@@ -120,6 +126,10 @@ def named_by(path: Path) -> list[Path]:
             case ".obj":
                 libraries = _names_in(path)
                 return libraries + [image for library in libraries for image in _names_in(library)]
+            case ".dae":
+                return [
+                    path.parent / os.fsdecode(unquote_to_bytes(name)) for name in _IMAGES.findall(path.read_bytes())
+                ]
             case _:
                 return []
     except (OSError, ValueError, AttributeError, TypeError, KeyError):

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from scenecc.backends.sapien.articulation_batch import ArticulationBatch
+from scenecc.backends.sapien.bodies import Articulations, Bodies, entities_of
 from scenecc.backends.sapien.entity_batch import EntityBatch
 from scenecc.backends.sapien.fitting import fitting
 from scenecc.backends.sapien.interrupt import interrupts_wait
-from scenecc.backends.sapien.place import Placement, place, place_afresh, read
+from scenecc.backends.sapien.parked import Parked, state_of
+from scenecc.backends.sapien.place import place, place_afresh, placement_of
+from scenecc.backends.sapien.place_articulation import read_articulations
 from scenecc.backends.sapien.selected import scene_indices, seeds_of
 from scenecc.backends.sapien.start import Start
 from scenecc.backends.sapien.state import SceneState
@@ -20,9 +25,11 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
     from typing_extensions import Self
 
-    from scenecc.backends.sapien.bodies import Bodies
     from scenecc.backends.sapien.engine import sapien
-    from scenecc.backends.sapien.state import EntityState
+    from scenecc.backends.sapien.seen.batches import CameraBatch, LightBatch
+    from scenecc.backends.sapien.seen.dress import Dress, Moves
+    from scenecc.backends.sapien.state import AnyState
+    from scenecc.backends.sapien.ties import Again, ConstraintBatch, Ties
     from scenecc.plan import ScenePlan
 
 
@@ -37,7 +44,7 @@ class SceneBatch:
         plan: ScenePlan,
         scene_idxs: tuple[int, ...],
         scenes: list[Any],
-        bodies: Sequence[Bodies],
+        bodies: Sequence[Bodies | Articulations],
         *,
         render: bool,
     ) -> None:
@@ -45,10 +52,14 @@ class SceneBatch:
         self._scene_idxs = scene_idxs
         self._scenes = scenes
         self._bodies = {each.name: each for each in bodies}
-        self._entities = {each.name: EntityBatch(each) for each in bodies}
+        self._entities = {each.name: EntityBatch(each) for each in bodies if isinstance(each, Bodies)}
+        self._articulations = {each.name: ArticulationBatch(each) for each in bodies if isinstance(each, Articulations)}
         self._render = render
         self._number_of = {index: number for number, index in enumerate(scene_idxs)}
-        self._removed: dict[str, EntityBatch] = {}
+        self._order, self._removed = list(self._bodies), dict[str, EntityBatch | ArticulationBatch]()
+        self._ties: Ties | None = None
+        self._dress: Dress | None = None
+        self._parked: dict[str, Parked] = {}
         self._seeds = dict.fromkeys(scene_idxs, plan.seed)
         self._closed = False
 
@@ -91,9 +102,45 @@ class SceneBatch:
 
     @property
     def entities(self) -> dict[str, EntityBatch]:
-        """Entities that are in the scenes now, by name, in build order. Raises RuntimeError once closed."""
+        """Bodies that are in the scenes now, by name, in build order. Raises RuntimeError once closed."""
         self._check_open()
         return self._entities
+
+    @property
+    def articulations(self) -> dict[str, ArticulationBatch]:
+        """Articulations that are in the scenes now, by name, in build order. Raises RuntimeError once closed."""
+        self._check_open()
+        return self._articulations
+
+    @property
+    def lights(self) -> dict[str, LightBatch]:
+        """Lights by name; those of the default rig where the plan has none. Raises RuntimeError once closed."""
+        self._check_open()
+        return {} if self._dress is None else self._dress.lights
+
+    @property
+    def cameras(self) -> dict[str, CameraBatch]:
+        """Cameras by name; where the plan has none, `default`, which sees the whole scene.
+
+        Without a render device they are here too, and say so when a picture is asked for. Raises RuntimeError once
+        closed.
+        """
+        self._check_open()
+        return {} if self._dress is None else self._dress.cameras
+
+    @property
+    def constraints(self) -> dict[str, ConstraintBatch]:
+        """Constraints by name, in build order. Raises RuntimeError once closed."""
+        self._check_open()
+        return {} if self._ties is None else self._ties.batches
+
+    def tie(self, ties: Ties) -> None:
+        """Takes in the constraints that were built into its scenes; for those who build batches."""
+        self._ties = ties
+
+    def dress(self, dress: Dress) -> None:
+        """Takes in the lights and cameras that were built into its scenes; for those who build batches."""
+        self._dress = dress
 
     @property
     def timestep(self) -> float:
@@ -122,10 +169,15 @@ class SceneBatch:
         self._check_open()
         if name in self._removed:
             raise ValueError(f"'{name}' is removed already")
-        entity = self._known(name)
-        for index, obj in zip(entity.scene_idxs, entity.objs, strict=True):
-            self._scenes[self._number_of[index]].remove_entity(obj)
-        self._removed[name] = self._entities.pop(name)
+        self._removed[name] = self._known(name)
+        held = self._bodies[name]
+        if isinstance(held, Articulations):
+            self._parked[name] = Parked(read_articulations(held, held.scene_idxs))
+        for index, entity in entities_of(held):
+            self._scenes[self._number_of[index]].remove_entity(entity)
+        self._entities.pop(name, None)
+        self._articulations.pop(name, None)
+        self._order.remove(name)
 
     def add(self, name: str) -> None:
         """Puts a removed entity back as it was when it was removed: same objects, poses and velocities.
@@ -141,10 +193,16 @@ class SceneBatch:
         if name not in self._removed:
             self._known(name)
             raise ValueError(f"'{name}' is there; only what was removed can be added")
-        entity = self._removed.pop(name)
-        for index, obj in zip(entity.scene_idxs, entity.objs, strict=True):
-            self._scenes[self._number_of[index]].add_entity(obj)
-        self._entities[name] = entity
+        held, batch = self._bodies[name], self._removed.pop(name)
+        for index, entity in entities_of(held):
+            self._scenes[self._number_of[index]].add_entity(entity)
+        self._order.append(name)
+        if isinstance(batch, EntityBatch):
+            self._entities[name] = batch
+        else:
+            self._articulations[name] = batch
+        if isinstance(held, Articulations):
+            self._parked.pop(name).put_back(held)
 
     def reset(
         self,
@@ -156,11 +214,12 @@ class SceneBatch:
     ) -> None:
         """Draws what a running simulation can change anew, and puts every object back to its start.
 
-        Anew are poses of dynamic and kinematic bodies and velocities, where the plan draws them. Everything else
-        (sizes, materials, masses, poses of static bodies) stays as it was built. Every object of the plan gets its
-        pose, its velocities and its sleep state at the start; targets of kinematic bodies and forces that wait for
-        the next step are forgotten. Removed entities stay removed and are at their start when they are added again.
-        What else was changed by hand (a mass, a damping) stays, and so does what was added to the scenes by hand.
+        Anew are poses of dynamic and kinematic bodies, velocities, joints and targets of drives, where the plan draws
+        them. Everything else (sizes, materials, masses, poses of static bodies) stays as it was built. Every object of
+        the plan gets its pose, its velocities and its sleep state at the start; targets of kinematic bodies and forces
+        that wait for the next step are forgotten. Removed entities stay removed and are at their start when they are
+        added again. What else was changed by hand (a mass, a damping) stays, and so does what was added to the scenes
+        by hand.
 
         Args:
             seed: of the draws, for all of these scenes or one for each; None: the one that each scene had last, which
@@ -183,7 +242,18 @@ class SceneBatch:
         self._check_open()
         chosen = self._chosen(scene_idxs)
         seeds = seeds_of(seed, [self._seeds[index] for index in chosen])
-        self._place(chosen, self._start.drawn(chosen, seeds, draws or {}), exact=exact)
+        states = self._start.drawn(chosen, seeds, draws or {})
+        moves: Moves = []
+        if self._dress is not None and self._dress.follows:
+            moves = self._dress.moves(self._start.batch(chosen, seeds, draws or {}))
+        again: Again = []
+        if self._ties is not None and self._ties.pulls:
+            again = self._ties.again(self._start.batch(chosen, seeds, draws or {}))
+        self._place(chosen, states, exact=exact)
+        for component, setter, arguments in again:
+            getattr(component, setter)(*arguments)
+        for entity, pose in moves:
+            entity.set_pose(pose)
         self._seeds.update(zip(chosen, seeds, strict=True))
 
     def state(self, scene_idxs: Sequence[int] | None = None) -> SceneState:
@@ -202,8 +272,8 @@ class SceneBatch:
         """
         self._check_open()
         chosen = tuple(sorted(self._chosen(scene_idxs)))
-        found = {name: read(bodies, chosen) for name, bodies in self._bodies.items()}
-        return SceneState(chosen, {name: state for name, state in found.items() if state.scene_idxs})
+        found = {name: state_of(held, self._parked.get(name), chosen) for name, held in self._bodies.items()}
+        return SceneState.of(chosen, found)
 
     def set_state(self, state: SceneState, scene_idxs: Sequence[int] | None = None, *, exact: bool = False) -> None:
         """Puts all bodies where a state says: `state` gives the same again.
@@ -232,27 +302,33 @@ class SceneBatch:
         if self._closed:
             return
         self._closed = True
-        for entity in (*self._entities.values(), *self._removed.values()):
+        for entity in (*self._entities.values(), *self._articulations.values(), *self._removed.values()):
             entity._close()  # noqa: SLF001  # pyright: ignore[reportPrivateUsage]
+        for held in (self._ties, self._dress):
+            if held is not None:
+                held.close()
         for scene in self._scenes:
             scene.clear()
         self._scenes, self._bodies = [], {}
-        self._entities, self._removed = {}, {}
+        self._entities, self._articulations, self._removed, self._parked = {}, {}, {}, {}
 
     @cached_property
     def _start(self) -> Start:
-        return Start(self._plan, self._scene_idxs)
+        return Start(self._plan, self._scene_idxs, self._bodies)
 
-    def _place(self, scene_idxs: Sequence[int], states: Mapping[str, EntityState], *, exact: bool) -> None:
-        order = [*self._entities, *self._removed]
-        placements = [Placement(self._bodies[name], states[name]) for name in order if name in states]
+    def _place(self, scene_idxs: Sequence[int], states: Mapping[str, AnyState], *, exact: bool) -> None:
+        for name in self._parked.keys() & states.keys():
+            self._parked[name].change(states[name])
+        names = [name for name in (*self._order, *self._removed) if name in states]
+        placements = [placement_of(self._bodies[name], states[name]) for name in names]
         with interrupts_wait():
             for index in scene_idxs:
                 if exact:
                     number = self._number_of[index]
                     self._scenes[number] = place_afresh(placements, index, self._scenes[number])
                 else:
-                    place(placements, index)
+                    with nullcontext() if self._ties is None else self._ties.apart(index):
+                        place(placements, index)
 
     def _chosen(self, scene_idxs: Sequence[int] | None) -> tuple[int, ...]:
         if scene_idxs is None:
@@ -263,10 +339,11 @@ class SceneBatch:
                 raise KeyError(f"no scene {index} in this batch; it has {list(self._scene_idxs)}")
         return chosen
 
-    def _known(self, name: str) -> EntityBatch:
-        if name not in self._entities:
-            raise KeyError(f"no entity '{name}'; there are {', '.join(sorted(self._entities)) or 'none'}")
-        return self._entities[name]
+    def _known(self, name: str) -> EntityBatch | ArticulationBatch:
+        present = {**self._entities, **self._articulations}
+        if name not in present:
+            raise KeyError(f"no entity '{name}'; there are {', '.join(sorted(present)) or 'none'}")
+        return present[name]
 
     def _check_open(self) -> None:
         if self._closed:

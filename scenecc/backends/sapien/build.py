@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from scenecc.backends.sapien.additions import prepare_additions
 from scenecc.backends.sapien.assets_on_disk import refresh
 from scenecc.backends.sapien.batch import SceneBatch
-from scenecc.backends.sapien.bodies import Bodies
+from scenecc.backends.sapien.bodies import Articulations, Bodies
 from scenecc.backends.sapien.engine import physx, render, sapien
 from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.backends.sapien.interrupt import interrupts_wait
 from scenecc.backends.sapien.resources import Resources
-from scenecc.backends.sapien.turn import Turn, take_turn
+from scenecc.backends.sapien.standing import Standing
+from scenecc.backends.sapien.turn import AnyTurn, ArticulationTurn, take_turn
 from scenecc.diagnostics import Location
 
 if TYPE_CHECKING:
@@ -28,15 +30,19 @@ def build_scenes(
     *,
     rendered: bool,
     progress: Callable[[int, int], None] | None,
-) -> tuple[SceneBatch, list[Turn]] | None:
+) -> tuple[SceneBatch, list[AnyTurn]] | None:
     """Builds the scenes named; after a failure, which is reported, nothing is left of them."""
     turns = prepare(plan, scene_idxs, sink, rendered=rendered)
     if turns is None:
         return None
     scenes: list[Any] = []
     try:
+        additions = prepare_additions(plan, Standing(scene_idxs, scenes, turns), rendered=rendered)
         scenes.extend(new_scene(plan, rendered=rendered) for _ in scene_idxs)
         fill(scenes, turns, progress)
+        for addition in additions:
+            for number, scene in enumerate(scenes):
+                addition(scene, number)
     except BaseException as error:
         for scene in scenes:
             scene.clear()
@@ -44,8 +50,14 @@ def build_scenes(
             raise
         report(error, sink, plan.origin)
         return None
-    bodies = [Bodies(turn.entity.name, turn.scene_idxs, turn.objs, turn.components) for turn in turns]
-    return SceneBatch(plan, scene_idxs, scenes, bodies, render=rendered), turns
+    return SceneBatch(plan, scene_idxs, scenes, list(map(_held, turns)), render=rendered), turns
+
+
+def _held(turn: AnyTurn) -> Bodies | Articulations:
+    name, scene_idxs = turn.entity.name, turn.scene_idxs
+    if isinstance(turn, ArticulationTurn):
+        return Articulations(name, scene_idxs, turn.objs, turn.entities, turn.links)
+    return Bodies(name, scene_idxs, turn.objs, turn.components)
 
 
 def new_scene(plan: ScenePlan, *, rendered: bool) -> Any:
@@ -60,14 +72,14 @@ def new_scene(plan: ScenePlan, *, rendered: bool) -> Any:
     return scene
 
 
-def prepare(plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sink, *, rendered: bool) -> list[Turn] | None:
+def prepare(plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sink, *, rendered: bool) -> list[AnyTurn] | None:
     """Everything that is done once: argument tables, materials, and every mesh cooked.
 
     All that fail are reported, not only the first.
     """
     refresh(plan, rendered=rendered)
     resources = Resources(plan)
-    turns: list[Turn] = []
+    turns: list[AnyTurn] = []
     failed = False
     for entity in plan.entities:
         try:
@@ -82,25 +94,17 @@ def prepare(plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sink, *, rendere
     return None if failed else turns
 
 
-def fill(scenes: Sequence[Any], turns: list[Turn], progress: Callable[[int, int], None] | None) -> None:
+def fill(scenes: Sequence[Any], turns: Sequence[AnyTurn], progress: Callable[[int, int], None] | None) -> None:
     """Builds scene after scene: faster than entity after entity, since a scene's memory stays warm.
 
     Raises:
         EngineFailure: the engine cannot make a shape.
     """
-    order = [(turn.make, turn.table, turn.objs.append, turn.components.append) for turn in turns]
+    order = [turn.placer() for turn in turns]
     for number, scene in enumerate(scenes):
         add = scene.add_entity
-        for make, table, keep_entity, keep_component in order:
-            if make is not None:
-                entity, component = make(number)
-            elif (own := table[number]) is not None:
-                entity, component = own[0](own[1])
-            else:
-                continue
-            add(entity)
-            keep_entity(entity)
-            keep_component(component)
+        for place in order:
+            place(add, number)
         if progress is not None:
             progress(number + 1, len(scenes))
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.backends.sapien.columns import position_and_rotation, taken
 from scenecc.backends.sapien.engine import physx, render, sapien
-from scenecc.backends.sapien.failure import EngineFailure
+from scenecc.backends.sapien.failure import REFUSED, EngineFailure
 from scenecc.backends.sapien.knobs import BODY_KNOBS, RENDER_KNOBS
 from scenecc.backends.sapien.mass import mass_step
 from scenecc.backends.sapien.shapes import attach, collision_steps, cook, split, visual_steps
@@ -24,9 +24,6 @@ _COMPONENTS: dict[str, Any] = {
     "static": physx.PhysxRigidStaticComponent,
     "none": None,
 }
-
-
-REFUSED = "SC808"
 
 
 class BatchActorBuilder(sapien.ActorBuilder):

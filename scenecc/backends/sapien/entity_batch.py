@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scenecc.backends.sapien.bodies import chosen_rows
 from scenecc.backends.sapien.engine import physx, sapien
 from scenecc.backends.sapien.rows import pose_rows, vector_rows
-from scenecc.backends.sapien.selected import scene_indices
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -115,14 +115,7 @@ class EntityBatch:
             components[row].set_angular_velocity(new)
 
     def _rows(self, scene_idxs: Sequence[int] | None) -> Sequence[int]:
-        if scene_idxs is None:
-            return range(len(self._bodies.objs))
-        asked = scene_indices(scene_idxs)
-        missing = [index for index in asked if index not in self._bodies.row_of]
-        if missing:
-            there = list(self._bodies.scene_idxs)
-            raise KeyError(f"'{self._bodies.name}' is not in scene {missing[0]} of this batch; it is in {there}")
-        return [self._bodies.row_of[index] for index in asked]
+        return chosen_rows(self._bodies, scene_idxs)
 
     def _moving(self, what: str) -> list[Any]:
         self._check_open()

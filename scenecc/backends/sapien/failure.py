@@ -8,6 +8,10 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
 
 
+REFUSED = "SC808"
+"""The code of what the engine does not take of a body."""
+
+
 class EngineFailure(Exception):
     """The engine or the machine cannot do what the plan asks.
 

@@ -103,6 +103,24 @@ SHAPE_KNOBS = _knobs(_Shape, "shape")
 BODY_KNOBS = _knobs(_Body, "body")
 """Fields of `BodyStructure` that a dynamic or kinematic body has, set once its shapes and mass are there."""
 
+_Articulation = physx.PhysxArticulation
+
+ARTICULATION_KNOBS = Knobs(
+    {
+        field: Knob(getattr(_Articulation, f"set_{field}"), field, scalars)
+        for field in ("solver_position_iterations", "solver_velocity_iterations", "sleep_threshold")
+    }
+)
+"""Fields of `ArticulationStructure` that are the whole's, set once it is in a scene."""
+
+ROOT_KNOBS = Knobs(
+    {
+        field: Knob(getattr(_Articulation, f"set_root_{field}"), f"root_{field}", vectors, (0.0, 0.0, 0.0))
+        for field in ("linear_velocity", "angular_velocity")
+    }
+)
+"""Fields of `ArticulationStructure` that its root has at the start, set before `qpos` and `qvel`."""
+
 RENDER_KNOBS = Knobs(
     {
         "visibility": Knob(lambda body, value: setattr(body, "visibility", value), "visibility", scalars),

@@ -28,6 +28,7 @@ def mass_step(structure: BodyStructure, rows: NDArray[np.intp]) -> Callable[[Any
 
 
 def _given(inertial: Inertial, rows: NDArray[np.intp]) -> Callable[[Any, int], None]:
+    """What sets mass, centre of mass and inertia as they are given, on a component of one of `rows`."""
     mass = _full(scalars(taken(inertial.mass, rows)), len(rows))
     com = _full(poses(taken(inertial.com, rows)), len(rows))
     inertia = _full(vectors(taken(inertial.inertia, rows)), len(rows))
@@ -41,6 +42,7 @@ def _given(inertial: Inertial, rows: NDArray[np.intp]) -> Callable[[Any, int], N
 
 
 def _scaled(value: Value, rows: NDArray[np.intp], origin: Origin | None) -> Callable[[Any, int], None]:
+    """What sets the mass alone, and scales with it the inertia that the engine computed from the densities."""
     mass = _full(scalars(taken(value, rows)), len(rows))
 
     def step(component: Any, row: int) -> None:

@@ -19,15 +19,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.backends.sapien.bodies import can_move, is_kinematic
+from scenecc.backends.sapien.bodies import Articulations, can_move, is_kinematic
 from scenecc.backends.sapien.columns import poses
 from scenecc.backends.sapien.engine import physx, sapien
-from scenecc.backends.sapien.state import EntityState, resting
+from scenecc.backends.sapien.place_articulation import ArticulationPlacement
+from scenecc.backends.sapien.state import ArticulationState, EntityState, resting
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from scenecc.backends.sapien.bodies import Bodies
+    from scenecc.backends.sapien.state import AnyState
 
 
 def read(bodies: Bodies, scene_idxs: Iterable[int]) -> EntityState:
@@ -109,7 +111,16 @@ class Placement:
             component.set_kinematic_target(self._targets[row])
 
 
-def place(placements: Sequence[Placement], scene: int) -> None:
+def placement_of(held: Bodies | Articulations, state: AnyState) -> Placement | ArticulationPlacement:
+    """Of whichever kind it is; the state is of the same."""
+    if isinstance(held, Articulations):
+        assert isinstance(state, ArticulationState)
+        return ArticulationPlacement(held, state)
+    assert isinstance(state, EntityState)
+    return Placement(held, state)
+
+
+def place(placements: Sequence[Placement | ArticulationPlacement], scene: int) -> None:
     """Puts the bodies of a scene where their states say. `placements` in build order."""
     for placement in reversed(placements):
         placement.take_out(scene)
@@ -119,7 +130,7 @@ def place(placements: Sequence[Placement], scene: int) -> None:
         placement.settle(scene)
 
 
-def place_afresh(placements: Sequence[Placement], scene: int, old: Any) -> Any:
+def place_afresh(placements: Sequence[Placement | ArticulationPlacement], scene: int, old: Any) -> Any:
     """As `place`, in a new scene whose simulation has no past. It takes over all that the old one held."""
     new: Any = sapien.Scene(_systems_like(old))
     new.set_timestep(old.get_timestep())

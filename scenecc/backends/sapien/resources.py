@@ -118,10 +118,15 @@ class Resources:
     def _make_visual(self, material: VisualMaterial, row: int) -> Any:
         made = render.RenderMaterial(**material.row(row))
         for name, texture in material.textures().items():
-            setattr(made, name, self._texture(texture, row))
+            setattr(made, name, self.texture(texture, row))
         return made
 
-    def _texture(self, texture: Texture, row: int) -> Any:
+    def texture(self, texture: Texture, row: int) -> Any:
+        """A `RenderTexture2D` as in one row of what has it; one for all that sample a file alike.
+
+        Raises:
+            EngineFailure: the renderer cannot load the file.
+        """
         path, sampling = self.path(int(texture.file.row(row))), texture.sampling()
         key = (path, *sampling.items())
         if key not in self._textures:

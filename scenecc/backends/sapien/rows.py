@@ -37,6 +37,30 @@ def vector_rows(vector: Any, count: int) -> NDArray[np.float32]:
     return _rows(vector, 3, count, "a velocity")
 
 
+def joint_number_rows(numbers: Any, dofs: list[int], width: int, what: str) -> list[NDArray[np.float32]]:
+    """One row for each of some articulations, as long as it has joints that move, from (width,) or (B, width).
+
+    `dofs`: how many each has, `width` at most; what is given beyond is not looked at. Raises ValueError.
+    """
+    rows = np.asarray(numbers, dtype=np.float32)
+    if rows.shape not in ((width,), (1, width), (len(dofs), width)):
+        raise ValueError(f"{what} is ({width},) or ({len(dofs)}, {width}) here, not {rows.shape}")
+    rows = np.broadcast_to(rows, (len(dofs), width))
+    found = [row[:dof].copy() for row, dof in zip(rows, dofs, strict=True)]
+    if not all(np.isfinite(row).all() for row in found):
+        raise ValueError(f"{what} must be finite")
+    return found
+
+
+def padded(rows: list[Any], width: int) -> NDArray[np.float32]:
+    """(B, width, …) of rows (dof, …), filled with NaN."""
+    shape = np.shape(rows[0])[1:] if rows else ()
+    found = np.full((len(rows), width, *shape), np.nan, np.float32)
+    for row, numbers in zip(found, rows, strict=True):
+        row[: len(numbers)] = numbers
+    return found
+
+
 def _rows(given: Any, width: int, count: int, what: str) -> NDArray[np.float32]:
     rows = np.asarray(given, dtype=np.float32)
     if rows.shape not in ((width,), (1, width), (count, width)):

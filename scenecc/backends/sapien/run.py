@@ -10,7 +10,10 @@ from scenecc.backends.sapien.build import build_scenes, report
 from scenecc.backends.sapien.cuda import refusal
 from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.backends.sapien.machine import new_render_system, render_problem
+from scenecc.backends.sapien.seen.dress import Dress
 from scenecc.backends.sapien.settings import engine_settings
+from scenecc.backends.sapien.standing import Standing
+from scenecc.backends.sapien.ties import Ties
 from scenecc.diagnostics.collector import collector_paused
 
 if TYPE_CHECKING:
@@ -50,6 +53,19 @@ def run(
         batch, turns = built
         if audit != "off" and not audit_batch(batch, turns, present, sink, audit):
             batch.close()
+            return None
+        # The audit looks at bodies, and finds nothing else in the scenes.
+        if plan.constraints:
+            ties = Ties(plan, Standing(scene_idxs, batch.scenes, turns))
+            batch.tie(ties)
+            if audit != "off" and not ties.audit(sink):
+                batch.close()
+                return None
+        try:
+            batch.dress(Dress(plan, Standing(scene_idxs, batch.scenes, turns), rendered=rendered))
+        except EngineFailure as failure:
+            batch.close()
+            report(failure, sink, plan.origin)
             return None
         return batch
 

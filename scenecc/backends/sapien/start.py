@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from scenecc.backends.sapien.bodies import Articulations
 from scenecc.backends.sapien.columns import taken
-from scenecc.backends.sapien.state import EntityState, resting
+from scenecc.backends.sapien.state import resting, standing
 from scenecc.backends.sapien.turn import parts_of, present_rows
 from scenecc.diagnostics.words import cut
+from scenecc.plan import ArticulationStructure, BodyStructure
 from scenecc.plan.shared_poses import is_pose
 from scenecc.values.columns import joined
 from scenecc.values.evaluate import Batch
@@ -24,40 +26,56 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.plan import BodyStructure, Entity, ScenePlan, Value
+    from scenecc.backends.sapien.bodies import Bodies
+    from scenecc.backends.sapien.state import AnyState, ArticulationState
+    from scenecc.backends.sapien.turn import Part
+    from scenecc.plan import Entity, ScenePlan, Value
     from scenecc.values.nodes import Node
 
 _VELOCITIES = ("linear_velocity", "angular_velocity")
 
 
+_OF_JOINTS = ("qpos", "qvel", "drive_target", "drive_velocity_target")
+
+
 class _Recipe(NamedTuple):
-    """One field that a reset draws anew, in those of the batch's scenes that have it."""
+    """One field that a reset draws anew, in those of the batch's scenes that have it.
+
+    `column` is that of a joint, of the name `joint`; None: the field is a pose or a velocity.
+    """
 
     entity: str
     field: str
     node: Node
     scene_idxs: frozenset[int]
+    column: int | None = None
+    joint: str = ""
+
+    @property
+    def what(self) -> str:
+        """For people."""
+        return self.field if self.column is None else f"{self.field} of joint '{self.joint}'"
 
 
 class Start:
     """The start of a batch; prepared once, when it is first reset."""
 
-    def __init__(self, plan: ScenePlan, scene_idxs: tuple[int, ...]) -> None:
+    def __init__(
+        self, plan: ScenePlan, scene_idxs: tuple[int, ...], held: Mapping[str, Bodies | Articulations]
+    ) -> None:
         self._plan = plan
         self._draws: Mapping[str, Node] = dict(plan.draws)
         # What stays as it is built stands in the plan as its rows.
         self._drawn_again = [name for name, node in plan.draws if not isinstance(node, Rows) and not is_pose(name)]
         found = [(entity, *present_rows(entity, scene_idxs)) for entity in plan.entities]
         present = [each for each in found if each[1]]
-        self._states = {entity.name: _state(entity, where, rows) for entity, where, rows in present}
+        self._states = {entity.name: _state(entity, where, rows, held[entity.name]) for entity, where, rows in present}
         self._row_of = {
             name: {index: row for row, index in enumerate(state.scene_idxs)} for name, state in self._states.items()
         }
-        self._recipes = [recipe for each in present for recipe in _recipes(*each)]
+        self._recipes = [recipe for each in present for recipe in _recipes(*each, held[each[0].name])]
 
-    def drawn(
-        self, scene_idxs: Sequence[int], seeds: Sequence[int], given: Mapping[str, Any]
-    ) -> dict[str, EntityState]:
+    def drawn(self, scene_idxs: Sequence[int], seeds: Sequence[int], given: Mapping[str, Any]) -> dict[str, AnyState]:
         """The start of every entity in some scenes, each by a seed of its own.
 
         Args:
@@ -69,17 +87,21 @@ class Start:
             ValueError: something has no value, or none that the engine can hold; entity, field and scene are named. Or
                 what is given is not of the kind and shape of its draw.
         """
-        whole = self._spread(given, scene_idxs)
-        chosen = sorted(scene_idxs)
-        seed_of = dict(zip(scene_idxs, seeds, strict=True))
-        one = seeds[0] if len(set(seeds)) == 1 else tuple(seed_of[index] for index in chosen)
-        batch = Batch(np.array(chosen, dtype=np.int64), one, self._plan.num_scenes, self._draws, whole)
+        batch, chosen = self.batch(scene_idxs, seeds, given), sorted(scene_idxs)
         rows_of = {name: [rows[i] for i in chosen if i in rows] for name, rows in self._row_of.items()}
         found = {name: state.rows(rows_of[name]) for name, state in self._states.items() if rows_of[name]}
         for recipe in self._recipes:
             if recipe.entity in found:
                 _draw(recipe, batch, found[recipe.entity])
         return found
+
+    def batch(self, scene_idxs: Sequence[int], seeds: Sequence[int], given: Mapping[str, Any]) -> Batch:
+        """What evaluates recipes in some scenes, by ascending index. Arguments and errors as of `drawn`."""
+        whole = self._spread(given, scene_idxs)
+        chosen = sorted(scene_idxs)
+        seed_of = dict(zip(scene_idxs, seeds, strict=True))
+        one = seeds[0] if len(set(seeds)) == 1 else tuple(seed_of[index] for index in chosen)
+        return Batch(np.array(chosen, dtype=np.int64), one, self._plan.num_scenes, self._draws, whole)
 
     def _spread(self, given: Mapping[str, Any], scene_idxs: Sequence[int]) -> dict[str, NDArray[Any]]:
         """Values for some scenes as values for all, which is how the draws take them."""
@@ -110,41 +132,73 @@ def _cannot_change(name: str, names: Sequence[str]) -> str:
     )
 
 
-def _state(entity: Entity, scene_idxs: tuple[int, ...], rows: NDArray[np.intp]) -> EntityState:
+def _state(
+    entity: Entity, scene_idxs: tuple[int, ...], rows: NDArray[np.intp], held: Bodies | Articulations
+) -> AnyState:
     """As the plan has it."""
     pose = np.broadcast_to(taken(entity.pose, rows), (len(rows), 7))
+    if isinstance(held, Articulations):
+        whole = standing(scene_idxs, pose, held.dof)
+        for part in parts_of(entity, rows):
+            if isinstance(part.structure, ArticulationStructure):
+                _stand(whole, part.structure, part, held)
+        return whole
     start = resting(scene_idxs, pose, np.zeros(len(rows), np.bool_))
     for part in parts_of(entity, rows):
-        if part.structure.body_type == "dynamic":
+        if isinstance(part.structure, BodyStructure) and part.structure.body_type == "dynamic":
             start.dynamic[part.numbers] = True
-            for name, value in _velocities(part.structure):
+            for name, value in _said(part.structure, _VELOCITIES):
                 getattr(start, name)[part.numbers] = taken(value, part.rows)
     return start
 
 
-def _recipes(entity: Entity, scene_idxs: tuple[int, ...], rows: NDArray[np.intp]) -> Iterator[_Recipe]:
+def _stand(start: ArticulationState, structure: ArticulationStructure, part: Part[Any], held: Articulations) -> None:
+    """Fills the rows of a structure."""
+    for name, value in _said(structure, _VELOCITIES):
+        getattr(start, name)[part.numbers] = taken(value, part.rows)
+    joints = structure.active_joints
+    columns = held.columns[int(part.numbers[0])]
+    for field in _OF_JOINTS:
+        numbers = getattr(start, field)
+        for joint, column in zip(joints, columns.tolist(), strict=True):
+            for _, value in _said(joint, (field,)):
+                numbers[part.numbers, column] = taken(value, part.rows)
+    for field in (*_OF_JOINTS, "qf"):
+        getattr(start, field)[part.numbers, len(joints) :] = np.nan
+
+
+def _recipes(
+    entity: Entity, scene_idxs: tuple[int, ...], rows: NDArray[np.intp], held: Bodies | Articulations
+) -> Iterator[_Recipe]:
     if entity.pose.recipe is not None:
         yield _Recipe(entity.name, "pose", entity.pose.recipe, frozenset(scene_idxs))
     for part in parts_of(entity, rows):
         numbers: list[int] = part.numbers.tolist()
         where = frozenset(scene_idxs[number] for number in numbers)
-        for name, value in _velocities(part.structure):
+        for name, value in _said(part.structure, _VELOCITIES):
             if value.recipe is not None:
                 yield _Recipe(entity.name, name, value.recipe, where)
+        if isinstance(held, Articulations) and isinstance(part.structure, ArticulationStructure):
+            columns: list[int] = held.columns[numbers[0]].tolist()
+            for joint, column in zip(part.structure.active_joints, columns, strict=True):
+                for name, value in _said(joint, _OF_JOINTS):
+                    if value.recipe is not None:
+                        yield _Recipe(entity.name, name, value.recipe, where, column, joint.name)
 
 
-def _velocities(structure: BodyStructure) -> list[tuple[str, Value]]:
-    found = [(name, getattr(structure, name)) for name in _VELOCITIES]
+def _said(holder: object, fields: Sequence[str]) -> list[tuple[str, Value]]:
+    """Those of some fields of which the plan says something."""
+    found = [(name, getattr(holder, name)) for name in fields]
     return [(name, value) for name, value in found if value is not None]
 
 
 def _without_value(recipe: _Recipe, error: DrawError) -> str:
     """What has no value, and in which expression of the file, which may be that of a shared draw."""
-    told = f"'{recipe.entity}' in scene {error.scene}: its {recipe.field} has no value: {error.message}"
+    told = f"'{recipe.entity}' in scene {error.scene}: its {recipe.what} has no value: {error.message}"
     return f"{told}, in {cut(error.node.template.text)!r}" if isinstance(error.node, Computed) else told
 
 
-def _draw(recipe: _Recipe, batch: Batch, found: EntityState) -> None:
+def _draw(recipe: _Recipe, batch: Batch, found: AnyState) -> None:
     """Fills the rows of `found` in those of the batch's scenes that have the field."""
     having = [number for number, index in enumerate(batch.scenes.tolist()) if index in recipe.scene_idxs]
     if not having:
@@ -156,11 +210,16 @@ def _draw(recipe: _Recipe, batch: Batch, found: EntityState) -> None:
         raise ValueError(_without_value(recipe, error)) from None
     with np.errstate(over="ignore"):
         values = np.asarray(drawn, dtype=np.float64).astype(np.float32)
-    wrong = np.flatnonzero(~np.isfinite(values).all(axis=1))
+    wrong = np.flatnonzero(~np.isfinite(values).reshape(len(values), -1).all(axis=1))
     if wrong.size:
         scene, shown = int(part.scenes[wrong[0]]), np.asarray(drawn)[wrong[0]].tolist()
         raise ValueError(
-            f"'{recipe.entity}' in scene {scene}: its {recipe.field} is drawn as {shown}, and the engine takes "
+            f"'{recipe.entity}' in scene {scene}: its {recipe.what} is drawn as {shown}, and the engine takes "
             "finite numbers in the range of float32 alone"
         )
-    getattr(found, recipe.field)[np.searchsorted(found.scene_idxs, part.scenes)] = values
+    rows = np.searchsorted(found.scene_idxs, part.scenes)
+    numbers = getattr(found, recipe.field)
+    if recipe.column is None:
+        numbers[rows] = values
+    else:
+        numbers[rows, recipe.column] = values

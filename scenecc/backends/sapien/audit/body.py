@@ -25,6 +25,7 @@ _TYPES = {
     "dynamic": physx.PhysxRigidDynamicComponent,
     "kinematic": physx.PhysxRigidDynamicComponent,
     "static": physx.PhysxRigidStaticComponent,
+    "link": physx.PhysxArticulationLinkComponent,
 }
 
 
@@ -41,27 +42,36 @@ class BodyAudit:
 
     def look_at(self, turn: Turn, structure: BodyStructure, number: int) -> None:
         """The body that is number `number` of its entity; its name, scene and pose are looked at elsewhere."""
-        components: list[Any] = turn.objs[number].components
-        row, place = int(turn.rows[number]), Place(turn, number, structure.origin)
-        seen = self._rendered and bool(structure.visuals)
-        kinds: list[Any] = [render.RenderBodyComponent] if seen else []
-        if structure.body_type != "none":
-            kinds.append(_TYPES[structure.body_type])
+        place = Place(turn, number, structure.origin)
+        self.components(turn.entity.name, structure, turn.objs[number].components, int(turn.rows[number]), place)
+
+    def components(self, name: str, structure: BodyStructure, components: list[Any], row: int, place: Place) -> None:
+        """What an entity has: a body of a name, in a row of the plan's values."""
+        kinds = self._kinds(structure)
         if list(map(type, components)) != kinds:
             names = [[kind.__name__ for kind in some] for some in (kinds, map(type, components))]
             self._sweep.tell(place, "components", *names)
             return
         for component in components:
-            self._sweep.hold("component.name", turn.entity.name, component, place)
-        if seen:
-            self._visuals.look_at(structure, components[0], row, place)
-        if structure.body_type != "none":
-            self._body(structure, components[-1], row, place)
+            self._sweep.hold("component.name", name, component, place)
+            if isinstance(component, render.RenderBodyComponent):
+                self._visuals.look_at(structure, component, row, place)
+            else:
+                self._body(structure, component, row, place)
+
+    def _kinds(self, structure: BodyStructure) -> list[Any]:
+        seen: list[Any] = [render.RenderBodyComponent] if self._rendered and structure.visuals else []
+        if structure.body_type == "none":
+            return seen
+        own = _TYPES[structure.body_type]
+        # SAPIEN's builders make the look of an actor first, and that of a link last.
+        return [own, *seen] if structure.body_type == "link" else [*seen, own]
 
     def _body(self, structure: BodyStructure, body: Any, row: int, place: Place) -> None:
         self._shapes.look_at(structure, body, row, place)
         if structure.body_type != "static":
-            defaults = self._defaults.kinematic if structure.body_type == "kinematic" else self._defaults.dynamic
+            kinds = {"kinematic": self._defaults.kinematic, "link": self._defaults.link}
+            defaults = kinds.get(structure.body_type, self._defaults.dynamic)
             own = {knob.get: plain_row(value, row) for knob, value in BODY_KNOBS.said(structure)}
             self._sweep.expect_but(defaults, own, body, place)
             if structure.inertial is not None:

@@ -9,8 +9,17 @@ from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.backends.sapien.audit.difference import pose_state, single
-from scenecc.backends.sapien.engine import physx, render
-from scenecc.backends.sapien.knobs import BODY_KNOBS, GROUPS, RENDER_KNOBS, SHAPE_KNOBS, Knobs
+from scenecc.backends.sapien.engine import physx, render, sapien
+from scenecc.backends.sapien.joints import JOINT_KNOBS
+from scenecc.backends.sapien.knobs import (
+    ARTICULATION_KNOBS,
+    BODY_KNOBS,
+    GROUPS,
+    RENDER_KNOBS,
+    SHAPE_KNOBS,
+    Knobs,
+)
+from scenecc.backends.sapien.links import LINK_FIELDS
 from scenecc.plan import VisualMaterial
 
 if TYPE_CHECKING:
@@ -39,6 +48,7 @@ class Defaults:
         shape, plane: of a collision shape of a body without collision groups of its own.
         pose: of a shape.
         dynamic, kinematic: of a rigid body.
+        link, joint, articulation: of these.
         look, paint: of a render body and of a `RenderMaterial`; empty where nothing renders.
         scene, sdf: the settings of a scene's system, and those by which distance fields are cooked.
         timestep: of a scene [s].
@@ -51,6 +61,9 @@ class Defaults:
     pose: Expected
     dynamic: Expected
     kinematic: Expected
+    link: Expected
+    joint: Expected
+    articulation: Expected
     look: Expected
     paint: Expected
     scene: Expected
@@ -67,6 +80,7 @@ class Defaults:
             plane=_overlaid(self.plane, physics),
             dynamic=_overlaid(self.dynamic, physics),
             kinematic=_overlaid(self.kinematic, physics),
+            articulation=_overlaid(self.articulation, physics),
             scene=_overlaid(self.scene, physics),
             sdf=self.sdf if physics.sdf is None else _overlaid(self.sdf, physics.sdf),
             timestep=self.timestep if physics.timestep is None else single(physics.timestep),
@@ -79,6 +93,7 @@ def present_defaults(*, rendered: bool) -> Defaults:
     fresh = physx.PhysxCollisionShapeSphere(1.0, material)
     shape = _table(SHAPE_KNOBS, fresh) | _read(fresh, [GROUPS.get])
     body = _table(BODY_KNOBS, physx.PhysxRigidDynamicComponent())
+    link, joint, articulation = _articulation()
     scene, sdf = physx.get_scene_config(), physx.get_sdf_config()
     return Defaults(
         material=material,
@@ -88,11 +103,27 @@ def present_defaults(*, rendered: bool) -> Defaults:
         pose={"local_pose": pose_state(fresh.local_pose)},
         dynamic=body | {"kinematic": False},
         kinematic=body | {"kinematic": True},
+        link=link,
+        joint=joint,
+        articulation=articulation,
         look=_table(RENDER_KNOBS, render.RenderBodyComponent()) if rendered else {},
         paint=_read(render.RenderMaterial(), PAINT) if rendered else {},
         scene=_read(scene, settings_of(scene)),
         sdf=_read(sdf, settings_of(sdf)),
     )
+
+
+def _articulation() -> tuple[Expected, Expected, Expected]:
+    """Of links, of joints and of a whole, off two links, one of which hangs on the other."""
+    links = [physx.PhysxArticulationLinkComponent(None)]
+    links.append(physx.PhysxArticulationLinkComponent(links[0]))
+    entities = [sapien.Entity() for _ in links]
+    for entity, link in zip(entities, links, strict=True):
+        entity.add_component(link)
+    joint = links[1].get_joint()
+    joint.set_type("revolute")
+    articulation = links[0].get_articulation()
+    return _read(links[0], LINK_FIELDS), _table(JOINT_KNOBS, joint), _table(ARTICULATION_KNOBS, articulation)
 
 
 def frictions(material: Friction) -> Expected:

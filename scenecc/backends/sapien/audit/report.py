@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal
 
-from scenecc.backends.sapien.audit.bodies import look_at_all, look_at_entities
+from scenecc.backends.sapien.audit.articulation import ArticulationAudit
+from scenecc.backends.sapien.audit.bodies import look_at_all
 from scenecc.backends.sapien.audit.body import BodyAudit
+from scenecc.backends.sapien.audit.entities import look_at_entities
 from scenecc.backends.sapien.audit.meshes import Meshes
 from scenecc.backends.sapien.audit.scene import cooking_differences, scene_differences
 from scenecc.backends.sapien.audit.sweep import Sweep
+from scenecc.backends.sapien.turn import ArticulationTurn
 from scenecc.diagnostics import Location
 
 if TYPE_CHECKING:
@@ -16,13 +19,15 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.audit.difference import Difference
     from scenecc.backends.sapien.audit.sweep import Place
     from scenecc.backends.sapien.batch import SceneBatch
-    from scenecc.backends.sapien.turn import Turn
+    from scenecc.backends.sapien.turn import AnyTurn
     from scenecc.diagnostics import Origin, Sink
 
 CODE = "SC802"
 
 
-def audit(batch: SceneBatch, turns: list[Turn], present: Defaults, sink: Sink, level: Literal["full", "fast"]) -> bool:
+def audit(
+    batch: SceneBatch, turns: list[AnyTurn], present: Defaults, sink: Sink, level: Literal["full", "fast"]
+) -> bool:
     """Compares what the engine holds with the plan, reports every difference, and says whether there is none.
 
     To be called before anything is stepped, and while the process-wide defaults are those of the build;
@@ -47,28 +52,34 @@ def audit(batch: SceneBatch, turns: list[Turn], present: Defaults, sink: Sink, l
 
 
 def _look_at_bodies(
-    batch: SceneBatch, turns: list[Turn], defaults: Defaults, sweep: Sweep, level: Literal["full", "fast"]
+    batch: SceneBatch, turns: list[AnyTurn], defaults: Defaults, sweep: Sweep, level: Literal["full", "fast"]
 ) -> None:
     meshes = Meshes(batch.plan, defaults.material)
     bodies = BodyAudit(batch.plan, defaults, meshes, sweep, rendered=batch.render)
     look_at_entities(turns, batch.scenes, batch.scene_idxs, sweep, every_name=level == "full")
+    articulations = ArticulationAudit(bodies, defaults, meshes, sweep)
     for turn in turns:
+        if isinstance(turn, ArticulationTurn):
+            articulations.look_at(turn, every=level == "full")
+            continue
         for part in turn.parts:
             closely = part.numbers if level == "full" else part.numbers[:1]
             for number in closely.tolist():
                 bodies.look_at(turn, part.structure, number)
             if len(closely) < len(part.numbers) and part.structure.body_type != "none":
-                look_at_all(turn, part, meshes, sweep)
+                components: list[Any] = [turn.components[number] for number in part.numbers]
+                look_at_all(turn, part, components, meshes, sweep)
 
 
-def _tell_all(sink: Sink, turn: Turn, found: list[tuple[Place, Difference]]) -> None:
+def _tell_all(sink: Sink, turn: AnyTurn, found: list[tuple[Place, Difference]]) -> None:
     """One diagnostic a property and place, however many scenes have it."""
-    groups: dict[tuple[str, Any], tuple[Difference, list[int]]] = {}
+    groups: dict[tuple[str, Any, str | None], tuple[Difference, list[int]]] = {}
     for place, difference in found:
-        key = (difference.what, difference.origin)
+        key = (difference.what, difference.origin, place.link)
         groups.setdefault(key, (difference, []))[1].append(turn.scene_idxs[place.number])
-    for difference, scene_idxs in groups.values():
-        _tell(sink, difference, f"'{turn.entity.name}'", sorted(set(scene_idxs)), turn.entity.origin)
+    for (_, _, link), (difference, scene_idxs) in groups.items():
+        who = f"'{turn.entity.name}'" if link is None else f"link '{link}' of '{turn.entity.name}'"
+        _tell(sink, difference, who, sorted(set(scene_idxs)), turn.entity.origin)
 
 
 def _tell(sink: Sink, difference: Difference, who: str, scene_idxs: list[int], place: Origin | None) -> None:

@@ -8,7 +8,6 @@ import numpy as np
 
 from scenecc.backends.sapien.audit.defaults import Defaults, frictions
 from scenecc.backends.sapien.audit.geometry import COLLISION_SIZES
-from scenecc.backends.sapien.audit.sweep import Expected, Place, Sweep
 from scenecc.backends.sapien.columns import plain_row
 from scenecc.backends.sapien.knobs import GROUPS, SHAPE_KNOBS
 from scenecc.plan import ConvexMesh, ConvexParts, MeshGeometry, Plane, TriangleMesh
@@ -17,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from scenecc.backends.sapien.audit.meshes import Meshes
+    from scenecc.backends.sapien.audit.sweep import Expected, Place, Sweep
     from scenecc.plan import BodyStructure, CollisionShape, ScenePlan, Value
 
 
@@ -48,7 +48,7 @@ class ShapeAudit:
             return
         start = 0
         for shape, count in zip(structure.collisions, counts, strict=True):
-            where = Place(place.turn, place.number, shape.origin)
+            where = place._replace(origin=shape.origin)
             self._shape(structure, shape, found[start : start + count], row, where)
             start += count
 

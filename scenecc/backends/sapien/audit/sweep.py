@@ -14,7 +14,7 @@ from scenecc.backends.sapien.engine import sapien
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scenecc.backends.sapien.turn import Turn
+    from scenecc.backends.sapien.turn import AnyTurn
     from scenecc.diagnostics import Origin
 
 Expected = dict[str, Any]
@@ -22,11 +22,12 @@ Expected = dict[str, Any]
 
 
 class Place(NamedTuple):
-    """A body: its entity, its number there, and the node that asked for what is looked at."""
+    """A body: its entity, its number there, the node that asked for what is looked at, and which link it is."""
 
-    turn: Turn
+    turn: AnyTurn
     number: int
     origin: Origin | None
+    link: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +112,7 @@ class Sweep:
 def _wrong(expected: Any, found: Sequence[Any]) -> list[int]:
     """Which of the values read differ from one value, its floats rounded to float32."""
     if isinstance(found[0], np.ndarray):
-        return np.flatnonzero((np.array(found) != expected).any(axis=1)).tolist()
+        return np.flatnonzero((np.array(found) != expected).reshape(len(found), -1).any(axis=1)).tolist()
     if isinstance(found[0], sapien.Pose):
         states = [pose.__getstate__() for pose in found]
         if states.count(expected) == len(states):
@@ -131,7 +132,7 @@ def _unequal(expected: list[Any], found: list[Any]) -> list[int]:
         wanted = np.array(expected)
         with np.errstate(over="ignore"):
             wrong = (wanted.astype(np.float32) if wanted.dtype.kind == "f" else wanted) != np.array(found)
-        return np.flatnonzero(wrong if wrong.ndim == 1 else wrong.any(axis=1)).tolist()
+        return np.flatnonzero(wrong.reshape(len(found), -1).any(axis=1)).tolist()
     if expected == found:
         return []
     return [i for i, (value, other) in enumerate(zip(expected, found, strict=True)) if not same(value, other)]

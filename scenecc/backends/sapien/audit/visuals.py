@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from scenecc.backends.sapien.audit.difference import same, shown
 from scenecc.backends.sapien.audit.geometry import VISUAL_SIZES, tiles
 from scenecc.backends.sapien.audit.shapes import look_at_pose
-from scenecc.backends.sapien.audit.sweep import Place, Sweep
 from scenecc.backends.sapien.columns import plain_row
 from scenecc.backends.sapien.knobs import RENDER_KNOBS
 from scenecc.plan import Mesh, TiledPlane, VisualMaterial
@@ -17,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scenecc.backends.sapien.audit.defaults import Defaults
+    from scenecc.backends.sapien.audit.sweep import Place, Sweep
     from scenecc.plan import BodyStructure, ScenePlan, Texture, VisualShape
 
 _TEXTURES = tuple(
@@ -53,7 +53,7 @@ class VisualAudit:
             self._sweep.tell(place, "render_shapes", len(structure.visuals), len(found))
             return
         for shape, made in zip(structure.visuals, found, strict=True):
-            self._shape(shape, made, row, Place(place.turn, place.number, shape.origin))
+            self._shape(shape, made, row, place._replace(origin=shape.origin))
 
     def _shape(self, shape: VisualShape, found: Any, row: int, place: Place) -> None:
         kind, sizes = VISUAL_SIZES[type(shape.geometry)]

@@ -1,0 +1,1 @@
+"""Lights, surroundings and cameras: what is built for pictures alone, once the bodies stand."""

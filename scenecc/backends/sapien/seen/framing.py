@@ -1,0 +1,70 @@
+"""A camera that sees all of a scene, for plans that have none."""
+
+from __future__ import annotations
+
+from math import radians, sin
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.backends.sapien.engine import render
+from scenecc.plan import Camera, Perspective, literal
+from scenecc.values import rotations
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from numpy.typing import NDArray
+
+NAME: Final = "default"
+WIDTH, HEIGHT, FOVY = 640, 480, radians(60)
+TOWARDS: Final = (1.0, 0.75, 0.75)
+"""Where it stands from the middle of the scene: before it, to the left and above."""
+
+SPARE: Final = 1.1
+FLAT: Final = 1e-4
+"""What is thinner than this [m] is ground, or paint."""
+
+
+def default_camera(num_scenes: int) -> Camera:
+    """The camera, at no place yet."""
+    return Camera(
+        name=NAME,
+        scene_idxs=tuple(range(num_scenes)),
+        pose=literal((0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)),
+        width=WIDTH,
+        height=HEIGHT,
+        lens=Perspective(fovy=literal(FOVY)),
+        near=literal(0.01),
+        far=literal(100.0),
+    )
+
+
+def framing(scene: Any) -> tuple[NDArray[np.float64], float, float]:
+    """The pose (7,) of a camera that sees all of a scene, with its near and far planes [m].
+
+    The sphere around the boxes of all that is seen fills the picture. What is flat, as the ground is, counts only where
+    there is nothing else.
+    """
+    low, high = _bounds(scene.render_system.render_bodies)
+    middle, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 0.05)
+    distance = SPARE * radius / sin(FOVY / 2)
+    back = np.array(TOWARDS) / np.linalg.norm(TOWARDS)
+    q, _ = rotations.looking(-back[None])
+    pose = np.concatenate([middle + distance * back, q[0]])
+    return pose, max(0.01, 0.01 * (distance - radius)), 100 * (distance + radius)
+
+
+def _bounds(bodies: Iterable[Any]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    boxes = [np.asarray(body.compute_global_aabb_tight(), np.float64) for body in bodies if _has_bounds(body)]
+    boxes = [box for box in boxes if np.isfinite(box).all()]
+    solid = [box for box in boxes if (box[1] - box[0]).min() > FLAT] or boxes
+    if not solid:
+        return np.full(3, -0.5), np.full(3, 0.5)
+    return np.min([box[0] for box in solid], axis=0), np.max([box[1] for box in solid], axis=0)
+
+
+def _has_bounds(body: Any) -> bool:
+    return bool(body.render_shapes) and not all(
+        isinstance(shape, render.RenderShapePlane) for shape in body.render_shapes
+    )
