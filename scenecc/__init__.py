@@ -12,6 +12,8 @@ from scenecc.version import VERSION as __version__
 
 if TYPE_CHECKING:
     from scenecc.api import (
+        ArticulationBatch,
+        ArticulationState,
         Diagnostic,
         EntityBatch,
         EntityState,
@@ -27,6 +29,8 @@ if TYPE_CHECKING:
     from scenecc.questions import json_schema
 
 __all__ = [
+    "ArticulationBatch",
+    "ArticulationState",
     "Diagnostic",
     "EntityBatch",
     "EntityState",

@@ -5,24 +5,34 @@ This is the one place that raises `SceneError`; every stage below reports into a
 
 from __future__ import annotations
 
-import time
-from dataclasses import dataclass
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from scenecc.diagnostics import Diagnostic, Sink
-from scenecc.front import Compiled, Options, Source, compile_source, indices, select_scenes
+from scenecc.front import Compiled, Options, Source, compile_source, indices
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
     from os import PathLike
     from pathlib import Path
 
-    from scenecc.backends.sapien import EntityBatch, EntityState, SceneBatch, SceneState
+    from scenecc.backends.maniskill import LoadedScene, ManiSkillScene
+    from scenecc.backends.sapien import (
+        ArticulationBatch,
+        ArticulationState,
+        EntityBatch,
+        EntityState,
+        SceneBatch,
+        SceneState,
+    )
+    from scenecc.building import Build, build_scene
     from scenecc.plan import ScenePlan
+    from scenecc.questions import emit_scene
     from scenecc.summary import SummaryRow
 
 __all__ = [
+    "ArticulationBatch",
+    "ArticulationState",
     "Build",
     "Diagnostic",
     "EntityBatch",
@@ -120,12 +130,14 @@ def compile_scene(
     """
     sink = Sink()
     options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
-    return _compiled(source, options, sink).plan
+    return compiled(source, options, sink).plan
 
 
+@overload
 def load_scene(
     source: Source,
     *,
+    scene: None = None,
     num_scenes: int | None = None,
     scene_idxs: Iterable[int] | None = None,
     seed: int | None = None,
@@ -137,11 +149,45 @@ def load_scene(
     asset_roots: Iterable[str | PathLike[str]] = (),
     allow_outside_assets: bool = False,
     limits: Mapping[str, int] | None = None,
-) -> SceneBatch:
+) -> SceneBatch: ...
+
+
+@overload
+def load_scene(
+    source: Source,
+    *,
+    scene: ManiSkillScene,
+    seed: int | None = None,
+    params: Mapping[str, Any] | None = None,
+    draws: Mapping[str, Any] | None = None,
+    asset_roots: Iterable[str | PathLike[str]] = (),
+    allow_outside_assets: bool = False,
+    limits: Mapping[str, int] | None = None,
+) -> LoadedScene: ...
+
+
+def load_scene(
+    source: Source,
+    *,
+    scene: ManiSkillScene | None = None,
+    num_scenes: int | None = None,
+    scene_idxs: Iterable[int] | None = None,
+    seed: int | None = None,
+    params: Mapping[str, Any] | None = None,
+    draws: Mapping[str, Any] | None = None,
+    backend: Backend = "cpu",
+    render: bool | None = None,
+    audit: Audit = "fast",
+    asset_roots: Iterable[str | PathLike[str]] = (),
+    allow_outside_assets: bool = False,
+    limits: Mapping[str, int] | None = None,
+) -> SceneBatch | LoadedScene:
     """Builds a scene as parallel, live SAPIEN scenes. Other arguments are those of `validate`.
 
     Args:
         source: as for `validate`.
+        scene: a ManiSkill environment's scene, to build into it in place of scenes of our own, one in each environment:
+            `scenecc.maniskill.load_into`. Everything about the simulation is the environment's then.
         num_scenes: in place of the file's.
         scene_idxs: which of the scenes to build, each as it is among all; every one by default.
         seed: in place of the file's.
@@ -151,148 +197,25 @@ def load_scene(
         render: build what is seen too; None: where a render device exists.
         audit: how much is read back from the engine and compared with the plan. "fast": shape count, mass and
             pose of every body, and everything in the first scene of each structure; "full": everything; "off".
-        asset_roots: folders in which `asset://` is looked up.
-        allow_outside_assets: let paths leave the scene's folder and the asset roots.
-        limits: limits to raise or lower, by name.
+        asset_roots: as for `validate`.
+        allow_outside_assets: as for `validate`.
+        limits: as for `validate`.
 
     Raises:
         SceneError: the scene, the engine or the machine is at fault (`SceneError.at_fault`).
-        ValueError: an argument is out of its range.
+        ValueError: an argument is out of its range, or is the environment's where there is a `scene`.
     """
     sink = Sink()
-    if scene_idxs is not None:
-        scene_idxs = indices(scene_idxs, "scene_idxs")
+    if scene is not None:
+        if (num_scenes, scene_idxs, backend, render, audit) != (None, None, "cpu", None, "fast"):
+            raise ValueError("num_scenes, scene_idxs, backend, render and audit are not taken with scene")
+        num_scenes = scene.num_envs
+    scene_idxs = None if scene_idxs is None else indices(scene_idxs, "scene_idxs")
     options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
-    plan = _compiled(source, options, sink).plan
-    return _instantiated(plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit)
-
-
-@dataclass(frozen=True, slots=True)
-class Build:
-    """A scene that was built, and how.
-
-    Attributes:
-        plan: what was asked of the engine.
-        batch: the live scenes; None after a dry run.
-        scene_idxs: the scenes that were asked for.
-        diagnostics: warnings and notes.
-        timings: stage → seconds, in order.
-        summary: a row an entity, in build order.
-    """
-
-    plan: ScenePlan
-    batch: SceneBatch | None
-    scene_idxs: tuple[int, ...]
-    diagnostics: list[Diagnostic]
-    timings: dict[str, float]
-    summary: list[SummaryRow]
-
-
-def build_scene(
-    source: Source,
-    *,
-    num_scenes: int | None = None,
-    seed: int | None = None,
-    params: Mapping[str, Any] | None = None,
-    draws: Mapping[str, Any] | None = None,
-    scenes: str | None = None,
-    backend: Backend = "cpu",
-    dry_run: bool = False,
-    render: bool | None = None,
-    audit: Audit = "fast",
-    asset_roots: Iterable[str | PathLike[str]] = (),
-    allow_outside_assets: bool = False,
-    limits: Mapping[str, int] | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> Build:
-    """As `load_scene`, with what a person wants to read about it; `scenecc build` prints this.
-
-    Args:
-        source: as for `validate`.
-        num_scenes: in place of the file's.
-        seed: in place of the file's.
-        params: as for `validate`.
-        draws: as for `validate`.
-        scenes: which to build, as `scene_idxs` of a file: `0:4`, `::2`, `0,2`; all by default.
-        backend: where PhysX runs.
-        dry_run: compile only; no engine is started.
-        render: as for `load_scene`.
-        audit: as for `load_scene`.
-        asset_roots: as for `validate`.
-        allow_outside_assets: as for `validate`.
-        limits: as for `validate`.
-        progress: called with (scenes done, scenes in all) while the engine builds.
-
-    Raises:
-        SceneError: the scene, the engine or the machine is at fault.
-    """
-    from scenecc.summary import summarize
-
-    sink = Sink()
-    options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
-    compiled = _compiled(source, options, sink)
-    scene_idxs = None if scenes is None else select_scenes(scenes, compiled.plan.num_scenes, sink)
-    if sink.failed:
-        raise SceneError(sink.diagnostics())
-    timings = dict(compiled.timings)
-    batch = None
-    if not dry_run:
-        started = time.perf_counter()
-        batch = _instantiated(
-            compiled.plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit, progress=progress
-        )
-        timings["build"] = time.perf_counter() - started
-    chosen = tuple(range(compiled.plan.num_scenes)) if scene_idxs is None else scene_idxs
-    rows = summarize(compiled.plan, batch, scene_idxs)
-    return Build(compiled.plan, batch, chosen, sink.diagnostics(), timings, rows)
-
-
-def emit_scene(
-    source: Source,
-    target: str,
-    *,
-    base: Path | None = None,
-    num_scenes: int | None = None,
-    seed: int | None = None,
-    params: Mapping[str, Any] | None = None,
-    draws: Mapping[str, Any] | None = None,
-    asset_roots: Iterable[str | PathLike[str]] = (),
-    allow_outside_assets: bool = False,
-    limits: Mapping[str, int] | None = None,
-    found: list[Diagnostic] | None = None,
-) -> str:
-    """A scene as the text of another program's input: "python" or "json". Other arguments are those of `validate`.
-
-    Args:
-        source: as for `validate`.
-        target: a key of `scenecc.emit.EMITTERS`.
-        base: folder that the text will lie in, from which its relative paths then start; None: the scene's own.
-        num_scenes: in place of the file's.
-        seed: in place of the file's.
-        params: as for `validate`.
-        draws: as for `validate`.
-        asset_roots: as for `validate`.
-        allow_outside_assets: as for `validate`.
-        limits: as for `validate`.
-        found: takes the warnings and notes of a scene that was written.
-
-    Raises:
-        SceneError: the scene is at fault, or cannot be written so.
-        ValueError: there is no such target.
-    """
-    from scenecc.emit import EMITTERS
-    from scenecc.emit import emit as write
-
-    if target not in EMITTERS:
-        raise ValueError(f"there is no target {target!r}; there are {', '.join(EMITTERS)}")
-    sink = Sink()
-    options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
-    text = write(_compiled(source, options, sink).plan, target, sink, base=base)
-    if text is None:
-        raise SceneError(sink.diagnostics())
-    if found is not None:
-        found += sink.diagnostics()
-    return text
+    plan = compiled(source, options, sink).plan
+    if scene is not None:
+        return _into(scene, plan, sink)
+    return instantiated(plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit)
 
 
 def plan_text(plan: ScenePlan, *, base: Path | None = None) -> str:
@@ -302,14 +225,23 @@ def plan_text(plan: ScenePlan, *, base: Path | None = None) -> str:
     return plan_to_json(plan, base=base)
 
 
-def _compiled(source: Source, options: Options, sink: Sink) -> Compiled:
-    compiled = compile_source(source, options, sink)
-    if compiled is None:
+def compiled(source: Source, options: Options, sink: Sink) -> Compiled:
+    """A scene's plan, and how long each stage took. Raises SceneError."""
+    found = compile_source(source, options, sink)
+    if found is None:
         raise SceneError(sink.diagnostics())
-    return compiled
+    return found
 
 
-def _instantiated(
+def _into(scene: ManiSkillScene, plan: ScenePlan, sink: Sink) -> LoadedScene:
+    from scenecc.backends.maniskill import instantiate
+
+    if (loaded := instantiate(plan, scene, sink)) is None:
+        raise SceneError(sink.diagnostics())
+    return loaded
+
+
+def instantiated(
     plan: ScenePlan,
     sink: Sink,
     *,
@@ -332,16 +264,20 @@ def _instantiated(
     return batch
 
 
+_BATCHES = ("ArticulationBatch", "ArticulationState", "EntityBatch", "EntityState", "SceneBatch", "SceneState")
+
 _IN = {
-    **dict.fromkeys(("EntityBatch", "EntityState", "SceneBatch", "SceneState"), "backends.sapien"),
+    **dict.fromkeys(("Build", "build_scene"), "building"),
+    "emit_scene": "questions",
+    **dict.fromkeys(_BATCHES, "backends.sapien"),
     "ScenePlan": "plan",
     "SummaryRow": "summary",
 }
-"""Folders of the classes below."""
+"""Where the names are that are loaded when somebody asks for them."""
 
 
 def __getattr__(name: str) -> object:
-    """Classes that load an engine or numpy, when somebody asks for them."""
+    """Classes that load an engine or numpy, and what only some need."""
     if name not in _IN:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f"scenecc.{_IN[name]}"), name)

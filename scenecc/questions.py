@@ -1,4 +1,4 @@
-"""What can be asked about the language and about scenes without building one."""
+"""What can be asked about the language and about scenes, and written of them, without building one."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
     from os import PathLike
+    from pathlib import Path
 
     from scenecc.diagnostics import Diagnostic
     from scenecc.expand.listing import ParamRow, PrefabRow
     from scenecc.front import Source
     from scenecc.plan.compare import Difference
 
-__all__ = ["check_limits", "compare_scenes", "json_schema", "list_params", "list_prefabs", "read_setting"]
+__all__ = ["check_limits", "compare_scenes", "emit_scene", "json_schema", "list_params", "list_prefabs", "read_setting"]
 
 
 def json_schema() -> dict[str, Any]:
@@ -21,6 +22,57 @@ def json_schema() -> dict[str, Any]:
     from scenecc.spec.schema import json_schema as schema
 
     return schema()
+
+
+def emit_scene(
+    source: Source,
+    target: str,
+    *,
+    base: Path | None = None,
+    num_scenes: int | None = None,
+    seed: int | None = None,
+    params: Mapping[str, Any] | None = None,
+    draws: Mapping[str, Any] | None = None,
+    asset_roots: Iterable[str | PathLike[str]] = (),
+    allow_outside_assets: bool = False,
+    limits: Mapping[str, int] | None = None,
+    found: list[Diagnostic] | None = None,
+) -> str:
+    """A scene as the text of another program's input: "python" or "json". Other arguments are those of `validate`.
+
+    Args:
+        source: as for `validate`.
+        target: a key of `scenecc.emit.EMITTERS`.
+        base: folder that the text will lie in, from which its relative paths then start; None: the scene's own.
+        num_scenes: in place of the file's.
+        seed: in place of the file's.
+        params: as for `validate`.
+        draws: as for `validate`.
+        asset_roots: as for `validate`.
+        allow_outside_assets: as for `validate`.
+        limits: as for `validate`.
+        found: takes the warnings and notes of a scene that was written.
+
+    Raises:
+        SceneError: the scene is at fault, or cannot be written so.
+        ValueError: there is no such target.
+    """
+    from scenecc.api import SceneError, compiled
+    from scenecc.diagnostics import Sink
+    from scenecc.emit import EMITTERS
+    from scenecc.emit import emit as write
+    from scenecc.front import Options
+
+    if target not in EMITTERS:
+        raise ValueError(f"there is no target {target!r}; there are {', '.join(EMITTERS)}")
+    sink = Sink()
+    options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
+    text = write(compiled(source, options, sink).plan, target, sink, base=base)
+    if text is None:
+        raise SceneError(sink.diagnostics())
+    if found is not None:
+        found += sink.diagnostics()
+    return text
 
 
 def check_limits(limits: Mapping[str, int] | None) -> None:

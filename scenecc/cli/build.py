@@ -50,25 +50,30 @@ class Audit(str, Enum):
     off = "off"
 
 
+Scenes = Annotated[
+    str | None, typer.Option("--scenes", metavar="IDXS", help="Build some of the scenes only: 0:4 or 0,2 or ::2.")
+]
+Output = Annotated[
+    str | None, typer.Option("--output", "-o", metavar="PLAN.json", help="Write the plan; - is standard output.")
+]
+Render = Annotated[
+    bool | None,
+    typer.Option("--render/--no-render", help="Build what is seen too.", show_default="where a device exists"),
+]
+
+
 def build(
     scene: SceneArgument,
     *,
     num_scenes: NumScenes = None,
     seed: Seed = None,
     params: Params = None,
-    scenes: Annotated[
-        str | None, typer.Option("--scenes", metavar="IDXS", help="Build some of the scenes only: 0:4 or 0,2 or ::2.")
-    ] = None,
+    scenes: Scenes = None,
     backend: Annotated[Backend, typer.Option("--backend", help="Where PhysX runs.")] = Backend.cpu,
     steps: Steps = 0,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Compile only: no engine is started.")] = False,
-    output: Annotated[
-        str | None, typer.Option("--output", "-o", metavar="PLAN.json", help="Write the plan; - is standard output.")
-    ] = None,
-    render: Annotated[
-        bool | None,
-        typer.Option("--render/--no-render", help="Build what is seen too.", show_default="where a device exists"),
-    ] = None,
+    output: Output = None,
+    render: Render = None,
     audit: Annotated[Audit, typer.Option("--audit", help="How much is read back from the engine.")] = Audit.fast,
     asset_roots: AssetRoots = None,
     allow_outside_assets: AllowOutside = False,

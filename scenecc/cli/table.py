@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 _BOLD: Final = "\x1b[1m{}\x1b[0m"
 _BUILT: Final = ("name", "body", "shapes", "mass [kg]", "size [m]", "scenes")
 _PLANNED: Final = ("name", "body", "shapes", "size [m]", "scenes", "differing")
+_OTHERS: Final = ("name", "in", "type", "on", "scenes")
 _FIELDS: Final = ("", "differs", "", "values")
 _RIGHT: Final = frozenset({"shapes", "mass [kg]"})
 """Columns of numbers."""
@@ -32,23 +33,27 @@ def plain(text: str) -> str:
 
 
 def built(rows: Sequence[SummaryRow], *, color: bool) -> str:
-    """One line an entity, in build order. `~` marks what scenes differ in, of which the first is told."""
+    """One line an entity, in build order. `~` marks what scenes differ in, of which the first is told. Then a line a
+    constraint, light and camera.
+    """
     cells = [
-        (plain(row.name), row.body_type, str(row.shape_count), _mass(row), _size(row), index_ranges(row.scene_idxs))
+        (plain(row.name), _body(row), str(row.shape_count), _mass(row), _size(row), index_ranges(row.scene_idxs))
         for row in rows
+        if row.section == "entities"
     ]
-    return table(_BUILT, cells, color=color)
+    return table(_BUILT, cells, color=color) + _others(rows, color=color)
 
 
 def planned(rows: Sequence[SummaryRow], *, color: bool) -> str:
     """One line an entity, in build order; then one line a field in which scenes differ. Copies that are the same in
     all that is told share their lines.
     """
-    told = _told(rows)
+    told = _told([row for row in rows if row.section == "entities"])
+    others = [(f"{row.section}.{row.name}", row) for row in rows if row.section != "entities"]
     cells = [
         (
             plain(name),
-            row.body_type,
+            _body(row),
             str(row.shape_count),
             _size(row),
             index_ranges(row.scene_idxs),
@@ -63,11 +68,28 @@ def planned(rows: Sequence[SummaryRow], *, color: bool) -> str:
             "at reset" if field.at_reset else "",
             plain(field.values),
         )
-        for name, row in told
+        for name, row in [*told, *others]
         for first, field in zip((True, *[False] * len(row.varying)), row.varying, strict=False)
     ]
     differing = f"\n{table(_FIELDS, fields, color=color)}" if fields else ""
-    return table(_PLANNED, cells, color=color) + differing
+    return table(_PLANNED, cells, color=color) + _others(rows, color=color) + differing
+
+
+def _others(rows: Sequence[SummaryRow], *, color: bool) -> str:
+    """One line a constraint, light and camera; nothing where there are none."""
+    cells = [
+        (plain(row.name), row.section, row.body_type, plain(" – ".join(row.mounts)), index_ranges(row.scene_idxs))
+        for row in rows
+        if row.section != "entities"
+    ]
+    return f"\n{table(_OTHERS, cells, color=color)}" if cells else ""
+
+
+def _body(row: SummaryRow) -> str:
+    """The type of a body, or how many links an articulation has and how many of its joints move."""
+    if not row.link_count:
+        return row.body_type
+    return f"{row.body_type}, {row.link_count} link{'s' * (row.link_count != 1)}, {row.dof} dof"
 
 
 def _told(rows: Sequence[SummaryRow]) -> list[tuple[str, SummaryRow]]:

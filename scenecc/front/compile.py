@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics import Location, Origin, Sink
 from scenecc.diagnostics.collector import collector_paused
+from scenecc.diagnostics.frozen import frozen
 from scenecc.front.files import named_resolver, resolver
 from scenecc.front.inputs import Input, as_plan, read_input
 from scenecc.source.paths import AssetScope
@@ -21,7 +21,9 @@ if TYPE_CHECKING:
     from scenecc.front.inputs import Source
     from scenecc.front.options import Options
     from scenecc.lower import Lowered
-    from scenecc.plan import ScenePlan
+    from scenecc.lower.articulations.reader import RobotReader, RobotRequest
+    from scenecc.plan import AssetFile, ScenePlan
+    from scenecc.robots.description import Description
     from scenecc.source import Document, Limits
     from scenecc.spec.document import SceneFile
 
@@ -29,7 +31,7 @@ Origins = tuple[Mapping[int, Origin], Mapping[int, Origin]]
 """Where the files and the physical materials of a plan are written, by index."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Compiled:
     """A plan, and the seconds of each stage that led to it."""
 
@@ -185,12 +187,28 @@ def _lowered(
         seed=scene.seed if options.seed is None else options.seed,
         origin=Origin(document.name),
         resolve=resolver(scope, sink, expansion),
+        robots=_robots(scope, limits, sink, expansion),
         bounds=Bounds(limits.scenes, limits.objects, limits.objects_times_scenes),
         sink=sink,
         names=names,
         selections=selections,
         draws=options.draws,
     )
+
+
+def _robots(scope: AssetScope, limits: Limits, sink: Sink, expansion: Expansion | None) -> RobotReader:
+    """Reads robots' files; loaded where there are any."""
+    reader: RobotReader | None = None
+
+    def read(request: RobotRequest, origin: Origin, entity: Origin) -> tuple[AssetFile, Description] | None:
+        nonlocal reader
+        if reader is None:
+            from scenecc.front.robots import robot_reader
+
+            reader = robot_reader(scope, limits, sink, expansion)
+        return reader(request, origin, entity)
+
+    return read
 
 
 def _settled(plan: ScenePlan, options: Options, scope: AssetScope, sink: Sink, clock: _Clock) -> Compiled | None:

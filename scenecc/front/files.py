@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenecc.source.paths import AssetScope, Refusal, resolve, resolve_named
+from scenecc.source.paths import AssetScope, resolve, resolve_named
+from scenecc.source.uris import Refusal
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,6 +30,7 @@ def resolver(scope: AssetScope, sink: Sink, expansion: Expansion | None = None) 
     top = scope.root or Path.cwd()
 
     def find(uri: str, origin: Origin) -> AssetFile | None:
+        """The file of a uri as written; None, reported, where it cannot be used."""
         if sink.full:
             return None
         base = top
@@ -48,6 +50,7 @@ def named_resolver(scope: AssetScope) -> Callable[[str, AssetFile], Path | Refus
     """Finds what an asset names: a `checks.assets.ResolveNamed`."""
 
     def find(reference: str, asset: AssetFile) -> Path | Refusal:
+        """The file of a reference inside an asset, or why it cannot be used."""
         found = resolve_named(reference, owner=asset.path, owner_uri=asset.uri, scope=scope)
         return found if isinstance(found, Refusal) else found.path
 

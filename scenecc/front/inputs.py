@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from os import PathLike, fspath
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, TypeGuard, Union
 
+from scenecc.diagnostics.frozen import frozen
 from scenecc.source import Document, Limits, read_dict, read_text
 from scenecc.source.lines import Lines
 from scenecc.source.text import decode, read_bytes, read_some
@@ -25,7 +25,7 @@ _PLAN_KEY = "scenecc_plan"
 _PLAN_TEXT = re.compile(r'\s*\{\s*"scenecc_plan"\s*:')
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Input:
     """What was read. `plan_text`: the text of a plan, where it is one and no scene."""
 

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import dataclass, fields, is_dataclass
+from typing import TYPE_CHECKING, Any, Final, cast
 
-from scenecc.plan import AssetFile, PhysicalMaterial, Texture, Value, VisualMaterial
-from scenecc.plan.labels import NAMES, shape_place
+from scenecc.plan import (
+    ArticulationStructure,
+    AssetFile,
+    AxisDrive,
+    AxisLimit,
+    PhysicalMaterial,
+    Texture,
+    Value,
+    VisualMaterial,
+)
+from scenecc.plan.labels import NAMES, field_place, name_place, shape_in_link, shape_place
 from scenecc.plan.value_words import color_words, is_any_rotation, item_words, listed, part_of, support_words
 from scenecc.values.support import Support, union
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from scenecc.plan import BodyStructure, Entity, ScenePlan
+    from scenecc.plan import BodyStructure, Camera, Constraint, Entity, Environment, Light, ScenePlan
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,12 +89,22 @@ def _is_finite(*bounds: Any) -> bool:
 
 
 _COLORS: Final = frozenset({"base_color", "emission"})
+_FILES: Final = frozenset({"file", "urdf", "px", "nx", "py", "ny", "pz", "nz"})
 
 
 def entity_fields(entity: Entity, plan: ScenePlan) -> Fields:
     """What an entity says, and what of it differs between its scenes."""
+    return _fields(_values(entity, plan), plan)
+
+
+def object_fields(one: Constraint | Light | Camera | Environment, plan: ScenePlan) -> Fields:
+    """What another object says, likewise."""
+    return _fields(_plain_values(one, ""), plan)
+
+
+def _fields(values: Iterable[_Found], plan: ScenePlan) -> Fields:
     found: dict[str, list[_Found]] = {}
-    for item in _values(entity, plan):
+    for item in values:
         found.setdefault(item.label, []).append(item)
     varying: list[VaryingField] = []
     for label, items in found.items():
@@ -96,7 +115,7 @@ def entity_fields(entity: Entity, plan: ScenePlan) -> Fields:
 
 def _is_pose(label: str) -> bool:
     """Whether a field is told as two: a position and a rotation."""
-    return label.rsplit(".", 1)[-1] in {"pose", "com"}
+    return label.rsplit(".", 1)[-1] in {"pose", "com", "pose_in_parent", "pose_in_child", "target"}
 
 
 def _values(entity: Entity, plan: ScenePlan) -> Iterator[_Found]:
@@ -104,18 +123,53 @@ def _values(entity: Entity, plan: ScenePlan) -> Iterator[_Found]:
     if entity.pick is not None:
         yield _found("pick", entity.pick)
     for structure in entity.structures:
-        yield from _structure(structure, plan)
+        if isinstance(structure, ArticulationStructure):
+            yield from _articulation(structure, plan)
+        else:
+            yield from _body(structure, plan)
 
 
-def _structure(structure: BodyStructure, plan: ScenePlan) -> Iterator[_Found]:
+def _articulation(structure: ArticulationStructure, plan: ScenePlan) -> Iterator[_Found]:
     for name, value in _given(structure):
         if isinstance(value, Value):
-            yield _found(NAMES.get(name, name), value)
+            yield _found("urdf" if name == "file" else name, value)
+    for link in structure.links:
+        place = f"links{name_place(link.name)}"
+        if link.joint is not None:
+            yield from _plain_values(link.joint, f"{place}.joint")
+        yield from _body(link.body, plan, f"{place}.")
+    for mimic in structure.mimics:
+        yield from _plain_values(mimic, f"mimics{name_place(mimic.joint)}")
+
+
+def _plain_values(node: Any, place: str) -> Iterator[_Found]:
+    """Values of a dataclass and of what it has."""
+    for name, item in _given(node):
+        where = field_place(place, name, node.__class__)
+        if isinstance(item, Value):
+            yield _found(where, item)
+        elif isinstance(item, Texture):
+            yield _found(where, item.file)
+        elif isinstance(item, tuple):
+            for one in cast("tuple[Any, ...]", item):
+                if isinstance(one, AxisLimit | AxisDrive):
+                    yield from _plain_values(one, where + name_place(one.axis))
+        elif is_dataclass(item):
+            yield from _plain_values(item, where)
+
+
+def _body(structure: BodyStructure, plan: ScenePlan, above: str = "") -> Iterator[_Found]:
+    """A body, or a link: what stands before its fields' names is then `above`."""
+    for name, value in _given(structure):
+        if isinstance(value, Value):
+            yield _found(above + NAMES.get(name, name), value)
     for name, value in _given(structure.inertial):
-        yield _found(f"inertial.{name}", value)
+        yield _found(f"{above}inertial.{name}", value)
     for kind, shapes in (("collisions", structure.collisions), ("visuals", structure.visuals)):
         for index, shape in enumerate(shapes):
-            where = shape_place(shape.origin, f"{kind}[{index}]")
+            place = f"{above}{kind}[{index}]"
+            origin = shape.origin
+            where = shape_in_link(above + kind, origin, place) if above else shape_place(origin, place)
             table = plan.physical_materials if kind == "collisions" else plan.visual_materials
             for name, value in (*_given(shape.geometry), *_given(shape)):
                 if name == "material":
@@ -182,7 +236,7 @@ def _rotation(q: Support, start: str, end: str) -> str:
 
 def _words(name: str, support: Support, files: Sequence[AssetFile]) -> str:
     show: Callable[[Any], str] | None = None
-    if name == "file" or name.endswith("_texture"):
+    if name in _FILES or name.endswith("texture"):
         show = lambda index: files[int(index)].uri  # noqa: E731
     elif name == "gravity":
         show = lambda disabled: item_words(not disabled)  # noqa: E731

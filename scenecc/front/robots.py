@@ -1,0 +1,120 @@
+"""Reading of the robots' files that a scene names: each once, however many entities have it."""
+
+from __future__ import annotations
+
+import posixpath
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from scenecc.plan import AssetFile
+from scenecc.source.paths import AssetScope, Resolved, resolve
+from scenecc.source.uris import Refusal
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.expand.expansion import Expansion
+    from scenecc.lower.articulations.reader import RobotReader, RobotRequest
+    from scenecc.robots.description import Description
+    from scenecc.source import Limits
+
+Srdf = Resolved | Literal["sibling"] | None
+
+
+def robot_reader(scope: AssetScope, limits: Limits, sink: Sink, expansion: Expansion | None = None) -> RobotReader:
+    """Reads what a scene names.
+
+    Args:
+        scope: what may be read.
+        limits: sizes of files.
+        sink: takes what is wrong.
+        expansion: knows which document a path is written in; None: all is written in the top one.
+    """
+    return _Robots(scope, limits, sink, expansion).read
+
+
+class _Robots:
+    """The robots of one compilation."""
+
+    def __init__(self, scope: AssetScope, limits: Limits, sink: Sink, expansion: Expansion | None) -> None:
+        self._scope = scope
+        self._limits = limits
+        self._sink = sink
+        self._expansion = expansion
+        self._known: dict[Any, Description | None] = {}
+
+    def read(self, request: RobotRequest, origin: Origin, entity: Origin) -> tuple[AssetFile, Description] | None:
+        """A `RobotReader`."""
+        file = self._found(request.uri, origin)
+        srdf: Srdf | Refusal = "sibling"
+        if request.srdf is not None:
+            srdf = None if request.srdf == "none" else self._found(request.srdf, entity.child("srdf"))
+        folder = None
+        if request.package_dir is not None:
+            folder = self._folder(request.package_dir, entity.child("package_dir"))
+        if file is None or (srdf is None and request.srdf != "none" and request.srdf is not None):
+            return None
+        if request.package_dir is not None and folder is None:
+            return None
+        key = (request.format, file.path, srdf, folder, request.scale, request.collision_is_visual)
+        if key not in self._known:
+            self._known[key] = self._described(request, file, srdf, folder, origin)
+        found = self._known[key]
+        return None if found is None else (AssetFile(file.uri, file.path), found)
+
+    def _described(
+        self, request: RobotRequest, file: Resolved, srdf: Srdf, folder: tuple[str, Path] | None, origin: Origin
+    ) -> Description | None:
+        if request.format == "mjcf":
+            from scenecc.robots.mjcf import read_mjcf
+
+            return read_mjcf(file, scope=self._scope, sink=self._sink, origin=origin, limits=self._limits)
+        from scenecc.robots.urdf import read_urdf
+
+        return read_urdf(
+            file,
+            scope=self._scope,
+            sink=self._sink,
+            origin=origin,
+            scale=request.scale,
+            collision_is_visual=request.collision_is_visual,
+            srdf=srdf,
+            package=None if folder is None else self._inside(folder),
+        )
+
+    def _inside(self, folder: tuple[str, Path]) -> Callable[[str], Resolved | Refusal]:
+        uri, base = folder
+
+        def find(inner: str) -> Resolved | Refusal:
+            """What follows `package://`, in the folder."""
+            return resolve(posixpath.join(uri, inner), base=base, scope=self._scope)
+
+        return find
+
+    def _found(self, uri: str, origin: Origin) -> Resolved | None:
+        uri, base = self._reference(uri, origin)
+        found = resolve(uri, base=base, scope=self._scope)
+        return self._told(found, origin) if isinstance(found, Refusal) else found
+
+    def _folder(self, uri: str, origin: Origin) -> tuple[str, Path] | None:
+        """A folder and the one in which its path starts; None where there is none."""
+        uri, base = self._reference(uri, origin)
+        found = resolve(uri.rstrip("/") or uri, base=base, scope=self._scope)
+        # A folder is refused as a file, which tells that it is there.
+        if isinstance(found, Refusal) and found.code == "SC404":
+            return uri, base
+        if isinstance(found, Refusal):
+            return self._told(found, origin)
+        self._sink.report("SC404", f"`{uri}` is a file", origin, hint="name the folder that holds the packages")
+        return None
+
+    def _told(self, refusal: Refusal, origin: Origin) -> None:
+        self._sink.report(refusal.code, refusal.message, origin, hint=refusal.hint)
+
+    def _reference(self, uri: str, origin: Origin) -> tuple[str, Path]:
+        """A path as the document that wrote it means it, and the folder in which it starts."""
+        if self._expansion is None:
+            return uri, self._scope.root or Path.cwd()
+        uri, document = self._expansion.reference(uri, origin)
+        return uri, document.folder
