@@ -1,8 +1,9 @@
-"""What every test shares: Hypothesis's profiles and the answer to "can this machine render?"."""
+"""What every test shares: Hypothesis's profiles, and which tests this machine can run."""
 
 from __future__ import annotations
 
 import functools
+import importlib.util
 import os
 import subprocess
 import sys
@@ -28,5 +29,7 @@ def _can_render() -> bool:
 def pytest_runtest_setup(item: pytest.Item) -> None:
     if item.get_closest_marker("render") and not _can_render():
         pytest.skip("SAPIEN finds no device to render with")
+    if item.get_closest_marker("maniskill") and importlib.util.find_spec("mani_skill") is None:
+        pytest.skip("mani_skill is not installed: pip install torch 'scenecc[maniskill]'")
     if item.get_closest_marker("gpu") and not os.environ.get("SCENECC_TEST_GPU"):
         pytest.skip("tests on a GPU run where SCENECC_TEST_GPU is set")

@@ -87,3 +87,23 @@ def test_what_scenes_differ_in_is_marked() -> None:
     assert built([row], color=False).splitlines()[1].split("  ")[-3:] == ["0.05–0.12", "~ 0.1 × 0.1 × 0.1", "0, 1"]
     same = replace(row, masses=(0.05, 0.05), size_differs=False)
     assert built([same], color=False).splitlines()[1].split("  ")[-2] == "0.1 × 0.1 × 0.1"
+
+
+def test_articulations_and_what_is_fastened_are_told_in_short() -> None:
+    fields = (VaryingField("color", "0 … 1", at_reset=False),)
+    rows = [
+        SummaryRow("robot", "articulation", 17, 17.45, None, (0, 1), masses=(17.45, 17.45), link_count=15, dof=9),
+        SummaryRow("stone", "articulation", 1, 1.0, None, (0,), masses=(1.0, 1.0), link_count=1),
+        SummaryRow("tied", "weld", 0, None, None, (0,), section="constraints", mounts=("ball", "robot/hand")),
+        SummaryRow("lamp", "spot", 0, None, None, (1,), 4, fields, section="lights", mounts=("world",)),
+    ]
+    assert built(rows, color=False) == (
+        "name   body                           shapes  mass [kg]  size [m]  scenes\n"
+        "robot  articulation, 15 links, 9 dof      17      17.45  –         0, 1\n"
+        "stone  articulation, 1 link, 0 dof         1          1  –         0\n"
+        "\n"
+        "name  in           type  on                 scenes\n"
+        "tied  constraints  weld  ball – robot/hand  0\n"
+        "lamp  lights       spot  world              1\n"
+    )
+    assert planned(rows, color=False).endswith("\n             differs    values\nlights.lamp  color      0 … 1\n")

@@ -33,11 +33,73 @@ _RIGID = (
     "is_sleeping",
     "name",
 )
+_LINK = tuple(
+    name
+    for name in _RIGID
+    if name not in ("sleep_threshold", "locked_motion_axes", "kinematic", "is_sleeping")
+    and not name.startswith("solver")
+)
+_JOINT = (
+    "name",
+    "type",
+    "pose_in_parent",
+    "pose_in_child",
+    "dof",
+    "limits",
+    "friction",
+    "armature",
+    "max_velocity",
+    "stiffness",
+    "damping",
+    "force_limit",
+    "drive_mode",
+    "drive_target",
+    "drive_velocity_target",
+)
+_ARTICULATION = (
+    "name",
+    "dof",
+    "qpos",
+    "qvel",
+    "root_pose",
+    "root_linear_velocity",
+    "root_angular_velocity",
+    "sleep_threshold",
+    "solver_position_iterations",
+    "solver_velocity_iterations",
+)
 _BODY = {
+    "PhysxArticulationLinkComponent": (*_LINK, "index", "sleeping"),
     "PhysxRigidDynamicComponent": _RIGID,
     "PhysxRigidStaticComponent": ("name",),
     "RenderBodyComponent": ("visibility", "shading_mode", "is_render_id_disabled", "name"),
 }
+_TIE = ("name", "pose_in_parent", "pose_in_child", "relative_pose")
+_TIES = {
+    "PhysxDriveComponent": (
+        *_TIE,
+        "drive_target",
+        "get_drive_velocity_target",
+        *(f"get_limit_{axis}" for axis in ("x", "y", "z", "twist", "cone", "pyramid")),
+        *(f"get_drive_property_{axis}" for axis in ("x", "y", "z", "twist", "swing", "slerp")),
+    ),
+    "PhysxDistanceJointComponent": (*_TIE, "distance"),
+    "PhysxGearComponent": (*_TIE, "gear_ratio", "is_hinges_enabled"),
+}
+"""Of constraints; the limits of a distance, and the scales of masses, SAPIEN lets nobody read."""
+_LIGHT = ("name", "color", "shadow", "shadow_near", "shadow_far", "shadow_map_size", "local_pose")
+_SEEN = {
+    "RenderDirectionalLightComponent": (*_LIGHT, "shadow_half_size"),
+    "RenderPointLightComponent": _LIGHT,
+    "RenderSpotLightComponent": (*_LIGHT, "inner_fov", "outer_fov"),
+    "RenderParallelogramLightComponent": (*_LIGHT, "half_width", "half_height", "angle"),
+    "RenderTexturedLightComponent": (*_LIGHT, "inner_fov", "outer_fov"),
+    "RenderCameraComponent": (
+        *("name", "local_pose", "width", "height", "near", "far", "fovx", "fovy", "fx", "fy", "cx", "cy", "skew"),
+        *("mode", "ortho_left", "ortho_right", "ortho_bottom", "ortho_top"),
+    ),
+}
+"""Of lights and cameras; a camera's shaders SAPIEN lets nobody read."""
 _COLLISION = (
     "half_size",
     "radius",
@@ -103,6 +165,7 @@ def scene_facts(scene: Any) -> dict[str, Any]:
     return {
         "timestep": _plain(scene.timestep),
         "config": {name: _plain(getattr(config, name)) for name in _SCENE},
+        "ambient_light": _readable(scene, "ambient_light"),
         "entities": [(entity.name, entity_facts(entity)) for entity in scene.entities],
     }
 
@@ -115,11 +178,40 @@ def entity_facts(entity: Any) -> dict[str, Any]:
 def _component(component: Any) -> dict[str, Any]:
     kind = type(component).__name__
     facts: dict[str, Any] = {"type": kind}
+    if kind in _TIES:
+        return facts | _tie(component, _TIES[kind])
+    if kind in _SEEN:
+        facts |= {name: _readable(component, name) for name in _SEEN[kind]}
+        if kind == "RenderTexturedLightComponent":
+            facts["texture"] = {key: _plain(getattr(component.texture, key)) for key in _TEXTURE}
+        return facts
     facts |= {name: _plain(getattr(component, name)) for name in _BODY[kind]}
     if kind == "RenderBodyComponent":
         facts["shapes"] = [_visual(shape) for shape in component.render_shapes]
     else:
         facts["shapes"] = [_collision(shape) for shape in component.collision_shapes]
+    if kind == "PhysxArticulationLinkComponent":
+        facts["parent"] = None if component.parent is None else component.parent.index
+        # Of a root's joint, which has no degree of freedom, SAPIEN lets nobody read the rest.
+        known = _JOINT if component.parent is not None and component.joint.dof else ("name", "type", "dof")
+        facts["joint"] = {name: _plain(getattr(component.joint, name)) for name in known}
+        facts["articulation"] = {name: _plain(getattr(component.articulation, name)) for name in _ARTICULATION}
+    return facts
+
+
+def _readable(component: Any, name: str) -> Any:
+    """What something has of the name: a scene without a renderer has no light, and a camera only its projection."""
+    try:
+        return _plain(getattr(component, name))
+    except RuntimeError as error:
+        return str(error)
+
+
+def _tie(component: Any, names: Sequence[str]) -> dict[str, Any]:
+    found = {name: getattr(component, name) for name in names}
+    facts = {name: _plain(one() if callable(one) else one) for name, one in found.items()}
+    parent = component.get_parent()
+    facts["parent"] = None if parent is None else parent.get_entity().name
     return facts
 
 
@@ -157,6 +249,8 @@ def _material(material: Any) -> dict[str, Any]:
 def _plain(value: Any) -> Any:
     if hasattr(value, "__getstate__") and type(value).__name__ == "Pose":
         value = np.array(value.__getstate__(), dtype=np.float32)
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]
     if isinstance(value, np.ndarray):
         return (value.shape, value.dtype.str, value.tobytes(), value.tolist() if value.size < 8 else "…")
     if isinstance(value, float):

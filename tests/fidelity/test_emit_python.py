@@ -218,3 +218,63 @@ def test_copies_are_built_in_one_loop_as_one_by_one(tmp_path: Path) -> None:
         "    for k, name in enumerate(marble_names):",
     ]
     assert_same(plan, tmp_path)
+
+
+ROBOTS = """
+scenecc: 1
+num_scenes: 2
+entities:
+  ground: {body_type: static, shapes: [{type: plane}]}
+  panda:                                # a file, of which one joint follows another
+    repeat: {i: {count: 2}}
+    urdf: pkg://mani_skill/assets/robots/panda/panda_v2.urdf
+    pose: [-0.615, "${i}", 0]
+    gravity: false
+    qpos: [{uniform: [-0.1, 0.1]}, 0.39, 0, -1.96, 0, 2.36, 0.79, 0.04, 0.04]
+    drives: {"panda_joint.*": {stiffness: 1000, damping: 100, force_limit: 100}}
+    links: {"panda_.*finger": {patch_radius: 0.1, min_patch_radius: 0.1}}
+  humanoid: {mjcf: pkg://mani_skill/assets/robots/humanoid/humanoid.xml, fix_root_link: false, pose: [2, 0, 0]}
+  cube: {pose: [0, 0, 0.5], shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]}
+"""
+
+
+@pytest.mark.maniskill
+def test_so_do_robots_of_files(tmp_path: Path) -> None:
+    plan = compile_scene(io.StringIO(ROBOTS))
+    text = emit(plan, "python", Sink(), base=tmp_path)
+    assert text is not None
+    assert "for k, name in enumerate(panda_names):" in text
+    assert text.count("create_fixed_tendon") == 1
+    assert_same(plan, tmp_path)
+
+
+TREE = """
+scenecc: 1
+num_scenes: 2
+entities:
+  ground: {body_type: static, shapes: [{type: plane}]}
+  door:
+    pose: [0, 0, 1.1]
+    fix_root_link: true
+    root:
+      name: frame
+      shapes: [{type: box, half_size: [0.05, 0.05, 1]}]
+      children:
+        - name: panel
+          joint:
+            {name: hinge, type: revolute, origin: {p: [0.1, 0, 0]}, axis: [0, 0, 1], limits_deg: [0, 90], friction: 0.1,
+             damping: {uniform: [1, 2]}}
+          shapes: [{type: box, half_size: [0.3, 0.02, 0.9], pose: [0.3, 0, 0]}]
+          children:
+            - name: handle
+              joint: {name: turn, type: revolute, origin: {p: [0.5, 0.05, 0]}, axis: [0, 1, 0], limits: [-1, 1]}
+              mass: 0.3
+              shapes: [{type: capsule, radius: 0.02, half_length: 0.05}]
+    drives: {turn: {stiffness: 5, damping: 1, target: {uniform: [0, 0.5]}}}
+    qpos: {hinge: {uniform: [0.1, 1]}}
+  ball: {pose: [0.3, 0.3, 1], linear_velocity: [0, -2, 0], shapes: [{type: sphere, radius: 0.05}]}
+"""
+
+
+def test_so_do_trees_of_links(tmp_path: Path) -> None:
+    assert_same(compile_scene(io.StringIO(TREE)), tmp_path)

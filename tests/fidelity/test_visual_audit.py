@@ -49,12 +49,12 @@ def test_sampling_of_an_image(
     )
     plan = plan_of(seen)
     built(plan, render=True, audit=level)
-    make = resources.Resources._texture
+    make = resources.Resources.texture
 
     def other(self: Any, texture: Texture, row: int) -> Any:
         return make(self, replace(texture, **changed), row)
 
-    monkeypatch.setattr(resources.Resources, "_texture", other)
+    monkeypatch.setattr(resources.Resources, "texture", other)
     sink = Sink()
     assert instantiate(plan, sink, render=True, audit=level) is None
     assert any(f"base_color_texture.{name} = " in d.message for d in sink.diagnostics())

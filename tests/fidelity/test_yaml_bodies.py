@@ -56,6 +56,7 @@ ELSEWHERE = {
     "pose": "every case",
     "body_type": "test_body_type",
     "scene_idxs": "test_yaml_scenes.py",
+    "hidden": "what is seen: test_pictures.py",
     **dict.fromkeys(("shapes", "collisions", "visuals"), "test_yaml_shapes.py"),
     "inertial": "test_inertial",
     **dict.fromkeys(("material", "density"), "test_defaults_of_a_body"),

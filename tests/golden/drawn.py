@@ -3,7 +3,7 @@
 # drawn: 3 parallel scenes.
 #
 # Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.
-# Poses and velocities that a reset would draw anew are those of the seed 11.
+# What a reset would draw anew is as the seed 11 draws it.
 
 from pathlib import Path
 

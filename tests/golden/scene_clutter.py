@@ -4,7 +4,7 @@
 # Random objects that fall on a table of random height, some of them into a bin.
 #
 # Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.
-# Poses and velocities that a reset would draw anew are those of the seed 7.
+# What a reset would draw anew is as the seed 7 draws it.
 
 import atexit
 import base64

@@ -4,7 +4,7 @@
 # A ball is thrown at a can on a post.
 #
 # Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.
-# Poses and velocities that a reset would draw anew are those of the seed 0.
+# What a reset would draw anew is as the seed 0 draws it.
 
 import sapien
 from sapien import physx

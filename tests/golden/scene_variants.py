@@ -4,7 +4,7 @@
 # A thing to grasp that is a box, a mug or a dumb-bell.
 #
 # Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.
-# Poses and velocities that a reset would draw anew are those of the seed 0.
+# What a reset would draw anew is as the seed 0 draws it.
 
 from pathlib import Path
 

@@ -4,7 +4,7 @@
 # Every form of variation, one object each.
 #
 # Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.
-# Poses and velocities that a reset would draw anew are those of the seed 1.
+# What a reset would draw anew is as the seed 1 draws it.
 
 import sapien
 from sapien import physx

@@ -72,7 +72,8 @@ def _import_everything() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # SAPIEN says that it cannot render
         for module in pkgutil.walk_packages(scenecc.__path__, "scenecc."):
-            if module.name != "scenecc.__main__":
+            # What is for ManiSkill needs it, and PyTorch, whose threads would not come along.
+            if module.name != "scenecc.__main__" and "maniskill" not in module.name:
                 importlib.import_module(module.name)
     # The models of a small scene are made when there is one.
     scenecc.validate({"scenecc": 1, "entities": {"cube": {"shapes": [{"type": "box", "half_size": [1, 1, 1]}]}}})

@@ -25,7 +25,7 @@ from scenecc.plan import (
 )
 from scenecc.values.evaluate import Batch
 from scenecc.values.nodes import Composed, Computed, Const, Drawn, Key, Node, Posed, RandomRotated, Shared, Stacked
-from scenecc.values.support import support
+from scenecc.values.supporting import support
 from scenecc.values.template import Template
 
 SEED = 11

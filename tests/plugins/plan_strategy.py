@@ -1,4 +1,7 @@
-"""Arbitrary plans for Hypothesis, drawn by the fields of the plan's dataclasses: a new one needs no edit here."""
+"""Arbitrary plans for Hypothesis, drawn by the fields of the plan's dataclasses: a new one needs no edit here.
+
+Only what goes beyond one field stands here: that links are a tree, that names differ, that what is held on to is there.
+"""
 
 from __future__ import annotations
 
@@ -12,8 +15,26 @@ import numpy as np
 from hypothesis import strategies as st
 from plugins.recipe_strategy import Shape, nodes
 
-from scenecc.plan import AssetFile, Entity, ScenePlan, Value, recalled
+from scenecc.plan import (
+    ArticulationStructure,
+    AssetFile,
+    BodyStructure,
+    Camera,
+    Constraint,
+    Drive,
+    Entity,
+    Joint,
+    Light,
+    Link,
+    Mimic,
+    Mount,
+    ScenePlan,
+    Value,
+    recalled,
+)
+from scenecc.plan.decode_links import NOT_OF_A_FIXED_JOINT, NOT_OF_A_LINK
 from scenecc.plan.fields import (
+    ANY,
     Bounds,
     Choice,
     Draws,
@@ -33,6 +54,7 @@ TABLES = ("files", "physical_materials", "visual_materials")
 ONE_DRAW = (("u", Const(0.5)),)
 _NAMES = st.text(string.ascii_letters + "_-. '\"\\\n→é", min_size=1, max_size=12)
 _MOST = {"entities": 3, "structures": 2, "collisions": 2, "visuals": 2}
+_HELD = {"constraints": Constraint, "lights": Light, "cameras": Camera}
 
 
 @dataclass(frozen=True)
@@ -57,13 +79,21 @@ def plans(draw: st.DrawFn, *, recipes: bool = False, full: bool = False) -> Scen
     sizes = {table: draw(st.integers(1, 2)) for table in TABLES}
     scope = _Scope(draw(st.integers(1, 4)), sizes, shapes, recipes=recipes, full=full)
     made: dict[str, Any] = {"num_scenes": scope.num_scenes, "draws": shared}
+    names = draw(st.lists(_NAMES, max_size=_MOST["entities"] + 1, unique=True))
+    cut = draw(st.integers(0, len(names)))
     for slot in slots(ScenePlan):
         if slot.name in TABLES and isinstance(slot.kind, Many):
             size = scope.sizes[slot.name]
             made[slot.name] = tuple(draw(_of(slot.kind.item, scope)) for _ in range(size))
         elif slot.name == "entities":
-            names = draw(st.lists(_NAMES, max_size=_MOST["entities"], unique=True))
-            made[slot.name] = tuple(_entity(draw, name, scope) for name in names)
+            made[slot.name] = tuple(_entity(draw, name, scope) for name in names[:cut])
+        elif slot.name in _HELD:
+            of = names[cut:] if slot.name == "cameras" else draw(st.lists(_NAMES, max_size=1, unique=True))
+            held = [_held(draw, _HELD[slot.name], name, made["entities"], scope) for name in of]
+            made[slot.name] = tuple(one for one in held if one is not None)
+        elif slot.name == "environment":
+            environment = _of(slot.kind, replace(scope, rows=scope.num_scenes))
+            made[slot.name] = draw(environment if full else st.none() | environment)
         elif slot.name not in made:
             made[slot.name] = draw(_of(slot.kind, scope))
     return ScenePlan(**made)
@@ -84,13 +114,71 @@ def _entity(draw: st.DrawFn, name: str, scope: _Scope) -> Entity:
     scenes = st.lists(st.integers(0, scope.num_scenes - 1), min_size=1, unique=True)
     idxs = tuple(sorted(draw(scenes)))
     inner = replace(scope, rows=len(idxs))
-    made: dict[str, Any] = {"name": name, "scene_idxs": idxs}
-    for slot in slots(Entity):
-        if slot.name not in {*made, "pick"}:
-            made[slot.name] = draw(_of(slot.kind, inner, slot.name))
-    last = len(made["structures"]) - 1
-    pick = _values(Quantity(np.int64, bounds=Bounds(0, last)), inner)
-    return Entity(**made, pick=draw(pick) if last else None)
+    pose = next(slot.kind for slot in slots(Entity) if slot.name == "pose")
+    one = draw(st.sampled_from([_bodies(inner), _bodies(inner), _articulations(inner)]))
+    structures = tuple(draw(st.lists(one, min_size=1, max_size=_MOST["structures"])))
+    last = len(structures) - 1
+    pick = draw(_values(Quantity(np.int64, bounds=Bounds(0, last)), inner)) if last else None
+    return Entity(name, idxs, draw(_of(pose, inner)), structures, pick, hidden=draw(st.booleans()))
+
+
+def _bodies(scope: _Scope, *, link: bool = False) -> st.SearchStrategy[BodyStructure]:
+    if link:
+        return _nodes(BodyStructure, scope, {"body_type": "link", **dict.fromkeys(NOT_OF_A_LINK)})
+    types = st.sampled_from(["dynamic", "kinematic", "static", "none"])
+    return types.flatmap(lambda body_type: _nodes(BodyStructure, scope, {"body_type": body_type}))
+
+
+@st.composite
+def _articulations(draw: st.DrawFn, scope: _Scope) -> ArticulationStructure:
+    names = draw(st.lists(_NAMES, min_size=1, max_size=3, unique=True))
+    links = [_link(draw, index, name, scope) for index, name in enumerate(names)]
+    joints = [link.joint.name for link in links if link.joint is not None and link.joint.type != "fixed"]
+    named = [name for name in joints if name]
+    mimics: tuple[Mimic, ...] = ()
+    if len(named) > 1 and draw(st.booleans()):
+        mimics = (draw(_nodes(Mimic, scope, {"joint": named[1], "source": named[0]})),)
+    return draw(_nodes(ArticulationStructure, scope, {"links": tuple(links), "mimics": mimics}))
+
+
+def _link(draw: st.DrawFn, index: int, name: str, scope: _Scope) -> Link:
+    body = draw(_bodies(scope, link=True))
+    if index == 0:
+        return Link(name, body)
+    fixed = draw(st.integers(0, 4)) == 0
+    its = {"name": draw(st.sampled_from(["", f"joint {index}", f"j{index}.é"]))}
+    types = st.sampled_from(["revolute", "revolute_unwrapped", "prismatic"])
+    its |= {"type": "fixed", **dict.fromkeys(NOT_OF_A_FIXED_JOINT)} if fixed else {"type": draw(types)}
+    return Link(name, body, draw(st.integers(0, index - 1)), draw(_nodes(Joint, scope, its)))
+
+
+def _held(draw: st.DrawFn, cls: type, name: str, entities: tuple[Entity, ...], scope: _Scope) -> Any:
+    """A constraint, light or camera; None of a constraint where there is nothing to constrain."""
+    idxs = tuple(range(scope.num_scenes))
+    mounts: dict[str, Mount | None] = {}
+    for key in ("child", "parent") if cls is Constraint else ("mount",):
+        within = [entity for entity in entities if {*idxs} & {*entity.scene_idxs} and _grips(entity)]
+        needed = key == "child"
+        if not within or not (needed or scope.full or draw(st.booleans())):
+            mounts[key] = None
+            if needed:
+                return None
+            continue
+        entity = draw(st.sampled_from(within))
+        idxs = tuple(sorted({*idxs} & {*entity.scene_idxs}))
+        mounts[key] = draw(st.sampled_from(_grips(entity)))
+    idxs = idxs if draw(st.booleans()) else idxs[:1]
+    return draw(_nodes(cls, replace(scope, rows=len(idxs)), {"name": name, "scene_idxs": idxs, **mounts}))
+
+
+def _grips(entity: Entity) -> list[Mount]:
+    """The entity, or the links that all its structures have."""
+    links: list[set[str]] = []
+    for structure in entity.structures:
+        if not isinstance(structure, ArticulationStructure):
+            return [Mount(entity.name)]
+        links.append({link.name for link in structure.links})
+    return [Mount(entity.name, name) for name in sorted(set.intersection(*links))]
 
 
 def _of(kind: Kind, scope: _Scope, name: str = "") -> st.SearchStrategy[Any]:  # noqa: PLR0911 - one a kind
@@ -104,8 +192,7 @@ def _of(kind: Kind, scope: _Scope, name: str = "") -> st.SearchStrategy[Any]:  #
         case Numbers():
             return st.tuples(*[_floats(kind.bounds)] * kind.count)
         case Many():
-            least = 1 if name == "structures" else 0
-            return st.lists(_of(kind.item, scope), min_size=least, max_size=_MOST.get(name, 2)).map(tuple)
+            return st.lists(_of(kind.item, scope), max_size=_MOST.get(name, 2)).map(tuple)
         case Node():
             return _nodes(kind.cls, scope)
         case OneOf():
@@ -115,17 +202,23 @@ def _of(kind: Kind, scope: _Scope, name: str = "") -> st.SearchStrategy[Any]:  #
 
 
 @st.composite
-def _nodes(draw: st.DrawFn, cls: type, scope: _Scope) -> Any:
+def _nodes(draw: st.DrawFn, cls: type, scope: _Scope, its: dict[str, Any] | None = None) -> Any:
+    """A dataclass. `its`: fields that are settled."""
     if cls is AssetFile:
         uri = draw(
             st.sampled_from(["a.obj", "sub/b.stl", "../c.png", "pkg://some/d.glb", "asset://e f.ply", "/x/g.obj"])
         )
         return AssetFile(uri, Path("/files") / uri)
-    made: dict[str, Any] = {}
+    made: dict[str, Any] = dict(its or {})
     full = scope.full or draw(st.sampled_from([False, False, True]))
     for slot in slots(cls):
+        if slot.name in made:
+            continue
         strategy = _of(slot.kind, scope, slot.name)
         made[slot.name] = draw(st.none() | strategy if slot.nullable and not full else strategy)
+    if cls is Drive:
+        for name in ("limits", "drives"):
+            made[name] = tuple({item.axis: item for item in made[name]}.values())
     return cls(**made)
 
 
@@ -149,6 +242,12 @@ def _values(draw: st.DrawFn, kind: Quantity, scope: _Scope) -> Value:
 
 
 def _rows(kind: Quantity, scope: _Scope) -> st.SearchStrategy[Any]:
+    if kind.infinite:
+        low = max(kind.bounds.low, ANY.low)
+        finite = _floats(Bounds(low, ANY.high))
+        pair = st.tuples(finite, finite).map(sorted)
+        least = low if kind.bounds.low > ANY.low else -math.inf
+        return pair | st.just([least, math.inf]) | finite.map(lambda high: [least, high])
     if kind.pose:
         rotation = st.lists(st.floats(-1, 1), min_size=4, max_size=4).map(_unit)
         return st.tuples(st.lists(_floats(kind.bounds), min_size=3, max_size=3), rotation).map(lambda x: [*x[0], *x[1]])

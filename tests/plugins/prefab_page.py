@@ -35,6 +35,13 @@ fall for ever, which is an error (`SC502`).""",
             "table_workspace",
         ),
     ),
+    "ManiSkill's scenes": (
+        """\
+A robot needs the files of ManiSkill (`pip install mani_skill`), of which nothing is imported. Tests compare what is
+built with what ManiSkill's own builder leaves behind, name by name and to the last bit; the scenes of
+[ManiSkill's tasks](maniskill.md#maniskills-tasks-as-files) are made with it.""",
+        ("table_scene",),
+    ),
     "Furniture": (
         """\
 The table is the one of SAPIEN's tutorial "Create Actors"; the others are ours. All are made of boxes.""",

@@ -17,11 +17,13 @@ from scenecc.values.nodes import (
     FromAxisAngle,
     FromMatrix,
     FromRpy,
+    Held,
     Key,
     Kind,
     Looking,
     Node,
     Normalized,
+    Pointing,
     Posed,
     Radians,
     RandomRotated,
@@ -72,6 +74,11 @@ def nodes(shape: Shape, draws: Draws, depth: int = 2) -> st.SearchStrategy[Node]
         some.append(_drawn(shape, draws, depth))
         some.append(_computed(shape, draws))
         some.append(st.builds(Radians, inner))
+    if not shape:
+        bounds = st.tuples(*[items((), draws, depth - 1)] * 4)
+        number = st.tuples(items((), draws, depth - 1), st.just(-1))
+        listed = st.tuples(items((3,), draws, depth - 1), st.integers(0, 2))
+        some.append(st.tuples(number | listed, bounds).map(lambda made: Held(*made[0], *made[1])))
     if shape:
         part = items(shape[1:], draws, depth - 1)
         some.append(st.builds(Stacked, st.tuples(*[part] * shape[0])))
@@ -86,6 +93,7 @@ def _placing(shape: Shape, of: Any) -> list[st.SearchStrategy[Any]]:
             st.builds(FromRpy, of((3,))),
             st.builds(FromAxisAngle, of((3,)), of(())),
             st.builds(Looking, of((3,)), of((3,))),
+            st.builds(Pointing, of((3,))),
         ]
     if shape == (7,):
         poses = st.builds(Posed, of((3,)), of((4,)))

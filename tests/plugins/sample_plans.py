@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from plugins.drawn_plan import drawn
+from plugins.held_plans import fastened
 from plugins.plan_parts import (
     FLAG,
     INT,
@@ -19,6 +20,7 @@ from plugins.plan_parts import (
     rubbing,
     solid,
 )
+from plugins.robot_plans import links, robots
 
 from scenecc.plan import (
     BodyStructure,
@@ -309,4 +311,6 @@ def decomposed() -> ScenePlan:
     return ScenePlan("decomposed", 2, entities, Physics(), files=files("bowl.obj"))
 
 
-SAMPLES = {make.__name__: make for make in (shapes, knobs, varied, drawn, components, decomposed)}
+SAMPLES = {
+    make.__name__: make for make in (shapes, knobs, varied, drawn, components, decomposed, robots, links, fastened)
+}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import types
 import typing
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Annotated, Any
 
 from pydantic import BaseModel, Tag
@@ -51,8 +51,8 @@ def is_model(annotation: Any) -> bool:
     return isinstance(annotation, type) and issubclass(annotation, BaseModel)
 
 
-def all_keys(annotation: Any) -> set[Key]:
-    """Every key that can be written below a type."""
+def all_keys(annotation: Any, but: Sequence[str] = ()) -> set[Key]:
+    """Every key that can be written below a type. `but`: keys below which nothing is looked for."""
     found: set[Key] = set()
     todo = [annotation]
     while todo:
@@ -61,7 +61,7 @@ def all_keys(annotation: Any) -> set[Key]:
             fields = bare.model_fields
             new = {(bare, name) for name in fields} - found
             found |= new
-            todo += [fields[name].annotation for _, name in new]
+            todo += [fields[name].annotation for _, name in new if name not in but]
         elif isinstance(bare, ByType):
             todo += branches(bare)
         else:
@@ -69,10 +69,10 @@ def all_keys(annotation: Any) -> set[Key]:
     return found
 
 
-def choices(annotation: Any) -> set[tuple[Key, Any]]:
-    """Every word of every key that takes one of a few."""
+def choices(annotation: Any, but: Sequence[str] = ()) -> set[tuple[Key, Any]]:
+    """Every word of every key that takes one of a few; `but`: as for `all_keys`."""
     found: set[tuple[Key, Any]] = set()
-    for model, name in all_keys(annotation):
+    for model, name in all_keys(annotation, but):
         todo = [model.model_fields[name].annotation]
         while todo:
             bare, _ = parts(todo.pop())

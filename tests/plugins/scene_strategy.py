@@ -38,6 +38,9 @@ IMAGES = ("assets/checker.png", "./assets/checker.png")
 
 ENTITIES = ("a", "b", "_c", "D.1", "e-f", "World")
 FRAMES = ("f", "g.0")
+HELD = ("constraints", "lights", "cameras", "environment")
+"""Sections of the document that hold on to entities; they have tests of their own, and so have robots."""
+
 SHAPE_LISTS = ("shapes", "collisions", "visuals")
 ROTATIONS = ("q", "rpy", "rpy_deg", "axis_angle", "look_at")
 
@@ -85,6 +88,7 @@ NARROWER: dict[Key, Make] = {
     (SceneFile, "params"): _one_of({}, {"size": 1.5, "parts": {"type": "list", "default": []}}),
     (SceneFile, "draws"): _one_of({}, {"u": {"uniform": [0, 1]}, "v": "${2 * u}", "w": {"cycle": ["a", "b"]}}),
     (SceneFile, "include"): _one_of([]),
+    **{(SceneFile, section): _one_of({}) for section in HELD},
     (Physics, "timestep"): _between(0.001, 0.02),
     (Physics, "cpu_workers"): _one_of(0),
     (Physics, "contact_offset"): _between(0.011, 0.05),

@@ -130,7 +130,13 @@ def test_every_scene_in_the_pages_compiles_without_a_word(block: Block, tmp_path
     assert compile_scene(file).entities
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+NEEDS = {"maniskill.md": pytest.mark.maniskill}
+
+
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, marks=NEEDS.get(page.name, ()), id=str(page.relative_to(ROOT))) for page in PAGES],
+)
 def test_a_pages_python_runs_from_top_to_bottom(page: Path, clone: Path, environment: dict[str, str]) -> None:
     code = "\n".join(block.text for block in blocks() if block.page == page and block.language == "python")
     done = subprocess.run(

@@ -4,12 +4,27 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
 HEAVY = ("sapien", "trimesh", "numpy", "coacd", "mani_skill", "jsonschema")
 """None of these is needed to check a scene without meshes: an engine, a mesh library, arrays."""
+
+_SECTIONS = {
+    "plan": "articulation camera constraint light mount tendons from_json",
+    "robots": "urdf mjcf",
+    "front": "robots",
+    "lower": "articulations cameras constraints lights mounts resets",
+    "checks": "articulations constraints pictures",
+    "spec": "articulation camera constraint light",
+    "expand": "expand",
+    "backends": "sapien maniskill",
+    "maniskill": "load",
+}
+NOT_HERE = tuple(f"scenecc.{folder}.{name}" for folder, names in _SECTIONS.items() for name in names.split())
+"""Ours, of what `SCENE` has nothing of: robots, constraints, lights, cameras, draws, expansion."""
 
 SCENE = """\
 scenecc: 1
@@ -36,9 +51,9 @@ entities:
 BROKEN = SCENE + "      - {type: box, half_size: [1, 1]}\n"
 
 
-def loaded(code: str, *arguments: str) -> set[str]:
-    """The heavy packages that are loaded once a program has run."""
-    report = f"\nimport sys\nprint(*({set(HEAVY)!r} & set(sys.modules)))\n"
+def loaded(code: str, *arguments: str, among: tuple[str, ...] = HEAVY) -> set[str]:
+    """Those packages that are loaded once a program has run."""
+    report = f"\nimport sys\nprint(*({set(among)!r} & set(sys.modules)))\n"
     ran = subprocess.run([sys.executable, "-c", code + report, *arguments], capture_output=True, text=True, check=True)
     return set(ran.stdout.splitlines()[-1].split()) if ran.stdout.strip() else set()
 
@@ -53,6 +68,28 @@ def test_validating_a_scene_without_meshes_loads_nothing_heavy(tmp_path: Path, t
     file.write_text(text)
     code = "import sys, scenecc\nfound = scenecc.validate(sys.argv[1])\nassert len(found) == int(sys.argv[2]), found"
     assert loaded(code, str(file), "0" if text is SCENE else "1") == set()
+
+
+@pytest.mark.parametrize("name", NOT_HERE)
+def test_what_must_not_be_loaded_is_a_module(name: str) -> None:
+    """So that none of these names is one that nothing has."""
+    assert find_spec(name) is not None
+
+
+def test_a_scene_pays_for_nothing_that_it_does_not_have(tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text(SCENE)
+    code = "import sys, scenecc\nassert not scenecc.validate(sys.argv[1])"
+    assert loaded(code, str(file), among=NOT_HERE) == set()
+
+
+def test_what_a_scene_has_is_loaded(tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text(SCENE + "cameras: {eye: {width: 4, height: 4, fovy: 1, pose: [0, 0, 1]}}\n")
+    code = "import sys, scenecc\nfound = scenecc.validate(sys.argv[1])\nassert not found, found"
+    found = loaded(code, str(file), among=NOT_HERE)
+    assert found >= {"scenecc.spec.camera", "scenecc.plan.camera", "scenecc.lower.cameras", "scenecc.checks.pictures"}
+    assert not found & {"scenecc.spec.light", "scenecc.lower.lights", "scenecc.lower.constraints"}
 
 
 def test_the_command_that_validates_loads_nothing_heavy(tmp_path: Path) -> None:

@@ -39,8 +39,11 @@ def test_every_function_can_be_called_twice() -> None:
         "    assert scenecc.emit_scene(plan, 'json') and scenecc.emit_scene(plan, 'python')\n"
         "    scenecc.load_scene(plan, render=False).close()\n"
         "    assert scenecc.json_schema()\n"
+        "    print('called')\n"
     )
-    subprocess.run([sys.executable, "-c", script, str(GOOD / "cube.yaml")], check=True, timeout=60)
+    command = [sys.executable, "-c", script, str(GOOD / "cube.yaml")]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+    assert done.stdout == "called\n" * 2
 
 
 CUBE = {"scenecc": 1, "entities": {"cube": {"shapes": [{"type": "box", "half_size": [0.1, 0.2, 0.3]}]}}}

@@ -23,7 +23,7 @@ from scenecc.plan import (
 )
 from scenecc.values.evaluate import Batch
 from scenecc.values.nodes import Chosen, Const, Drawn, Key, Node, Posed, RandomRotated, Shared, Stacked
-from scenecc.values.support import support
+from scenecc.values.supporting import support
 
 UP = [0.7071068, 0, -0.7071068, 0]
 DRAWS: dict[str, Node] = {"push": Drawn("uniform", -1.0, 1.0, None, (), Key("draws", "push", ""))}

@@ -80,7 +80,8 @@ def test_nothing_is_built_where_a_mesh_fails(
     text: Path, plan_of_shapes: PlanOf, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(build, "new_scene", lambda *_, **__: pytest.fail("a scene was made"))
-    complaints(plan_of_shapes(mesh(ConvexMesh), files=(text,)))
+    (told,) = complaints(plan_of_shapes(mesh(ConvexMesh), files=(text,)))
+    assert told.code == "SC801"
 
 
 def test_a_file_that_fails_in_some_scenes_only(text: Path, tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from scenecc.backends.sapien import SceneBatch, instantiate
 from scenecc.diagnostics import Sink
 from scenecc.plan import BodyStructure, Box, CollisionShape, Entity, Physics, ScenePlan, constant, per_scene, varying
 from scenecc.values.nodes import Computed, Drawn, Key, Node, Posed, Stacked
-from scenecc.values.support import support
+from scenecc.values.supporting import support
 from scenecc.values.template import Template
 
 SCENES = 4

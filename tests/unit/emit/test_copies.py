@@ -36,6 +36,7 @@ def test_three_that_follow_one_another_are_a_loop() -> None:
         BALL,
         {**BOX, "body_type": "kinematic"},
         {**BOX, "mass": 1},
+        {**BOX, "hidden": True},
         {**BOX, "scene_idxs": [1]},
         {"shapes": [*BOX["shapes"], *BOX["shapes"]]},
         {"pick": 0, "variants": [BOX]},
@@ -81,3 +82,14 @@ entities:
 def test_names_of_any_kind_are_texts() -> None:
     script = emit_scene({"scenecc": 1, "entities": dict.fromkeys(("a.b", "c-d", "e_1"), BALL)}, "python")
     assert '["a.b", "c-d", "e_1"]' in script
+
+
+def test_two_articulations_are_a_loop() -> None:
+    child = {"name": "panel", "joint": {"type": "revolute", "name": "hinge", "limits": [0, 1]}, **BOX}
+    door = {"root": {"name": "frame", **BOX, "children": [child]}}
+    longer = {"root": {"name": "frame", **BOX, "children": [{**child, "joint": {**child["joint"], "limits": [0, 2]}}]}}
+    other = {"root": {"name": "frame", **BOX, "children": [{**child, "name": "other"}]}}
+    assert names({"a": door, "b": longer, "c": other}) == [("a", "b"), "c"]
+    script = emit_scene({"scenecc": 1, "entities": {"a": door, "b": longer}}, "python")
+    assert "    a_limits = [[0, 1], [0, 2]]\n" in script
+    assert "            limits=a_limits[k],\n" in script

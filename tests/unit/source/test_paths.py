@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from scenecc.diagnostics.codes import CODES
-from scenecc.source.paths import AssetScope, Refusal, Resolved, asset_roots, resolve, resolve_named
+from scenecc.source.paths import AssetScope, Resolved, asset_roots, resolve, resolve_named
+from scenecc.source.uris import Refusal
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from scenecc import validate
-from scenecc.spec.features import LEFT_OUT, NOT_YET, VARIATION_FORMS
+from scenecc.spec.features import LEFT_OUT, VARIATION_FORMS
 
 BALL: dict[str, Any] = {"type": "sphere", "radius": 0.1}
 
@@ -94,14 +94,6 @@ def test_where_nothing_is_near_the_known_keys_are_listed() -> None:
     assert (
         only(body(pose={"zzz": 1})).hint == "known here: p, q, rpy, rpy_deg, axis_angle, look_at, matrix, relative_to"
     )
-
-
-@pytest.mark.parametrize("key", NOT_YET)
-def test_a_key_of_a_later_version_is_refused_by_name(key: str) -> None:
-    for document in ({key: {}}, body(**{key: 1})):
-        found = only(document)
-        assert found.code == "SC109"
-        assert found.message == f"{NOT_YET[key]} are not supported yet"
 
 
 @pytest.mark.parametrize("key", LEFT_OUT)

@@ -25,7 +25,6 @@ def told(document: dict[str, Any]) -> list[tuple[str, str, str]]:
         ({"repeat": {"i": 4}, **SHAPES}, "SC103", ".repeat.i", "`{i: {count: 4}}`"),
         ({"repeat": 4, **SHAPES}, "SC103", ".repeat", "`{i: {count: 4}}`"),
         ({"variants": [SHAPES]}, "SC102", "", "`pick: {cycle: [0, 1]}`"),
-        ({"hidden": True, **SHAPES}, "SC109", ".hidden", "people and sensors"),
         ({"mass": {"normal": {"mean": 0.1, "std": 0.01}}, **SHAPES}, "SC103", ".mass.normal", ""),
         ({"pose": {"uniform": [[0, 0], [1, 1]]}, **SHAPES}, "SC106", ".pose.uniform", ""),
         ({"mass": {"range": [0.1, 0.2]}, **SHAPES}, "SC103", ".mass", "`{uniform: [low, high]}`"),
@@ -38,6 +37,10 @@ def told(document: dict[str, Any]) -> list[tuple[str, str, str]]:
         ({"body_type": {"choice": ["static", "dynamic"]}, **SHAPES}, "SC116", ".body_type", "`variants`"),
         ({"shapes": [{**BALL, "type": {"choice": ["box", "sphere"]}}]}, "SC116", ".shapes[0].type", "`variants`"),
         ({"shapes": [{**BALL, "type": "${t}"}]}, "SC116", ".shapes[0].type", "`variants`"),
+        ({"urdf": "a.urdf", "mjcf": "a.xml"}, "SC101", ".mjcf", "one of `urdf`, `mjcf` and `root`"),
+        ({"urdf": "a.urdf", **SHAPES}, "SC101", ".shapes", "`root: {shapes: […]}`"),
+        ({"urdf": "a.urdf", "mass": 2}, "SC101", ".mass", "`links: {NAME: {…: …}}`"),
+        ({"urdf": "a.urdf", "fix_base": True}, "SC101", ".fix_base", "`fix_root_link`"),
     ],
     ids=str,
 )

@@ -150,7 +150,7 @@ def test_structures_and_their_pick() -> None:
     ids=str,
 )
 def test_what_expansion_takes_out_may_be_written(entity: dict[str, Any]) -> None:
-    read(
+    scene = read(
         {
             "params": {"kind": "sphere"},
             "include": ["a.yaml"],
@@ -158,6 +158,8 @@ def test_what_expansion_takes_out_may_be_written(entity: dict[str, Any]) -> None
             "entities": {"a": entity},
         }
     )
+    (found,) = scene.entities.values()
+    assert {type(found).model_fields[name].alias or name for name in found.model_fields_set} == entity.keys()
 
 
 @pytest.mark.parametrize(

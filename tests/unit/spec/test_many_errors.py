@@ -28,7 +28,7 @@ def test_a_thousand_are_told(name: str) -> None:
     tracemalloc.start()
     started = time.process_time()
     found = [each.code for each in validate(document)]
-    assert time.process_time() - started < 10
+    assert time.process_time() - started < 20
     assert tracemalloc.get_traced_memory()[1] < 30 * 2**20
     tracemalloc.stop()
     assert len(found) == 1001

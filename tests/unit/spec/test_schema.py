@@ -104,7 +104,7 @@ scenecc: 2
 ---
 {scenecc: 1, physics: {gravity: -9.81}}
 ---
-{scenecc: 1, lights: {}}
+{scenecc: 1, lights: {key: {type: point}}}
 """
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scenecc.lower.poses import IDENTITY_POSE, compose
+from scenecc.lower.placing.poses import IDENTITY_POSE, compose
 from scenecc.values import rotations
 
 # Seven digits: not of unit length, and normalised no longer the same.

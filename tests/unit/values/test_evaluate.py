@@ -25,6 +25,7 @@ from scenecc.values.nodes import (
     Looking,
     Node,
     Normalized,
+    Pointing,
     Posed,
     Radians,
     RandomRotated,
@@ -195,6 +196,7 @@ def test_an_expression_computes_as_python_does_in_every_scene() -> None:
         (FromAxisAngle(Stacked((0, 0, expression("scene"))), 1), "an axis of length 0 has no direction", 0),
         (FromAxisAngle((0, 0, 1), "a"), "this is not a number", 3),
         (FromRpy((0, 1)), "this is not 3 numbers", 3),
+        (Pointing(Stacked((0, 0, expression("scene")))), "a direction of length 0 points nowhere", 0),
         (Normalized((2, 0, 0, 0)), "the quaternion's length is 2, not 1", 3),
         (
             Looking((0, 0, 5), (0, 0, 0)),
@@ -256,7 +258,7 @@ def test_reading_templates_and_supports_loads_no_numpy() -> None:
     script = (
         "import sys, scenecc.values.forms, scenecc.values.support, scenecc.values.supporting as s\n"
         "from scenecc.values.nodes import Drawn, Key\n"
-        "from scenecc.values.support import support\n"
+        "from scenecc.values.supporting import support\n"
         "support(Drawn('uniform', (0, 1), 2, None, (2,), Key('draws', 'u', '')), {})\n"
         "print(sorted({'numpy', 'pydantic', 'sapien'} & set(sys.modules)))"
     )

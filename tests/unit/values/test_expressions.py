@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from scenecc.values.expression import RESERVED
 from scenecc.values.failure import ExpressionError
-from scenecc.values.operations import FUNCTIONS
+from scenecc.values.functions import FUNCTIONS
 from scenecc.values.template import Template
 
 NAMES: dict[str, Any] = {"i": 3, "size": 1.5, "flag": True, "word": "leg", "point": [1, 2.5, -3], "pair": (4, 5)}

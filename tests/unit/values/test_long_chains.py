@@ -10,7 +10,7 @@ from scenecc.values.evaluate import Batch
 from scenecc.values.failure import DrawError
 from scenecc.values.nodes import Chosen, Computed, Const, Cycled, Drawn, Key, Node, Rows, Shared
 from scenecc.values.order import needed, read_by
-from scenecc.values.support import support
+from scenecc.values.supporting import support
 from scenecc.values.template import Template
 
 LONG = 10_000

@@ -24,6 +24,7 @@ from scenecc.values.nodes import (
     Key,
     Looking,
     Node,
+    Pointing,
     Posed,
     Radians,
     RandomRotated,
@@ -31,8 +32,9 @@ from scenecc.values.nodes import (
     Shared,
     Stacked,
 )
-from scenecc.values.support import UNKNOWN, Support, support, union
-from scenecc.values.supporting import Reader, reach_and_faults
+from scenecc.values.support import UNKNOWN, Support, union
+from scenecc.values.support_rules import reach_and_faults
+from scenecc.values.supporting import Reader, support
 from scenecc.values.template import Template
 
 INF = math.inf
@@ -344,9 +346,10 @@ def test_what_a_condition_keeps_away_is_no_fault(text: str) -> None:
         Composed((1, 2, 3, *IDENTITY), Posed(Shared("p"), FromAxisAngle((1, 1, 0), Shared("u")))),
         Posed((0, 0, 0), Looking(Stacked((5, Shared("u"), 0)), Shared("p"))),
         Drawn("normal", Shared("u"), 2, (-1, expression("u + 1")), (), key("n")),
+        Posed((0, 0, 0), Pointing(Stacked((-1, Shared("u"), 2)))),
         Stacked((Chosen((0.5, Shared("u")), None, key("x")), Cycled((1, 2)))),
     ],
-    ids=["posed", "composed", "shifted", "looking", "normal", "stacked"],
+    ids=["posed", "composed", "shifted", "looking", "normal", "pointing", "stacked"],
 )
 def test_drawn_rows_are_within_the_bounds(node: Node) -> None:
     draws = {**DRAWS, "p": Drawn("uniform", (-1, -1, 0), (1, 1, 2), None, (3,), key("p"))}

@@ -12,13 +12,17 @@ from scenecc.plan import recipe_shape
 from scenecc.spec.draws import Draw
 from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.schema import json_schema
-from scenecc.values import evaluate, forms, supporting
+from scenecc.values import evaluate, forms, support_rules
 from scenecc.values.nodes import NODES
 
 
-@pytest.mark.parametrize("module", [evaluate, supporting, recipe_shape])
-def test_every_node_has_a_row(module: Any) -> None:
-    assert set(module._TABLE) == set(NODES)
+@pytest.mark.parametrize(
+    "table",
+    [evaluate._TABLE, support_rules.TABLE, recipe_shape._TABLE],
+    ids=["evaluate", "support_rules", "recipe_shape"],
+)
+def test_every_node_has_a_row(table: Any) -> None:
+    assert set(table) == set(NODES)
 
 
 def test_every_form_has_a_key() -> None:

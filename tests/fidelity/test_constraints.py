@@ -1,0 +1,365 @@
+"""Constraints from YAML, every type, property by property and 300 steps, against hand-written SAPIEN."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+import sapien
+from fidelity.compare import assert_same_scene, assert_same_trajectory
+from sapien import Pose, physx
+
+from scenecc import SceneBatch, compile_scene, load_scene
+
+Scene = dict[str, Any]
+By = Callable[[sapien.Scene, Any, Any, int], Any]
+SCENES = 3
+START = [[0.5, 0.0, 1.0], [0.25, 0.5, 1.25], [0.5, -0.25, 0.75]]
+"""Where `bob` starts; `post` stands at (0, 0, 1) and does not turn, so that the difference is exact."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A constraint as it is written, and the same by hand: (scene, post, bob, number of the scene) to its component."""
+
+    written: Scene
+    by_hand: By
+    kind: str = "dynamic"
+
+
+def apart(number: int) -> Pose:
+    """Where bob is, seen from post."""
+    x, y, z = START[number]
+    return Pose([x, y, z - 1.0])
+
+
+def locked(drive: Any, *axes: str) -> Any:
+    for axis in axes:
+        getattr(drive, f"set_limit_{axis}")(0, 0)
+    return drive
+
+
+def weld(scene: sapien.Scene, post: Any, bob: Any, number: int) -> Any:
+    drive = locked(scene.create_drive(post, apart(number), bob, Pose()), "x", "y", "z", "twist")
+    drive.set_drive_property_swing(1e10, 1e4, mode="acceleration")
+    return drive
+
+
+def connection(scene: sapien.Scene, post: Any, bob: Any, number: int) -> Any:
+    return scene.create_connection(None, Pose([0, 0, 1.5]), bob, Pose([0, 0, 0.25]))
+
+
+def distance(scene: sapien.Scene, post: Any, bob: Any, number: int) -> Any:
+    joint = physx.PhysxDistanceJointComponent(bob.components[0])
+    joint.parent = post.components[0]
+    joint.pose_in_child = Pose([0, 0, 0.1])
+    joint.pose_in_parent = Pose()
+    bob.add_component(joint)
+    joint.set_limit(0.1, [0.4, 0.5, 0.6][number], 20, 1)
+    return joint
+
+
+def gear(scene: sapien.Scene, post: Any, bob: Any, number: int) -> Any:
+    joint = scene.create_gear(post, Pose(), bob, Pose())
+    joint.gear_ratio = [2, -0.5, 3][number]
+    return joint
+
+
+def slider(scene: sapien.Scene, post: Any, bob: Any, number: int) -> Any:
+    drive = scene.create_drive(post, Pose(), bob, Pose([0.1, 0, 0], [0.5, 0.5, 0.5, 0.5]))
+    drive.set_limit_x(-0.5, 0.75, 100, 2)
+    drive.set_limit_y(0, 0)
+    drive.set_limit_z(float("-inf"), [0.1, 0.2, 0.3][number])
+    drive.set_limit_twist(-1, 1)
+    drive.set_drive_property_x(50, [1, 2, 3][number], 30, "acceleration")
+    drive.set_drive_property_twist(5, 1)
+    drive.set_drive_property_swing(7, 2)
+    drive.set_drive_target(Pose([0.2, 0, 0]))
+    drive.set_drive_velocity_target([0.5, 0, 0], [0, 0.25, 0])
+    drive.set_inv_mass_scales(1, 0.5)
+    drive.set_inv_inertia_scales(0.25, 1)
+    return drive
+
+
+def turner(scene: sapien.Scene, post: Any, bob: Any, number: int) -> Any:
+    drive = locked(scene.create_drive(post, apart(number), bob, Pose()), "x", "y", "z")
+    drive.set_drive_property_slerp(10, 1)
+    drive.set_drive_target(Pose([0, 0, 0], [0.8, 0, 0.6, 0]))
+    return drive
+
+
+CASES = {
+    "weld": Case({"type": "weld"}, weld),
+    "weld to what stands": Case({"type": "weld"}, weld, "static"),
+    "connection": Case(
+        {"type": "connection", "parent": "world", "pose_in_parent": [0, 0, 1.5], "pose_in_child": [0, 0, 0.25]},
+        connection,
+    ),
+    "distance": Case(
+        {
+            "type": "distance",
+            "limits": [0.1, {"per_scene": [0.4, 0.5, 0.6]}],
+            "stiffness": 20,
+            "damping": 1,
+            "pose_in_parent": [0, 0, 0],
+            "pose_in_child": [0, 0, 0.1],
+        },
+        distance,
+    ),
+    "gear": Case(
+        {"type": "gear", "ratio": {"cycle": [2, -0.5, 3]}, "pose_in_parent": [0, 0, 0], "pose_in_child": [0, 0, 0]},
+        gear,
+    ),
+    "drive": Case(
+        {
+            "type": "drive",
+            "pose_in_parent": [0, 0, 0],
+            "pose_in_child": {"p": [0.1, 0, 0], "q": [0.5, 0.5, 0.5, 0.5]},
+            "limits": {
+                "x": [-0.5, 0.75],
+                "y": [0, 0],
+                "z": [float("-inf"), {"per_scene": [0.1, 0.2, 0.3]}],
+                "twist": [-1, 1],
+            },
+            "limit_springs": {"x": {"stiffness": 100, "damping": 2}},
+            "drive": {
+                "x": {
+                    "stiffness": 50,
+                    "damping": {"per_scene": [1, 2, 3]},
+                    "force_limit": 30,
+                    "mode": "acceleration",
+                },
+                "twist": {"stiffness": 5, "damping": 1},
+                "swing": {"stiffness": 7, "damping": 2},
+            },
+            "target": [0.2, 0, 0],
+            "velocity_target": {"linear": [0.5, 0, 0], "angular": [0, 0.25, 0]},
+            "inv_mass_scales": [1, 0.5],
+            "inv_inertia_scales": [0.25, 1],
+        },
+        slider,
+    ),
+    "drive about all axes": Case(
+        {
+            "type": "drive",
+            "limits": {"x": [0, 0], "y": [0, 0], "z": [0, 0]},
+            "drive": {"slerp": {"stiffness": 10, "damping": 1}},
+            "target": {"p": [0, 0, 0], "q": [0.8, 0, 0.6, 0]},
+        },
+        turner,
+    ),
+}
+
+
+def file_of(case: Case, **changed: Any) -> Scene:
+    return {
+        "scenecc": 1,
+        "num_scenes": SCENES,
+        "entities": {
+            "ground": {"body_type": "static", "collisions": [{"type": "plane"}]},
+            "post": {
+                "body_type": case.kind,
+                "pose": [0, 0, 1],
+                "collisions": [{"type": "box", "half_size": [0.05, 0.05, 0.2]}],
+            },
+            "bob": {
+                "pose": {"per_scene": START},
+                "collisions": [{"type": "box", "half_size": [0.1, 0.05, 0.05]}],
+                "angular_velocity": [1, 2, 0],
+                **changed,
+            },
+        },
+        "constraints": {"tie": {"parent": "post", "child": "bob", **case.written}},
+    }
+
+
+def by_hand(case: Case) -> list[tuple[sapien.Scene, Any]]:
+    """Scenes as somebody would write them, and their constraints."""
+    made: list[tuple[sapien.Scene, Any]] = []
+    for number in range(SCENES):
+        scene = sapien.Scene([physx.PhysxCpuSystem()])
+        ground = scene.create_actor_builder()
+        # The shortest rotation of SAPIEN's own +x to +z.
+        up = Pose([0, 0, 0], [0.7071067811865476, 0, -0.7071067811865475, 0])
+        ground.add_plane_collision(up)
+        ground.set_physx_body_type("static")
+        ground.initial_pose = Pose()
+        ground.build(name="ground")
+        post = scene.create_actor_builder()
+        post.add_box_collision(half_size=[0.05, 0.05, 0.2])
+        post.set_physx_body_type(case.kind)
+        post.initial_pose = Pose([0, 0, 1])
+        bob = scene.create_actor_builder()
+        bob.add_box_collision(half_size=[0.1, 0.05, 0.05])
+        bob.initial_pose = Pose(START[number])
+        bodies = post.build(name="post"), bob.build(name="bob")
+        bodies[1].components[0].set_angular_velocity([1, 2, 0])
+        made.append((scene, case.by_hand(scene, *bodies, number)))
+    return made
+
+
+def parent_of(component: Any) -> str | None:
+    parent = component.get_parent()
+    return None if parent is None else parent.get_entity().name
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_it_is_what_hand_written_code_builds(name: str) -> None:
+    case = CASES[name]
+    hand = by_hand(case)
+    with load_scene(file_of(case), render=False) as batch:
+        (tie,) = batch.constraints.values()
+        assert tie.scene_idxs == tuple(range(SCENES))
+        for ours, (_, theirs) in zip(tie.objs, hand, strict=True):
+            assert ours.get_entity().name == theirs.get_entity().name == "bob"
+            theirs.name = "tie"
+        scenes = [scene for scene, _ in hand]
+        for one, other in zip(batch.scenes, scenes, strict=True):
+            assert_same_scene(one, other)
+        assert_same_trajectory(batch.scenes, scenes)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_it_does_something(name: str) -> None:
+    case = CASES[name]
+    alone = {key: section for key, section in file_of(case).items() if key != "constraints"}
+    with load_scene(file_of(case), render=False) as tied, load_scene(alone, render=False) as free:
+        tied.step(50)
+        free.step(50)
+        assert not np.allclose(tied.entities["bob"].pose, free.entities["bob"].pose, atol=1e-3)
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("exact", [False, True])
+def test_a_reset_starts_as_it_was_built(name: str, exact: bool) -> None:
+    with load_scene(file_of(CASES[name]), render=False) as batch, load_scene(file_of(CASES[name]), render=False) as new:
+        batch.step(37)
+        batch.reset(exact=exact)
+        assert_same_trajectory(batch.scenes, new.scenes)
+
+
+def test_a_state_is_restored_with_constraints_there() -> None:
+    with load_scene(file_of(CASES["weld"]), render=False) as batch:
+        batch.step(20)
+        state = batch.state()
+        batch.set_state(state, exact=True)
+        batch.step(30)
+        first = batch.entities["bob"].pose
+        batch.set_state(state, exact=True)
+        assert batch.state() == state
+        batch.step(30)
+        assert np.array_equal(batch.entities["bob"].pose, first)
+
+
+def test_targets_are_drawn_anew_at_a_reset_and_set_again() -> None:
+    written = {**CASES["drive about all axes"].written, "target": {"p": {"uniform": [[0, 0, 0], [0.1, 0.1, 0.1]]}}}
+    file = file_of(Case(written, turner))
+
+    def targets(batch: SceneBatch) -> list[list[Any]]:
+        return [drive.drive_target.p.tolist() for drive in batch.constraints["tie"].objs]
+
+    with load_scene(file, render=False) as batch, load_scene(file, render=False, seed=5) as other:
+        first = targets(batch)
+        for drive in batch.constraints["tie"].objs:
+            drive.set_drive_target(Pose([9, 9, 9]))
+        batch.reset()
+        assert targets(batch) == first
+        batch.reset(seed=5)
+        assert targets(batch) == targets(other) != first
+        batch.reset(seed=0, scene_idxs=[1])
+        assert targets(batch)[1] == first[1]
+        assert targets(batch)[0] == targets(other)[0]
+
+
+def test_left_out_the_frame_is_where_the_child_stands() -> None:
+    scene: Scene = {
+        "scenecc": 1,
+        "entities": {
+            "a": {"pose": {"p": [1, 2, 3], "rpy_deg": [10, 20, 30]}, "collisions": [{"type": "sphere", "radius": 0.1}]},
+            "b": {"pose": {"p": [3, 1, 2], "rpy_deg": [50, -20, 5]}, "collisions": [{"type": "sphere", "radius": 0.1}]},
+        },
+        "constraints": {
+            "tie": {
+                "type": "weld",
+                "parent": "a",
+                "child": "b",
+                "pose_in_child": {"p": [0.5, 0, 0], "rpy_deg": [0, 0, 90]},
+            }
+        },
+    }
+    (tie,) = compile_scene(scene).constraints
+    a, b = (matrix(entity.pose.numbers()) for entity in compile_scene(scene).entities)
+    assert tie.pose_in_parent is not None
+    assert tie.pose_in_child is not None
+    expected = np.linalg.inv(a) @ b @ matrix(tie.pose_in_child.numbers())
+    assert np.allclose(matrix(tie.pose_in_parent.numbers()), expected, rtol=0, atol=1e-14)
+    with load_scene(scene, render=False) as batch:
+        relative = batch.constraints["tie"].objs[0].relative_pose
+        assert np.allclose(relative.p, 0, atol=1e-6)
+        assert np.allclose(np.abs(relative.q), [1, 0, 0, 0], atol=1e-6)
+
+
+def matrix(pose: tuple[float, ...]) -> Any:
+    p, (w, x, y, z) = pose[:3], pose[3:]
+    made = np.eye(4)
+    made[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    made[:3, 3] = p
+    return made
+
+
+def test_a_link_is_tied_where_it_starts() -> None:
+    scene: Scene = {
+        "scenecc": 1,
+        "num_scenes": 2,
+        "entities": {
+            "door": {
+                "fix_root_link": True,
+                "pose": {"p": [1, 0, 1], "rpy_deg": [0, 0, 30]},
+                "qpos": {"per_scene": [[0.5, 0.1], [0.25, 0.2]]},
+                "root": {
+                    "name": "frame",
+                    "shapes": [{"type": "box", "half_size": [0.05, 0.05, 0.5]}],
+                    "children": [
+                        {
+                            "name": "panel",
+                            "joint": {
+                                "name": "hinge",
+                                "type": "revolute",
+                                "origin": {"p": [0.1, 0, 0]},
+                                "axis": [0, 0, 1],
+                                "limits": [-1, 1],
+                            },
+                            "shapes": [{"type": "box", "half_size": [0.2, 0.02, 0.4], "pose": [0.3, 0, 0]}],
+                            "children": [
+                                {
+                                    "name": "handle",
+                                    "joint": {
+                                        "name": "slide",
+                                        "type": "prismatic",
+                                        "origin": {"p": [0.4, 0, 0]},
+                                        "axis": [0, 1, 0],
+                                        "limits": [0, 1],
+                                    },
+                                    "shapes": [{"type": "sphere", "radius": 0.03}],
+                                }
+                            ],
+                        }
+                    ],
+                },
+            },
+            "ball": {"pose": [2, 0, 1], "shapes": [{"type": "sphere", "radius": 0.1}]},
+        },
+        "constraints": {"grip": {"type": "weld", "parent": "door/handle", "child": "ball"}},
+    }
+    with load_scene(scene, render=False) as batch:
+        for component in batch.constraints["grip"].objs:
+            assert parent_of(component) == "handle"
+            assert np.allclose(component.relative_pose.p, 0, atol=1e-6)
+            assert np.allclose(np.abs(component.relative_pose.q), [1, 0, 0, 0], atol=1e-6)

@@ -1,0 +1,254 @@
+# A script of plain SAPIEN calls, written by scenecc.
+#
+# links: 2 parallel scenes.
+#
+# Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.
+
+from pathlib import Path
+
+import sapien
+from sapien import physx
+
+HERE = Path(__file__).resolve().parent
+MUG = HERE / "../../assets/mug.obj"
+BOWL = HERE / "../../assets/bowl.obj"
+FILES = [MUG, BOWL]
+
+
+def build_scenes(render: bool = False) -> list[sapien.Scene]:
+    """Builds 2 parallel scenes. `render`: build what is seen, too."""
+    for file in FILES:
+        if not file.is_file():
+            raise FileNotFoundError(file)
+    scenes: list[sapien.Scene] = []
+    for _ in range(2):
+        systems = [physx.PhysxCpuSystem()]
+        if render:
+            systems.append(sapien.render.RenderSystem())
+        scene = sapien.Scene(systems)
+        scenes.append(scene)
+
+    chest_physical = physx.PhysxMaterial(static_friction=0.5, dynamic_friction=0.4, restitution=0.1)
+
+    if render:
+        chest_look = sapien.render.RenderMaterial(base_color=[0.1, 0.1, 0.8, 1])
+
+    # ground
+    for scene in scenes:
+        builder = scene.create_actor_builder()
+        builder.set_physx_body_type("static")
+        builder.add_plane_collision(pose=sapien.Pose([0, 0, 0], [0.7071068, 0, -0.7071068, 0]))
+        if render:
+            builder.add_plane_visual(
+                pose=sapien.Pose([0, 0, 0], [0.7071068, 0, -0.7071068, 0]),
+                scale=[10, 10, 10],
+            )
+        builder.initial_pose = sapien.Pose([0, 0, 0])
+        builder.build(name="ground")
+
+    # chest
+    chest_damping = [0.1, 0.5]
+    chest_pose = [sapien.Pose([0, 0, 0.4]), sapien.Pose([0, 0, 0.5])]
+    chest_coefficients = [[0, -1, 0.5], [0, 1, 1]]
+    chest_rest_length = [0, 0.1]
+    chest_qpos = [[0, 0.2, 0.4], [0, 0.2, -0.1]]
+    for i, scene in enumerate(scenes):
+        entities, links = [], []
+        entity = sapien.Entity()
+        body = physx.PhysxArticulationLinkComponent()
+        body.name = "box"
+        parts = physx.PhysxCollisionShapeConvexMesh.load_multiple(
+            filename=str(MUG),
+            scale=[1, 1, 1],
+            material=physx.get_default_material(),
+        )
+        for shape in parts:
+            shape.contact_offset = 0.02
+            body.attach(shape)
+        body.inertia = body.inertia.astype(float) * (2 / body.mass)
+        body.mass = 2
+        body.linear_damping = 0.1
+        entity.add_component(body)
+        entity.name = "box"
+        entities.append(entity)
+        links.append(body)
+        entity = sapien.Entity()
+        body = physx.PhysxArticulationLinkComponent(links[0])
+        body.name = "lid"
+        shape = physx.PhysxCollisionShapeTriangleMesh(
+            filename=str(BOWL),
+            scale=[1, 1, 1],
+            material=physx.get_default_material(),
+            sdf=False,
+        )
+        shape.local_pose = sapien.Pose([0.1, 0, 0])
+        body.attach(shape)
+        body.mass = 0.5
+        body.cmass_local_pose = sapien.Pose([0.1, 0, 0])
+        body.inertia = [0.01, 0.01, 0.01]
+        entity.add_component(body)
+        if render:
+            look = sapien.render.RenderBodyComponent()
+            look.name = "lid"
+            shape = sapien.render.RenderShapeTriangleMesh(filename=str(BOWL), scale=[1, -1, 1])
+            shape.set_front_face("clockwise")
+            look.attach(shape)
+            shape = sapien.render.RenderShapeTriangleMesh(
+                vertices=[[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0]],
+                triangles=[[0, 1, 2], [0, 2, 3]],
+                normals=[[0, 0, 1], [0, 0, 1], [0, 0, 1], [0, 0, 1]],
+                uvs=[[-0.5, -0.5], [1.5, -0.5], [1.5, 1.5], [-0.5, 1.5]],
+                material=sapien.render.RenderMaterial(),
+            )
+            shape.set_front_face("clockwise")
+            look.attach(shape)
+            look.visibility = 0.7
+            entity.add_component(look)
+        entity.name = "lid"
+        joint = body.joint
+        joint.name = "lid"
+        joint.type = "revolute"
+        joint.pose_in_child = sapien.Pose([0, 0, 0])
+        joint.pose_in_parent = sapien.Pose([0.1, 0, 0], [0.7071068, 0, 0.7071068, 0])
+        joint.limit = [0, 1]
+        joint.set_drive_properties(stiffness=0, damping=chest_damping[i])
+        entities.append(entity)
+        links.append(body)
+        entity = sapien.Entity()
+        body = physx.PhysxArticulationLinkComponent(links[0])
+        body.name = "knob"
+        shape = physx.PhysxCollisionShapeCapsule(
+            radius=0.02,
+            half_length=0.03,
+            material=chest_physical,
+        )
+        shape.local_pose = sapien.Pose([0.03, 0, 0])
+        shape.density = 500
+        body.attach(shape)
+        entity.add_component(body)
+        if render:
+            look = sapien.render.RenderBodyComponent()
+            look.name = "knob"
+            shape = sapien.render.RenderShapeCapsule(
+                radius=0.02,
+                half_length=0.03,
+                material=chest_look,
+            )
+            shape.local_pose = sapien.Pose([0.03, 0, 0])
+            look.attach(shape)
+            entity.add_component(look)
+        entity.name = "knob"
+        joint = body.joint
+        joint.name = "knob"
+        joint.type = "revolute"
+        joint.pose_in_child = sapien.Pose([0, 0, 0], [0.7071068, 0, 0, 0.7071068])
+        joint.pose_in_parent = sapien.Pose([0.2, 0, 0], [0.7071068, 0, 0, 0.7071068])
+        joint.limit = [-1.5, 1.5]
+        entities.append(entity)
+        links.append(body)
+        entity = sapien.Entity()
+        body = physx.PhysxArticulationLinkComponent(links[0])
+        body.name = "wheel"
+        shape = physx.PhysxCollisionShapeCapsule(
+            radius=0.02,
+            half_length=0.04,
+            material=chest_physical,
+        )
+        shape.local_pose = sapien.Pose([0.04, 0, 0])
+        shape.density = 500
+        body.attach(shape)
+        entity.add_component(body)
+        if render:
+            look = sapien.render.RenderBodyComponent()
+            look.name = "wheel"
+            shape = sapien.render.RenderShapeCapsule(
+                radius=0.02,
+                half_length=0.04,
+                material=chest_look,
+            )
+            shape.local_pose = sapien.Pose([0.04, 0, 0])
+            look.attach(shape)
+            entity.add_component(look)
+        entity.name = "wheel"
+        joint = body.joint
+        joint.name = "wheel"
+        joint.type = "revolute"
+        joint.pose_in_child = sapien.Pose([0, 0, 0], [0.7071068, 0, 0, 0.7071068])
+        joint.pose_in_parent = sapien.Pose([0.2, 0, 0], [0.7071068, 0, 0, 0.7071068])
+        joint.limit = [float("-inf"), float("inf")]
+        joint.set_drive_properties(stiffness=0, damping=0)
+        entities.append(entity)
+        links.append(body)
+        entity = sapien.Entity()
+        body = physx.PhysxArticulationLinkComponent(links[1])
+        body.name = "mark"
+        body.mass = 0.05
+        body.cmass_local_pose = sapien.Pose([0, 0, 0])
+        body.inertia = [0.0001, 0.0001, 0.0001]
+        entity.add_component(body)
+        entity.name = "mark"
+        joint = body.joint
+        joint.type = "fixed"
+        entities.append(entity)
+        links.append(body)
+        entities[0].pose = chest_pose[i]
+        articulation = links[0].articulation
+        # wheel follows knob: SAPIEN's own mimic joints turn it round.
+        articulation.create_fixed_tendon(
+            [links[0], links[2], links[3]],
+            chest_coefficients[i],
+            chest_coefficients[i],
+            rest_length=chest_rest_length[i],
+            stiffness=100000,
+        )
+        for entity in entities:
+            scene.add_entity(entity)
+        articulation.name = "chest"
+        joint = articulation.find_joint_by_name("knob")
+        joint.set_drive_properties(stiffness=5, damping=1)
+        articulation.qpos = chest_qpos[i]
+        joint = articulation.find_joint_by_name("knob")
+        joint.set_drive_target(0.2)
+
+    # still
+    scene = scenes[1]
+    entities, links = [], []
+    entity = sapien.Entity()
+    body = physx.PhysxArticulationLinkComponent()
+    body.name = "only"
+    parts = physx.PhysxCollisionShapeConvexMesh.load_multiple(
+        filename=str(MUG),
+        scale=[1, 1, 1],
+        material=physx.get_default_material(),
+    )
+    for shape in parts:
+        shape.set_collision_groups([1, 1, 2, 0])
+        shape.contact_offset = 0.02
+        body.attach(shape)
+    entity.add_component(body)
+    entity.name = "only"
+    entities.append(entity)
+    links.append(body)
+    links[0].joint.type = "fixed"
+    entities[0].pose = sapien.Pose([1, 0, 0.4])
+    articulation = links[0].articulation
+    for entity in entities:
+        scene.add_entity(entity)
+    articulation.name = "still"
+    articulation.root_pose = articulation.root_pose
+
+    return scenes
+
+
+def main() -> None:
+    """Simulates 100 steps and prints where everything in the first scene is."""
+    scenes = build_scenes()
+    for _ in range(100):
+        for scene in scenes:
+            scene.step()
+    for entity in scenes[0].entities:
+        print(entity.name, entity.pose.p, entity.pose.q)
+
+
+if __name__ == "__main__":
+    main()

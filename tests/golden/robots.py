@@ -1,0 +1,490 @@
+# A script of plain SAPIEN calls, written by scenecc.
+#
+# robots: 2 parallel scenes.
+#
+# Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.
+
+from pathlib import Path
+
+import sapien
+from sapien import physx
+
+HERE = Path(__file__).resolve().parent
+MUG = HERE / "../../assets/mug.obj"
+BOWL = HERE / "../../assets/bowl.obj"
+FILES = [MUG, BOWL]
+
+
+def build_scenes(render: bool = False) -> list[sapien.Scene]:
+    """Builds 2 parallel scenes. `render`: build what is seen, too."""
+    for file in FILES:
+        if not file.is_file():
+            raise FileNotFoundError(file)
+    scenes: list[sapien.Scene] = []
+    for _ in range(2):
+        systems = [physx.PhysxCpuSystem()]
+        if render:
+            systems.append(sapien.render.RenderSystem())
+        scene = sapien.Scene(systems)
+        scenes.append(scene)
+
+    shared_physical = physx.PhysxMaterial(
+        static_friction=0.9,
+        dynamic_friction=0.8,
+        restitution=0.05,
+    )
+
+    if render:
+        shared_look = sapien.render.RenderMaterial(base_color=[0.8, 0.1, 0.1, 1], roughness=0.4)
+
+    # ground
+    for scene in scenes:
+        builder = scene.create_actor_builder()
+        builder.set_physx_body_type("static")
+        builder.add_plane_collision(pose=sapien.Pose([0, 0, 0], [0.7071068, 0, -0.7071068, 0]))
+        if render:
+            builder.add_plane_visual(
+                pose=sapien.Pose([0, 0, 0], [0.7071068, 0, -0.7071068, 0]),
+                scale=[10, 10, 10],
+            )
+        builder.initial_pose = sapien.Pose([0, 0, 0])
+        builder.build(name="ground")
+
+    # arm_0 to arm_2
+    # As in ../../assets/checker.png.
+    arm_names = [f"arm_{k}" for k in range(3)]
+    arm_pose = [sapien.Pose([0, 0, 0.05]), sapien.Pose([0, 1, 0.05]), sapien.Pose([0, 2, 0.05])]
+    arm_groups = [[1, 1, 536870912, 0], [1, 1, 536870912, 1], [1, 1, 536870912, 2]]
+    arm_qpos = [
+        [[0.3, -0.4, 0.03, 0.015], [0.5, -0.4, 0.03, 0.015]],
+        [[0.2, -0.4, 0.03, 0.015], [0.2, -0.4, 0.03, 0.015]],
+        [[0.1, -0.4, 0.03, 0.015], [0.1, -0.4, 0.03, 0.015]],
+    ]
+    arm_drive_target = [
+        [[0.3, -0.4, 0.03], [0.5, -0.4, 0.03]],
+        [[0.2, -0.4, 0.03], [0.2, -0.4, 0.03]],
+        [[0.1, -0.4, 0.03], [0.1, -0.4, 0.03]],
+    ]
+    for k, name in enumerate(arm_names):
+        for i, scene in enumerate(scenes):
+            builder = scene.create_articulation_builder()
+            builder.initial_pose = arm_pose[k]
+            base = builder.create_link_builder()
+            base.set_name("base")
+            base.collision_groups = arm_groups[k]
+            base.add_box_collision(half_size=[0.1, 0.1, 0.05])
+            upper = builder.create_link_builder(base)
+            upper.set_name("upper")
+            upper.set_joint_name("shoulder")
+            upper.set_joint_properties(
+                type="revolute",
+                limits=[-1.5, 1.5],
+                pose_in_parent=sapien.Pose([0.2, 0, 0], [0.7071068, 0, 0, 0.7071068]),
+                pose_in_child=sapien.Pose([0, 0, 0], [0.7071068, 0, 0, 0.7071068]),
+            )
+            upper.collision_groups = arm_groups[k]
+            upper.add_capsule_collision(
+                pose=sapien.Pose([0.1, 0, 0]),
+                radius=0.02,
+                half_length=0.1,
+                material=shared_physical,
+                density=500,
+            )
+            if render:
+                upper.add_capsule_visual(
+                    pose=sapien.Pose([0.1, 0, 0]),
+                    radius=0.02,
+                    half_length=0.1,
+                    material=shared_look,
+                )
+            lower = builder.create_link_builder(upper)
+            lower.set_name("lower")
+            lower.set_joint_name("elbow")
+            lower.set_joint_properties(
+                type="revolute",
+                limits=[-1.5, 1.5],
+                pose_in_parent=sapien.Pose([0.2, 0, 0], [0.7071068, 0, 0, 0.7071068]),
+                pose_in_child=sapien.Pose([0, 0, 0], [0.7071068, 0, 0, 0.7071068]),
+            )
+            lower.collision_groups = arm_groups[k]
+            lower.add_capsule_collision(
+                pose=sapien.Pose([0.08, 0, 0]),
+                radius=0.02,
+                half_length=0.08,
+                material=shared_physical,
+                density=500,
+            )
+            if render:
+                lower.add_capsule_visual(
+                    pose=sapien.Pose([0.08, 0, 0]),
+                    radius=0.02,
+                    half_length=0.08,
+                    material=shared_look,
+                )
+            camera = builder.create_link_builder(base)
+            camera.set_name("camera")
+            camera.set_joint_properties(
+                type="fixed",
+                limits=[],
+                pose_in_parent=sapien.Pose([0.1, 0, 0], [0.7071068, 0, 0.7071068, 0]),
+                pose_in_child=sapien.Pose(),
+            )
+            camera.collision_groups = arm_groups[k]
+            camera.set_mass_and_inertia(0.05, sapien.Pose([0, 0, 0]), [0.0001, 0.0001, 0.0001])
+            hand = builder.create_link_builder(lower)
+            hand.set_name("hand")
+            hand.set_joint_name("wrist")
+            hand.set_joint_properties(
+                type="fixed",
+                limits=[],
+                pose_in_parent=sapien.Pose(),
+                pose_in_child=sapien.Pose(),
+            )
+            hand.collision_groups = arm_groups[k]
+            hand.add_box_collision(half_size=[0.02, 0.06, 0.02])
+            left = builder.create_link_builder(hand)
+            left.set_name("left")
+            left.set_joint_name("left slide")
+            left.set_joint_properties(
+                type="prismatic",
+                limits=[0, 0.04],
+                pose_in_parent=sapien.Pose([0.1, 0.01, 0], [0.7071068, 0, 0, 0.7071068]),
+                pose_in_child=sapien.Pose([0, 0, 0], [0.7071068, 0, 0, 0.7071068]),
+            )
+            left.collision_groups = arm_groups[k]
+            left.add_box_collision(half_size=[0.03, 0.01, 0.01], patch_radius=0.1)
+            right = builder.create_link_builder(hand)
+            right.set_name("right")
+            right.set_joint_name("right slide")
+            right.set_joint_properties(
+                type="prismatic",
+                limits=[0, 0.04],
+                pose_in_parent=sapien.Pose([0.1, -0.01, 0], [0.7071068, 0, 0, 0.7071068]),
+                pose_in_child=sapien.Pose([0, 0, 0], [0.7071068, 0, 0, 0.7071068]),
+                damping=5,
+            )
+            right.collision_groups = arm_groups[k]
+            right.add_box_collision(half_size=[0.03, 0.01, 0.01], patch_radius=0.1)
+            entities = builder.build_entities(fix_root_link=True)
+            component = physx.PhysxArticulationLinkComponent
+            links = [entity.find_component_by_type(component) for entity in entities]
+            articulation = links[0].articulation
+            # right slide follows left slide: SAPIEN's own mimic joints turn it round.
+            articulation.create_fixed_tendon(
+                [links[4], links[5], links[6]],
+                [0, -0.5, 1],
+                [0, -0.5, 1],
+                rest_length=0,
+                stiffness=100000,
+            )
+            for entity in entities:
+                scene.add_entity(entity)
+            articulation.name = name
+            for body in articulation.links:
+                body.disable_gravity = True
+            articulation.solver_position_iterations = 15
+            joint_names = ["shoulder", "elbow"]
+            for joint_name in joint_names:
+                joint = articulation.find_joint_by_name(joint_name)
+                joint.set_drive_properties(stiffness=200, damping=20, force_limit=50)
+                joint.friction = 0.1
+                joint.armature = [0.05]
+            joint = articulation.find_joint_by_name("elbow")
+            joint.max_velocity = 3
+            joint = articulation.find_joint_by_name("left slide")
+            joint.set_drive_properties(stiffness=200, damping=20, mode="acceleration")
+            articulation.qpos = arm_qpos[k][i]
+            joint_names = ["shoulder", "elbow", "left slide"]
+            targets = zip(joint_names, arm_drive_target[k][i])
+            for joint_name, target in targets:
+                articulation.find_joint_by_name(joint_name).set_drive_target(target)
+
+    # crawler
+    crawler_pose = [sapien.Pose([2, 0, 0.3]), sapien.Pose([2, 0, 0.4])]
+    crawler_damping = [1, 2]
+    crawler_mass = [0.1, 0.2]
+    crawler_linear_damping = [0.1, 0.5]
+    crawler_angular_velocity = [[0, 0, 1], [0, 0, -1]]
+    for i, scene in enumerate(scenes):
+        builder = scene.create_articulation_builder()
+        builder.initial_pose = crawler_pose[i]
+        trunk = builder.create_link_builder()
+        trunk.set_name("trunk")
+        trunk.add_box_collision(half_size=[0.1, 0.05, 0.05])
+        if render:
+            trunk.add_box_visual(half_size=[0.1, 0.05, 0.05])
+        leg_1 = builder.create_link_builder(trunk)
+        leg_1.set_name("leg -1")
+        leg_1.set_joint_properties(
+            type="revolute",
+            limits=[float("-inf"), float("inf")],
+            pose_in_parent=sapien.Pose([0, -0.1, 0], [0.7071068, 0, 0, 0.7071068]),
+            pose_in_child=sapien.Pose(),
+        )
+        leg_1.add_capsule_collision(
+            pose=sapien.Pose([0.1, 0, 0]),
+            radius=0.02,
+            half_length=0.1,
+            material=shared_physical,
+            density=500,
+        )
+        if render:
+            leg_1.add_capsule_visual(
+                pose=sapien.Pose([0.1, 0, 0]),
+                radius=0.02,
+                half_length=0.1,
+                material=shared_look,
+            )
+        leg_1_2 = builder.create_link_builder(trunk)
+        leg_1_2.set_name("leg 1")
+        leg_1_2.set_joint_properties(
+            type="revolute",
+            limits=[float("-inf"), float("inf")],
+            pose_in_parent=sapien.Pose([0, 0.1, 0], [0.7071068, 0, 0, 0.7071068]),
+            pose_in_child=sapien.Pose(),
+        )
+        leg_1_2.add_capsule_collision(
+            pose=sapien.Pose([0.1, 0, 0]),
+            radius=0.02,
+            half_length=0.1,
+            material=shared_physical,
+            density=500,
+        )
+        if render:
+            leg_1_2.add_capsule_visual(
+                pose=sapien.Pose([0.1, 0, 0]),
+                radius=0.02,
+                half_length=0.1,
+                material=shared_look,
+            )
+        foot = builder.create_link_builder(leg_1_2)
+        foot.set_name("foot")
+        foot.set_joint_properties(
+            type="prismatic",
+            limits=[-0.01, float("inf")],
+            pose_in_parent=sapien.Pose([0.2, 0, 0]),
+            pose_in_child=sapien.Pose(),
+            damping=crawler_damping[i],
+        )
+        foot.add_sphere_collision(radius=0.03)
+        tail = builder.create_link_builder(trunk)
+        tail.set_name("tail")
+        tail.set_joint_name("tail")
+        tail.set_joint_properties(
+            type="revolute_unwrapped",
+            limits=[float("-inf"), float("inf")],
+            pose_in_parent=sapien.Pose([-0.1, 0, 0]),
+            pose_in_child=sapien.Pose(),
+        )
+        tail.add_capsule_collision(
+            pose=sapien.Pose([0.05, 0, 0]),
+            radius=0.02,
+            half_length=0.05,
+            material=shared_physical,
+            density=500,
+        )
+        if render:
+            tail.add_capsule_visual(
+                pose=sapien.Pose([0.05, 0, 0]),
+                radius=0.02,
+                half_length=0.05,
+                material=shared_look,
+            )
+        articulation = builder.build()
+        articulation.name = "crawler"
+        body = articulation.find_link_by_name("trunk")
+        body.collision_shapes[0].contact_offset = 0.02
+        body.collision_shapes[0].rest_offset = 0.001
+        body.max_linear_velocity = 5
+        if render:
+            look = body.entity.find_component_by_type(sapien.render.RenderBodyComponent)
+            look.visibility = 0.5
+        body_names = ["leg -1", "leg 1"]
+        for body_name in body_names:
+            body = articulation.find_link_by_name(body_name)
+            body.inertia = body.inertia.astype(float) * (crawler_mass[i] / body.mass)
+            body.mass = crawler_mass[i]
+            body.linear_damping = crawler_linear_damping[i]
+        body = articulation.find_link_by_name("tail")
+        body.angular_damping = 0.2
+        articulation.solver_velocity_iterations = 2
+        articulation.sleep_threshold = 0.001
+        joint = articulation.find_joint_by_name("tail")
+        joint.set_drive_properties(stiffness=0, damping=1, force_limit=crawler_damping[i])
+        articulation.root_linear_velocity = [0.2, 0, 1]
+        articulation.root_angular_velocity = crawler_angular_velocity[i]
+        articulation.qpos = [0, 0, 0, 0]
+        articulation.qvel = [-1, 1, 0, 0]
+        joint = articulation.find_joint_by_name("tail")
+        joint.set_drive_velocity_target(2)
+
+    # statue or crawler, variant 0
+    scene = scenes[0]
+    builder = scene.create_articulation_builder()
+    builder.initial_pose = sapien.Pose([3, 0, 0.3])
+    foot = builder.create_link_builder()
+    foot.set_name("foot")
+    foot.add_capsule_collision(
+        pose=sapien.Pose([0.1, 0, 0]),
+        radius=0.02,
+        half_length=0.1,
+        material=shared_physical,
+        density=500,
+    )
+    if render:
+        foot.add_capsule_visual(
+            pose=sapien.Pose([0.1, 0, 0]),
+            radius=0.02,
+            half_length=0.1,
+            material=shared_look,
+        )
+    head = builder.create_link_builder(foot)
+    head.set_name("head")
+    head.set_joint_name("neck")
+    head.set_joint_properties(
+        type="fixed",
+        limits=[],
+        pose_in_parent=sapien.Pose([0, 0, 0.3]),
+        pose_in_child=sapien.Pose(),
+    )
+    head.add_convex_collision_from_file(filename=str(MUG))
+    articulation = builder.build(fix_root_link=True)
+    articulation.name = "statue or crawler"
+    articulation.root_pose = articulation.root_pose
+
+    # statue or crawler, variant 1
+    scene = scenes[1]
+    builder = scene.create_articulation_builder()
+    builder.initial_pose = sapien.Pose([3, 0, 0.3])
+    trunk = builder.create_link_builder()
+    trunk.set_name("trunk")
+    trunk.add_box_collision(half_size=[0.1, 0.05, 0.05])
+    if render:
+        trunk.add_box_visual(half_size=[0.1, 0.05, 0.05])
+    leg_1 = builder.create_link_builder(trunk)
+    leg_1.set_name("leg -1")
+    leg_1.set_joint_properties(
+        type="revolute",
+        limits=[float("-inf"), float("inf")],
+        pose_in_parent=sapien.Pose([0, -0.1, 0], [0.7071068, 0, 0, 0.7071068]),
+        pose_in_child=sapien.Pose(),
+    )
+    leg_1.add_capsule_collision(
+        pose=sapien.Pose([0.1, 0, 0]),
+        radius=0.02,
+        half_length=0.1,
+        material=shared_physical,
+        density=500,
+    )
+    if render:
+        leg_1.add_capsule_visual(
+            pose=sapien.Pose([0.1, 0, 0]),
+            radius=0.02,
+            half_length=0.1,
+            material=shared_look,
+        )
+    leg_1_2 = builder.create_link_builder(trunk)
+    leg_1_2.set_name("leg 1")
+    leg_1_2.set_joint_properties(
+        type="revolute",
+        limits=[float("-inf"), float("inf")],
+        pose_in_parent=sapien.Pose([0, 0.1, 0], [0.7071068, 0, 0, 0.7071068]),
+        pose_in_child=sapien.Pose(),
+    )
+    leg_1_2.add_capsule_collision(
+        pose=sapien.Pose([0.1, 0, 0]),
+        radius=0.02,
+        half_length=0.1,
+        material=shared_physical,
+        density=500,
+    )
+    if render:
+        leg_1_2.add_capsule_visual(
+            pose=sapien.Pose([0.1, 0, 0]),
+            radius=0.02,
+            half_length=0.1,
+            material=shared_look,
+        )
+    foot = builder.create_link_builder(leg_1_2)
+    foot.set_name("foot")
+    foot.set_joint_properties(
+        type="prismatic",
+        limits=[-0.01, float("inf")],
+        pose_in_parent=sapien.Pose([0.2, 0, 0]),
+        pose_in_child=sapien.Pose(),
+        damping=2,
+    )
+    foot.add_sphere_collision(radius=0.03)
+    tail = builder.create_link_builder(trunk)
+    tail.set_name("tail")
+    tail.set_joint_name("tail")
+    tail.set_joint_properties(
+        type="revolute_unwrapped",
+        limits=[float("-inf"), float("inf")],
+        pose_in_parent=sapien.Pose([-0.1, 0, 0]),
+        pose_in_child=sapien.Pose(),
+    )
+    tail.add_capsule_collision(
+        pose=sapien.Pose([0.05, 0, 0]),
+        radius=0.02,
+        half_length=0.05,
+        material=shared_physical,
+        density=500,
+    )
+    if render:
+        tail.add_capsule_visual(
+            pose=sapien.Pose([0.05, 0, 0]),
+            radius=0.02,
+            half_length=0.05,
+            material=shared_look,
+        )
+    articulation = builder.build()
+    articulation.name = "statue or crawler"
+    body = articulation.find_link_by_name("trunk")
+    body.collision_shapes[0].contact_offset = 0.02
+    body.collision_shapes[0].rest_offset = 0.001
+    body.max_linear_velocity = 5
+    if render:
+        look = body.entity.find_component_by_type(sapien.render.RenderBodyComponent)
+        look.visibility = 0.5
+    body_names = ["leg -1", "leg 1"]
+    for body_name in body_names:
+        body = articulation.find_link_by_name(body_name)
+        body.inertia = body.inertia.astype(float) * (0.2 / body.mass)
+        body.mass = 0.2
+        body.linear_damping = 0.5
+    body = articulation.find_link_by_name("tail")
+    body.angular_damping = 0.2
+    articulation.solver_velocity_iterations = 2
+    articulation.sleep_threshold = 0.001
+    joint = articulation.find_joint_by_name("tail")
+    joint.set_drive_properties(stiffness=0, damping=1, force_limit=2)
+    articulation.root_linear_velocity = [0.2, 0, 1]
+    articulation.root_angular_velocity = [0, 0, -1]
+    articulation.qpos = [0, 0, 0, 0]
+    articulation.qvel = [-1, 1, 0, 0]
+    joint = articulation.find_joint_by_name("tail")
+    joint.set_drive_velocity_target(2)
+
+    # ball
+    for scene in scenes:
+        builder = scene.create_actor_builder()
+        builder.add_sphere_collision(radius=0.03)
+        builder.initial_pose = sapien.Pose([0.3, 0, 0.3])
+        builder.build(name="ball")
+
+    return scenes
+
+
+def main() -> None:
+    """Simulates 100 steps and prints where everything in the first scene is."""
+    scenes = build_scenes()
+    for _ in range(100):
+        for scene in scenes:
+            scene.step()
+    for entity in scenes[0].entities:
+        print(entity.name, entity.pose.p, entity.pose.q)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,89 @@
+"""What is refused when a scene is loaded into an environment, and at which line."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+from plugins.maniskill_scenes import new_scene
+
+import scenecc
+from scenecc import SceneError
+from scenecc.maniskill import load_into
+
+SCENE = """\
+scenecc: 1
+entities:
+  cube: {shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]}
+"""
+
+
+def refused(text: str, tmp_path: Path, num_envs: int = 1, loads: int = 1) -> list[tuple[str, int | None, str]]:
+    file = tmp_path / "scene.yaml"
+    file.write_text(text)
+    scene = new_scene(num_envs)
+    for _ in range(loads - 1):
+        load_into(scene, file)
+    before = [len(each.entities) for each in scene.sub_scenes]
+    with pytest.raises(SceneError) as caught:
+        load_into(scene, file)
+    assert [len(each.entities) for each in scene.sub_scenes] == before
+    return [(d.code, d.location.line, d.message) for d in caught.value.diagnostics]
+
+
+def test_a_name_that_the_environment_has(tmp_path: Path) -> None:
+    found = refused(SCENE, tmp_path, loads=2)
+    assert found == [("SC809", 3, "the environment has an object 'cube' already")]
+
+
+@pytest.mark.parametrize(
+    ("key", "path", "told"),
+    [
+        ("timestep: 0.005", "timestep", "0.005 here, and the environment has 0.01"),
+        ("gravity: [0, 0, -1.62]", "gravity", "[0.0, 0.0, -1.62] here, and the environment has [0.0, 0.0, -9.81]"),
+        ("enable_ccd: true", "enable_ccd", "true here, and the environment has false"),
+        ("contact_offset: 0.03", "contact_offset", "0.03 here, and the environment has 0.02"),
+        ("sleep_threshold: 0.1", "sleep_threshold", "0.1 here, and the environment has 0.005"),
+        ("cpu_workers: 2", "cpu_workers", "2 here, and the environment has 0"),
+        ("scene_spacing: 7", "scene_spacing", "7.0 here, and the environment has 5"),
+        (
+            "gpu_memory: {heap_capacity: 1048576}",
+            "gpu_memory.heap_capacity",
+            "1048576 here, and the environment has 67108864",
+        ),
+        (
+            "default_material: {static_friction: 1, dynamic_friction: 0.3, restitution: 0}",
+            "default_material.static_friction",
+            "1.0 here, and the environment has 0.3",
+        ),
+    ],
+)
+def test_settings_that_contradict_the_environment(key: str, path: str, told: str, tmp_path: Path) -> None:
+    assert refused(f"{SCENE}physics:\n  {key}\n", tmp_path) == [("SC810", 5, f"`{path}` is {told}")]
+
+
+def test_settings_that_the_environment_has_are_welcome(tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text(f"{SCENE}physics: {{timestep: 0.01, contact_offset: 0.02, solver_position_iterations: 15}}\n")
+    assert list(load_into(new_scene(), file).actors) == ["cube"]
+
+
+def test_arguments_that_are_the_environments() -> None:
+    with pytest.raises(ValueError, match="not taken with scene"):
+        scenecc.load_scene({"scenecc": 1}, scene=new_scene(), num_scenes=3)  # pyright: ignore[reportCallIssue]
+
+
+def test_a_mesh_that_cannot_be_cooked_is_told_and_nothing_is_left_out(tmp_path: Path) -> None:
+    (tmp_path / "flat.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    text = "scenecc: 1\nentities:\n  a:\n    collisions:\n      - {type: convex_mesh, file: flat.obj}\n"
+    found = refused(text, tmp_path)
+    assert [line for _, line, _ in found] == [5]
+
+
+def test_without_maniskill_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = new_scene()
+    monkeypatch.setitem(sys.modules, "mani_skill", None)
+    with pytest.raises(SceneError, match=r"scenecc\[maniskill\]") as caught:
+        load_into(scene, {"scenecc": 1})
+    assert [d.code for d in caught.value.diagnostics] == ["SC805"]

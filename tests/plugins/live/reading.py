@@ -1,0 +1,123 @@
+"""Reads all that SAPIEN tells of a live scene.
+
+What it does not tell, and what therefore only a trajectory shows: fixed tendons (mimic joints), the mass and inertia
+scales of a drive, limits of a distance joint, how long a body stays awake.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from plugins.live import tables
+from plugins.live.facts import Facts, Plain, plain
+
+
+def read_scene(scene: Any) -> Facts:
+    """A `sapien.Scene`: its settings, its entities in their order, then its articulations by their root links."""
+    system = scene.physx_system
+    values: list[tuple[str, Plain]] = [("timestep", plain(system.timestep))]
+    values += _values(system.config, tables.SCENE_CONFIG)
+    if (renders := _system(scene, "render")) is not None:
+        values.append(("ambient_light", plain(renders.ambient_light)))
+    entities = [read_entity(entity) for entity in scene.entities]
+    return Facts("scene", "", tuple(values), (*entities, *(read_articulation(a) for a in articulations(scene))))
+
+
+def articulations(scene: Any) -> list[Any]:
+    """The articulations of a scene in the order in which their first links stand among the entities."""
+    components = [component for entity in scene.entities for component in entity.components]
+    links = [component for component in components if type(component).__name__ == "PhysxArticulationLinkComponent"]
+    return [link.articulation for link in links if link.is_root]
+
+
+def _system(scene: Any, name: str) -> Any:
+    try:
+        return scene.get_system(name)
+    except RuntimeError:  # the scene has none of that name
+        return None
+
+
+def read_entity(entity: Any) -> Facts:
+    """An entity and its components in their order."""
+    return Facts(
+        "entity",
+        entity.name,
+        (("pose", plain(entity.pose)),),
+        tuple(_component(component) for component in entity.components),
+    )
+
+
+def read_articulation(articulation: Any) -> Facts:
+    """What belongs to an articulation as a whole; its links stand among the scene's entities, a joint in its link."""
+    order: list[tuple[str, Plain]] = [
+        ("links", plain([link.name for link in articulation.links])),
+        ("joints", plain([joint.name for joint in articulation.joints])),
+        ("active_joints", plain([joint.name for joint in articulation.active_joints])),
+    ]
+    values = _values(articulation, tables.ARTICULATION)
+    return Facts("articulation", articulation.name, tuple(order + values))
+
+
+def _component(component: Any) -> Facts:
+    kind = type(component).__name__
+    values = _values(component, tables.COMPONENTS[kind])
+    parts: list[Facts] = []
+    if hasattr(component, "collision_shapes"):
+        parts += [_shape(shape) for shape in component.collision_shapes]
+    if hasattr(component, "render_shapes"):
+        parts += [_visual(shape) for shape in component.render_shapes]
+    if hasattr(component, "parent"):
+        parent = component.parent
+        values.append(("parent", None if parent is None else parent.name or parent.entity.name))
+    if kind == "PhysxArticulationLinkComponent":
+        values.append(("articulation", component.articulation.name))
+        parts.append(_joint(component.joint))
+    return Facts(kind, component.name, tuple(values), tuple(parts))
+
+
+def _joint(joint: Any) -> Facts:
+    names = tables.JOINT + (tables.AXIS if joint.dof else ())
+    return Facts("joint", joint.name, tuple(_values(joint, names)))
+
+
+def _shape(shape: Any) -> Facts:
+    kind = type(shape).__name__
+    material = Facts("material", "", tuple(_values(shape.physical_material, tables.PHYSICAL_MATERIAL)))
+    return Facts(kind, "", tuple(_values(shape, tables.SHAPES[kind])), (material,))
+
+
+def _visual(shape: Any) -> Facts:
+    kind = type(shape).__name__
+    values = _values(shape, (*tables.VISUALS[kind], *tables.VISUAL))
+    return Facts(kind, shape.name, tuple(values), tuple(_visual_part(part) for part in shape.parts))
+
+
+def _visual_part(part: Any) -> Facts:
+    arrays = {
+        "vertices": part.vertices,
+        "triangles": part.triangles,
+        "normals": part.get_vertex_normal(),
+        "uvs": part.get_vertex_uv(),
+    }
+    return Facts("part", "", tuple((name, plain(array)) for name, array in arrays.items()), (_look(part.material),))
+
+
+def _look(material: Any) -> Facts:
+    values = _values(material, tables.VISUAL_MATERIAL)
+    for name in tables.TEXTURES:
+        texture = getattr(material, f"{name}_texture")
+        if texture is not None:
+            values += [(f"{name}_texture.{key}", value) for key, value in _values(texture, tables.TEXTURE)]
+    return Facts("material", "", tuple(values))
+
+
+def _values(owner: Any, names: tuple[str, ...]) -> list[tuple[str, Plain]]:
+    return [(name, plain(_get(owner, name))) for name in names]
+
+
+def _get(owner: Any, name: str) -> Any:
+    if hasattr(type(owner), name):
+        value = getattr(owner, name)
+        return float(value) if isinstance(value, np.floating) else value
+    return getattr(owner, f"get_{name}")()

@@ -1,0 +1,192 @@
+"""Which properties are read of which class of SAPIEN; a test holds these tables to the classes themselves."""
+
+from __future__ import annotations
+
+_BODY = (
+    "is_enabled",
+    "auto_compute_mass",
+    "mass",
+    "cmass_local_pose",
+    "inertia",
+    "disable_gravity",
+    "linear_damping",
+    "angular_damping",
+    "linear_velocity",
+    "angular_velocity",
+    "max_linear_velocity",
+    "max_angular_velocity",
+    "max_depenetration_velocity",
+    "max_contact_impulse",
+)
+_JOINT = ("is_enabled", "pose_in_parent", "pose_in_child")
+_LIGHT = ("is_enabled", "local_pose", "color", "shadow", "shadow_near", "shadow_far", "shadow_map_size")
+
+COMPONENTS: dict[str, tuple[str, ...]] = {
+    "PhysxRigidStaticComponent": ("is_enabled",),
+    "PhysxRigidDynamicComponent": (
+        *_BODY,
+        "kinematic",
+        "locked_motion_axes",
+        "sleep_threshold",
+        "solver_position_iterations",
+        "solver_velocity_iterations",
+        "is_sleeping",
+    ),
+    "PhysxArticulationLinkComponent": (*_BODY, "is_root", "index", "sleeping"),
+    "PhysxDriveComponent": (
+        *_JOINT,
+        "drive_target",
+        "drive_velocity_target",
+        *(f"limit_{axis}" for axis in ("x", "y", "z", "twist", "cone", "pyramid")),
+        *(f"drive_property_{axis}" for axis in ("x", "y", "z", "twist", "swing", "slerp")),
+    ),
+    "PhysxGearComponent": (*_JOINT, "gear_ratio", "is_hinges_enabled"),
+    "PhysxDistanceJointComponent": _JOINT,
+    "RenderBodyComponent": ("is_enabled", "visibility", "shading_mode", "is_render_id_disabled"),
+    "RenderCameraComponent": (
+        "is_enabled",
+        "local_pose",
+        "width",
+        "height",
+        "near",
+        "far",
+        "fx",
+        "fy",
+        "cx",
+        "cy",
+        "skew",
+        "mode",
+        "ortho_left",
+        "ortho_right",
+        "ortho_bottom",
+        "ortho_top",
+    ),
+    "RenderPointLightComponent": _LIGHT,
+    "RenderDirectionalLightComponent": (*_LIGHT, "shadow_half_size"),
+    "RenderSpotLightComponent": (*_LIGHT, "inner_fov", "outer_fov"),
+    "RenderTexturedLightComponent": (*_LIGHT, "inner_fov", "outer_fov"),
+    "RenderParallelogramLightComponent": (*_LIGHT, "half_width", "half_height", "angle"),
+}
+"""Properties of a component by its class. Where a class has a getter of that name (`get_limit_x`) and no property, the
+getter is called."""
+
+ARTICULATION = (
+    "dof",
+    "root_pose",
+    "root_linear_velocity",
+    "root_angular_velocity",
+    "qpos",
+    "qvel",
+    "qf",
+    "qlimits",
+    "solver_position_iterations",
+    "solver_velocity_iterations",
+    "sleep_threshold",
+)
+JOINT = ("type", "dof", "pose_in_parent", "pose_in_child")
+AXIS = (
+    "limits",
+    "friction",
+    "armature",
+    "max_velocity",
+    "stiffness",
+    "damping",
+    "force_limit",
+    "drive_mode",
+    "drive_target",
+    "drive_velocity_target",
+)
+"""Properties of a joint that moves; SAPIEN refuses to tell them of a fixed one."""
+
+_SHAPE = (
+    "local_pose",
+    "density",
+    "collision_groups",
+    "contact_offset",
+    "rest_offset",
+    "patch_radius",
+    "min_patch_radius",
+)
+SHAPES: dict[str, tuple[str, ...]] = {
+    "PhysxCollisionShapeBox": ("half_size", *_SHAPE),
+    "PhysxCollisionShapeSphere": ("radius", *_SHAPE),
+    "PhysxCollisionShapeCapsule": ("radius", "half_length", *_SHAPE),
+    "PhysxCollisionShapeCylinder": ("radius", "half_length", *_SHAPE),
+    "PhysxCollisionShapePlane": _SHAPE,
+    "PhysxCollisionShapeConvexMesh": ("scale", "vertices", "triangles", *_SHAPE),
+    "PhysxCollisionShapeTriangleMesh": ("scale", "vertices", "triangles", *_SHAPE),
+}
+PHYSICAL_MATERIAL = ("static_friction", "dynamic_friction", "restitution")
+VISUALS: dict[str, tuple[str, ...]] = {
+    "RenderShapeBox": ("half_size",),
+    "RenderShapeSphere": ("radius",),
+    "RenderShapeCapsule": ("radius", "half_length"),
+    "RenderShapeCylinder": ("radius", "half_length"),
+    "RenderShapePlane": ("scale",),
+    "RenderShapeTriangleMesh": ("filename", "scale"),
+}
+VISUAL = ("local_pose", "front_face")
+VISUAL_MATERIAL = (
+    "base_color",
+    "emission",
+    "specular",
+    "roughness",
+    "metallic",
+    "transmission",
+    "ior",
+    "transmission_roughness",
+)
+TEXTURES = ("base_color", "normal", "roughness", "metallic", "emission", "transmission")
+TEXTURE = ("filename", "mipmap_levels", "filter_mode", "address_mode", "is_srgb", "width", "height", "format")
+SCENE_CONFIG = (
+    "gravity",
+    "bounce_threshold",
+    "enable_pcm",
+    "enable_tgs",
+    "enable_ccd",
+    "enable_enhanced_determinism",
+    "enable_friction_every_iteration",
+)
+
+DERIVED = {
+    "pose": "the entity's, which is read",
+    "entity_pose": "the entity's, which is read",
+    "global_pose": "follows from the entity's pose and the local one",
+    "relative_pose": "follows from the poses of the two bodies",
+    "entity": "an object",
+    "scene": "an object",
+    "articulation": "an object",
+    "parent": "an object, read by its name",
+    "children": "objects, whose parent is read",
+    "joint": "an object, read as a part",
+    "parent_link": "an object, read as the link's parent",
+    "child_link": "an object: the link that the joint is read for",
+    "root": "an object: the first link",
+    "links": "objects, read by their names",
+    "joints": "objects, read by their names",
+    "active_joints": "objects, read by their names",
+    "collision_shapes": "objects, read as parts",
+    "render_shapes": "objects, read as parts",
+    "physical_material": "an object, read as a part",
+    "material": "an object, read as a part",
+    "parts": "objects, read as parts",
+    "name": "stands as the name",
+    "limit": "`limits` again",
+    "qlimit": "`qlimits` again",
+    "fovx": "follows from fx and the width",
+    "fovy": "follows from fy and the height",
+    "distance": "of the two bodies now: follows from their poses",
+    "qacc": "what the last step computed",
+    "link_incoming_joint_forces": "what the last step computed",
+    "kinematic_target": "cannot be read where none is set, and a step consumes it",
+    "gpu_index": "a place in a buffer",
+    "gpu_pose_index": "a place in a buffer",
+    "per_scene_id": "counts the objects of the process",
+    "texture": "of a light, an object of the device",
+    "vertices": "of a primitive that is seen: follows from its sizes",
+    "triangles": "of a primitive that is seen: follows from its sizes",
+    "vertex_normal": "of a primitive that is seen: follows from its sizes",
+    "vertex_uv": "of a primitive that is seen: follows from its sizes",
+    "diffuse_texture": "`base_color_texture` again",
+}
+"""Properties that are not read as values, and why."""

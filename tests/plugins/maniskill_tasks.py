@@ -1,0 +1,159 @@
+"""ManiSkill's tasks as references: what `gym.make(TASK, …)` and `reset(seed=0)` leave behind, and what follows from it.
+
+    tasks = references(tmp_path_factory)        # taken once a session: all tasks in 20 to 30 seconds on two cores
+    reference = tasks["PickCube-v1"]            # `Captured`, or `LeftOut` with the file that the wheel does not bring
+
+The scene is that of `num_envs=1, sim_backend="cpu", render_backend="none"`. ManiSkill builds it as `gym.make` runs,
+with its own seed 2022, and `reset(seed=0)` builds it again only for tasks that say so (`reconfiguration_freq`); what a
+task draws when it builds is therefore mostly drawn from 2022, and poses and joint positions from 0.
+
+"No action" is `STEPS` times `scene.step()` of SAPIEN from that state. No controller is called, so drives hold what the
+reset left them: ManiSkill gives them stiffness and damping and no target, which is 0 for every joint.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import importlib.util
+import os
+import pickle
+import re
+import subprocess
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pytest
+from plugins.live.facts import Facts, renamed
+from plugins.live.trajectory import Trajectory
+
+STEPS = 200
+TIMEOUT = 600
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A robot of a task.
+
+    Attributes:
+        uid: ManiSkill's name of the robot.
+        file: its URDF or MJCF, an absolute path.
+        fix_root_link: as ManiSkill's loader was told.
+        control_mode: the controllers that set its drives.
+    """
+
+    uid: str
+    file: str
+    fix_root_link: bool
+    control_mode: str
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera of a task or of its robots.
+
+    Attributes:
+        name: ManiSkill's uid of it.
+        mount: the actor that it is mounted on, or ROBOT/LINK; None: it stands in the world.
+        pose: position and quaternion (7,), in the world or in the frame of what it is mounted on.
+        width, height: [px].
+        fov: upright [rad].
+        near, far: [m].
+    """
+
+    name: str
+    mount: str | None
+    pose: tuple[float, ...]
+    width: int
+    height: int
+    fov: float
+    near: float
+    far: float
+
+
+@dataclass(frozen=True)
+class Captured:
+    """What a task leaves behind.
+
+    Attributes:
+        task: its name in ManiSkill's registry.
+        robots: in the order in which they were built.
+        hidden: names of objects that are hidden from sensors.
+        cameras: the sensors of the task and its robots, then those that people see by.
+        scene: all that can be read, before the first step.
+        trajectory: the steps that follow.
+    """
+
+    task: str
+    robots: tuple[Robot, ...]
+    hidden: tuple[str, ...]
+    cameras: tuple[Camera, ...]
+    scene: Facts
+    trajectory: Trajectory
+
+    def bare(self) -> Captured:
+        """The same without what ManiSkill puts before names: the scene's number, the robot's name before its links."""
+        robots = [facts.name for facts in self.scene.of_kind("articulation")]
+        prefixes = sorted((f"{robot.replace('_', '-', 1)}_" for robot in robots), key=len, reverse=True)
+
+        def bare(name: str) -> str:
+            for prefix in prefixes:
+                if name.startswith(prefix):
+                    return name.removeprefix(prefix)
+            return re.sub(r"^scene-\d+_", "", name)
+
+        trajectory = replace(
+            self.trajectory,
+            entities=tuple(bare(name) for name in self.trajectory.entities),
+            articulations=tuple((bare(name), dof) for name, dof in self.trajectory.articulations),
+        )
+        return replace(self, scene=renamed(self.scene, bare), trajectory=trajectory)
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A task that does not build from the wheel alone.
+
+    Attributes:
+        task: its name in ManiSkill's registry.
+        lacking: the missing file, relative to ManiSkill's folder of assets; where no file is missing, the error.
+    """
+
+    task: str
+    lacking: str
+
+
+def installed() -> bool:
+    """Whether ManiSkill is here, found without importing it."""
+    return importlib.util.find_spec("mani_skill") is not None
+
+
+def references(factory: pytest.TempPathFactory) -> dict[str, Captured | LeftOut]:
+    """All tasks of ManiSkill's registry, captured once for all processes that run the tests of a session."""
+    base = factory.getbasetemp()
+    return capture_tasks((base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "maniskill-references")
+
+
+def capture_tasks(folder: Path, tasks: tuple[str, ...] = ()) -> dict[str, Captured | LeftOut]:
+    """The tasks' references by name, taken once for each folder; processes that ask at once wait for the first.
+
+    Args:
+        folder: where the references are kept.
+        tasks: all of ManiSkill's registry if empty.
+
+    Raises:
+        subprocess.CalledProcessError: the process that captures failed; what it printed is on stderr.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        done = folder / "done"
+        wanted = [task for task in tasks if not (folder / f"{task}.pickle").exists()]
+        if not done.exists() and (wanted or not tasks):
+            command = [sys.executable, "-m", "plugins.maniskill_capture", str(folder), *wanted]
+            path = os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
+            subprocess.run(command, env=os.environ | {"PYTHONPATH": path}, check=True, timeout=TIMEOUT)
+            if not tasks:
+                done.touch()
+    files = [folder / f"{task}.pickle" for task in tasks] or sorted(folder.glob("*.pickle"))
+    return {file.stem: pickle.loads(file.read_bytes()) for file in files}

@@ -1,0 +1,275 @@
+"""Articulations of a batch as a user handles them, what the backend refuses, and what the audit notices."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+from fidelity.hand import box_shape
+from fidelity.hand_articulations import Case, plan_of, with_body, with_joint
+from plugins.plan_parts import pose as posed
+from unit.backends.test_audit import audited
+
+from scenecc.backends.sapien import ArticulationBatch, SceneBatch, instantiate
+from scenecc.diagnostics import Diagnostic, Origin, Sink
+from scenecc.plan import (
+    ArticulationStructure,
+    AssetFile,
+    BodyStructure,
+    CollisionShape,
+    ConvexMesh,
+    Entity,
+    Joint,
+    Link,
+    Mimic,
+    Physics,
+    ScenePlan,
+    constant,
+    per_scene,
+)
+
+ROOT = Origin("scene.yaml")
+
+
+def built(plan: ScenePlan, **options: Any) -> SceneBatch:
+    sink = Sink()
+    batch = instantiate(plan, sink, **{"render": False, "audit": "full", **options})
+    assert batch is not None, sink.diagnostics()
+    return batch
+
+
+def complaints(plan: ScenePlan, **options: Any) -> list[Diagnostic]:
+    sink = Sink()
+    assert instantiate(plan, sink, **{"render": False, **options}) is None
+    return sink.diagnostics()
+
+
+@pytest.fixture
+def arm() -> ArticulationBatch:
+    return built(plan_of(Case())).articulations["arm"]
+
+
+def alone(structure: ArticulationStructure, *others: ArticulationStructure, **tables: Any) -> ScenePlan:
+    """One articulation in three scenes; with several structures, one a scene."""
+    structures = (structure, *others)
+    pick = per_scene([n % len(structures) for n in range(3)], np.int64) if others else None
+    entity = Entity("robot", (0, 1, 2), constant([0, 0, 1, 1, 0, 0, 0]), structures, pick)
+    return ScenePlan("plan", 3, (entity,), Physics(), **tables)
+
+
+def chain(count: int, **root: Any) -> ArticulationStructure:
+    links = [Link("l0", BodyStructure("link", (box_shape(0.02, 0.02, 0.02),)))]
+    for n in range(1, count):
+        joint = Joint("revolute", f"j{n}", posed(0.05, 0, 0), limits=constant([-1.0, 1.0]))
+        links.append(Link(f"l{n}", BodyStructure("link", (box_shape(0.02, 0.02, 0.02),)), n - 1, joint))
+    return ArticulationStructure(tuple(links), **root)
+
+
+def test_what_it_is(arm: ArticulationBatch) -> None:
+    assert (len(arm), arm.name, arm.scene_idxs, arm.dof) == (3, "arm", (0, 1, 2), 4)
+    assert repr(arm) == "ArticulationBatch('arm', dof=4, scene_idxs=[0, 1, 2])"
+    assert {obj.name for obj in arm.objs} == {"arm"}
+    assert list(arm.links) == ["base", "upper", "lower", "tool", "tip", "flap"]
+    assert list(arm.joints) == ["shoulder", "slide", "mount", "elbow", "side"]
+    assert [link.name for link in arm.links["tip"]] == ["tip"] * 3
+    assert [joint.type for joint in arm.joints["slide"]] == ["prismatic"] * 3
+    # Level after level: the flap hangs on the base, and the elbow three links further.
+    assert arm.active_joint_names == ("shoulder", "side", "slide", "elbow")
+    assert arm.qlimits.shape == (3, 4, 2)
+    assert arm.qlimits[0].tolist() == [[-1.5, 1.5], [-np.inf, np.inf], *np.float32([[-0.2, 0.2], [-2, 2]]).tolist()]
+    assert np.array_equal(arm.qpos[0], np.float32([0.1, 0.2, 0.05, -0.3]))
+    assert [each.qpos.tolist() for each in arm.objs] == arm.qpos.tolist()
+
+
+@pytest.mark.parametrize("name", ["qpos", "qvel", "drive_target", "drive_velocity_target"])
+def test_numbers_of_joints_are_set_and_read(arm: ArticulationBatch, name: str) -> None:
+    before = getattr(arm, name)
+    numbers = np.float32([[0.1, 0.2, 0.15, 0.4], [0.5, 0.6, 0.17, 0.8], [1, -1, 0, 0.1]])
+    setattr(arm, name, numbers)
+    assert getattr(arm, name).tolist() == numbers.tolist()
+    getattr(arm, f"set_{name}")(before[0], [2])
+    assert getattr(arm, name).tolist() == [*numbers[:2].tolist(), before[0].tolist()]
+    getattr(arm, f"set_{name}")([numbers[2], numbers[1]], scene_idxs=[1, 0])
+    assert getattr(arm, name)[:2].tolist() == [numbers[1].tolist(), numbers[2].tolist()]
+    setattr(arm, name, [0.0] * 4)
+    assert not getattr(arm, name).any()
+    for wrong in ([0.0] * 3, np.zeros((2, 4)), 0.0, np.zeros((3, 4, 1))):
+        with pytest.raises(ValueError, match=rf"{name} is \(4,\) or \(3, 4\) here"):
+            setattr(arm, name, wrong)
+    with pytest.raises(ValueError, match=f"{name} must be finite"):
+        setattr(arm, name, [0, 0, np.nan, 0])
+    with pytest.raises(KeyError, match="'arm' is not in scene 7"):
+        getattr(arm, f"set_{name}")([0.0] * 4, [7])
+    assert not getattr(arm, name).any()
+
+
+def test_the_root(arm: ArticulationBatch) -> None:
+    arm.set_pose([1, 2, 3, 1, 0, 0, 0], [1])
+    assert arm.pose[1].tolist() == [1, 2, 3, 1, 0, 0, 0]
+    upper: Any = arm.links["upper"][1]
+    assert abs(upper.entity.pose.p - [1, 2, 3]).max() < 0.5
+    for name in ("linear_velocity", "angular_velocity"):
+        with pytest.raises(TypeError, match="the root of 'arm' is fixed"):
+            setattr(arm, name, [1, 0, 0])
+    free = built(plan_of(Case(fixed=False))).articulations["arm"]
+    free.linear_velocity = [1, 2, 3]
+    free.set_angular_velocity([[0, 0, 1], [0, 1, 0]], [0, 2])
+    assert free.linear_velocity.tolist() == [[1, 2, 3]] * 3
+    assert free.angular_velocity.tolist() == [[0, 0, 1], [0, 0, 0], [0, 1, 0]]
+
+
+def test_links_are_where_they_belong_before_the_first_step(arm: ArticulationBatch) -> None:
+    before = [link.entity.pose.p.tolist() for link in arm.links["tip"]]
+    assert len({*map(tuple, before)}) == 3
+    fixed = Joint("fixed", "weld", posed(0.5, 0, 0))
+    still = ArticulationStructure((Link("a", BodyStructure("link")), Link("b", BodyStructure("link"), 0, fixed)))
+    robot = built(alone(still)).articulations["robot"]
+    assert robot.dof == 0
+    assert robot.qpos.shape == (3, 0)
+    found: Any = robot.links["b"][0]
+    assert found.entity.pose.p.tolist() == [0.5, 0, 1]
+
+
+def test_scenes_with_robots_of_their_own() -> None:
+    batch = built(alone(chain(4), chain(2)))
+    robot = batch.articulations["robot"]
+    assert robot.dof == 3
+    assert np.isnan(robot.qpos).tolist() == [[False] * 3, [False, True, True], [False] * 3]
+    robot.qpos = [[0.1, 0.2, 0.3], [0.4, np.nan, 7], [0.5, 0.6, 0.7]]
+    assert robot.objs[1].qpos.tolist() == [np.float32(0.4)]
+    assert robot.links["l3"][1] is None
+    assert robot.links["l1"][1] is not None
+    with pytest.raises(ValueError, match="other joints in other scenes"):
+        _ = robot.active_joint_names
+    state = batch.state()
+    batch.step(20)
+    batch.reset()
+    assert not robot.qpos[~np.isnan(robot.qpos)].any()
+    batch.set_state(state)
+    assert batch.state().articulations["robot"].qpos.tobytes() == state.articulations["robot"].qpos.tobytes()
+
+
+def test_a_closed_batch_says_so() -> None:
+    batch = built(plan_of(Case()))
+    arm = batch.articulations["arm"]
+    batch.close()
+    for name in ("qpos", "objs", "links", "pose", "active_joint_names"):
+        with pytest.raises(RuntimeError, match="the scenes of 'arm' are closed"):
+            getattr(arm, name)
+
+
+STATES: dict[str, tuple[Callable[[Any], Any], str]] = {
+    "joints": (lambda s: replace(s, qpos=s.qpos[:, :3]), r"qpos of 'arm' must be \(3, 4\), not \(3, 3\)"),
+    "not finite": (lambda s: replace(s, qvel=s.qvel * np.nan), "qvel of 'arm' must be finite"),
+    "rest": (lambda s: replace(s, asleep=s.asleep[:1]), r"asleep of 'arm' must be \(3,\)"),
+    "rotation": (lambda s: replace(s, pose=s.pose * np.float32(2)), "quaternions of 'arm'"),
+}
+
+
+@pytest.mark.parametrize("change", STATES)
+def test_a_state_that_does_not_fit_changes_nothing(change: str) -> None:
+    batch = built(plan_of(Case()))
+    make, message = STATES[change]
+    batch.step(3)
+    before = batch.state()
+    wrong = replace(before, articulations={"arm": make(before.articulations["arm"])})
+    with pytest.raises(ValueError, match=message):
+        batch.set_state(wrong)
+    assert batch.state() == before
+    with pytest.raises(ValueError, match="'arm' is a body there, and an articulation here"):
+        batch.set_state(replace(before, entities={**before.entities, "arm": before.entities["box"]}, articulations={}))
+
+
+def test_too_many_links() -> None:
+    assert built(alone(chain(255)), audit="fast").articulations["robot"].dof == 254
+    found = complaints(alone(chain(256, origin=ROOT.child("entities", "robot"))))
+    assert [(d.code, d.message) for d in found] == [
+        ("SC808", "an articulation of 256 links; PhysX on the CPU takes 255 at most")
+    ]
+    assert found[0].path == "entities.robot"
+
+
+REFUSED: dict[str, tuple[ArticulationStructure, str]] = {
+    "velocity": (chain(2, fix_root_link=True, linear_velocity=constant([1, 0, 0])), "a root that is fixed has no"),
+    "damping": (
+        ArticulationStructure((Link("l", BodyStructure("link", sleep_threshold=constant(1))),)),
+        "a link has no sleep_threshold",
+    ),
+    "mimic": (chain(3, mimics=(Mimic("j1", "j9", constant(1), constant(0)),)), "there is no joint 'j9'"),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_what_an_articulation_does_not_have(what: str) -> None:
+    structure, message = REFUSED[what]
+    (found,) = complaints(alone(structure))
+    assert found.code == "SC808"
+    assert message in found.message
+
+
+def test_a_mesh_of_a_link_that_cannot_be_cooked(tmp_path: Path) -> None:
+    path = tmp_path / "words.obj"
+    path.write_text("these are words, no mesh\n")
+    place = ROOT.child("entities", "robot", "root", "shapes", 0)
+    shape = CollisionShape(ConvexMesh(constant(0, int), constant([1, 1, 1])), origin=place)
+    structure = chain(2)
+    broken = replace(structure.links[1], body=BodyStructure("link", (shape,)))
+    plan = alone(replace(structure, links=(structure.links[0], broken)), files=(AssetFile("words.obj", path),))
+    (found,) = complaints(plan)
+    assert (found.code, found.path) == ("SC801", "entities.robot.root.shapes[0]")
+
+
+def joint(name: str, scene: int, do: Callable[[Any], object]) -> Callable[[list[Any]], None]:
+    def sabotage(scenes: list[Any]) -> None:
+        links = [entity.components[0] for entity in scenes[scene].entities if entity.name == "base"]
+        do(links[0].articulation.find_joint_by_name(name))
+
+    return sabotage
+
+
+def link(name: str, scene: int, do: Callable[[Any], object]) -> Callable[[list[Any]], None]:
+    return lambda scenes: do(next(e for e in scenes[scene].entities if e.name == name).components[0])
+
+
+SABOTAGE: dict[str, tuple[Literal["full", "fast"], Any, str]] = {
+    "friction": ("fast", joint("slide", 0, lambda j: j.set_friction(0.7)), "friction = 0.7"),
+    "limits": ("full", joint("elbow", 2, lambda j: j.set_limits([[-1, 1]])), "limits"),
+    "drive": ("fast", joint("side", 0, lambda j: j.set_drive_properties(1.0, 0.05)), "stiffness = 1"),
+    "mode": ("fast", joint("slide", 0, lambda j: j.set_drive_properties(0, 0.3, mode="acceleration")), "drive_mode"),
+    "target": ("full", joint("side", 1, lambda j: j.set_drive_target(1.0)), "drive_target"),
+    "frame": ("fast", joint("slide", 0, lambda j: j.set_pose_in_parent(type(j.pose_in_child)([1, 0, 0]))), "pose"),
+    "mass": ("fast", link("tip", 2, lambda c: c.set_mass(9.0)), "mass = 9"),
+    "gravity": ("full", link("tool", 1, lambda c: c.set_disable_gravity(True)), "disable_gravity"),
+    "name": ("fast", link("lower", 0, lambda c: c.set_name("other")), "component.name"),
+    "qpos": ("fast", link("base", 1, lambda c: c.articulation.set_qpos([0, 0, 0, 1.0])), "qpos"),
+    "qvel": ("fast", link("base", 0, lambda c: c.articulation.set_qvel([0, 0, 0, 1.0])), "qvel"),
+    "place": ("fast", link("base", 2, lambda c: c.entity.set_pose(type(c.entity.pose)([9, 9, 9]))), "pose"),
+    "solver": ("fast", link("base", 0, lambda c: c.articulation.set_solver_position_iterations(33)), "iterations = 33"),
+    "root": ("fast", link("base", 0, lambda c: setattr(c.joint, "type", "undefined")), "root joint.type"),
+}
+
+
+@pytest.mark.parametrize("what", SABOTAGE)
+def test_sabotage_is_noticed(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    level, sabotage, words = SABOTAGE[what]
+    found = audited(plan_of(Case()), monkeypatch, sabotage, level)
+    assert any(words in d.message for d in found), [d.message for d in found]
+
+
+def test_solver_iterations_of_the_scene_are_those_of_articulations() -> None:
+    physics = Physics(solver_position_iterations=17, solver_velocity_iterations=3, sleep_threshold=0.25)
+    arm = built(plan_of(Case(), physics=physics)).articulations["arm"]
+    assert {obj.solver_position_iterations for obj in arm.objs} == {17}
+    assert {obj.sleep_threshold for obj in arm.objs} == {0.25}
+
+
+def test_masses_and_shapes_of_links_by_scene() -> None:
+    change = with_body("tip", mass=per_scene([0.1, 0.2, 0.4]))
+    arm = built(plan_of(Case(change))).articulations["arm"]
+    assert [float(tip.mass) for tip in arm.links["tip"]] == pytest.approx([0.1, 0.2, 0.4])
+    wide = built(plan_of(Case(with_joint("elbow", limits=per_scene([[-1, 1], [-0.9, 0.9], [-0.7, 0.7]])))))
+    assert wide.articulations["arm"].qlimits[:, 3, 1].tolist() == np.float32([1, 0.9, 0.7]).tolist()

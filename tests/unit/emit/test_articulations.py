@@ -1,0 +1,147 @@
+"""What a script says of articulations, and what it cannot."""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import random
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from plugins.plan_parts import ROOT, pose
+from plugins.robot_plans import arm, crawler, linked, robots
+
+from scenecc.diagnostics import Sink
+from scenecc.emit import emit
+from scenecc.emit.python.articulations import ROOT_KNOBS, WHOLE_KNOBS
+from scenecc.emit.python.joints import JOINT_KNOBS, engine_order
+from scenecc.plan import (
+    ArticulationStructure,
+    AssetFile,
+    Box,
+    CollisionShape,
+    Entity,
+    Joint,
+    Link,
+    Mimic,
+    constant,
+    literal,
+)
+
+ARM = arm(ids=constant([1, 1, 0, 0], np.int64), start=literal(0.3))
+
+
+def written(structure: ArticulationStructure, **more: Any) -> tuple[str | None, list[str]]:
+    """The script of one articulation in one scene, and the messages of what it cannot say."""
+    entity = Entity("robot", (0,), pose(0, 0, 0), (structure,), **more)
+    sink = Sink()
+    plan = dataclasses.replace(robots(), num_scenes=1, entities=(entity,))
+    text = emit(plan, "python", sink)
+    assert {found.code for found in sink.diagnostics()} <= {"SC720"}
+    return text, [found.message for found in sink.diagnostics()]
+
+
+def with_joint(number: int, **changed: Any) -> ArticulationStructure:
+    links = list(ARM.links)
+    joint = links[number].joint
+    assert joint is not None
+    links[number] = dataclasses.replace(links[number], joint=dataclasses.replace(joint, **changed))
+    return dataclasses.replace(ARM, links=tuple(links))
+
+
+def test_nothing_that_is_said_of_a_joint_or_of_the_whole_is_dropped() -> None:
+    full = with_joint(
+        2,
+        drive_mode="acceleration",
+        qvel=literal(0.1),
+        drive_velocity_target=literal(0.2),
+        stiffness=literal(1),
+        damping=literal(2),
+        force_limit=literal(3),
+    )
+    joint = full.links[2].joint
+    assert joint is not None
+    names = [item.name for item in dataclasses.fields(Joint) if item.default is None and item.name != "origin"]
+    assert all(getattr(joint, name) is not None for name in names)
+    links = full.links
+
+    def without(name: str) -> ArticulationStructure:
+        changed = dataclasses.replace(links[2], joint=dataclasses.replace(joint, **{name: None}))
+        return dataclasses.replace(full, links=(*links[:2], changed, *links[3:]))
+
+    texts = [written(structure)[0] for structure in (full, *map(without, names))]
+    assert len(set(texts)) == len(texts)
+    whole = dataclasses.replace(crawler(), solver_position_iterations=literal(3, "int64"))
+    some = [dataclasses.replace(whole, **{name: None}) for name in (*WHOLE_KNOBS, *ROOT_KNOBS)]
+    assert len({written(structure)[0] for structure in (whole, *some)}) == len(some) + 1
+    assert set(JOINT_KNOBS) <= set(names)
+
+
+@pytest.mark.parametrize(
+    ("structure", "words"),
+    [
+        (dataclasses.replace(crawler(), fix_root_link=True), "a root that is fixed has no `linear_velocity`"),
+        (dataclasses.replace(ARM, mimics=(Mimic("left slide", "elbow", literal(1), literal(0)),)), "fixed joint"),
+        (
+            ArticulationStructure((Link("only", linked(sleep_threshold=literal(1))),)),
+            "a body of type link without visible shapes has no `sleep_threshold`",
+        ),
+    ],
+    ids=["root", "mimic", "link"],
+)
+def test_what_nothing_would_hold_is_an_error(structure: ArticulationStructure, words: str) -> None:
+    text, messages = written(structure)
+    assert text is None
+    assert any(words in message for message in messages)
+
+
+def test_the_file_that_it_was_read_from_is_named_and_not_needed(tmp_path: Path) -> None:
+    plan = robots()
+    files = (*plan.files[:2], AssetFile("robots/arm.urdf", tmp_path / "gone.urdf"))
+    text = emit(dataclasses.replace(plan, files=files), "python", Sink())
+    assert text is not None
+    assert "    # As in robots/arm.urdf.\n" in text
+    assert text.count("arm.urdf") == 1
+
+
+def test_what_only_people_see_is_said() -> None:
+    text, _ = written(ARM, hidden=True)
+    assert text is not None
+    assert "# Only people see it" in text
+    assert "# Only people see it" not in (written(ARM)[0] or "")
+
+
+def test_hostile_names_are_only_ever_strings() -> None:
+    name = "'); import os; os.system('true')  #"
+    links = (
+        dataclasses.replace(ARM.links[0], name=name),
+        Link("arm", linked(), 0, Joint("revolute", name, friction=literal(1), qpos=literal(0))),
+        Link("\n", linked(), 0, Joint("revolute", "\n", friction=literal(1), qpos=literal(0))),
+    )
+    text, _ = written(ArticulationStructure(links, mimics=(Mimic("\n", name, literal(1), literal(0)),)))
+    tree = ast.parse(text or "")
+    assert not [node for node in ast.walk(tree) if isinstance(node, ast.Name) and node.id == "os"]
+    assert name in {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)}
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_joints_are_in_the_engines_order(seed: int) -> None:
+    import sapien
+    from sapien import physx
+
+    draw = random.Random(seed)
+    body = linked(CollisionShape(Box(constant([0.1, 0.1, 0.1]))))
+    links = [Link("0", body)]
+    for number in range(1, draw.randint(2, 20)):
+        joint = Joint(draw.choice(["fixed", "revolute", "prismatic"]), str(number), pose(0.1, 0, 0))
+        links.append(Link(str(number), body, draw.randrange(number), joint))
+    structure = ArticulationStructure(tuple(links), fix_root_link=True)
+    text, _ = written(structure)
+    scope: dict[str, Any] = {"__name__": "script", "__file__": str(ROOT / "script.py")}
+    exec(text or "", scope)
+    (scene,) = scope["build_scenes"]()
+    assert isinstance(scene, sapien.Scene)
+    link = scene.entities[0].find_component_by_type(physx.PhysxArticulationLinkComponent)
+    assert [joint.name for joint in link.articulation.active_joints] == [link.name for link in engine_order(structure)]

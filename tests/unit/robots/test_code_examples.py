@@ -1,0 +1,36 @@
+"""The examples of the table of codes that are files of robots: each gives the code that it stands for, and no other."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from scenecc.diagnostics import Sink
+from scenecc.diagnostics.codes.robots import ROWS
+from scenecc.robots.urdf import read_urdf
+from scenecc.source.paths import AssetScope, Resolved
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from scenecc.diagnostics.codes import Code
+
+URDFS = [row for row in ROWS if "# robot.urdf: " in row.example]
+
+
+@pytest.mark.parametrize("row", URDFS, ids=lambda row: row.code)
+def test_the_file_gives_its_code(row: Code, tmp_path: Path) -> None:
+    _, *files = row.example.split("   # ")
+    for file in files:
+        name, content = file.split(": ", 1)
+        (tmp_path / name).write_text(content)
+    sink = Sink()
+    path = tmp_path / "robot.urdf"
+    description = read_urdf(Resolved(path, path.name), scope=AssetScope(tmp_path), sink=sink)
+    assert [(found.code, found.severity) for found in sink.diagnostics()] == [(row.code, row.severity)]
+    assert (description is None) == (row.severity == "error")
+
+
+def test_most_rows_have_such_an_example() -> None:
+    assert len(URDFS) >= len([row for row in ROWS if row.code < "SC480"]) - 3

@@ -1,0 +1,374 @@
+"""URDFs: what is described beyond what SAPIEN's loader records, and every fault at its own line."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import TYPE_CHECKING
+
+import pytest
+
+from scenecc.diagnostics import Diagnostic, Origin, Sink
+from scenecc.robots.description import DescribedRobot, Description, Look, MeshGeometry
+from scenecc.robots.urdf import MAX_LINKS, MAX_PARTS, read_urdf
+from scenecc.source.paths import AssetScope, Resolved
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+LIMIT = '<limit lower="-1" upper="1"/>'
+INERTIA = '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+BOX = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
+
+
+def joint(name: str, kind: str, parent: str, child: str, inner: str = "") -> str:
+    """A joint, on a line of its own."""
+    return f'\n<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>{inner}</joint>'
+
+
+def links(names: str) -> str:
+    """Empty links, on one line."""
+    return "".join(f'<link name="{name}"/>' for name in names)
+
+
+class Folder:
+    """A folder with a URDF in it."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def read(self, content: str, **options: object) -> tuple[Description | None, list[Diagnostic]]:
+        """The description of a URDF of some content, which begins on line 1, and what was told."""
+        file = self.path / "robot.urdf"
+        file.write_text(f'<robot name="r">{content}</robot>', encoding="utf-8")
+        sink = Sink()
+        scope = AssetScope(self.path)
+        origin = Origin("scene.yaml", ("entities", "arm", "urdf"))
+        found = read_urdf(Resolved(file, file.name), scope=scope, sink=sink, origin=origin, **options)  # type: ignore[arg-type]
+        return found, sink.diagnostics()
+
+    def robots(self, content: str, **options: object) -> tuple[DescribedRobot, ...]:
+        """The robots of a URDF with which nothing is wrong."""
+        found, told = self.read(content, **options)
+        assert found is not None, [str(diagnostic) for diagnostic in told]
+        assert not told
+        return found.robots
+
+    def told(self, content: str, **options: object) -> list[str]:
+        """The line, column, code and message of all that is told."""
+        return [f"{d.line}:{d.column} {d.code} {d.message}" for d in self.read(content, **options)[1]]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Folder:
+    return Folder(tmp_path)
+
+
+def test_what_the_loader_drops_is_described(folder: Folder) -> None:
+    inner = (
+        '<limit lower="-1" upper="2" effort="87" velocity="2.5"/><dynamics friction="0.25"/>'
+        '<mimic joint="one" multiplier="-2" offset="0.5"/>'
+    )
+    (robot,) = folder.robots(
+        links("abc") + joint("one", "continuous", "a", "b") + joint("two", "revolute", "a", "c", inner)
+    )
+    one, two = (link.joint for link in robot.links[1:])
+    assert one is not None
+    assert two is not None
+    assert (one.friction, one.damping, one.effort, one.velocity, one.mimic) == (None, 0.0, None, None, None)
+    assert one.limits == (-math.inf, math.inf)
+    assert (two.friction, two.damping, two.effort, two.velocity) == (0.25, 0.0, 87.0, 2.5)
+    assert two.mimic is not None
+    assert (two.mimic.source, two.mimic.multiplier, two.mimic.offset) == ("one", -2.0, 0.5)
+    assert two.location.line == 3
+
+
+@pytest.mark.parametrize("nothing", ["0", "-1", "inf"])
+def test_an_effort_of_nothing_is_none(folder: Folder, nothing: str) -> None:
+    limit = f'<limit lower="-1" upper="2" effort="{nothing}" velocity="{nothing}"/>'
+    (robot,) = folder.robots(links("ab") + joint("one", "revolute", "a", "b", limit))
+    one = robot.links[1].joint
+    assert one is not None
+    assert (one.effort, one.velocity) == (None, None)
+
+
+def test_what_hangs_on_a_floating_joint_is_a_robot_of_its_own(folder: Folder) -> None:
+    first, second, third = folder.robots(
+        links("abcde")
+        + joint("f", "floating", "a", "b", '<origin xyz="1 2 3"/>')
+        + joint("bc", "continuous", "b", "c")
+        + joint("g", "floating", "a", "d")
+        + joint("ae", "fixed", "a", "e"),
+        scale=2.0,
+    )
+    assert [[link.name for link in robot.links] for robot in (first, second, third)] == [["a", "e"], ["b", "c"], ["d"]]
+    assert [robot.fixed for robot in (first, second, third)] == [None, False, False]
+    assert [robot.body_type for robot in (first, second, third)] == [None, None, "dynamic"]
+    assert second.pose == (2.0, 4.0, 6.0, 1.0, 0.0, 0.0, 0.0)
+    assert second.links[0].joint is None
+    assert second.links[1].parent == 0
+
+
+def test_one_link_is_a_body(folder: Folder) -> None:
+    (robot,) = folder.robots(f'<link name="a">{BOX}</link>')
+    assert (robot.body_type, robot.fixed) == ("dynamic", None)
+
+
+def test_files_are_told_with_the_place_that_names_them(folder: Folder) -> None:
+    for name in ("a.obj", "b.png", "robot.srdf"):
+        (folder.path / name).write_text("<robot/>")
+    visual = '<geometry><mesh filename="a.obj"/></geometry><material name="m"><texture filename="b.png"/></material>'
+    found, _ = folder.read(f'\n<link name="a"><visual>{visual}</visual></link>')
+    assert found is not None
+    assert {(file.uri, file.location.line) for file in found.files} == {("a.obj", 2), ("b.png", 2), ("robot.srdf", 1)}
+    (shape,) = found.robots[0].links[0].visuals
+    assert shape.geometry == MeshGeometry("a.obj", folder.path / "a.obj", (1.0, 1.0, 1.0))
+    assert shape.look == Look(texture=folder.path / "b.png", texture_uri="b.png")
+
+
+def test_collisions_are_seen_on_request(folder: Folder) -> None:
+    (robot,) = folder.robots(f'<link name="a">{BOX}{BOX}</link>', collision_is_visual=True)
+    assert [shape.geometry for shape in robot.links[0].visuals] == [c.geometry for c in robot.links[0].collisions]
+
+
+def test_a_missing_mesh_is_told_at_its_line_and_led_back_to_the_scene(folder: Folder) -> None:
+    (folder.path / "hand.obj").write_text("")
+    mesh = '<visual><geometry>\n  <mesh filename="hond.obj"/></geometry></visual>'
+    description, (found,) = folder.read(f'\n<link name="a">{mesh}</link>')
+    assert description is None
+    assert (found.code, found.file, found.line, found.column) == ("SC401", "robot.urdf", 3, 19)
+    assert found.location.text == '  <mesh filename="hond.obj"/></geometry></visual></link></robot>'
+    assert found.hint == f"looked for it in {folder.path}; did you mean hand.obj?"
+    assert [(related.message, related.location.file) for related in found.related] == [("used from here", "scene.yaml")]
+
+
+FAULTS: dict[str, tuple[str, list[str]]] = {
+    "no links": ("", ["1:1 SC455 <robot> has no <link>"]),
+    "no name": ("<link/>", ["1:17 SC455 <link> has no `name`"]),
+    "empty name": ('<link name=" "/>', ["1:29 SC455 the `name` of <link> is empty"]),
+    "two links": (links("a") + "\n" + links("a"), ["2:13 SC460 there are two links named `a`"]),
+    "two joints": (
+        links("abc") + joint("j", "fixed", "a", "b") + joint("j", "fixed", "a", "c"),
+        ["3:14 SC460 there are two joints named `j`"],
+    ),
+    "two materials": (
+        links("a") + '\n<material name="m"/>\n<material name="m"/>',
+        ["3:17 SC460 there are two materials named `m`"],
+    ),
+    "no parent": (
+        links("ab") + '\n<joint name="j" type="fixed"><child link="b"/></joint>',
+        ["2:1 SC455 <joint> has no <parent>"],
+    ),
+    "unknown links": (
+        links("ab") + joint("j", "fixed", "base", "c"),
+        [
+            "2:44 SC461 the joint `j` has the parent `base`, and there is no such link",
+            "2:64 SC461 the joint `j` has the child `c`, and there is no such link",
+        ],
+    ),
+    "itself": (links("a") + joint("j", "fixed", "a", "a"), ["2:1 SC461 the joint `j` leads from `a` to itself"]),
+    "two parents": (
+        links("abc") + joint("i", "fixed", "a", "c") + joint("j", "fixed", "b", "c"),
+        ["3:1 SC462 the link `c` is the child of two joints, `i` and `j`"],
+    ),
+    "two roots": (
+        links("ab") + "\n" + links("c") + joint("j", "fixed", "b", "c"),
+        ["1:33 SC463 2 links are children of no joint, and a robot has one root: `a`, `b`"],
+    ),
+    "circle": (
+        links("abcd") + joint("i", "fixed", "b", "c") + joint("j", "fixed", "c", "d") + joint("k", "fixed", "d", "b"),
+        ["4:1 SC463 links hang on one another in a circle: `b` → `c` → `d` → `b`"],
+    ),
+    "floating": (
+        links("abc") + joint("i", "fixed", "a", "b") + joint("j", "floating", "b", "c"),
+        ["3:23 SC464 the floating joint `j` hangs on `b`, which is not the root"],
+    ),
+    "planar": (
+        links("ab") + joint("j", "planar", "a", "b"),
+        ["2:23 SC464 a planar joint is not supported, by SAPIEN neither"],
+    ),
+    "type": (links("ab") + joint("j", "hinge", "a", "b"), ["2:23 SC464 `hinge` is no type of joint"]),
+    "no limit": (links("ab") + joint("j", "revolute", "a", "b"), ["2:1 SC465 the revolute joint `j` has no <limit>"]),
+    "half a limit": (
+        links("ab") + joint("j", "prismatic", "a", "b", "\n<limit lower='1'/>"),
+        ["3:1 SC465 <limit> has no `upper`, which SAPIEN wants"],
+    ),
+    "crossed limits": (
+        links("ab") + joint("j", "prismatic", "a", "b", '\n<limit lower="1" upper="0.5"/>'),
+        ["3:15 SC465 the lower limit 1 is above the upper 0.5"],
+    ),
+    "limits beyond": (
+        links("ab") + joint("j", "prismatic", "a", "b", '\n<limit lower="inf" upper="inf"/>'),
+        ["3:15 SC465 the limits leave nothing"],
+    ),
+    "friction": (
+        links("ab") + joint("j", "continuous", "a", "b", '\n<dynamics friction="-1" damping="-2"/>'),
+        ["3:21 SC466 the friction is -1, which is below 0", "3:34 SC466 the damping is -2, which is below 0"],
+    ),
+    "mimic of none": (
+        links("ab") + joint("j", "continuous", "a", "b", '\n<mimic joint="i"/>'),
+        ["3:15 SC472 the joint `j` follows `i`, and its robot has no such joint"],
+    ),
+    "mimic of itself": (
+        links("ab") + joint("j", "continuous", "a", "b", '\n<mimic joint="j"/>'),
+        ["3:15 SC472 the joint `j` follows itself, by way of `j`"],
+    ),
+    "mimic by nothing": (
+        links("abc")
+        + joint("i", "continuous", "a", "b")
+        + joint("j", "continuous", "a", "c", '\n<mimic joint="i" multiplier="0"/>'),
+        ["4:30 SC472 the multiplier of <mimic> is 0: the joint follows nothing"],
+    ),
+    "mimic of fixed": (
+        links("abc") + joint("i", "fixed", "a", "b") + joint("j", "continuous", "a", "c", '\n<mimic joint="i"/>'),
+        ["4:15 SC472 the joint `j` follows `i`, which is fixed"],
+    ),
+    "fixed mimic": (
+        links("abc") + joint("i", "continuous", "a", "b") + joint("j", "fixed", "a", "c", '\n<mimic joint="i"/>'),
+        ["4:15 SC472 the joint `j` is fixed and can follow no other"],
+    ),
+    "geometry": ('<link name="a"><visual/></link>', ["1:32 SC455 <visual> has no <geometry>"]),
+    "shape": (
+        '<link name="a"><visual><geometry><plane/></geometry></visual></link>',
+        [
+            "1:40 SC455 <geometry> holds none of <box>, <sphere>, <capsule>, <cylinder>, <mesh>",
+            "1:50 SC454 <plane> in <geometry> is not known and not read",
+        ],
+    ),
+    "two shapes": (
+        '<link name="a"><visual><geometry><sphere radius="1"/>\n<sphere radius="1"/></geometry></visual></link>',
+        ["2:1 SC455 <geometry> holds more than one of <box>, <sphere>, <capsule>, <cylinder>, <mesh>"],
+    ),
+    "sizes": (
+        '<link name="a"><visual><geometry>\n<cylinder radius="0" length="-1"/></geometry></visual></link>',
+        [
+            "2:19 SC466 the `radius` of <cylinder> holds 0, which is not above 0",
+            "2:30 SC466 the `length` of <cylinder> holds -1, which is not above 0",
+        ],
+    ),
+    "numbers": (
+        (
+            '<link name="a"><visual><origin xyz="1 2" rpy="0 nan 0"/>'
+            '<geometry>\n<box size="1,2,3"/></geometry></visual></link>'
+        ),
+        [
+            "1:53 SC456 the `xyz` of <origin> wants 3 numbers, parted by blanks, and has 2",
+            "1:63 SC456 the `rpy` of <origin> holds `nan`, which is no finite number",
+            "2:12 SC456 the `size` of <box> wants 3 numbers, parted by blanks, and has 1",
+        ],
+    ),
+    "no numbers": (
+        (
+            '<link name="a"><visual><geometry>\n<sphere radius="1_0"/></geometry></visual>'
+            '<visual><geometry>\n<sphere radius="1e39"/></geometry></visual></link>'
+        ),
+        [
+            "2:17 SC456 the `radius` of <sphere> holds `1_0`, which is no number",
+            "3:17 SC456 the `radius` of <sphere> holds `1e39`, beyond the engine's single precision",
+        ],
+    ),
+    "color": (
+        links("a")
+        + '\n<link name="b"><visual><geometry><sphere radius="1"/></geometry>'
+        + '<material name="m"><color rgba="1 0 0"/></material></visual></link>'
+        + joint("j", "fixed", "a", "b"),
+        ["2:97 SC456 the `rgba` of <color> wants 4 numbers, parted by blanks, and has 3"],
+    ),
+    "mass": (
+        f'<link name="a"><inertial>\n<mass value="-1"/>{INERTIA}</inertial></link>',
+        ["2:14 SC467 the mass is -1 kg, which is below 0"],
+    ),
+    "inertia": (
+        '<link name="a"><inertial>\n<mass value="1"/></inertial></link>',
+        ["1:32 SC455 <inertial> has no <inertia>"],
+    ),
+    "mesh": (
+        '<link name="a"><visual><geometry>\n<mesh scale="1 0 1"/></geometry></visual></link>',
+        [
+            "2:1 SC455 <mesh> has no `filename`",
+            "2:14 SC466 the `scale` of <mesh> holds 0, which leaves nothing of it",
+        ],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_fault_is_told_at_its_line(folder: Folder, name: str) -> None:
+    content, expected = FAULTS[name]
+    assert folder.read(content)[0] is None
+    assert folder.told(content) == expected
+
+
+def test_faults_are_told_all_at_once(folder: Folder) -> None:
+    content = "".join(content for content, _ in FAULTS.values() if "link>" in content)
+    codes = {line.split()[1] for line in folder.told(content)}
+    assert {"SC455", "SC456", "SC460", "SC466", "SC467"} <= codes
+
+
+WARNINGS: dict[str, tuple[str, list[str]]] = {
+    "misspelt": (
+        '<link nam="x" name="a"><inertal/></link><link name="b"><inertal/></link>' + joint("j", "fixed", "a", "b"),
+        [
+            "1:28 SC454 `nam` of <link> is not known and not read",
+            "1:72 SC454 <inertal> in <link> is not known and not read",
+        ],
+    ),
+    "xacro": (links("a") + '<xacro:arm n="1"/>', ["1:33 SC454 <xacro:arm> in <robot> is not known and not read"]),
+    "axis": (
+        links("ab") + joint("j", "continuous", "a", "b", '\n<axis xyz="0 1e-6 0"/>'),
+        ["3:12 SC469 the axis of the joint `j` has no length: x is taken, as SAPIEN does"],
+    ),
+    "camera": (
+        links("a") + '\n<gazebo reference="a"><sensor><camera/></sensor></gazebo><sensor><camera/></sensor>',
+        ["2:23 SC470 cameras of a URDF are not built"],
+    ),
+    "inertial": (
+        f'<link name="a"><inertial>\n<mass value="0"/>{INERTIA}</inertial></link>',
+        ["1:32 SC475 the mass is 0, so that SAPIEN leaves the whole <inertial> out"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", WARNINGS)
+def test_a_warning_stops_nothing(folder: Folder, name: str) -> None:
+    content, expected = WARNINGS[name]
+    assert folder.read(content)[0] is not None
+    assert folder.told(content) == expected
+
+
+def test_what_other_programs_have_is_left_out_without_a_word(folder: Folder) -> None:
+    inner = '<safety_controller k_velocity="1"/><calibration rising="0"/><dynamics damping="1" D="2" K="3"/>'
+    folder.robots(
+        links("ab")
+        + '<gazebo><x/></gazebo><transmission name="t"><y/></transmission><mujoco><compiler/></mujoco>'
+        + joint("j", "continuous", "a", "b", inner)
+    )
+
+
+def test_links_are_counted(folder: Folder) -> None:
+    def chain(count: int) -> str:
+        names = [f'<link name="l{i}"/>' for i in range(count)]
+        return "".join(names) + "".join(joint(f"j{i}", "fixed", f"l{i - 1}", f"l{i}") for i in range(1, count))
+
+    assert len(folder.robots(chain(MAX_LINKS))[0].links) == MAX_LINKS
+    assert [line.split()[1] for line in folder.told(chain(MAX_LINKS + 1))] == ["SC477"]
+
+
+def test_a_long_circle_and_many_faults_take_little_time(folder: Folder) -> None:
+    count = MAX_PARTS
+    names = "".join(f'<link name="l{i}"/>' for i in range(count))
+    circle = "".join(joint(f"j{i}", "fixed", f"l{i}", f"l{(i + 1) % count}") for i in range(count))
+    start = time.process_time()
+    assert [line.split()[1] for line in folder.told(names + circle)] == ["SC463"]
+    wrong = "".join(joint(f"j{i}", "fixed", f"l{i}", f"m{i}") for i in range(count))
+    assert {line.split()[1] for line in folder.told(names + wrong)} == {"SC461", "SC016"}
+    assert time.process_time() - start < 5
+    assert [line.split()[1] for line in folder.told(names + '<link name="more"/>' + circle)] == ["SC452"]
+
+
+def test_an_mjcf_is_told_from_a_urdf(folder: Folder, tmp_path: Path) -> None:
+    file = tmp_path / "hand.xml"
+    file.write_text("<mujoco/>")
+    sink = Sink()
+    assert read_urdf(Resolved(file, file.name), scope=AssetScope(tmp_path), sink=sink) is None
+    assert [d.code for d in sink.diagnostics()] == ["SC453"]

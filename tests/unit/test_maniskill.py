@@ -1,0 +1,48 @@
+"""What of `scenecc.maniskill` can be told without ManiSkill."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+import scenecc
+from scenecc import SceneError
+
+
+def test_importing_it_loads_no_engine_and_no_extra() -> None:
+    script = (
+        "import sys, scenecc.maniskill\n"
+        "assert not {'sapien', 'torch', 'mani_skill', 'gymnasium'} & set(sys.modules)\n"
+        "assert callable(scenecc.maniskill.load_into)\n"
+        "assert not {'sapien', 'torch', 'mani_skill', 'gymnasium'} & set(sys.modules)\n"
+    )
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=60)
+
+
+@pytest.mark.parametrize("missing", ["mani_skill", "torch"])
+def test_what_is_missing_and_how_to_get_it(missing: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, missing, None)
+    scene: Any = SimpleNamespace(num_envs=1)
+    with pytest.raises(SceneError, match=r"pip install torch 'scenecc\[maniskill\]'") as caught:
+        scenecc.load_scene({"scenecc": 1, "entities": {}}, scene=scene)
+    assert [d.code for d in caught.value.diagnostics] == ["SC805"]
+    assert caught.value.at_fault == "machine"
+
+
+def test_settings_without_maniskill(monkeypatch: pytest.MonkeyPatch) -> None:
+    from scenecc.maniskill import sim_config
+
+    monkeypatch.setitem(sys.modules, "torch", None)
+    with pytest.raises(SceneError, match="cannot be used"):
+        sim_config({"scenecc": 1})
+
+
+def test_a_name_that_it_has_not() -> None:
+    import scenecc.maniskill
+
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = scenecc.maniskill.nothing  # pyright: ignore[reportAttributeAccessIssue]
