@@ -19,6 +19,8 @@ BENCHMARKS = {
     "vary": "benchmarks.vary",
     "expand": "benchmarks.expand",
     "linear": "benchmarks.linear",
+    "robots": "benchmarks.robots",
+    "maniskill": "benchmarks.maniskill",
     "process": "benchmarks.process",
 }
 """Name → module with a function `run`."""
