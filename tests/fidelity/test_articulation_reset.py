@@ -50,13 +50,25 @@ def test_a_reset_goes_on_as_a_batch_just_built(kind: dict[str, bool], exact: boo
         batch.step(steps)
         arm = batch.articulations["arm"]
         arm.drive_target = arm.drive_target + np.float32(0.3)
-        for obj in arm.objs:
-            obj.set_qf(np.full(arm.dof, 0.5, np.float32))
+        arm.qf = np.full(arm.dof, 0.5)
         batch.reset(exact=exact)
         fresh = built(driven(**kind))
         for ours, theirs in zip(batch.scenes, fresh.scenes, strict=True):
             assert_same_scene(ours, theirs)
         assert_same_trajectory(batch.scenes, fresh.scenes)
+
+
+def test_forces_on_joints_act_as_those_that_a_person_sets() -> None:
+    ours, theirs = built(driven()), built(driven())
+    forces = np.array([[0.5, 1, 0, -0.3], [0, 0, 0.2, 0.1], [-1, 2, 0.4, 0]], np.float32)
+    for batch in (ours, theirs):
+        batch.step(20)
+    ours.articulations["arm"].qf = forces
+    for obj, row in zip(theirs.articulations["arm"].objs, forces, strict=True):
+        obj.set_qf(row)
+    assert_same_trajectory(ours.scenes, theirs.scenes)
+    assert ours.articulations["arm"].qf.tolist() == forces.tolist()
+    assert (ours.articulations["arm"].qpos != built(driven()).articulations["arm"].qpos).any()
 
 
 def test_one_scene_is_reset_and_the_others_go_on() -> None:

@@ -12,12 +12,13 @@ from scenecc.backends.sapien.engine import physx, sapien
 from scenecc.backends.sapien.rows import joint_number_rows, padded, pose_rows, vector_rows
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
     from scenecc.backends.sapien.bodies import Articulations
 
+_Articulation = physx.PhysxArticulation
 _Joint = physx.PhysxArticulationJoint
 
 
@@ -122,10 +123,9 @@ class ArticulationBatch:
         Raises:
             ValueError: the shape does not fit or a number is not finite.
             KeyError: the articulation is in no such scene of this batch.
-            RuntimeError: the batch is closed, or the articulation is removed.
+            RuntimeError: the batch is closed, or the articulation is removed in one of these scenes.
         """
-        self._check_there()
-        self._each(qpos, scene_idxs, "qpos", lambda row, new: self._held.objs[row].set_qpos(new))
+        self._tell_present(qpos, scene_idxs, "qpos", _Articulation.set_qpos)
 
     @property
     def qvel(self) -> NDArray[np.float32]:
@@ -139,8 +139,24 @@ class ArticulationBatch:
 
     def set_qvel(self, qvel: ArrayLike, scene_idxs: Sequence[int] | None = None) -> None:
         """Sets (dof,) or (B, dof) velocities [m/s, rad/s], otherwise as `set_qpos`."""
+        self._tell_present(qvel, scene_idxs, "qvel", _Articulation.set_qvel)
+
+    @property
+    def qf(self) -> NDArray[np.float32]:
+        """(B, dof) forces [N, N·m] that were set on joints. Raises RuntimeError while it is removed and once closed."""
         self._check_there()
-        self._each(qvel, scene_idxs, "qvel", lambda row, new: self._held.objs[row].set_qvel(new))
+        return padded([obj.get_qf() for obj in self._held.objs], self.dof)
+
+    @qf.setter
+    def qf(self, qf: ArrayLike) -> None:
+        self.set_qf(qf)
+
+    def set_qf(self, qf: ArrayLike, scene_idxs: Sequence[int] | None = None) -> None:
+        """Sets (dof,) or (B, dof) forces [N, N·m], otherwise as `set_qpos`.
+
+        They act beside the drives in every step until others are set or a reset takes them off.
+        """
+        self._tell_present(qf, scene_idxs, "qf", _Articulation.set_qf)
 
     @property
     def drive_target(self) -> NDArray[np.float32]:
@@ -235,17 +251,20 @@ class ArticulationBatch:
             self._held.objs[row].set_root_angular_velocity(new)
 
     def _each(
-        self,
-        numbers: ArrayLike,
-        scene_idxs: Sequence[int] | None,
-        what: str,
-        tell: Callable[[int, NDArray[np.float32]], None],
+        self, numbers: ArrayLike, rows: Sequence[int], what: str, tell: Callable[[int, NDArray[np.float32]], None]
     ) -> None:
-        self._check_open()
-        rows = chosen_rows(self._held, scene_idxs)
         told = joint_number_rows(numbers, [self._dofs[row] for row in rows], self.dof, what)
         for row, new in zip(rows, told, strict=True):
             tell(row, new)
+
+    def _tell_present(
+        self, numbers: ArrayLike, scene_idxs: Sequence[int] | None, what: str, setter: Callable[[Any, Any], None]
+    ) -> None:
+        """For what the engine holds of an articulation in its scene alone."""
+        self._check_open()
+        rows = chosen_rows(self._held, scene_idxs)
+        self._check_there(rows)
+        self._each(numbers, rows, what, lambda row, new: setter(self._held.objs[row], new))
 
     def _tell_joints(
         self, numbers: ArrayLike, scene_idxs: Sequence[int] | None, what: str, setter: Callable[[Any, float], None]
@@ -254,7 +273,8 @@ class ArticulationBatch:
             for joint, number in zip(self._held.joints[row], new.tolist(), strict=True):
                 setter(joint, number)
 
-        self._each(numbers, scene_idxs, what, tell)
+        self._check_open()
+        self._each(numbers, chosen_rows(self._held, scene_idxs), what, tell)
 
     def _free(self, scene_idxs: Sequence[int] | None) -> Sequence[int]:
         self._check_open()
@@ -263,10 +283,13 @@ class ArticulationBatch:
             raise TypeError(f"the root of '{self.name}' is fixed: it has no velocity")
         return rows
 
-    def _check_there(self) -> None:
+    def _check_there(self, rows: Iterable[int] | None = None) -> None:
         self._check_open()
-        if not all(map(self._held.in_scene, range(len(self._held.objs)))):
-            raise RuntimeError(f"'{self.name}' is removed: the engine knows nothing of its joints")
+        asked = range(len(self._held.objs)) if rows is None else rows
+        gone = [self.scene_idxs[row] for row in asked if not self._held.in_scene(row)]
+        if gone:
+            where = "" if len(gone) == len(self) else f" in scene {gone[0]}"
+            raise RuntimeError(f"'{self.name}' is removed{where}: the engine knows nothing of its joints there")
 
     def _check_open(self) -> None:
         if self._closed:

@@ -85,7 +85,7 @@ def test_what_it_is(arm: ArticulationBatch) -> None:
     assert [each.qpos.tolist() for each in arm.objs] == arm.qpos.tolist()
 
 
-@pytest.mark.parametrize("name", ["qpos", "qvel", "drive_target", "drive_velocity_target"])
+@pytest.mark.parametrize("name", ["qpos", "qvel", "qf", "drive_target", "drive_velocity_target"])
 def test_numbers_of_joints_are_set_and_read(arm: ArticulationBatch, name: str) -> None:
     before = getattr(arm, name)
     numbers = np.float32([[0.1, 0.2, 0.15, 0.4], [0.5, 0.6, 0.17, 0.8], [1, -1, 0, 0.1]])
@@ -120,6 +120,38 @@ def test_the_root(arm: ArticulationBatch) -> None:
     free.set_angular_velocity([[0, 0, 1], [0, 1, 0]], [0, 2])
     assert free.linear_velocity.tolist() == [[1, 2, 3]] * 3
     assert free.angular_velocity.tolist() == [[0, 0, 1], [0, 0, 0], [0, 1, 0]]
+
+
+SETTERS: dict[str, list[float]] = {
+    "qpos": [0.1, 0.2, 0.15, 0.4],
+    "qvel": [0.5, 0.6, 0.17, 0.8],
+    "qf": [1, -1, 0, 0.5],
+    "drive_target": [0.1, 0.2, 0.15, 0.4],
+    "drive_velocity_target": [0.5, 0.6, 0.17, 0.8],
+    "pose": [1, 2, 3, 1, 0, 0, 0],
+    "linear_velocity": [1, 0, 2],
+    "angular_velocity": [0, 1, 2],
+}
+
+
+@pytest.mark.parametrize("name", SETTERS)
+def test_taken_out_of_one_scene_by_hand_it_is_set_in_the_others(name: str) -> None:
+    batch = built(plan_of(Case(fixed=False)))
+    arm = batch.articulations["arm"]
+    for link in [row[1] for row in arm.links.values()]:
+        batch.scenes[1].remove_entity(link.entity)
+    numbers = np.array(SETTERS[name], np.float32)
+    getattr(arm, f"set_{name}")(numbers, scene_idxs=[2, 0])
+    state = batch.state([0, 2]).articulations["arm"]
+    assert getattr(state, name).tolist() == [numbers.tolist()] * 2
+    if name in {"qpos", "qvel", "qf"}:
+        gone = "'arm' is removed in scene 1: the engine knows nothing of its joints there"
+        with pytest.raises(RuntimeError, match=gone):
+            getattr(arm, name)
+        for asked in (None, [1], [0, 1]):
+            with pytest.raises(RuntimeError, match=gone):
+                getattr(arm, f"set_{name}")(numbers * 2, asked)
+        assert getattr(arm.objs[0], name).tolist() == numbers.tolist()
 
 
 def test_links_are_where_they_belong_before_the_first_step(arm: ArticulationBatch) -> None:
@@ -157,7 +189,7 @@ def test_a_closed_batch_says_so() -> None:
     batch = built(plan_of(Case()))
     arm = batch.articulations["arm"]
     batch.close()
-    for name in ("qpos", "objs", "links", "pose", "active_joint_names"):
+    for name in ("qpos", "qf", "objs", "links", "pose", "active_joint_names"):
         with pytest.raises(RuntimeError, match="the scenes of 'arm' are closed"):
             getattr(arm, name)
 
