@@ -24,10 +24,14 @@ _GUESSES, _NAMES = 20, 1000
 def suggest(word: str, known: Iterable[str]) -> str | None:
     """A hint with the nearest known word, or all of them; None where there is none."""
     known = tuple(known)
+    near = nearest(word, known)
+    return f"did you mean `{near}`?" if near else listed(known)
+
+
+def listed(known: tuple[str, ...]) -> str | None:
+    """A hint with the known words; None where there is none."""
     if not known:
         return None
-    if near := nearest(word, known):
-        return f"did you mean `{near}`?"
     more = f" and {len(known) - _LISTED} more" if len(known) > _LISTED else ""
     return "known here: " + ", ".join(known[:_LISTED]) + more
 

@@ -40,6 +40,8 @@ def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: 
     short = _short(located)
     formed = _formed(located, data)
     for error, path in located:
+        if sink.full:
+            return
         if error["type"] == "missing" and path in misspelt:
             # The unknown key beside it is told, with this one as its hint.
             continue
@@ -100,9 +102,15 @@ def _short(located: Located) -> dict[Path, int]:
 
 
 def _misspelt(located: Located) -> set[Path]:
-    """The paths of keys that unknown ones beside them were probably meant to be."""
+    """The paths of missing keys that unknown ones beside them were probably meant to be."""
+    missing: dict[Path, tuple[str, ...]] = {}
+    for error, path in located:
+        if error["type"] == "missing":
+            missing[path[:-1]] = (*missing.get(path[:-1], ()), str(path[-1]))
     misspelt: set[Path] = set()
     for error, path in located:
-        if error["type"] == "extra_forbidden" and (near := meant(str(path[-1]), known_keys(error))):
-            misspelt.add((*path[:-1], near))
+        # Comparing letters takes its time, and most unknown keys are like none of the few that are missing.
+        if error["type"] == "extra_forbidden" and meant(str(path[-1]), missing.get(path[:-1], ())):
+            near = meant(str(path[-1]), known_keys(error))
+            misspelt.update([(*path[:-1], near)] if near else [])
     return misspelt

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.words import cut, nearest, show, suggest
+from scenecc.diagnostics.words import cut, listed, nearest, show, suggest
 from scenecc.spec.base import NAME_PATTERN, PREFIX_PATTERN, VARIABLE_PATTERN
 from scenecc.spec.body import Body
 from scenecc.spec.copies import Copies
@@ -133,7 +133,7 @@ def _unknown_key(error: ErrorDetails, key: str, place: Origin, sink: Sink) -> No
     hint = next((hint for beside, hint in MISPLACED.get(key, ()) if beside in known), None)
     if hint is None:
         near = meant(key, known)
-        hint = f"did you mean `{near}`?" if near else suggest(key, known)
+        hint = f"did you mean `{near}`?" if near else listed(known)
     sink.report("SC101", f"unknown key `{cut(key)}`", place, at="key", hint=hint)
 
 
