@@ -6,17 +6,12 @@ from contextlib import nullcontext
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from scenecc.backends.sapien.articulation_batch import ArticulationBatch
-from scenecc.backends.sapien.bodies import Articulations, Bodies, entities_of
-from scenecc.backends.sapien.entity_batch import EntityBatch
 from scenecc.backends.sapien.fitting import fitting
 from scenecc.backends.sapien.interrupt import interrupts_wait
-from scenecc.backends.sapien.parked import Parked, state_of
-from scenecc.backends.sapien.place import place, place_afresh, placement_of
-from scenecc.backends.sapien.place_articulation import read_articulations
+from scenecc.backends.sapien.members import Members
+from scenecc.backends.sapien.place import place, place_afresh
 from scenecc.backends.sapien.selected import scene_indices, seeds_of
 from scenecc.backends.sapien.start import Start
-from scenecc.backends.sapien.state import SceneState
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -25,10 +20,13 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
     from typing_extensions import Self
 
+    from scenecc.backends.sapien.articulation_batch import ArticulationBatch
+    from scenecc.backends.sapien.bodies import Articulations, Bodies
     from scenecc.backends.sapien.engine import sapien
+    from scenecc.backends.sapien.entity_batch import EntityBatch
     from scenecc.backends.sapien.seen.batches import CameraBatch, LightBatch
     from scenecc.backends.sapien.seen.dress import Dress, Moves
-    from scenecc.backends.sapien.state import AnyState
+    from scenecc.backends.sapien.state import AnyState, SceneState
     from scenecc.backends.sapien.ties import Again, ConstraintBatch, Ties
     from scenecc.plan import ScenePlan
 
@@ -51,15 +49,11 @@ class SceneBatch:
         self._plan = plan
         self._scene_idxs = scene_idxs
         self._scenes = scenes
-        self._bodies = {each.name: each for each in bodies}
-        self._entities = {each.name: EntityBatch(each) for each in bodies if isinstance(each, Bodies)}
-        self._articulations = {each.name: ArticulationBatch(each) for each in bodies if isinstance(each, Articulations)}
+        self._members = Members(bodies)
         self._render = render
         self._number_of = {index: number for number, index in enumerate(scene_idxs)}
-        self._order, self._removed = list(self._bodies), dict[str, EntityBatch | ArticulationBatch]()
         self._ties: Ties | None = None
         self._dress: Dress | None = None
-        self._parked: dict[str, Parked] = {}
         self._seeds = dict.fromkeys(scene_idxs, plan.seed)
         self._closed = False
 
@@ -67,7 +61,7 @@ class SceneBatch:
         return len(self._scene_idxs)
 
     def __repr__(self) -> str:
-        state = "closed" if self._closed else f"{len(self._entities)} entities"
+        state = "closed" if self._closed else f"{len(self._members.entities)} entities"
         return f"SceneBatch({self._plan.name!r}, {len(self)} scenes, {state})"
 
     def __enter__(self) -> Self:
@@ -104,13 +98,13 @@ class SceneBatch:
     def entities(self) -> dict[str, EntityBatch]:
         """Bodies that are in the scenes now, by name, in build order. Raises RuntimeError once closed."""
         self._check_open()
-        return self._entities
+        return self._members.entities
 
     @property
     def articulations(self) -> dict[str, ArticulationBatch]:
         """Articulations that are in the scenes now, by name, in build order. Raises RuntimeError once closed."""
         self._check_open()
-        return self._articulations
+        return self._members.articulations
 
     @property
     def lights(self) -> dict[str, LightBatch]:
@@ -167,17 +161,7 @@ class SceneBatch:
             RuntimeError: the batch is closed.
         """
         self._check_open()
-        if name in self._removed:
-            raise ValueError(f"'{name}' is removed already")
-        self._removed[name] = self._known(name)
-        held = self._bodies[name]
-        if isinstance(held, Articulations):
-            self._parked[name] = Parked(read_articulations(held, held.scene_idxs))
-        for index, entity in entities_of(held):
-            self._scenes[self._number_of[index]].remove_entity(entity)
-        self._entities.pop(name, None)
-        self._articulations.pop(name, None)
-        self._order.remove(name)
+        self._members.remove(name, self._scene_at)
 
     def add(self, name: str) -> None:
         """Puts a removed entity back as it was when it was removed: same objects, poses and velocities.
@@ -190,19 +174,7 @@ class SceneBatch:
             RuntimeError: the batch is closed.
         """
         self._check_open()
-        if name not in self._removed:
-            self._known(name)
-            raise ValueError(f"'{name}' is there; only what was removed can be added")
-        held, batch = self._bodies[name], self._removed.pop(name)
-        for index, entity in entities_of(held):
-            self._scenes[self._number_of[index]].add_entity(entity)
-        self._order.append(name)
-        if isinstance(batch, EntityBatch):
-            self._entities[name] = batch
-        else:
-            self._articulations[name] = batch
-        if isinstance(held, Articulations):
-            self._parked.pop(name).put_back(held)
+        self._members.add(name, self._scene_at)
 
     def reset(
         self,
@@ -271,9 +243,7 @@ class SceneBatch:
             RuntimeError: the batch is closed.
         """
         self._check_open()
-        chosen = tuple(sorted(self._chosen(scene_idxs)))
-        found = {name: state_of(held, self._parked.get(name), chosen) for name, held in self._bodies.items()}
-        return SceneState.of(chosen, found)
+        return self._members.state(tuple(sorted(self._chosen(scene_idxs))))
 
     def set_state(self, state: SceneState, scene_idxs: Sequence[int] | None = None, *, exact: bool = False) -> None:
         """Puts all bodies where a state says: `state` gives the same again.
@@ -295,32 +265,27 @@ class SceneBatch:
         """
         self._check_open()
         chosen = self._chosen(state.scene_idxs if scene_idxs is None else scene_idxs)
-        self._place(chosen, fitting(state, self._bodies, chosen), exact=exact)
+        self._place(chosen, fitting(state, self._members.held, chosen), exact=exact)
 
     def close(self) -> None:
         """Empties every scene and lets go of it. Closing twice is allowed."""
         if self._closed:
             return
         self._closed = True
-        for entity in (*self._entities.values(), *self._articulations.values(), *self._removed.values()):
-            entity._close()  # noqa: SLF001  # pyright: ignore[reportPrivateUsage]
+        self._members.close()
         for held in (self._ties, self._dress):
             if held is not None:
                 held.close()
         for scene in self._scenes:
             scene.clear()
-        self._scenes, self._bodies = [], {}
-        self._entities, self._articulations, self._removed, self._parked = {}, {}, {}, {}
+        self._scenes = []
 
     @cached_property
     def _start(self) -> Start:
-        return Start(self._plan, self._scene_idxs, self._bodies)
+        return Start(self._plan, self._scene_idxs, self._members.held)
 
     def _place(self, scene_idxs: Sequence[int], states: Mapping[str, AnyState], *, exact: bool) -> None:
-        for name in self._parked.keys() & states.keys():
-            self._parked[name].change(states[name])
-        names = [name for name in (*self._order, *self._removed) if name in states]
-        placements = [placement_of(self._bodies[name], states[name]) for name in names]
+        placements = self._members.placements(states)
         with interrupts_wait():
             for index in scene_idxs:
                 if exact:
@@ -339,11 +304,8 @@ class SceneBatch:
                 raise KeyError(f"no scene {index} in this batch; it has {list(self._scene_idxs)}")
         return chosen
 
-    def _known(self, name: str) -> EntityBatch | ArticulationBatch:
-        present = {**self._entities, **self._articulations}
-        if name not in present:
-            raise KeyError(f"no entity '{name}'; there are {', '.join(sorted(present)) or 'none'}")
-        return present[name]
+    def _scene_at(self, index: int) -> sapien.Scene:
+        return self._scenes[self._number_of[index]]
 
     def _check_open(self) -> None:
         if self._closed:
