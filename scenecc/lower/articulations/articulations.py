@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.lower.articulations.effects import report_idle
 from scenecc.lower.articulations.joints import joint_of, with_said
+from scenecc.lower.articulations.limits import Targets
 from scenecc.lower.articulations.links import Links
 from scenecc.lower.articulations.maps import Maps, Matching
 from scenecc.lower.articulations.numbers import JointNumbers
@@ -73,6 +74,7 @@ class _Work:
     leaves: Leaves
     maps: Maps
     values: Said
+    targets: Targets
     joints: frozenset[str]
 
 
@@ -176,7 +178,8 @@ class Articulations:
         maps.check(drafts)
         joints = (link.joint for draft in drafts for link in draft.links)
         names = frozenset(joint.name for joint in joints if joint is not None and joint.moves)
-        return _Work(entity, origin, leaves, maps, Said(self._materials, leaves), names)
+        targets = Targets(leaves, self._sink, beyond_limits=bool(entity.beyond_limits))
+        return _Work(entity, origin, leaves, maps, Said(self._materials, leaves), targets, names)
 
     def _meshes(self, entity: Any, origin: Origin) -> None:
         """What is said of decompositions does something."""
@@ -228,7 +231,7 @@ class Articulations:
             made = None
             if joint is not None:
                 drives = maps.layers("drives", joint.name) if joint.moves else ()
-                made = joint_of(joint, drives, starts.get(index, (None, None)), values)
+                made = joint_of(joint, drives, starts.get(index, (None, None)), values, work.targets)
             links.append(Link(link.name, body, link.parent, made))
         return ArticulationStructure(
             links=tuple(links),

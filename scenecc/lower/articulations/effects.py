@@ -49,8 +49,11 @@ def report_idle(
     if untouched:
         _report(entity, _OF_COLLIDING, "an articulation without a colliding shape", origin, sink)
     if any(isinstance(structure, ArticulationStructure) for structure in structures):
-        if entity.qpos is None:
-            _report(entity, ("beyond_limits",), "an articulation without `qpos`", origin, sink)
+        if entity.qpos is None and not any(
+            getattr(drive, "target", None) is not None for drive in entity.drives.values()
+        ):
+            what = "an articulation without `qpos` and targets of drives"
+            _report(entity, ("beyond_limits",), what, origin, sink)
         return
     alone = [key for key in _OF_LINKS if not (untouched and key in _OF_COLLIDING)]
     _report(entity, alone, _BODY, origin, sink)

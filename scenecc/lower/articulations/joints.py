@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from scenecc.lower.articulations.draft import DraftJoint, Layer
+    from scenecc.lower.articulations.limits import Targets
     from scenecc.lower.articulations.said import Said
     from scenecc.plan import Value
 
@@ -37,7 +38,11 @@ def with_said(joint: DraftJoint, layers: Sequence[Layer], values: Said) -> Draft
 
 
 def joint_of(
-    joint: DraftJoint, drives: Sequence[Layer], start: tuple[Value | None, Value | None], values: Said
+    joint: DraftJoint,
+    drives: Sequence[Layer],
+    start: tuple[Value | None, Value | None],
+    values: Said,
+    targets: Targets,
 ) -> Joint:
     """A joint of the plan.
 
@@ -46,6 +51,7 @@ def joint_of(
         drives: what is said of its drive.
         start: its position and velocity at the start; None: nothing is said, so that they are 0.
         values: of the articulation.
+        targets: judge where the drive pulls to.
     """
     qpos, qvel = start
     if not joint.moves:
@@ -66,7 +72,10 @@ def joint_of(
     )
     if not drives:
         return made
-    target = values.value(drives, "target", _TARGET, reset=True)
+    aimed, target = said(drives, "target"), None
+    if aimed is not None:
+        target = values.of(aimed, "target", _TARGET, reset=True)
+        targets.judge(joint, target, aimed[1].child("target"))
     mode = said(drives, "mode")
     force_limit = values.value(drives, "force_limit", _KINDS["force_limit"])
     return replace(

@@ -71,6 +71,12 @@ class JointNumbers:
         origin = self._origin.child(key)
         if written.__class__ is dict:
             return self._by_name(written, origin)
+        mapping = next((place for found, place in _lists(written) if found.__class__ is dict), None)
+        if mapping is not None:
+            message = f"alternatives of `{key}` are lists: names cannot stand for one"
+            hint = f"write the form for each joint: `{key}: {{JOINT: {{choice: [0, 1]}}}}`"
+            self._sink.report("SC321", message, origin.child(*mapping), hint=hint)
+            return {}
         if any(_wrong(found, len(self._names)) for found, _ in _lists(written)):
             count, place = next(
                 (len(found), place) for found, place in _lists(written) if _wrong(found, len(self._names))
@@ -140,7 +146,7 @@ def _wrong(found: Any, count: int) -> bool:
 
 
 def _lists(written: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[Any, tuple[Any, ...]]]:
-    """The lists of numbers in what is written, and where each of them is."""
+    """The lists of numbers, and the mappings, in what is written, and where each of them is."""
     match written:
         case forms.PerScene(items):
             pairs = [(one, ("per_scene", i)) for i, one in enumerate(items)]
@@ -162,7 +168,7 @@ def _lists(written: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[Any, tuple[
             yield items, at
             return
         case _:
-            if written.__class__ in {list, tuple}:
+            if written.__class__ in {list, tuple, dict}:
                 yield written, at
             return
     for one, step in pairs:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import cut
+from scenecc.lower.articulations.limits import first_outside, widest
 from scenecc.lower.articulations.numbers import after
 from scenecc.lower.kinds import Kind, number
 from scenecc.lower.pending import Reset
@@ -26,9 +27,6 @@ if TYPE_CHECKING:
     from scenecc.lower.forms import Reading
     from scenecc.lower.leaves import Leaves
     from scenecc.plan import Value
-
-OUTSIDE = 1e-6
-"""How far outside of a limit a position may be written, for the limits are rounded [m or rad]."""
 
 _POSITION = number("qpos")
 _VELOCITY = number("qvel")
@@ -117,7 +115,7 @@ class Starts:
         if reading.drawn or any(name in drawing.random for name in reading.reads):
             return self._held(joint, given, reading)
         item = given_node(given)
-        kind = Kind(quantity="qpos", within=self._widest(joint))
+        kind = Kind(quantity="qpos", within=widest(joint.limits))
         value = self._leaves.finish(item, reading, kind, given.origin, reset=True)
         if value.known and not reading.broken:
             self._judge(joint, value.data.tolist(), given.origin)
@@ -154,7 +152,7 @@ class Starts:
             if followed is not None:
                 return followed, followed.numbers() != (0.0,)
         limits = joint.limits
-        low, high = self._widest(joint)
+        low, high = widest(joint.limits)
         # Limits the wrong way round are another rule's.
         if limits is not None and low <= high and not low <= 0 <= high and not self._quiet:
             nearest = high if high < 0 else low
@@ -197,33 +195,21 @@ class Starts:
         node = Held(given_node(other) if reset is None else reset.node, -1, low, high, multiplier, offset)
         return self._leaves.finish(node, after(other.reading, 1), _POSITION, other.origin, reset=True)
 
-    def _widest(self, joint: DraftJoint) -> tuple[float, float]:
-        """The lowest and the highest that the limits of a joint can be."""
-        limits = joint.limits
-        if limits is None:
-            return -math.inf, math.inf
-        numbers = limits.numbers()
-        if limits.is_constant or not numbers:
-            return (numbers[0], numbers[1]) if numbers else (-math.inf, math.inf)
-        return min(numbers[0::2]), max(numbers[1::2])
-
     def _judge(self, joint: DraftJoint, positions: Sequence[float], place: Origin) -> None:
         """Reports the first position that is outside of its limits."""
         limits = joint.limits
-        if self._beyond_limits or limits is None or not (limits.known or limits.is_constant):
+        if self._beyond_limits or limits is None or not limits.known:
             # Whether it is outside of limits that are drawn is told by their rows.
             return
-        pairs = [limits.numbers()[i : i + 2] for i in range(0, len(limits.numbers()), 2)]
-        rows = max(len(pairs), len(positions))
-        for row in range(rows):
-            low, high = pairs[row if len(pairs) > 1 else 0]
-            at = positions[row if len(positions) > 1 else 0]
-            if not low - OUTSIDE <= at <= high + OUTSIDE:
-                scene = f" in scene {self._leaves.scenes[row]}" if rows > 1 else ""
-                message = f"`{cut(joint.name)}` starts at {at:g}{scene}, outside of its limits [{low:g}, {high:g}]"
-                hint = "positions are radians, or metres of a prismatic joint"
-                self._sink.report("SC517", message, place, hint=hint)
-                return
+        found = first_outside(limits, positions)
+        if found is None:
+            return
+        row, at, low, high = found
+        several = max(len(limits.numbers()) // 2, len(positions)) > 1
+        scene = f" in scene {self._leaves.scenes[row]}" if several else ""
+        message = f"`{cut(joint.name)}` starts at {at:g}{scene}, outside of its limits [{low:g}, {high:g}]"
+        hint = "positions are radians, or metres of a prismatic joint"
+        self._sink.report("SC517", message, place, hint=hint)
 
 
 def _ends(limits: Value | None) -> tuple[float, float]:

@@ -106,6 +106,9 @@ class Trees:
         mimic = None
         if joint.mimic is not None:
             place = origin.child("mimic")
+            if not name:
+                message = "a joint that follows another lacks the key `name`"
+                self._sink.report("SC102", message, origin, hint="it is known by its name, as the one that it follows")
             multiplier = leaves.given(joint.mimic.multiplier, number("multiplier"), place, "multiplier")
             offset = leaves.given(joint.mimic.offset, number("offset"), place, "offset")
             mimic = DraftMimic(joint.mimic.joint, multiplier or literal(1.0), offset or literal(0.0), place)

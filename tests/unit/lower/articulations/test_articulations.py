@@ -139,6 +139,59 @@ def test_a_position_beyond_a_limit_is_taken_as_it_is_where_the_file_says_so() ->
     assert rows(drawn) == rows(free)
 
 
+def aimed(target: Any, limits: Any = (-1, 1), *, num_scenes: int = 2, **keys: Any) -> dict[str, Any]:
+    drives = {"hinge": {"stiffness": 1, "target": target}}
+    return scene(num_scenes, joints={"hinge": {"limits": limits}}, drives=drives, **keys)
+
+
+BEYOND: dict[str, tuple[dict[str, Any], str | None]] = {
+    "within": (aimed(1), None),
+    "a rounded limit": (aimed(1.0000005), None),
+    "above": (aimed(90), "pulls to 90, beyond its limits [-1, 1]"),
+    "below": (aimed(-1.1), "pulls to -1.1, beyond its limits [-1, 1]"),
+    "by scene": (aimed({"per_scene": [0, 2]}), "pulls to 2 in scene 1, beyond its limits [-1, 1]"),
+    "limits by scene": (
+        aimed(1, {"per_scene": [[-2, 2], [-2, 0.5]]}),
+        "pulls to 1 in scene 1, beyond its limits [-2, 0.5]",
+    ),
+    "both by scene": (aimed({"per_scene": [2, 0]}, {"per_scene": [[-2, 2], [-1, 1]]}), None),
+    "drawn": (aimed({"uniform": [0, 3]}), "may pull to 3, beyond its limits [-1, 1]"),
+    "drawn within": (aimed({"uniform": [-1, 1]}), None),
+    "one of several": (aimed({"choice": [0, -3]}), "may pull to -3, beyond its limits [-1, 1]"),
+    "without bounds": (aimed({"normal": [0, 0.1]}), None),
+    "limits that are drawn": (aimed(2.5, [-1, {"uniform": [1, 2]}]), "may pull to 2.5, beyond its limits [-1, 2]"),
+    "between them": (aimed(1.5, [-1, {"uniform": [1, 2]}]), None),
+    "an expression": (
+        {**aimed("${2 * x}"), "draws": {"x": {"uniform": [0, 1]}}},
+        "may pull to 2, beyond its limits [-1, 1]",
+    ),
+    "meant": (aimed(90, beyond_limits=True), None),
+    "no limits": (aimed(90, [-np.inf, np.inf]), None),
+    "more scenes than could be drawn": (aimed({"cycle": [0, 2]}, num_scenes=65_536), "to 2"),
+}
+
+
+@pytest.mark.parametrize(("data", "words"), BEYOND.values(), ids=BEYOND)
+def test_a_drive_that_pulls_beyond_a_limit_is_a_warning(data: dict[str, Any], words: str | None) -> None:
+    found = [f for f in validate(data) if f.code != "SC518"]
+    assert [(f.code, f.severity) for f in found] == [("SC523", "warning")] * (words is not None)
+    for one in found:
+        assert words is not None
+        assert words in one.message
+        assert one.path == "entities.door.drives.hinge.target"
+        assert "beyond_limits: true" in str(one.hint)
+
+
+def test_a_target_that_a_pattern_gives_to_several_joints_is_told_once() -> None:
+    root = tree(hinge("a"), hinge("b"), hinge("c", limits=[-9, 9]))
+    data = {"root": root, "joints": {"[ab]": {"limits": [0, 1]}}, "drives": {".": {"target": 5}}}
+    (found,) = validate({"scenecc": 1, "entities": {"door": data}})
+    assert found.message == "the drive of `a` pulls to 5, beyond its limits [0, 1]"
+    # What a drive holds that says no target is where the joint starts, and of that `qpos` tells.
+    held = scene(qpos=[2], joints={"hinge": {"limits": [0, 1]}}, drives={"hinge": {}}, beyond_limits=True)
+    assert codes(held) == []
+
+
 def test_a_joint_that_follows_starts_where_it_follows_the_other_at() -> None:
     root = tree(hinge("a"), hinge("b", mimic={"joint": "a", "multiplier": -2, "offset": 0.5}))
     found = joints(compile_scene({"scenecc": 1, "entities": {"door": {"root": root, "qpos": {"a": 0.1}}}}))
