@@ -51,6 +51,8 @@ def lower_seen(
         origin: of the document's root.
         sink: takes the diagnostics.
     """
+    if scene.environment is None and not scene.lights and not scene.cameras:
+        return Seen()
     from scenecc.lower.mounts import Mounts  # noqa: PLC0415 - loaded where anything is seen
 
     environment: Environment | None = None

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.bodies import Bodies
-from scenecc.lower.bounds import Bounds, built_within, within
+from scenecc.lower.bounds import BoundedRobots, Bounds, built_within, within
 from scenecc.lower.drawing import Drawing
 from scenecc.lower.draws import lower_draws
 from scenecc.lower.draws import report_unused as report_unused_draws
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.articulations.articulations import Articulations
     from scenecc.lower.articulations.reader import RobotReader
+    from scenecc.lower.groups import Bits
     from scenecc.lower.placing.places import Places
     from scenecc.plan import Constraint, Entity
     from scenecc.spec.document import SceneFile
@@ -98,20 +100,13 @@ def lower(
     materials = Materials(scene.materials, tables, default, origin.child("materials"), sink)
     groups = allot(scene.collision_groups, origin.child("collision_groups"), sink)
     shapes = Shapes(tables, materials, sink)
-
-    def articulations() -> Articulations:
-        """Loaded where there are any."""
-        from scenecc.lower.articulations.articulations import Articulations  # noqa: PLC0415
-
-        return Articulations(scene.entities, tables, shapes, materials, groups, robots, sink)
-
+    bounded = BoundedRobots(robots, bounds.objects, sink)
+    articulations = partial(_articulations, scene, tables, shapes, materials, groups, bounded.read, sink)
     entities = Entities(scene, narrowed, drawing, names, origin, sink)
     built = entities.lower(Bodies(shapes, materials, groups, sink), articulations)
-    if entities.linked and not built_within(entities.linked, bounds, origin, sink):
+    if bounded.exhausted or not built_within(entities.linked, bounds, origin, sink):
         return None
-    seen = Seen()
-    if scene.environment is not None or scene.lights or scene.cameras:
-        seen = lower_seen(scene, built, entities, names, tables, materials, drawing.leaves(), origin, sink)
+    seen = lower_seen(scene, built, entities, names, tables, materials, drawing.leaves(), origin, sink)
     constraints = _constraints(scene, built, entities, drawing, names, origin)
     if sink.failed:
         # A material may be unused only because its name was misspelt where it was meant.
@@ -122,6 +117,20 @@ def lower(
         return None
     plan = _plan(scene, name, built, constraints, seen, physics, tables, drawing, origin)
     return Lowered(plan, tables.file_origins, tables.material_origins, drawing, entities.places)
+
+
+def _articulations(
+    scene: SceneFile,
+    tables: Tables,
+    shapes: Shapes,
+    materials: Materials,
+    groups: dict[str, Bits],
+    robots: RobotReader,
+    sink: Sink,
+) -> Articulations:
+    from scenecc.lower.articulations.articulations import Articulations  # noqa: PLC0415 - loaded where there are any
+
+    return Articulations(scene.entities, tables, shapes, materials, groups, robots, sink)
 
 
 def _constraints(

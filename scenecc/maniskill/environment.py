@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from os import PathLike
 
     from scenecc.front import Source
+    from scenecc.plan import ScenePlan
 
 
 def register_env(
@@ -63,33 +64,49 @@ def register_env(
         TypeError: the source is a stream.
         ValueError: there is such an environment, and it is not to be overridden.
     """
+    _refuse_what_cannot_be(name, scene_yaml, override=override)
+    options = _options(params, asset_roots, allow_outside_assets=allow_outside_assets, limits=limits)
+    made = _environment(
+        name,
+        compile_scene(scene_yaml, **options),
+        scene_yaml=scene_yaml,
+        scene_options={"seed": seed, **options, "params": dict(params or {})},
+        noise=robot_init_qpos_noise,
+        default_robot_uids=_uids(robot_uids),
+        asked_control_freq=control_freq,
+    )
+    theirs.register_env(name, max_episode_steps=max_episode_steps, override=override)(made)
+    return made
+
+
+def _refuse_what_cannot_be(name: str, scene_yaml: Source, *, override: bool) -> None:
     if hasattr(scene_yaml, "read"):
         raise TypeError("an environment reads its scene more than once: give a path or a mapping, not a stream")
     if name in theirs.REGISTERED_ENVS and not override:
         raise ValueError(f"there is an environment '{name}' already; `override=True` takes its place")
-    files: dict[str, Any] = {
+
+
+def _options(
+    params: Mapping[str, Any] | None,
+    asset_roots: Iterable[str | PathLike[str]],
+    *,
+    allow_outside_assets: bool,
+    limits: Mapping[str, int] | None,
+) -> dict[str, Any]:
+    """How the file is read. It is read more than once, and the roots may be an iterator."""
+    return {
+        "params": params,
         "asset_roots": tuple(asset_roots),
         "allow_outside_assets": allow_outside_assets,
         "limits": limits,
     }
-    plan = compile_scene(scene_yaml, params=params, **files)
-    made = type(
-        "".join(filter(str.isidentifier, name)) or "SceneEnv",
-        (YamlEnv,),
-        {
-            "__doc__": plan.description or f"The scene of '{plan.name}'.",
-            "scene_yaml": scene_yaml,
-            "scene_options": {"seed": seed, "params": dict(params or {}), **files},
-            "noise": robot_init_qpos_noise,
-            "default_robot_uids": _uids(robot_uids),
-            "asked_control_freq": control_freq,
-            "own_robots": frozenset(
-                entity.name for entity in plan.entities if isinstance(entity.structures[0], ArticulationStructure)
-            ),
-        },
-    )
-    theirs.register_env(name, max_episode_steps=max_episode_steps, override=override)(made)
-    return made
+
+
+def _environment(name: str, plan: ScenePlan, **attributes: object) -> type[YamlEnv]:
+    """The class of a plan's environment. `attributes`: of `YamlEnv`, but for those that the plan tells."""
+    robots = (entity.name for entity in plan.entities if isinstance(entity.structures[0], ArticulationStructure))
+    told = {"__doc__": plan.description or f"The scene of '{plan.name}'.", "own_robots": frozenset(robots)}
+    return type("".join(filter(str.isidentifier, name)) or "SceneEnv", (YamlEnv,), {**told, **attributes})
 
 
 def _uids(robot_uids: str | Sequence[str] | None) -> str | tuple[str, ...]:
