@@ -337,12 +337,13 @@ def test_a_warning_stops_nothing(folder: Folder, name: str) -> None:
 
 
 def test_what_other_programs_have_is_left_out_without_a_word(folder: Folder) -> None:
-    inner = '<safety_controller k_velocity="1"/><calibration rising="0"/><dynamics damping="1" D="2" K="3"/>'
-    folder.robots(
-        links("ab")
-        + '<gazebo><x/></gazebo><transmission name="t"><y/></transmission><mujoco><compiler/></mujoco>'
-        + joint("j", "continuous", "a", "b", inner)
-    )
+    plain = '\n<dynamics damping="1"/>'
+    inner = '\n<safety_controller k_velocity="1"/><calibration rising="0"/><dynamics damping="1" D="2" K="3"/>'
+    others = '\n<gazebo><x/></gazebo><transmission name="t"><y/></transmission><mujoco><compiler/></mujoco>'
+    found, told = folder.read(links("ab") + joint("j", "continuous", "a", "b", inner) + others)
+    assert told == []
+    assert found is not None
+    assert found == folder.read(links("ab") + joint("j", "continuous", "a", "b", plain))[0]
 
 
 def test_links_are_counted(folder: Folder) -> None:
