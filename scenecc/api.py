@@ -251,6 +251,12 @@ def instantiated(
     audit: Audit,
     progress: Callable[[int, int], None] | None = None,
 ) -> SceneBatch:
+    """The live scenes of a plan; arguments as of `load_scene`.
+
+    Raises:
+        SceneError: the engine or the machine is at fault.
+        ValueError: an argument is out of its range.
+    """
     from scenecc.backends.sapien import instantiate
 
     for name, value, known in (("backend", backend, ("cpu", "cuda")), ("audit", audit, ("full", "fast", "off"))):

@@ -85,6 +85,7 @@ def parse_mesh_xml(data: bytes, budget: Budget) -> Node:
     parser.buffer_text = True
 
     def start(tag: str, attributes: dict[str, str]) -> None:
+        """Opens an element, among the children of the one that is open; AssetError (SC607) where there are too many."""
         nonlocal count
         count += 1
         if count > ELEMENTS or len(opened) >= DEPTH:

@@ -144,6 +144,7 @@ class _ModuleCompiler:
         self._names: dict[str, Meaning] = dict(BUILTIN)
 
     def compiled(self) -> CompiledModule:
+        """The module, looked through in the order in which names may be read."""
         params = self._params()
         draws = self._draws()
         sections = (

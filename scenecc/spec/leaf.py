@@ -101,6 +101,7 @@ def _leaf(domain: Domain, plain: Validator, refuse: Refuse, refused: str | None)
     varies = any_varying if domain.item is not None else is_varying
 
     def read(node: Any) -> Any:
+        """The value of a node that varies, as it was read before if it was; raises what pydantic takes for an error."""
         seen = SEEN.get()
         known = None if seen is None else seen.get((id(node), id(refuse)))
         if known is not None:

@@ -147,6 +147,7 @@ class _Compiler:
         return lambda environment: operations.item(values(environment), index(environment), span)
 
     def name(self, node: ast.Name, _: int) -> Closure:
+        """A constant, or what is looked up when the expression is evaluated; `places` then has where it is read."""
         name, span = node.id, self.span(node)
         if name in CONSTANTS:
             value = CONSTANTS[name]
@@ -156,6 +157,7 @@ class _Compiler:
         self.places.setdefault(name, span)
 
         def run(environment: Environment) -> Any:
+            """What the name means there."""
             try:
                 return environment[name]
             except KeyError:
@@ -164,6 +166,7 @@ class _Compiler:
         return run
 
     def call(self, node: ast.Call, depth: int) -> Closure:
+        """A call of one of `FUNCTIONS`, by its name and with as many arguments as it takes."""
         func, span = node.func, self.span(node)
         if not isinstance(func, ast.Name):
             raise ExpressionError("only functions are called", *self.span(func))
@@ -210,6 +213,7 @@ def _binary(name: str, left: Closure, right: Closure, span: Span) -> Closure:
     quick = _QUICK[name]
 
     def run(environment: Environment) -> Any:
+        """The result at once where both are plain numbers and it is of no great size; else the operation checks."""
         a, b = left(environment), right(environment)
         if type(a) in _NUMBERS and type(b) in _NUMBERS:
             try:

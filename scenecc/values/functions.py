@@ -24,6 +24,7 @@ def function(name: str, apply: Callable[..., Any]) -> Callable[..., Any]:
     """A function of one number or two."""
 
     def run(arguments: list[Any], span: Span) -> Any:
+        """Its value; ExpressionError where an argument is no number, or there is no finite value."""
         for argument in arguments:
             if not is_number(argument):
                 raise ExpressionError(f"`{name}` takes numbers, not {kind(argument)}", *span)

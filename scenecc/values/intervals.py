@@ -106,6 +106,7 @@ class _Walk:
         return Reach(items=tuple(items), exact=are_exact(items))
 
     def binary(self, node: ast.BinOp) -> Reach:
+        """By the rules of intervals, where the values are too many to be combined; lists are joined."""
         name, parts = type(node.op).__name__, [self.node(node.left), self.node(node.right)]
         if name == "Mult" and written(node.left) == written(node.right):
             return self._squared(parts[0], node)
@@ -144,6 +145,7 @@ class _Walk:
             self._fault("a negative number has whole powers only", node, certain=a[1] < 0 and b[0] == b[1])
 
     def unary(self, node: ast.UnaryOp) -> Reach:
+        """A sign turns the bounds round; `not` takes the truths that there can be."""
         part = self.node(node.operand)
         if isinstance(node.op, ast.Not):
             return known(not truth for truth in truths_of(part))
@@ -155,6 +157,7 @@ class _Walk:
         return self._combined([part], lambda values: apply(values[0], _ANYWHERE), node)
 
     def logical(self, node: ast.BoolOp) -> Reach:
+        """An operand is looked at as it is where those before it have not decided, and not at all where they have."""
         parts: list[Reach] = []
         until = isinstance(node.op, ast.Or)
         walk = self
@@ -194,6 +197,7 @@ class _Walk:
         return _Walk(self.expression, self._names, [], known_parts=self._parts).node(node)
 
     def indexed(self, node: ast.Subscript) -> Reach:
+        """The items that the index can reach; a fault where it can miss the list, certain where it always does."""
         values, index = self.node(node.value), self.node(node.slice)
         if values.items is None or index.values is None:
             parts = [values, index]
@@ -205,6 +209,7 @@ class _Walk:
         return join(reached) if reached else ANYTHING
 
     def call(self, node: ast.Call) -> Reach:
+        """By the rules of intervals, where the values are too many to be combined."""
         assert isinstance(node.func, ast.Name)
         name, parts = node.func.id, [self.node(argument) for argument in node.args]
         apply = FUNCTIONS[name][2]

@@ -34,6 +34,7 @@ def _given(inertial: Inertial, rows: NDArray[np.intp]) -> Callable[[Any, int], N
     inertia = _full(vectors(taken(inertial.inertia, rows)), len(rows))
 
     def step(component: Any, row: int) -> None:
+        """Sets what is given for the row."""
         component.set_mass(mass[row])
         component.set_cmass_local_pose(com[row])
         component.set_inertia(inertia[row])
@@ -46,6 +47,7 @@ def _scaled(value: Value, rows: NDArray[np.intp], origin: Origin | None) -> Call
     mass = _full(scalars(taken(value, rows)), len(rows))
 
     def step(component: Any, row: int) -> None:
+        """Sets the mass of the row; EngineFailure (SC512) where the computed one cannot be scaled."""
         computed = component.get_mass()
         if not 0 < computed < np.inf:
             # Sizes of a mesh are known here first; those of other shapes were checked.

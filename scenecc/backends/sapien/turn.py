@@ -70,6 +70,7 @@ class Turn:
         keep_entity, keep_component = self.objs.append, self.components.append
 
         def place(add: Callable[[Any], None], number: int) -> None:
+            """Builds the body of a scene, adds it and keeps it; nothing where the entity is not in the scene."""
             if everywhere is not None:
                 entity, component = everywhere(number)
             elif (own := table[number]) is not None:
@@ -107,6 +108,7 @@ class ArticulationTurn:
         """What builds its articulation in one scene after the other."""
 
         def place(add: Callable[[Any], None], number: int) -> None:
+            """Builds the links of a scene, adds them and lets them start; nothing where the entity is not in it."""
             if (own := self.table[number]) is None:
                 return
             builder, row = own
