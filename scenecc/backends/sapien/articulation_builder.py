@@ -20,7 +20,7 @@ from scenecc.backends.sapien.columns import poses, taken
 from scenecc.backends.sapien.failure import REFUSED, EngineFailure
 from scenecc.backends.sapien.knobs import ARTICULATION_KNOBS, ROOT_KNOBS
 from scenecc.backends.sapien.links import LinkSteps
-from scenecc.backends.sapien.shapes import split
+from scenecc.backends.sapien.shapes import apply, split
 from scenecc.backends.sapien.tendons import tendons
 from scenecc.plan.articulation import MOST_LINKS
 
@@ -92,7 +92,7 @@ class BatchArticulationBuilder:
         articulation = links[0].get_articulation()
         with self._told():
             articulation.set_name(self._name)
-            _apply(self._knobs, articulation, row)
+            apply(self._knobs, articulation, row)
         return articulation
 
     def start(self, links: list[Any], row: int) -> Any:
@@ -121,7 +121,7 @@ class BatchArticulationBuilder:
             self._qpos = list(joint_rows(self._structure, "qpos", self._rows, order))
             if any(joint.qvel is not None for joint in self._structure.active_joints):
                 self._qvel = list(joint_rows(self._structure, "qvel", self._rows, order))
-        _apply(self._velocities, articulation, row)
+        apply(self._velocities, articulation, row)
         place(articulation, _at(self._qpos, row))
         if self._qvel:
             articulation.set_qvel(_at(self._qvel, row))
@@ -149,14 +149,6 @@ def joint_rows(
     data = [np.zeros(1) if value is None else taken(value, rows) for value in columns]
     found = np.stack(np.broadcast_arrays(*data), axis=-1) if data else np.zeros((1, 0))
     return np.ascontiguousarray(found[:, order], dtype=np.float32)
-
-
-def _apply(steps: Any, articulation: Any, row: int) -> None:
-    fixed, varying = steps
-    for setter, value in fixed:
-        setter(articulation, value)
-    for setter, values in varying:
-        setter(articulation, values[row])
 
 
 def _at(column: list[Any], row: int) -> Any:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.backends.sapien.columns import position_and_rotation, taken
-from scenecc.backends.sapien.engine import physx, render, sapien
+from scenecc.backends.sapien.engine import physx, sapien
 from scenecc.backends.sapien.failure import REFUSED, EngineFailure
 from scenecc.backends.sapien.knobs import BODY_KNOBS, RENDER_KNOBS
 from scenecc.backends.sapien.mass import mass_step
-from scenecc.backends.sapien.shapes import attach, collision_steps, cook, split, visual_steps
+from scenecc.backends.sapien.shapes import apply, attach, collision_steps, cook, render_component, split, visual_steps
 
 if TYPE_CHECKING:
     import numpy as np
@@ -58,7 +58,7 @@ class BatchActorBuilder(sapien.ActorBuilder):
         self._collisions = collision_steps(structure, rows, resources)
         self._visuals = visual_steps(structure, rows, resources) if rendered else ()
         self._mass_step = mass_step(structure, rows)
-        self._fixed, self._varying = split(BODY_KNOBS.steps(structure, rows))
+        self._knobs = split(BODY_KNOBS.steps(structure, rows))
         self._look = split(RENDER_KNOBS.steps(structure, rows) if self._visuals else [])
         self._only_pose: Any = None
         if entity.pose.varies:
@@ -88,7 +88,7 @@ class BatchActorBuilder(sapien.ActorBuilder):
         entity = sapien.Entity()
         component = None
         if self._visuals:
-            entity.add_component(self._make_render_component(row))
+            entity.add_component(render_component(self._visuals, self._look, self.name, row))
         if self._component is not None:
             component = self._make_physx_component(row)
             entity.add_component(component)
@@ -110,7 +110,7 @@ class BatchActorBuilder(sapien.ActorBuilder):
 
     def build_render_component(self) -> Any:
         """The render component of `row`."""
-        return self._make_render_component(self.row)
+        return render_component(self._visuals, self._look, self.name, self.row)
 
     def _make_physx_component(self, row: int) -> Any:
         component = self._component()
@@ -120,22 +120,7 @@ class BatchActorBuilder(sapien.ActorBuilder):
             attach(component, shape, row)
         if self._mass_step is not None:
             self._mass_step(component, row)
-        for setter, value in self._fixed:
-            setter(component, value)
-        for setter, values in self._varying:
-            setter(component, values[row])
-        component.set_name(self.name)
-        return component
-
-    def _make_render_component(self, row: int) -> Any:
-        component = render.RenderBodyComponent()
-        for shape in self._visuals:
-            attach(component, shape, row)
-        fixed, varying = self._look
-        for setter, value in fixed:
-            setter(component, value)
-        for setter, values in varying:
-            setter(component, values[row])
+        apply(self._knobs, component, row)
         component.set_name(self.name)
         return component
 

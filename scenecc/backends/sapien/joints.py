@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.backends.sapien.columns import Column, poses, scalars, side_by_side, taken
-from scenecc.backends.sapien.engine import physx
+from scenecc.backends.sapien.engine import physx, sapien
 from scenecc.backends.sapien.knobs import Knob, Knobs
-from scenecc.backends.sapien.shapes import split
+from scenecc.backends.sapien.shapes import apply, split
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.knobs import Step
-    from scenecc.backends.sapien.shapes import Fixed
     from scenecc.plan import Joint, Value
 
 _Joint = physx.PhysxArticulationJoint
@@ -55,13 +54,15 @@ JOINT_KNOBS = Knobs(
 class JointSteps:
     """What is called on a link's joint, row by row."""
 
-    __slots__ = ("_child", "_drives", "_fixed", "_limits", "_parent", "_varying", "name", "type")
+    __slots__ = ("_child", "_drives", "_knobs", "_limits", "_parent", "name", "type")
 
     def __init__(self, joint: Joint, rows: NDArray[np.intp]) -> None:
         self.name = joint.name
         self.type = joint.type
-        self._parent = _column(PARENT_POSE, joint.pose_in_parent, rows)
-        self._child = _column(CHILD_POSE, joint.pose_in_child, rows)
+        # Set also where nothing is said: shapes have moved the centre of mass by then, in whose frame the engine keeps
+        # them, and rounds.
+        self._parent = _column(PARENT_POSE, joint.pose_in_parent, rows) or [sapien.Pose()]
+        self._child = _column(CHILD_POSE, joint.pose_in_child, rows) or [sapien.Pose()]
         self._limits: Column = []
         self._drives: list[tuple[Any, ...]] = []
         found: list[Step] = []
@@ -69,25 +70,18 @@ class JointSteps:
             self._limits = _column(LIMITS, joint.limits, rows) or _limits(np.array([NO_LIMITS]))
             self._drives = drives(joint, rows)
             found = JOINT_KNOBS.steps(joint, rows)
-        self._fixed: Fixed
-        self._varying: tuple[Step, ...]
-        self._fixed, self._varying = split(found)
+        self._knobs = split(found)
 
     def apply(self, joint: Any, row: int) -> None:
         """Makes the joint of a new link what the plan says, in the order of SAPIEN's builder."""
         joint.set_name(self.name)
         joint.set_type(self.type)
-        if self._child:
-            joint.set_pose_in_child(_at(self._child, row))
-        if self._parent:
-            joint.set_pose_in_parent(_at(self._parent, row))
+        joint.set_pose_in_child(_at(self._child, row))
+        joint.set_pose_in_parent(_at(self._parent, row))
         if self._limits:
             joint.set_limits(_at(self._limits, row))
             joint.set_drive_properties(*_at(self._drives, row))
-        for setter, value in self._fixed:
-            setter(joint, value)
-        for setter, values in self._varying:
-            setter(joint, values[row])
+        apply(self._knobs, joint, row)
 
 
 def drives(joint: Joint, rows: NDArray[np.intp]) -> list[tuple[Any, ...]]:

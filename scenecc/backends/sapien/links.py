@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.backends.sapien.engine import physx, render, sapien
+from scenecc.backends.sapien.engine import physx, sapien
 from scenecc.backends.sapien.failure import REFUSED, EngineFailure
 from scenecc.backends.sapien.joints import JointSteps
 from scenecc.backends.sapien.knobs import BODY_KNOBS, RENDER_KNOBS
 from scenecc.backends.sapien.mass import mass_step
-from scenecc.backends.sapien.shapes import attach, collision_steps, cook, split, visual_steps
+from scenecc.backends.sapien.shapes import apply, attach, collision_steps, cook, render_component, split, visual_steps
 
 if TYPE_CHECKING:
     import numpy as np
@@ -33,13 +33,12 @@ class LinkSteps:
 
     __slots__ = (
         "_collisions",
-        "_fixed",
         "_joint",
+        "_knobs",
         "_look",
         "_mass",
         "_name",
         "_origin",
-        "_varying",
         "_visuals",
         "parent",
     )
@@ -53,7 +52,7 @@ class LinkSteps:
         self._collisions = collision_steps(body, rows, resources)
         self._visuals = visual_steps(body, rows, resources) if rendered else ()
         self._mass = mass_step(body, rows)
-        self._fixed, self._varying = split(BODY_KNOBS.steps(body, rows))
+        self._knobs = split(BODY_KNOBS.steps(body, rows))
         self._look = split(RENDER_KNOBS.steps(body, rows) if self._visuals else [])
         self._joint = None if link.joint is None else JointSteps(link.joint, rows)
 
@@ -81,31 +80,16 @@ class LinkSteps:
             attach(link, shape, row)
         if self._mass is not None:
             self._mass(link, row)
-        for setter, value in self._fixed:
-            setter(link, value)
-        for setter, values in self._varying:
-            setter(link, values[row])
+        apply(self._knobs, link, row)
         link.set_name(self._name)
         entity = sapien.Entity()
         entity.add_component(link)
         if self._visuals:
-            entity.add_component(self._make_render_component(row))
+            entity.add_component(render_component(self._visuals, self._look, self._name, row))
         entity.set_name(self._name)
         if self._joint is not None:
             self._joint.apply(link.get_joint(), row)
         return entity, link
-
-    def _make_render_component(self, row: int) -> Any:
-        component = render.RenderBodyComponent()
-        for shape in self._visuals:
-            attach(component, shape, row)
-        fixed, varying = self._look
-        for setter, value in fixed:
-            setter(component, value)
-        for setter, values in varying:
-            setter(component, values[row])
-        component.set_name(self._name)
-        return component
 
 
 def _refuse_what_cannot_be(body: BodyStructure) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from scenecc.backends.sapien.assets_on_disk import MESHES
 from scenecc.backends.sapien.collision import COLLISION, Build
 from scenecc.backends.sapien.columns import taken
+from scenecc.backends.sapien.engine import render
 from scenecc.backends.sapien.engine_log import DROPPED_PART, engine_log
 from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.backends.sapien.knobs import GROUPS, SHAPE_KNOBS, SHAPE_POSE, VISUAL_POSE, Step, knob_steps
@@ -31,6 +32,9 @@ if TYPE_CHECKING:
     )
 
 Fixed = tuple[tuple["Callable[[Any, Any], Any]", Any], ...]
+
+Prepared = tuple[Fixed, tuple[Step, ...]]
+"""Setters with one value for all rows, and setters with a value a row."""
 
 
 class ShapeSteps(NamedTuple):
@@ -115,7 +119,30 @@ def visual_steps(structure: BodyStructure, rows: NDArray[np.intp], resources: Re
     return tuple(_visual(shape, rows, resources) for shape in structure.visuals)
 
 
-def split(found: Sequence[Step]) -> tuple[Fixed, tuple[Step, ...]]:
+def render_component(visuals: Sequence[ShapeSteps], look: Prepared, name: str, row: int) -> Any:
+    """What is seen of a body in a row.
+
+    Raises:
+        EngineFailure: the engine cannot make one of the shapes.
+    """
+    component = render.RenderBodyComponent()
+    for shape in visuals:
+        attach(component, shape, row)
+    apply(look, component, row)
+    component.set_name(name)
+    return component
+
+
+def apply(prepared: Prepared, obj: Any, row: int) -> None:
+    """Calls the setters on an object of the engine, with the values of a row."""
+    fixed, varying = prepared
+    for setter, value in fixed:
+        setter(obj, value)
+    for setter, values in varying:
+        setter(obj, values[row])
+
+
+def split(found: Sequence[Step]) -> Prepared:
     """Setters with one value for all rows, and setters with a value a row."""
     if not found:
         return (), ()
