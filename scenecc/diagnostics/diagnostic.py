@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Literal
 
@@ -84,6 +84,9 @@ def _given_nowhere(_origin: Origin) -> tuple[Origin, ...]:
     return ()
 
 
+_USERS = 10
+"""How many nodes that name the same file are shown."""
+
 _STOPPED = "SC016"
 """The code that stands for all errors after the last one that is told."""
 
@@ -135,7 +138,8 @@ class Sink:
         self._told: Counter[Severity] = Counter()
         self._full: set[Severity] = set()
         self._first: dict[_Repeated, Origin] = {}
-        self._others: dict[_Repeated, set[tuple[str, Origin | None]]] = {}
+        self._others: dict[_Repeated, dict[tuple[str, Origin | None], None]] = {}
+        self._users: dict[Origin, dict[Origin, None]] = {}
         self._is_alike = False
         self._alike: dict[tuple[str, Origin | Location], dict[str, None]] = {}
 
@@ -216,6 +220,23 @@ class Sink:
         finally:
             self._is_alike = False
 
+    def also(self, user: Origin, other: Origin) -> None:
+        """Notes that what is reported of a text which one node names holds for another node, that names it too."""
+        user, other = self._traced(user), self._traced(other)
+        if other != user:
+            self._users.setdefault(user, {})[other] = None
+
+    def _other_users(self, report: _Report) -> list[Origin]:
+        """The other nodes that name the text that a report is about, if that is no scene file."""
+        place = report.place
+        if not isinstance(place, Origin) or place.location is None:
+            return []
+        others = self._others.get(_repeated(report.code, place), ())
+        found = dict.fromkeys(parent for _, parent in others if parent is not None)
+        for user in (*_chain_of(place.parent), *found):
+            found |= self._users.get(user, {})
+        return list(found)
+
     def _is_counted(self, code: str, place: Origin, message: str) -> bool:
         """Whether another is told in place of this one."""
         if not self._is_alike:
@@ -232,7 +253,7 @@ class Sink:
         first = self._first.setdefault(key, place)
         if (first.copy, first.parent) == (place.copy, place.parent):
             return False
-        self._others.setdefault(key, set()).add((place.copy, place.parent))
+        self._others.setdefault(key, {})[place.copy, place.parent] = None
         return True
 
     def diagnostics(self) -> list[Diagnostic]:
@@ -271,7 +292,7 @@ class Sink:
         place = report.place
         if not isinstance(place, Origin):
             return ""
-        count = len(self._others.get(_repeated(report.code, place), ()))
+        count = len(self._other_users(report) or self._others.get(_repeated(report.code, place), ()))
         what = "copy" if place.copy else "use"
         plural = "copies" if place.copy else "uses"
         others = f"and in {count} other {what if count == 1 else plural}" if count else ""
@@ -280,16 +301,24 @@ class Sink:
         parts = [part for part in (like_it, place.copy, others) if part]
         return f" ({'; '.join(parts)})" if parts else ""
 
-    @staticmethod
-    def _chain(report: _Report) -> Sequence[RelatedPlace]:
-        """The related places, and the chain of uses that brought the document in."""
+    def _chain(self, report: _Report) -> Sequence[RelatedPlace]:
+        """The related places, the chain of uses that brought the document in, and others that name it."""
         places = list(report.related)
-        parent = report.parent
-        while parent is not None:
-            verb = "included" if parent.path[:1] == ("include",) else "used"
-            places.append((f"{verb} from here", parent, "value"))
-            parent = parent.parent
-        return places
+        for user in _chain_of(report.parent):
+            verb = "included" if user.path[:1] == ("include",) else "used"
+            places.append((f"{verb} from here", user, "value"))
+        told = {(user.file, user.path) for user in _chain_of(report.parent)}
+        # Copies of one node are counted.
+        others = {(user.file, user.path): user for user in self._other_users(report)}
+        too = [user for written, user in others.items() if written not in told]
+        return [*places, *[("used from here too", user, "value") for user in too[:_USERS]]]
+
+
+def _chain_of(user: Origin | None) -> Iterator[Origin]:
+    """A node, and those that brought in its document, one by one."""
+    while user is not None:
+        yield user
+        user = user.parent
 
 
 def _of_copy(place: Origin | Location) -> str:

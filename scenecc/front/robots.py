@@ -42,30 +42,43 @@ class _Robots:
         self._limits = limits
         self._sink = sink
         self._expansion = expansion
-        self._known: dict[Any, Description | None] = {}
+        self._known: dict[Any, tuple[Description | None, Origin, Origin]] = {}
 
     def read(self, request: RobotRequest, origin: Origin, entity: Origin) -> tuple[AssetFile, Description] | None:
         """A `RobotReader`."""
         file = self._found(request.uri, origin)
-        srdf: Srdf | Refusal = "sibling"
+        srdf: Srdf = "sibling"
+        pairing = origin
         if request.srdf is not None:
-            srdf = None if request.srdf == "none" else self._found(request.srdf, entity.child("srdf"))
+            pairing = entity.child("srdf")
+            srdf = None if request.srdf == "none" else self._found(request.srdf, pairing)
         folder = None
         if request.package_dir is not None:
             folder = self._folder(request.package_dir, entity.child("package_dir"))
-        if file is None or (srdf is None and request.srdf != "none" and request.srdf is not None):
+        if file is None or (srdf is None and request.srdf != "none"):
             return None
         if request.package_dir is not None and folder is None:
             return None
         key = (request.format, file.path, srdf, folder, request.scale, request.collision_is_visual)
         if key not in self._known:
-            self._known[key] = self._described(request, file, srdf, folder, origin)
-        found = self._known[key]
+            described = self._described(request, file, srdf, folder, (origin, pairing))
+            self._known[key] = described, origin, pairing
+        found, first, first_pairing = self._known[key]
+        # What is wrong with the file is told once, and who has it.
+        self._sink.also(first, origin)
+        self._sink.also(first_pairing, pairing)
         return None if found is None else (AssetFile(file.uri, file.path), found)
 
     def _described(
-        self, request: RobotRequest, file: Resolved, srdf: Srdf, folder: tuple[str, Path] | None, origin: Origin
+        self,
+        request: RobotRequest,
+        file: Resolved,
+        srdf: Srdf,
+        folder: tuple[str, Path] | None,
+        origins: tuple[Origin, Origin],
     ) -> Description | None:
+        """What a file says. `origins`: of the nodes that name it and its SRDF."""
+        origin, pairing = origins
         if request.format == "mjcf":
             from scenecc.robots.mjcf import read_mjcf
 
@@ -80,6 +93,7 @@ class _Robots:
             scale=request.scale,
             collision_is_visual=request.collision_is_visual,
             srdf=srdf,
+            srdf_origin=pairing,
             package=None if folder is None else self._inside(folder),
         )
 

@@ -202,6 +202,7 @@ class DescribedRobot:
         body_type: what it is where it is one body and no articulation; None: it is an articulation.
         fixed: what the file says of the root: fixed to the world or not; None: nothing, so that the user says it.
         pose: of the root in the frame of the whole.
+        ignored: for each bit of `DescribedLink.ignore_bits` that an SRDF's pair has, that pair.
     """
 
     links: tuple[DescribedLink, ...]
@@ -209,6 +210,7 @@ class DescribedRobot:
     fixed: bool | None = None
     pose: PoseNumbers = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
     location: Location | None = None
+    ignored: tuple[Location, ...] = ()
 
 
 @frozen

@@ -93,8 +93,10 @@ def _pair(element: Element, links: Mapping[str, None], findings: Findings) -> Ig
 
 def ignore_bits(
     links: Sequence[str], parents: Sequence[int | None], pairs: Iterable[IgnoredPair], findings: Findings
-) -> list[int]:
-    """The bits of each link of one robot. Each pair takes the next bit, except parent and child, which never collide.
+) -> tuple[list[int], tuple[Location, ...]]:
+    """The bits of each link of one robot, and for each bit its pair.
+
+    Each pair takes the next bit, except parent and child, which never collide.
 
     Args:
         links: names, in build order.
@@ -104,12 +106,12 @@ def ignore_bits(
     """
     numbers = {name: index for index, name in enumerate(links)}
     bits = [0] * len(links)
-    count = 0
+    found: list[Location] = []
     for pair in pairs:
         first, second = numbers.get(pair.first), numbers.get(pair.second)
         if first is None or second is None or parents[first] == second or parents[second] == first:
             continue
-        if count == MAX_PAIRS:
+        if len(found) == MAX_PAIRS:
             findings.report(
                 "SC473",
                 f"more than {MAX_PAIRS} pairs of links are not to collide, and there is a bit for so many",
@@ -117,7 +119,7 @@ def ignore_bits(
                 hint="leave out pairs that never meet, or say `disable_self_collisions: true`",
             )
             break
-        bits[first] |= 1 << count
-        bits[second] |= 1 << count
-        count += 1
-    return bits
+        bits[first] |= 1 << len(found)
+        bits[second] |= 1 << len(found)
+        found.append(pair.location)
+    return bits, tuple(found)

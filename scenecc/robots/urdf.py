@@ -63,6 +63,7 @@ def read_urdf(
     scale: float = 1.0,
     collision_is_visual: bool = False,
     srdf: Resolved | Literal["sibling"] | None = "sibling",
+    srdf_origin: Origin | None = None,
     package: Callable[[str], Resolved | Refusal] | None = None,
     name: str | None = None,
 ) -> Description | None:
@@ -77,6 +78,7 @@ def read_urdf(
         scale: of all lengths, with masses and inertias of the same densities; finite and above 0.
         collision_is_visual: whether collision shapes are seen as well.
         srdf: pairs of links that do not collide; "sibling": of the file beside it of the same name, if there is one.
+        srdf_origin: the node of the scene that names the SRDF; None: that of the URDF led to it.
         package: finds what follows `package://` in the folder that the scene gives; None: it gives none.
         name: the file's name as shown to people; None: its uri.
     """
@@ -90,19 +92,23 @@ def read_urdf(
         findings.report("SC453", f"a URDF is a <robot>, and this is a <{cut(root.tag)}>", root.location, hint=_HINT)
         return None
     files = RobotFiles(file, scope, package)
-    return _Reader(root, files, findings, float(scale), is_seen=collision_is_visual).read(srdf)
+    pairing = Findings(sink, srdf_origin or origin)
+    return _Reader(root, files, findings, pairing, float(scale), is_seen=collision_is_visual).read(srdf)
 
 
 _HINT = "a MuJoCo model is given with `mjcf:`, and an SDF is not read"
 
 
 class _Reader:
-    """One reading."""
+    """One reading. `pairing`: takes what is wrong with the SRDF."""
 
-    def __init__(self, root: Element, files: RobotFiles, findings: Findings, scale: float, *, is_seen: bool) -> None:
+    def __init__(
+        self, root: Element, files: RobotFiles, findings: Findings, pairing: Findings, scale: float, *, is_seen: bool
+    ) -> None:
         self._root = root
         self._files = files
         self._findings = findings
+        self._pairing = pairing
         self._scale = scale
         self._is_seen = is_seen
         self._looks = Looks(root, files, findings)
@@ -133,12 +139,14 @@ class _Reader:
         }
         pairs = self._pairs(srdf, links)
         branches = grow(links, rows, findings) if whole else None
-        if branches is None or findings.errors:
+        if branches is None or findings.errors or self._pairing.errors:
             return None
         robots = tuple(
             self._robot(branch, described, joints, pairs, is_first=index == 0) for index, branch in enumerate(branches)
         )
-        return None if findings.errors else Description(robots, tuple(self._files.found.values()))
+        return (
+            None if findings.errors or self._pairing.errors else Description(robots, tuple(self._files.found.values()))
+        )
 
     def _named(self, tag: str) -> dict[str, Element]:
         """The elements of a kind by name, in the order of the file; two of one name are SC460."""
@@ -163,7 +171,7 @@ class _Reader:
         if srdf is None:
             return ()
         named = self._files.add(srdf, self._root.location)
-        return read_srdf(named.path, named.uri, links, self._findings)
+        return read_srdf(named.path, named.uri, links, self._pairing)
 
     def _link(self, element: Element) -> DescribedLink:
         """A link without its place in the tree. What is wrong with it is left out and reported."""
@@ -219,7 +227,7 @@ class _Reader:
         numbers = {name: index for index, name in enumerate(branch.links)}
         below = list(zip(branch.links, branch.joints, strict=True))[1:]
         parents = [None, *(numbers[row.parent] for _, row in below if row is not None)]
-        bits = ignore_bits(branch.links, parents, pairs, findings)
+        bits, ignored = ignore_bits(branch.links, parents, pairs, self._pairing)
         check_mimics([joints[row.name] for _, row in below if row is not None], findings)
         return DescribedRobot(
             links=tuple(
@@ -230,6 +238,7 @@ class _Reader:
             fixed=None if is_first else False,
             pose=pose or IDENTITY,
             location=root.location,
+            ignored=ignored,
         )
 
 

@@ -38,8 +38,8 @@ class ArticulationKeys(EntityKeys, Copies):
     linear_velocity: Maybe[Leaf[Vec3]] = key("Of a free root at the start, world frame [m/s].", default=[0, 0, 0])
     angular_velocity: Maybe[Leaf[Vec3]] = key("Of a free root at the start, world frame [rad/s].", default=[0, 0, 0])
     beyond_limits: Maybe[Fixed[bool]] = key(
-        "true: `qpos` is taken as it is, also outside of the limits, which then push the joint back, and a drive may pull "
-        "beyond them.",
+        "true: `qpos` is taken as it is, also outside of the limits, which then push the joint back, and a drive may "
+        "pull beyond them.",
         default=False,
     )
     gravity: Maybe[Leaf[bool]] = key("false: gravity pulls none of its links.", default=True)

@@ -211,8 +211,8 @@ ROWS: tuple[Code, ...] = (
         "SC523",
         "warning",
         "drive that pulls beyond a limit",
-        "The joint stops at its limit and the drive goes on pulling, with all of its force where that is far beyond. Of "
-        "a target that is drawn its bounds are judged.",
+        "The joint stops at its limit and the drive goes on pulling, with all of its force where that is far beyond. "
+        "Of a target that is drawn its bounds are judged.",
         _DOOR + "    drives: {hinge: {stiffness: 10, target: 90}}\n",
         "Mend the target, or the limits: both are in radians, or metres of a prismatic joint. Where the joint is meant "
         "to press against its limit, as a gripper does that closes, say `beyond_limits: true` of the articulation.",
