@@ -189,14 +189,16 @@ def by_hand(case: Case) -> list[tuple[sapien.Scene, Any]]:
         ground.initial_pose = Pose()
         ground.build(name="ground")
         post = scene.create_actor_builder()
-        post.add_box_collision(half_size=[0.05, 0.05, 0.2])
+        post.add_box_collision(half_size=(0.05, 0.05, 0.2))
         post.set_physx_body_type(case.kind)
         post.initial_pose = Pose([0, 0, 1])
         bob = scene.create_actor_builder()
-        bob.add_box_collision(half_size=[0.1, 0.05, 0.05])
+        bob.add_box_collision(half_size=(0.1, 0.05, 0.05))
         bob.initial_pose = Pose(START[number])
         bodies = post.build(name="post"), bob.build(name="bob")
-        bodies[1].components[0].set_angular_velocity([1, 2, 0])
+        moving = bodies[1].components[0]
+        assert isinstance(moving, physx.PhysxRigidDynamicComponent)
+        moving.set_angular_velocity([1, 2, 0])
         made.append((scene, case.by_hand(scene, *bodies, number)))
     return made
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from fidelity.compare import assert_same_scene, assert_same_trajectory
 from fidelity.hand import built
+from plugins.structures import body_of
 from unit.backends.drawn import heap, value
 
 from scenecc.plan import (
@@ -93,7 +94,7 @@ def test_drawn_materials(chosen: list[int] | None) -> None:
         body = next(each for each in plan.entities if each.name == name)
         for index, obj in zip(entity.scene_idxs, entity.objs, strict=True):
             row = body.scene_idxs.index(index)
-            material = body.structures[0].collisions[0].material
+            material = body_of(body).collisions[0].material
             assert material is not None
             wanted = plan.physical_materials[int(material.row(row))].row(row)
             component: Any = obj.components[0]

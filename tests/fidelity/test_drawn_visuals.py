@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import sapien
 from fidelity.compare import assert_same_scene
+from plugins.structures import body_of
 
 from scenecc import SceneBatch, load_scene
 from scenecc.plan import VisualMaterial
@@ -155,7 +156,7 @@ def test_what_is_drawn_is_what_the_engine_holds() -> None:
 def drawn(batch: SceneBatch, table: list[VisualMaterial], name: str, field: str) -> Any:
     """The values of a field of an entity's material."""
     entity = next(each for each in batch.plan.entities if each.name == name)
-    index = entity.structures[0].visuals[0].material
+    index = body_of(entity).visuals[0].material
     assert index is not None
     return getattr(table[int(index.row(0))], field)
 

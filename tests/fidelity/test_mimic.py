@@ -90,7 +90,7 @@ def test_the_source_feels_its_load() -> None:
     before = arm.qpos[0]
     numbers = [3.0 if name == "jj" else 0.0 for name in arm.active_joint_names]
     for _ in range(30):
-        arm.objs[0].set_qf(np.float32(numbers))
+        arm.objs[0].set_qf(np.array(numbers, np.float32))
         batch.step()
     moved = dict(zip(arm.active_joint_names, (arm.qpos[0] - before).tolist(), strict=True))
     assert abs(moved["js"]) > 0.05

@@ -26,6 +26,7 @@ from fidelity.hand_prefabs import (
 )
 from fidelity.prefab_cases import CASES, OURS, STATIC, label
 from fidelity.yaml_cases import load
+from plugins.structures import bodies_of, body_of
 from sapien import Pose, physx
 
 from scenecc import compile_scene, load_scene, validate
@@ -69,7 +70,7 @@ def rgba(text: str) -> list[float]:
 
 def assert_seen(plan: ScenePlan, entity: str, builder: Builder) -> None:
     """The visual shapes of the plan are those that were asked for by hand, in single precision."""
-    (structure,) = next(e for e in plan.entities if e.name == entity).structures
+    (structure,) = bodies_of(next(e for e in plan.entities if e.name == entity))
     for shape, seen in zip(structure.visuals, builder.seen, strict=True):
         assert type(shape.geometry).__name__.lower() == seen.type
         for key, size in seen.sizes.items():
@@ -141,7 +142,7 @@ def test_the_floor_has_maniskills_extent_and_tiles(
     given: dict[str, Any], half_size: list[float], repeat: list[float], centre: list[float]
 ) -> None:
     plan = compile_scene({"scenecc": 1, "entities": {"floor": {"use": "scenecc:ground", "with": given}}})
-    (structure,) = plan.entities[0].structures
+    (structure,) = bodies_of(plan.entities[0])
     (floor,) = structure.visuals
     assert isinstance(floor.geometry, TiledPlane)
     assert floor.geometry.half_size.data.tolist() == [half_size]
@@ -212,7 +213,7 @@ def workspace(**given: str) -> dict[str, Any]:
 @pytest.mark.parametrize("given", [{}, {"visual": "mesh"}], ids=label)
 def test_the_workspace_shows_maniskills_mesh_where_it_is_installed(given: dict[str, str]) -> None:
     plan = compile_scene(workspace(**given))
-    (structure,) = plan.entities[0].structures
+    (structure,) = bodies_of(plan.entities[0])
     (mesh,) = structure.visuals
     assert isinstance(mesh.geometry, Mesh)
     assert mesh.geometry.scale.data.tolist() == [[1.75] * 3]
@@ -225,7 +226,7 @@ def test_the_workspace_shows_maniskills_mesh_where_it_is_installed(given: dict[s
 def test_the_workspace_shows_boxes_where_maniskill_is_not_installed() -> None:
     plan = compile_scene(workspace())
     assert plan == compile_scene(workspace(visual="boxes"))
-    assert [type(shape.geometry) for shape in plan.entities[0].structures[0].visuals] == [Box] * 5
+    assert [type(shape.geometry) for shape in body_of(plan.entities[0]).visuals] == [Box] * 5
     assert not [file for file in plan.files if "mani_skill" in file.uri]
 
 
@@ -238,7 +239,7 @@ def test_only_the_look_of_the_workspace_depends_on_the_machine(monkeypatch: pyte
     assert boxes == pinned
     assert boxes.physical_materials == mesh.physical_materials
     assert collide(boxes) == collide(mesh)
-    assert all(structure.collisions for entity in collide(boxes) for structure in entity.structures)
+    assert all(structure.collisions for entity in collide(boxes) for structure in bodies_of(entity))
     assert boxes != mesh
 
 

@@ -10,6 +10,7 @@ import yaml
 from fidelity.compare import assert_same_scene, assert_same_trajectory
 from fidelity.hand import UP, built, counts
 from plugins.sample_plans import indices, rubbing
+from plugins.structures import body_of
 from sapien import physx
 
 from scenecc import compile_scene
@@ -189,10 +190,10 @@ def written_by_hand(i: int, plan: ScenePlan) -> Any:
     ground, cube, bin_ = plan.entities
     scene: Any = sapien.Scene([physx.PhysxCpuSystem()])
     builder = scene.create_actor_builder()
-    builder.add_plane_collision(pose=sapien.Pose([0, 0, 0], ground.structures[0].collisions[0].pose.row(0)[3:]))  # type: ignore[union-attr]
+    builder.add_plane_collision(pose=sapien.Pose([0, 0, 0], body_of(ground).collisions[0].pose.row(0)[3:]))  # type: ignore[union-attr]
     builder.build_static(name="ground")
 
-    body = cube.structures[0]
+    body = body_of(cube)
     box: Any = body.collisions[0].geometry
     half = numbers(box.half_size, i)
     builder = scene.create_actor_builder()
@@ -218,7 +219,7 @@ def written_by_hand(i: int, plan: ScenePlan) -> Any:
             builder.add_sphere_collision(radius=0.06, density=density)
             builder.build_kinematic(name="bin")
         else:
-            local = numbers(bin_.structures[0].collisions[0].pose, row)
+            local = numbers(body_of(bin_).collisions[0].pose, row)
             builder.add_capsule_collision(
                 pose=sapien.Pose(local[:3], local[3:]), radius=half[0], half_length=0.05, density=density
             )
@@ -248,5 +249,5 @@ def test_a_scene_is_the_same_among_fewer_and_among_more() -> None:
     for one, other in zip(compiled(6).entities, compiled(9).entities, strict=True):
         for row in range(len(one.scene_idxs)):
             assert numbers(one.pose, row) == numbers(other.pose, row)
-            velocities = (entity.structures[0].linear_velocity for entity in (one, other))
+            velocities = (body_of(entity).linear_velocity for entity in (one, other))
             assert len({str(velocity and numbers(velocity, row)) for velocity in velocities}) == 1

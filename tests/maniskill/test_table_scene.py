@@ -101,7 +101,7 @@ def test_noise_is_on_the_joints_where_maniskill_adds_it_and_drawn_anew_at_a_rese
 def test_no_noise_is_the_rest_position_in_every_scene() -> None:
     with load_scene(scene("panda", robot_init_qpos_noise=0), num_scenes=3, render=False) as batch:
         rest = [0, np.pi / 8, 0, -np.pi * 5 / 8, 0, np.pi * 3 / 4, np.pi / 4, 0.04, 0.04]
-        assert np.array_equal(batch.articulations["panda"].qpos, np.float32([rest] * 3))
+        assert np.array_equal(batch.articulations["panda"].qpos, np.array([rest] * 3, np.float32))
 
 
 @pytest.mark.parametrize("robot", DOWNLOADED)

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from plugins.structures import bodies_of, body_of
 from unit.lower.scenes import entity
 
 from scenecc import ScenePlan, compile_scene, load_scene
@@ -58,10 +59,10 @@ def test_stacked_cubes_are_apart_after_every_reset() -> None:
 @given(SEEDS, st.floats(0, 0.004))
 def test_a_peg_has_its_clearance_on_every_side(seed: int, clearance: float) -> None:
     plan = recipe("peg_insertion", 32, seed, clearance=clearance)
-    [peg] = entity(plan, "peg").structures[0].collisions
+    [peg] = body_of(entity(plan, "peg")).collisions
     length, radius, height = sizes(peg).T
     assert (radius == height).all()
-    walls = entity(plan, "box_with_hole").structures[0].collisions
+    walls = body_of(entity(plan, "box_with_hole")).collisions
     half = np.array([sizes(wall) for wall in walls])  # (4, B, 3)
     middle = np.array([offset(wall, 32) for wall in walls])
     for axis, (above, below) in ((1, (0, 1)), (2, (2, 3))):
@@ -102,7 +103,7 @@ def test_every_bin_is_clear_of_the_largest_ball() -> None:
     bins = entity(plan, "bin")
     assert bins.pick is not None
     assert set(bins.pick.data.tolist()) == {0, 1, 2}
-    shapes = [shape for body in bins.structures for shape in body.collisions]
+    shapes = [shape for body in bodies_of(bins) for shape in body.collisions]
     assert len(shapes) == 3 + 4 + 8 + 1
     # The ring's corners reach farthest.
     reach = math.hypot(0.025, 0.01)

@@ -9,6 +9,7 @@ from typing import Any
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plugins.structures import body_of
 
 from scenecc import compile_scene
 from scenecc.plan.compare import Difference, differences
@@ -126,5 +127,5 @@ def test_another_seed_or_name_draws_otherwise(random: Random, seed: int) -> None
     made = {**body(random), "mass": {"uniform": [1, 2]}}
     scene = {"scenecc": 1, "num_scenes": 6, "draws": {"u": {"uniform": [0.1, 1]}}, "entities": {"a": made, "b": made}}
     first, second = compile_scene(scene, seed=seed), compile_scene(scene, seed=seed + 1)
-    masses = [plan.entities[i].structures[0].mass for plan in (first, second) for i in (0, 1)]
+    masses = [body_of(plan.entities[i]).mass for plan in (first, second) for i in (0, 1)]
     assert len({mass.data.tobytes() for mass in masses if mass is not None}) == 4

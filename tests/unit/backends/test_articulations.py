@@ -80,15 +80,16 @@ def test_what_it_is(arm: ArticulationBatch) -> None:
     # Level after level: the flap hangs on the base, and the elbow three links further.
     assert arm.active_joint_names == ("shoulder", "side", "slide", "elbow")
     assert arm.qlimits.shape == (3, 4, 2)
-    assert arm.qlimits[0].tolist() == [[-1.5, 1.5], [-np.inf, np.inf], *np.float32([[-0.2, 0.2], [-2, 2]]).tolist()]
-    assert np.array_equal(arm.qpos[0], np.float32([0.1, 0.2, 0.05, -0.3]))
+    limits = [[-1.5, 1.5], [-np.inf, np.inf], [-0.2, 0.2], [-2, 2]]
+    assert np.array_equal(arm.qlimits[0], np.array(limits, np.float32))
+    assert np.array_equal(arm.qpos[0], np.array([0.1, 0.2, 0.05, -0.3], np.float32))
     assert [each.qpos.tolist() for each in arm.objs] == arm.qpos.tolist()
 
 
 @pytest.mark.parametrize("name", ["qpos", "qvel", "qf", "drive_target", "drive_velocity_target"])
 def test_numbers_of_joints_are_set_and_read(arm: ArticulationBatch, name: str) -> None:
     before = getattr(arm, name)
-    numbers = np.float32([[0.1, 0.2, 0.15, 0.4], [0.5, 0.6, 0.17, 0.8], [1, -1, 0, 0.1]])
+    numbers = np.array([[0.1, 0.2, 0.15, 0.4], [0.5, 0.6, 0.17, 0.8], [1, -1, 0, 0.1]], np.float32)
     setattr(arm, name, numbers)
     assert getattr(arm, name).tolist() == numbers.tolist()
     getattr(arm, f"set_{name}")(before[0], [2])
@@ -263,7 +264,7 @@ def joint(name: str, scene: int, do: Callable[[Any], object]) -> Callable[[list[
     return sabotage
 
 
-def link(name: str, scene: int, do: Callable[[Any], object]) -> Callable[[list[Any]], None]:
+def link(name: str, scene: int, do: Callable[[Any], object]) -> Callable[[list[Any]], object]:
     return lambda scenes: do(next(e for e in scenes[scene].entities if e.name == name).components[0])
 
 
@@ -304,4 +305,4 @@ def test_masses_and_shapes_of_links_by_scene() -> None:
     arm = built(plan_of(Case(change))).articulations["arm"]
     assert [float(tip.mass) for tip in arm.links["tip"]] == pytest.approx([0.1, 0.2, 0.4])
     wide = built(plan_of(Case(with_joint("elbow", limits=per_scene([[-1, 1], [-0.9, 0.9], [-0.7, 0.7]])))))
-    assert wide.articulations["arm"].qlimits[:, 3, 1].tolist() == np.float32([1, 0.9, 0.7]).tolist()
+    assert wide.articulations["arm"].qlimits[:, 3, 1].tolist() == np.array([1, 0.9, 0.7], np.float32).tolist()

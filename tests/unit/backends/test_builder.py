@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import sapien
 from fidelity.hand import component
+from plugins.structures import body_of
 from sapien import physx
 
 from scenecc.backends.sapien import instantiate
@@ -89,7 +90,7 @@ def test_a_fresh_body_holds_the_defaults_that_are_not_set_again() -> None:
 def builder_of(plan: ScenePlan, name: str) -> BatchActorBuilder:
     entity = next(e for e in plan.entities if e.name == name)
     rows = np.arange(plan.num_scenes)
-    return BatchActorBuilder(entity, entity.structures[0], rows, Resources(plan), rendered=False)
+    return BatchActorBuilder(entity, body_of(entity), rows, Resources(plan), rendered=False)
 
 
 def test_it_is_an_actor_builder(plan: ScenePlan) -> None:

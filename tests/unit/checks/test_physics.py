@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from plugins.expectations import GOOD
 from plugins.sample_plans import indices, rubbing
+from plugins.structures import body_of
 
 from scenecc import validate
 from scenecc.checks.collide import collide, meet, reach
@@ -201,10 +202,9 @@ def test_bodies_of_one_reach_meet_the_same() -> None:
         for scenes in ((0,), (1,), (0, 1))
     ]
     for a, b in itertools.product(made, repeat=2):
-        if reach(a, a.structures[0]) == reach(b, b.structures[0]):
-            assert [meet(a, a.structures[0], c, c.structures[0]) for c in made] == [
-                meet(b, b.structures[0], c, c.structures[0]) for c in made
-            ]
+        if reach(a, body_of(a)) == reach(b, body_of(b)):
+            of_a, of_b = ([meet(one, body_of(one), c, body_of(c)) for c in made] for one in (a, b))
+            assert of_a == of_b
 
 
 def test_hundreds_of_fields_and_planes_give_a_diagnostic_each(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -144,4 +144,5 @@ def test_joints_are_in_the_engines_order(seed: int) -> None:
     (scene,) = scope["build_scenes"]()
     assert isinstance(scene, sapien.Scene)
     link = scene.entities[0].find_component_by_type(physx.PhysxArticulationLinkComponent)
+    assert isinstance(link, physx.PhysxArticulationLinkComponent)
     assert [joint.name for joint in link.articulation.active_joints] == [link.name for link in engine_order(structure)]

@@ -16,6 +16,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from plugins.plan_strategy import plans
 from plugins.sample_plans import FLAG, INT, SAMPLES, entity, look, pose, rubbing, solid
+from plugins.structures import body_of
 
 from scenecc.diagnostics import Sink
 from scenecc.emit import EMITTERS, emit
@@ -299,7 +300,7 @@ def test_no_setting_of_the_simulation_is_dropped() -> None:
 
 
 def test_no_knob_of_a_body_or_shape_is_dropped() -> None:
-    full = SAMPLES["knobs"]().entities[1].structures[0]
+    full = body_of(SAMPLES["knobs"]().entities[1])
     seen = (VisualShape(Sphere(constant(0.1)), pose(0, 0, 1), constant(0, INT), "name", "clockwise"),)
     full = dataclasses.replace(
         full,

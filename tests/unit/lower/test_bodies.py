@@ -8,22 +8,19 @@ from typing import Any
 import pytest
 from plugins.expectations import GOOD
 from plugins.sample_plans import look
+from plugins.structures import body_of
 from unit.lower.scenes import compiled, entity
 
 from scenecc.lower.bodies import KNOBS
-from scenecc.plan import BodyStructure, CoacdParams, ConvexParts, ScenePlan, VisualMaterial
+from scenecc.plan import CoacdParams, ConvexParts, VisualMaterial
 from scenecc.spec.body import MOTION_AXES, Body
 
 SPHERE: dict[str, Any] = {"type": "sphere", "radius": 0.1}
 
 
-def body_of(plan: ScenePlan) -> BodyStructure:
-    return entity(plan).structures[0]
-
-
 def density_of(shape: dict[str, Any], **top: Any) -> float | None:
     body = {key: top.pop(key) for key in ("material", "density") if key in top}
-    value = body_of(compiled({**body, "shapes": [{**SPHERE, **shape}]}, **top)).collisions[0].density
+    value = body_of(entity(compiled({**body, "shapes": [{**SPHERE, **shape}]}, **top))).collisions[0].density
     return None if value is None else float(value.data[0])
 
 
@@ -48,7 +45,7 @@ def test_a_material_without_a_density_hides_the_bodys_material() -> None:
 
 def look_of(shape: dict[str, Any], **body: Any) -> VisualMaterial | None:
     plan = compiled({**body, "shapes": [{**SPHERE, **shape}]})
-    value = body_of(plan).visuals[0].material
+    value = body_of(entity(plan)).visuals[0].material
     return None if value is None else plan.visual_materials[int(value.data[0])]
 
 
@@ -94,7 +91,7 @@ def test_colours(color: Any, expected: tuple[float, ...]) -> None:
 
 def test_nothing_said_is_no_material() -> None:
     plan = compiled()
-    body = body_of(plan)
+    body = body_of(entity(plan))
     assert body.collisions[0].material is None
     assert body.visuals[0].material is None
     assert plan.physical_materials == plan.visual_materials == ()
@@ -147,7 +144,7 @@ def test_every_knob_has_a_value_here() -> None:
 @pytest.mark.parametrize("name", KNOB_VALUES)
 def test_a_knob_is_in_its_field_and_alone(name: str) -> None:
     given, expected = KNOB_VALUES[name]
-    body = body_of(compiled({name: given}))
+    body = body_of(entity(compiled({name: given})))
     field = KNOBS[name][0]
     value = getattr(body, field)
     assert value.data.tolist() == [expected]
@@ -160,26 +157,28 @@ def test_a_knob_is_in_its_field_and_alone(name: str) -> None:
 
 
 def test_gravity_true_is_said_too() -> None:
-    value = body_of(compiled({"gravity": True})).disable_gravity
+    value = body_of(entity(compiled({"gravity": True}))).disable_gravity
     assert value is not None
     assert value.data.tolist() == [False]
 
 
 def test_all_axes_in_sapiens_order() -> None:
     for i, axis in enumerate(MOTION_AXES):
-        value = body_of(compiled({"locked_axes": [axis]})).locked_motion_axes
+        value = body_of(entity(compiled({"locked_axes": [axis]}))).locked_motion_axes
         assert value is not None
         assert value.data[0].tolist() == [j == i for j in range(6)]
 
 
 def test_lists_of_shapes() -> None:
     body = body_of(
-        compiled(
-            {
-                "visuals": [{**SPHERE, "name": "v"}],
-                "collisions": [{**SPHERE, "density": 3}],
-                "shapes": [{**SPHERE, "name": "s1", "density": 1}, {**SPHERE, "name": "s2", "density": 2}],
-            }
+        entity(
+            compiled(
+                {
+                    "visuals": [{**SPHERE, "name": "v"}],
+                    "collisions": [{**SPHERE, "density": 3}],
+                    "shapes": [{**SPHERE, "name": "s1", "density": 1}, {**SPHERE, "name": "s2", "density": 2}],
+                }
+            )
         )
     )
     assert [shape.name for shape in body.visuals] == ["s1", "s2", "v"]
@@ -187,7 +186,7 @@ def test_lists_of_shapes() -> None:
 
 
 def test_numbers_come_through_untouched() -> None:
-    body = body_of(compiled({"mass": 0.1, "shapes": [{"type": "box", "half_size": [0.1, 1 / 3, 2e-3]}]}))
+    body = body_of(entity(compiled({"mass": 0.1, "shapes": [{"type": "box", "half_size": [0.1, 1 / 3, 2e-3]}]})))
     assert body.mass is not None
     assert body.mass.data[0] == 0.1
     assert body.collisions[0].geometry.half_size.data.tolist() == [[0.1, 1 / 3, 2e-3]]  # type: ignore[union-attr]
@@ -199,6 +198,6 @@ def test_decomposition(params: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     shape: dict[str, Any] = {"type": "convex_parts", "file": "assets/pair.obj", "decomposition": "coacd"}
     if params is not None:
         shape["decomposition_params"] = params
-    (found,) = body_of(compiled({"shapes": [], "collisions": [shape]})).collisions
+    (found,) = body_of(entity(compiled({"shapes": [], "collisions": [shape]}))).collisions
     assert isinstance(found.geometry, ConvexParts)
     assert found.geometry.coacd == CoacdParams(**(params or {}))

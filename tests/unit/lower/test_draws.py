@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from plugins.structures import body_of
 from unit.lower.scenes import BALL, codes, compiled, entity, scene
 
 from scenecc import SceneError, ScenePlan, compile_scene, validate
@@ -16,7 +17,7 @@ HALF = {"half": {"uniform": [0.1, 0.2]}}
 
 
 def radius(plan: ScenePlan, name: str = "body") -> Any:
-    geometry: Any = entity(plan, name).structures[0].collisions[0].geometry
+    geometry: Any = body_of(entity(plan, name)).collisions[0].geometry
     return geometry.radius.data
 
 
@@ -51,7 +52,7 @@ def test_what_is_given_takes_the_place_of_draws() -> None:
     document = scene(ball("${b}", mass="${v[1]}"), draws={**draws, "v": [1, 2]}, num_scenes=3)
     plan = compile_scene(document, draws={"a": [1, 2, 3], "v": np.array([[1, 2], [3, 4], [5, 6]])})
     assert radius(plan).tolist() == [2, 4, 6]
-    assert entity(plan).structures[0].mass.data.tolist() == [2, 4, 6]  # type: ignore[union-attr]
+    assert body_of(entity(plan)).mass.data.tolist() == [2, 4, 6]  # type: ignore[union-attr]
 
 
 def test_a_draw_that_is_not_there_cannot_be_given() -> None:
@@ -136,7 +137,7 @@ def test_pairs_that_are_drawn_apart_are_judged_by_their_worst_corner() -> None:
 
 def recipes(plan: ScenePlan, name: str = "body") -> tuple[Any, Any]:
     one = entity(plan, name)
-    velocity = one.structures[0].linear_velocity
+    velocity = body_of(one).linear_velocity
     return one.pose.recipe, velocity and velocity.recipe
 
 
@@ -147,7 +148,7 @@ def test_poses_and_velocities_have_recipes_that_give_what_was_drawn() -> None:
     plan = compiled(FALLING, num_scenes=4, seed=3)
     one = entity(plan)
     batch = Batch(np.arange(4), 3, 4, dict(plan.draws), {})
-    for recipe, value in zip(recipes(plan), (one.pose, one.structures[0].linear_velocity), strict=True):
+    for recipe, value in zip(recipes(plan), (one.pose, body_of(one).linear_velocity), strict=True):
         assert value is not None
         assert batch.evaluate(recipe).tolist() == value.data.tolist()
 
@@ -169,7 +170,7 @@ def test_what_no_seed_decides_or_no_simulation_moves_has_no_recipe(body: dict[st
 
 def test_other_fields_have_no_recipe() -> None:
     plan = compiled({"mass": {"uniform": [1, 2]}}, num_scenes=2)
-    assert entity(plan).structures[0].mass.recipe is None  # type: ignore[union-attr]
+    assert body_of(entity(plan)).mass.recipe is None  # type: ignore[union-attr]
 
 
 def test_a_draw_that_a_size_reads_stays_as_it_is_built() -> None:
@@ -252,7 +253,7 @@ def test_a_shape_is_known_to_its_draws_by_its_number() -> None:
     drawn_ball = {"type": "sphere", "radius": {"uniform": [1, 2]}}
     alone = radius(compiled({"shapes": [drawn_ball]}, num_scenes=4))
     second = compiled({"shapes": [{"type": "sphere", "radius": 1}, drawn_ball]}, num_scenes=4)
-    geometry: Any = entity(second).structures[0].collisions[1].geometry
+    geometry: Any = body_of(entity(second)).collisions[1].geometry
     assert (geometry.radius.data != alone).all()
     first = compiled({"shapes": [drawn_ball, {"type": "sphere", "radius": 1}]}, num_scenes=4)
     assert (radius(first) == alone).all()
@@ -270,7 +271,7 @@ def test_a_whole_number_stays_one_in_a_text() -> None:
         },
     }
     plan = compile_scene(document)
-    material = plan.entities[1].structures[0].collisions[0].material
+    material = body_of(plan.entities[1]).collisions[0].material
     assert material is not None
     rows = [plan.physical_materials[int(material.row(i))].row(0).static_friction for i in range(4)]
     assert rows == [3, 4, 3, 4]

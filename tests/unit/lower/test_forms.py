@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from plugins.structures import body_of
 from unit.lower.scenes import codes, compiled, entity, scene
 
 from scenecc import compile_scene, validate
@@ -18,7 +19,7 @@ BOX: dict[str, Any] = {"type": "box", "half_size": [0.1, 0.2, 0.3]}
 
 def shape(body: dict[str, Any], **top: Any) -> Any:
     """The first colliding shape of a body over four scenes."""
-    return entity(compiled(body, num_scenes=4, **top)).structures[0].collisions[0]
+    return body_of(entity(compiled(body, num_scenes=4, **top))).collisions[0]
 
 
 def size(half_size: Any, **top: Any) -> np.ndarray:
@@ -27,7 +28,7 @@ def size(half_size: Any, **top: Any) -> np.ndarray:
 
 def masses(form: Any, num_scenes: int = 4) -> Value:
     """The mass of a body over some scenes."""
-    value = entity(compiled({"mass": form}, num_scenes=num_scenes)).structures[0].mass
+    value = body_of(entity(compiled({"mass": form}, num_scenes=num_scenes))).mass
     assert value is not None
     return value
 
@@ -76,7 +77,7 @@ def test_a_choice_gives_its_items_alone() -> None:
 
 
 def test_integers_stay_integers() -> None:
-    body = entity(compiled({"solver_position_iterations": {"integers": [1, 8]}}, num_scenes=64)).structures[0]
+    body = body_of(entity(compiled({"solver_position_iterations": {"integers": [1, 8]}}, num_scenes=64)))
     value = body.solver_position_iterations
     assert value is not None
     assert value.data.dtype == np.int64
@@ -84,13 +85,13 @@ def test_integers_stay_integers() -> None:
 
 
 def test_flags_are_picked_and_turned_into_their_opposite() -> None:
-    body = entity(compiled({"gravity": {"cycle": [True, False]}}, num_scenes=3)).structures[0]
+    body = body_of(entity(compiled({"gravity": {"cycle": [True, False]}}, num_scenes=3)))
     assert body.disable_gravity is not None
     assert body.disable_gravity.data.tolist() == [False, True, False]
 
 
 def test_a_flag_by_expression() -> None:
-    body = entity(compiled({"gravity": "${scene < 2}"}, num_scenes=3)).structures[0]
+    body = body_of(entity(compiled({"gravity": "${scene < 2}"}, num_scenes=3)))
     assert body.disable_gravity is not None
     assert body.disable_gravity.data.tolist() == [False, False, True]
 
@@ -117,7 +118,7 @@ def test_a_scale_is_one_number_for_all_axes_or_three(tmp_path: Path) -> None:
         mesh = {"type": "mesh", "file": "asset://a.obj", "scale": form}
         body = {"body_type": "kinematic", "shapes": [], "visuals": [mesh]}
         plan = compile_scene(scene(body, num_scenes=4), asset_roots=[tmp_path])
-        geometry: Any = entity(plan).structures[0].visuals[0].geometry
+        geometry: Any = body_of(entity(plan)).visuals[0].geometry
         return geometry.scale.data
 
     one = scales({"uniform": [1, 2]})
@@ -132,7 +133,7 @@ def test_a_scale_is_one_number_for_all_axes_or_three(tmp_path: Path) -> None:
 
 def colors(body: dict[str, Any], **top: Any) -> list[list[float]]:
     plan = compiled(body, num_scenes=4, **top)
-    index = int(entity(plan).structures[0].visuals[0].material.data[0])  # type: ignore[union-attr]
+    index = int(body_of(entity(plan)).visuals[0].material.data[0])  # type: ignore[union-attr]
     base = plan.visual_materials[index].base_color
     assert base is not None
     return base.data.tolist()
@@ -164,7 +165,7 @@ def test_the_alpha_that_is_left_out_does_not_vary() -> None:
 
 def test_a_colour_of_the_body_is_drawn_once_for_its_shapes() -> None:
     plan = compiled({"color": {"uniform": [[0, 0, 0], [1, 1, 1]]}, "shapes": [BOX, BOX]}, num_scenes=4)
-    first, second = (visual.material for visual in entity(plan).structures[0].visuals)
+    first, second = (visual.material for visual in body_of(entity(plan)).visuals)
     assert first is not None
     assert second is not None
     assert first.data.tolist() == second.data.tolist()
@@ -190,7 +191,7 @@ def test_values_by_scene_for_other_scenes(form: Any, code: str, path: str) -> No
 
 def test_lists_by_scene_follow_the_scenes_of_the_entity() -> None:
     plan = compiled({"mass": {"per_scene": [5, 6]}, "scene_idxs": [1, 3]}, num_scenes=4)
-    assert entity(plan).structures[0].mass.data.tolist() == [5, 6]  # type: ignore[union-attr]
+    assert body_of(entity(plan)).mass.data.tolist() == [5, 6]  # type: ignore[union-attr]
     assert codes(scene({"mass": {"per_scene": {"0": 1, "default": 2}}, "scene_idxs": [1, 3]}, num_scenes=4)) == [
         ("SC315", "entities.body.mass.per_scene.0")
     ]

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from plugins.structures import body_of
 from unit.lower.scenes import compiled, entity, scene
 
 from scenecc import SceneError, compile_scene, validate
@@ -15,7 +16,7 @@ HALF = {"half": {"uniform": [0.1, 0.2]}}
 
 
 def radius(plan: Any, name: str = "body") -> Any:
-    geometry: Any = entity(plan, name).structures[0].collisions[0].geometry
+    geometry: Any = body_of(entity(plan, name)).collisions[0].geometry
     return geometry.radius.data
 
 

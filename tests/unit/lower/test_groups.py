@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from plugins.structures import body_of
 from sapien import physx
 from unit.lower.scenes import BALL, codes, entity, scene
 
@@ -28,10 +29,10 @@ def bits_of(groups: dict[str, Any]) -> dict[str | None, list[int]]:
     plan = compile_scene({"scenecc": 1, "collision_groups": groups, "entities": {**entities, "free": {"shapes": BALL}}})
     found: dict[str | None, list[int]] = {None: [1, 1, 0, 0]}
     for name in groups:
-        value = entity(plan, f"in_{name}").structures[0].collision_groups
+        value = body_of(entity(plan, f"in_{name}")).collision_groups
         assert value is not None
         found[name] = value.data[0].tolist()
-    assert entity(plan, "free").structures[0].collision_groups is None, "no group: SAPIEN's default, untouched"
+    assert body_of(entity(plan, "free")).collision_groups is None, "no group: SAPIEN's default, untouched"
     return found
 
 
@@ -68,6 +69,6 @@ def test_all_of_a_body_s_shapes_get_them_in_the_engine() -> None:
 
 @pytest.mark.parametrize("bits", [[0, 0, 0, 0], [2**32 - 1, 1, 7, 65535]])
 def test_bits_are_passed_on(bits: list[int]) -> None:
-    value = entity(compile_scene(scene({"collision_bits": bits}))).structures[0].collision_groups
+    value = body_of(entity(compile_scene(scene({"collision_bits": bits})))).collision_groups
     assert value is not None
     assert value.data.tolist() == [bits]

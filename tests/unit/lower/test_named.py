@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from plugins.structures import bodies_of, body_of
 from unit.checks.test_assets import png
 from unit.lower.scenes import BALL, codes, compiled, entity, scene
 
@@ -21,7 +22,7 @@ TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3
 
 def frictions(plan: ScenePlan) -> list[float]:
     """The static friction of the first shape, scene by scene."""
-    value = entity(plan).structures[0].collisions[0].material
+    value = body_of(entity(plan)).collisions[0].material
     rows = range(plan.num_scenes)
     assert value is not None
     return [plan.physical_materials[int(value.row(row))].row(row).static_friction for row in rows]
@@ -30,10 +31,10 @@ def frictions(plan: ScenePlan) -> list[float]:
 def test_a_material_by_scene() -> None:
     plan = compiled({"material": {"cycle": ["oak", "ice", OAK]}}, materials=NAMED, num_scenes=4)
     assert frictions(plan) == [0.5, 0.1, 0.5, 0.5]
-    collides = entity(plan).structures[0].collisions[0]
+    collides = body_of(entity(plan)).collisions[0]
     assert collides.density is not None
     assert collides.density.data.tolist() == [700, 1000, 700, 700]
-    seen = entity(plan).structures[0].visuals[0].material
+    seen = body_of(entity(plan)).visuals[0].material
     assert seen is not None
     assert [plan.visual_materials[i].roughness is not None for i in seen.data] == [True, False, True, True]
 
@@ -50,7 +51,7 @@ def test_the_colour_stands_on_every_alternative() -> None:
     plan = compiled(
         {"shapes": [{**BOX, "material": {"cycle": ["oak", "ice"]}, "color": "#ff0000"}]}, materials=NAMED, num_scenes=2
     )
-    seen = entity(plan).structures[0].visuals[0].material
+    seen = body_of(entity(plan)).visuals[0].material
     assert seen is not None
     for row, index in enumerate(seen.data):
         base = plan.visual_materials[index].base_color
@@ -64,7 +65,7 @@ def test_a_material_that_varies_follows_the_scenes_of_what_has_it() -> None:
     document["entities"]["some"] = {"shapes": BALL, "material": "slick", "scene_idxs": [1, 3]}
     document["entities"]["same"] = {"shapes": BALL, "material": "slick"}
     plan = compile_scene(document)
-    every, some, same = (entity(plan, name).structures[0].collisions[0].material for name in ("body", "some", "same"))
+    every, some, same = (body_of(entity(plan, name)).collisions[0].material for name in ("body", "some", "same"))
     assert every is not None
     assert some is not None
     assert same is every
@@ -114,7 +115,7 @@ def test_every_file_is_found_and_read(tmp_path: Path) -> None:
     for file in files:
         plan = compile_scene(meshed(file, tmp_path), asset_roots=[tmp_path])
         assert {asset.uri for asset in plan.files} == {"asset://a.obj", "asset://b.obj"}
-        geometry: Any = entity(plan).structures[0].collisions[0].geometry
+        geometry: Any = body_of(entity(plan)).collisions[0].geometry
         assert set(geometry.file.numbers()) == {0, 1}
     (tmp_path / "b.obj").write_text("")
     for file in files:
@@ -169,17 +170,17 @@ def test_variants_are_structures_that_share_what_stands_beside_them() -> None:
     bin_ = entity(compile_scene(document), "bin")
     assert bin_.pick is not None
     assert bin_.pick.data.tolist() == [0, 1, 0]
-    first, second = bin_.structures
-    assert [len(structure.visuals) for structure in bin_.structures] == [2, 2]
+    first, second = bodies_of(bin_)
+    assert [len(structure.visuals) for structure in (first, second)] == [2, 2]
     assert first.disable_gravity is None
     assert second.disable_gravity is not None
-    assert [structure.mass.data.tolist() for structure in bin_.structures if structure.mass] == [[2], [2]]
+    assert [structure.mass.data.tolist() for structure in (first, second) if structure.mass] == [[2], [2]]
 
 
 def test_a_draw_of_a_variant_has_its_own_path() -> None:
     ball = {"shapes": [{"type": "sphere", "radius": {"uniform": [0.1, 0.2]}}]}
     bin_ = entity(compile_scene(bins({"choice": [0, 1]}, ball, ball, num_scenes=4)), "bin")
-    first, second = (np.asarray(body.collisions[0].geometry.radius.data) for body in bin_.structures)  # type: ignore[union-attr]
+    first, second = (np.asarray(body.collisions[0].geometry.radius.data) for body in bodies_of(bin_))  # type: ignore[union-attr]
     assert not set(first) & set(second)
 
 
@@ -234,7 +235,7 @@ def test_more_names_than_a_few(file: Any, draw: Any, tmp_path: Path) -> None:
     document["num_scenes"] = 100
     plan = compile_scene(document, asset_roots=[tmp_path])
     assert len(plan.files) == 80
-    geometry: Any = entity(plan).structures[0].collisions[0].geometry
+    geometry: Any = body_of(entity(plan)).collisions[0].geometry
     assert len(set(geometry.file.data.tolist())) > 20
 
 

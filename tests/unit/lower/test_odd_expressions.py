@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from plugins.structures import body_of
 from unit.lower.scenes import codes, entity, scene
 
 from scenecc import SceneError, compile_scene, validate
@@ -52,7 +53,7 @@ def test_a_texture_that_is_a_number(texture: str) -> None:
 def test_a_number_bounds_every_component(draw: dict[str, Any], count: int) -> None:
     document = scene({"mass": f"${{u[{count - 1}] + len(u)}}"}, draws={"u": draw}, num_scenes=4)
     assert codes(document) == []
-    mass = entity(compile_scene(document)).structures[0].mass
+    mass = body_of(entity(compile_scene(document))).mass
     assert mass is not None
     assert ((mass.data >= count + 0.1) & (mass.data <= count + 1)).all()
 
@@ -60,7 +61,7 @@ def test_a_number_bounds_every_component(draw: dict[str, Any], count: int) -> No
 def test_a_draw_of_numbers_here_and_lists_there() -> None:
     draws = {"u": {"cycle": [{"uniform": [1, 2]}, {"uniform": [[3, 3], 4]}]}}
     document = scene({"mass": "${u if scene % 2 == 0 else u[1]}"}, draws=draws, num_scenes=4)
-    mass = entity(compile_scene(document)).structures[0].mass
+    mass = body_of(entity(compile_scene(document))).mass
     assert mass is not None
     assert (mass.data > 3).tolist() == [False, True, False, True]
 
@@ -123,7 +124,7 @@ def test_a_draw_may_be_an_integer_in_one_scene_and_a_float_in_another() -> None:
     materials = {name: {"physical": {"density": 2}} for name in ("m1.0", "m2")}
     draws = {"k": {"cycle": [1.0, "${scene + 1}"]}}
     document = scene({"material": "m${k}", "mass": "${k}"}, draws=draws, materials=materials, num_scenes=2)
-    body = entity(compile_scene(document)).structures[0]
+    body = body_of(entity(compile_scene(document)))
     assert body.mass.data.tolist() == [1, 2]  # type: ignore[union-attr]
     document["num_scenes"] = 1
     document["materials"].pop("m2")

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from plugins.structures import body_of
 from unit.lower.scenes import entity
 
 from scenecc import SceneError, ScenePlan, compile_scene
@@ -51,7 +52,7 @@ def compiled(tmp_path: Path, scene: str = SCENE, prefab: str = PREFAB) -> SceneP
 
 
 def shape(plan: ScenePlan, name: str) -> Any:
-    return entity(plan, name).structures[0].collisions[0]
+    return body_of(entity(plan, name)).collisions[0]
 
 
 def test_names_mean_what_is_inside(tmp_path: Path) -> None:
@@ -66,10 +67,10 @@ def test_names_mean_what_is_inside(tmp_path: Path) -> None:
     assert not set(halves[0]) & set(halves[1])
     assert (shape(plan, "cube").geometry.radius.data >= 1).all()
     # The bits of a group of each instance.
-    bits = [one.structures[0].collision_groups.data[0].tolist() for one in (a, b)]  # type: ignore[union-attr]
+    bits = [body_of(one).collision_groups.data[0].tolist() for one in (a, b)]  # type: ignore[union-attr]
     assert bits[0] != bits[1]
-    assert a.structures[0].mass.data.tolist() == shape(plan, "cube").geometry.radius.data.tolist()  # type: ignore[union-attr]
-    assert b.structures[0].mass.data.tolist() == [2]  # type: ignore[union-attr]
+    assert body_of(a).mass.data.tolist() == shape(plan, "cube").geometry.radius.data.tolist()  # type: ignore[union-attr]
+    assert body_of(b).mass.data.tolist() == [2]  # type: ignore[union-attr]
     assert (cube.pose.data[:, :3] - a.pose.data[:, :3]).round(12).tolist() == [[0, 0, 1]] * 4
 
 
@@ -120,7 +121,7 @@ scenecc: 1
 entities: {ball: {mass: {per_scene: {0: 1, 3: 2, default: 4}}, shapes: [{type: sphere, radius: 0.1}]}}
 """
     scene = "scenecc: 1\nnum_scenes: 4\nentities: {a: {use: prefab.yaml, scene_idxs: [1, 3]}}\n"
-    mass = entity(compiled(tmp_path, scene, prefab), "a/ball").structures[0].mass
+    mass = body_of(entity(compiled(tmp_path, scene, prefab), "a/ball")).mass
     assert mass is not None
     assert mass.data.tolist() == [4, 2]
 

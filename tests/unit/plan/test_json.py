@@ -13,6 +13,7 @@ from hypothesis import find as find_example
 from hypothesis import strategies as st
 from plugins.plan_strategy import plans
 from plugins.sample_plans import ROOT, SAMPLES, entity, pose, solid
+from plugins.structures import body_of
 
 from scenecc import plan as plan_package
 from scenecc.diagnostics import Origin, Sink
@@ -222,7 +223,7 @@ def test_relative_uris_start_at_the_folder_of_the_json() -> None:
 def test_origins_lead_to_the_json() -> None:
     plan = load(plan_to_json(ball()), file="ball.json")
     assert plan.entities[0].origin == Origin("ball.json", ("entities", 0))
-    shape = plan.entities[0].structures[0].collisions[0]
+    shape = body_of(plan.entities[0]).collisions[0]
     assert shape.origin == Origin("ball.json", ("entities", 0, "structures", 0, "collisions", 0))
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from plugins.structures import body_of
 from trimesh import transformations
 from unit.lower.scenes import BALL, codes, compiled, entity, pose_of, scene
 
@@ -192,7 +193,7 @@ def test_unknown_and_misspelt() -> None:
 def test_axis_turns_before_the_pose(axis: str, q: list[float]) -> None:
     def shape(**pose: Any) -> np.ndarray:
         body = {"shapes": [{"type": "capsule", "radius": 0.1, "half_length": 0.2, "axis": axis, **pose}]}
-        found = entity(compiled(body)).structures[0].collisions[0].pose
+        found = body_of(entity(compiled(body))).collisions[0].pose
         assert found is not None
         return found.data[0]
 
@@ -207,7 +208,7 @@ def test_axis_turns_before_the_pose(axis: str, q: list[float]) -> None:
 @given(st.tuples(*[st.floats(-5, 5)] * 3).filter(lambda n: math.hypot(*n) > 0.01), st.floats(-5, 5))
 def test_a_plane_lies_along_its_normal(normal: Any, offset: float) -> None:
     body = {"body_type": "static", "shapes": [{"type": "plane", "normal": list(normal), "offset": offset}]}
-    value = entity(compiled(body)).structures[0].collisions[0].pose
+    value = body_of(entity(compiled(body))).collisions[0].pose
     found = [0, 0, 0, 1, 0, 0, 0] if value is None else value.data[0]
     along = np.array(normal) / math.hypot(*normal)
     np.testing.assert_allclose(found[:3], along * offset, atol=1e-12)

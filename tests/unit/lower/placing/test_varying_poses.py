@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from plugins.structures import body_of
 from unit.lower.scenes import BALL, codes, compiled, entity, scene
 
 from scenecc import SceneError, compile_scene
@@ -59,7 +60,7 @@ def poses(pose: Any, outer: Any, axis: str) -> tuple[np.ndarray, np.ndarray, Any
     document["entities"]["at"] = {"shapes": BALL, "pose": {"relative_to": "place"}}
     plan = compile_scene(document, num_scenes=3)
     body = entity(plan)
-    local = body.structures[0].collisions[0].pose
+    local = body_of(body).collisions[0].pose
     return body.pose.row(0), entity(plan, "at").pose.row(0), None if local is None else local.row(0)
 
 
@@ -84,7 +85,7 @@ def test_planes_turn_alike(normal: list[float], offset: float, pose: Any) -> Non
     def plane(normal: Any, offset: Any) -> np.ndarray:
         shape = {"type": "plane", "normal": normal, "offset": offset, "pose": pose}
         body = {"body_type": "static", "shapes": [shape]}
-        local = entity(compiled(body, num_scenes=2)).structures[0].collisions[0].pose
+        local = body_of(entity(compiled(body, num_scenes=2))).collisions[0].pose
         return np.array([0, 0, 0, 1.0, 0, 0, 0]) if local is None else local.row(0)
 
     try:
@@ -159,8 +160,8 @@ def test_a_turned_shape_that_is_drawn_for_one_scene() -> None:
         "axis": "z",
         "pose": {"p": {"uniform": [[0, 0, 0], [1, 1, 1]]}},
     }
-    one = entity(compiled({"shapes": [capsule]})).structures[0].collisions[0].pose
-    several = entity(compiled({"shapes": [capsule]}, num_scenes=3)).structures[0].collisions[0].pose
+    one = body_of(entity(compiled({"shapes": [capsule]}))).collisions[0].pose
+    several = body_of(entity(compiled({"shapes": [capsule]}, num_scenes=3))).collisions[0].pose
     assert one is not None
     assert several is not None
     assert one.row(0).tolist() == several.row(0).tolist()
