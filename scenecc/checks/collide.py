@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from scenecc.plan.bits import collide
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from scenecc.plan import ArticulationStructure, BodyStructure, Entity, Value
 
 DEFAULT_GROUPS = (1, 1, 0, 0)
-_ID = 0xFFFF
 
 Reach = tuple[tuple[int, ...], "tuple[int, ...] | None", "Value | None"]
 """The scenes of an entity, those of its rows that have a structure (None: all), and the structure's groups."""
@@ -38,12 +39,6 @@ def reach(entity: Entity, structure: BodyStructure) -> Reach:
     if entity.pick is not None:
         rows = tuple(row for row in range(len(entity.scene_idxs)) if _picked(entity, structure, row))
     return entity.scene_idxs, rows, structure.collision_groups
-
-
-def collide(a: Sequence[int], b: Sequence[int]) -> bool:
-    """SAPIEN's rule over the four integers of two shapes (`PhysxCollisionShape.set_collision_groups`)."""
-    ignored = bool(a[2] & b[2]) and (a[3] & _ID) == (b[3] & _ID)
-    return bool((a[0] & b[1]) or (a[1] & b[0])) and not ignored
 
 
 def _varies(entity: Entity, structure: BodyStructure) -> bool:

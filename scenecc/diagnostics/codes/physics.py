@@ -217,4 +217,20 @@ ROWS: tuple[Code, ...] = (
         "Mend the target, or the limits: both are in radians, or metres of a prismatic joint. Where the joint is meant "
         "to press against its limit, as a gripper does that closes, say `beyond_limits: true` of the articulation.",
     ),
+    Code(
+        "SC524",
+        "warning",
+        "links that collide by their bits",
+        "`collision_bits` are taken as they are: what `disable_self_collisions`, an SRDF or an MJCF says of the links "
+        "that have them does not hold then, unless the bits say the same.",
+        _DOOR.replace(
+            "          shapes: [{type: box, half_size: [0.4, 0.02, 1]}]\n",
+            "          shapes: &door [{type: "
+            "box, half_size: [0.4, 0.02, 1]}]\n          collision_bits: [1, 1, 0, 0]\n        - name: shutter\n"
+            "          joint: {name: other, type: revolute}\n          shapes: *door\n",
+        )
+        + "    disable_self_collisions: true\n",
+        "Say `collision_group` instead, which keeps what is ignored, or give the links a bit in common in the third "
+        "integer and the same fourth one.",
+    ),
 )

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from scenecc.lower.articulations.bits import report_colliding
 from scenecc.lower.articulations.effects import report_idle
 from scenecc.lower.articulations.joints import joint_of, with_said
 from scenecc.lower.articulations.limits import Targets
 from scenecc.lower.articulations.links import Links
-from scenecc.lower.articulations.maps import Maps, Matching
+from scenecc.lower.articulations.maps import Maps, Matching, said
 from scenecc.lower.articulations.numbers import JointNumbers
 from scenecc.lower.articulations.reader import RobotRequest
 from scenecc.lower.articulations.robot import Robots
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.lower.articulations.draft import Draft, DraftJoint
+    from scenecc.lower.articulations.draft import Draft, DraftJoint, Layer
     from scenecc.lower.articulations.reader import RobotReader
     from scenecc.lower.groups import Bits
     from scenecc.lower.leaves import Leaves
@@ -146,7 +147,7 @@ class Articulations:
         files = [one for one in named.found if one is not None]
         if len(files) < len(named.found):
             return []
-        drafts = [[(robot, self._draft(robot, file, entity, place, leaves)) for robot in found.robots]
+        drafts = [[(robot, self._draft(robot, file, (entity, origin), place, leaves)) for robot in found.robots]
                   for file, found, place in files]  # fmt: skip
         work = self._work(entity, origin, leaves, [draft for robots in drafts for _, draft in robots])
         if len(drafts) > 1:
@@ -168,10 +169,13 @@ class Articulations:
             return []
         return [Built("", None, tuple(self._one(*robots[0], work) for robots in drafts), pick)]
 
-    def _draft(self, robot: DescribedRobot, file: AssetFile, entity: Any, origin: Origin, leaves: Leaves) -> Draft:
+    def _draft(self, robot: DescribedRobot, file: AssetFile, whole: Layer, origin: Origin, leaves: Leaves) -> Draft:
         index = self._tables.files.value(file)
         self._tables.file_origins.setdefault(int(index.numbers()[0]), origin)
-        return self._robots.draft(robot, entity, index, origin, leaves)
+        entity, place = whole
+        draft = self._robots.draft(robot, entity, index, origin, leaves)
+        pairing = origin if getattr(entity, "srdf", None) is None else place.child("srdf")
+        return replace(draft, ignored=tuple(map(pairing.into, robot.ignored))) if robot.ignored else draft
 
     def _work(self, entity: Any, origin: Origin, leaves: Leaves, drafts: list[Draft]) -> _Work:
         maps = Maps(entity, origin, self._matching, self._sink)
@@ -225,14 +229,21 @@ class Articulations:
         ignored = _ALL_IGNORE if entity.disable_self_collisions else 0
         own = self._id(entity) if ignored or any(link.ignore_bits for link in draft.links) else 0
         links: list[Link] = []
+        bits: dict[int, Origin] = {}
         for index, (link, joint) in enumerate(zip(draft.links, joints, strict=True)):
             layers = (whole, *maps.layers("links", link.name), *(() if link.own is None else (link.own,)))
             body = self._links.body(link, layers, own, ignored, values)
+            grouped = said(layers, "collision_bits", "collision_group")
+            if grouped is not None and getattr(grouped[0], "collision_bits", None) is not None:
+                bits[index] = grouped[1].child("collision_bits")
             made = None
             if joint is not None:
                 drives = maps.layers("drives", joint.name) if joint.moves else ()
                 made = joint_of(joint, drives, starts.get(index, (None, None)), values, work.targets)
             links.append(Link(link.name, body, link.parent, made))
+        if bits:
+            alike = origin.child("disable_self_collisions") if ignored else None
+            report_colliding(draft, [link.body for link in links], bits, alike, self._sink)
         return ArticulationStructure(
             links=tuple(links),
             fix_root_link=fixed,

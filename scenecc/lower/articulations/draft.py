@@ -101,12 +101,15 @@ class Draft:
         links: the root first, each after its parent.
         fixed: whether its file fixes the root to the world; None: it does not say.
         file: (·,) index of its file; None: it is the scene's own.
+        ignored: for each of the lowest bits of `ignore_bits`, where its file says that two links ignore one another;
+            of others there is no such place.
     """
 
     links: tuple[DraftLink, ...]
     origin: Origin
     fixed: bool | None = None
     file: Value | None = None
+    ignored: tuple[Origin, ...] = ()
 
     def moving(self) -> list[int]:
         """The links whose joints move, in SAPIEN's order of them: by distance from the root, then as they are built."""

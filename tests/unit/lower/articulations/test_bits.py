@@ -1,0 +1,118 @@
+"""`collision_bits` of links that are to ignore one another."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from unit.lower.articulations.test_articulations import BOX
+
+from scenecc import load_scene, validate
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from scenecc.diagnostics import Diagnostic
+
+ALL = 1 << 29
+
+
+def star(count: int = 3) -> dict[str, Any]:
+    """A root with some links on it, each a sibling of the others."""
+    children: list[dict[str, Any]] = [
+        {"name": f"l{i}", "joint": {"name": f"j{i}", "type": "revolute"}, "shapes": BOX} for i in range(count)
+    ]
+    return {"name": "root", "shapes": BOX, "children": children}
+
+
+def scene(links: dict[str, Any], **keys: Any) -> dict[str, Any]:
+    return {"scenecc": 1, "entities": {"arm": {"root": star(), "links": links, **keys}}}
+
+
+def told(data: Any) -> list[tuple[str, str, str]]:
+    return [(found.code, found.path, found.message) for found in validate(data)]
+
+
+def test_bits_by_which_links_collide_that_ignore_one_another_are_told_with_both_places() -> None:
+    data = scene({"l1": {"collision_bits": [1, 1, 0, 0]}}, disable_self_collisions=True)
+    (found,) = validate(data)
+    assert (found.code, found.severity, found.path) == ("SC524", "warning", "entities.arm.links.l1.collision_bits")
+    # The root is its parent, with which it collides never.
+    assert found.message == "by these bits `l1` and `l0`, and 1 other pair collide, which are to ignore one another"
+    assert [note.message for note in found.related] == ["are to ignore one another"]
+
+
+KEPT = {
+    "the bit and the id": ({"l1": {"collision_bits": [1, 1, ALL | 4, 0]}}, True),
+    "another common bit": ({"l.": {"collision_bits": [1, 1, 4, 0]}}, True),
+    "collides with nothing": ({"l1": {"collision_bits": [0, 0, 0, 0]}}, True),
+    "nothing ignored": ({"l1": {"collision_bits": [1, 1, 0, 0]}}, False),
+    "a group before": ({"l1": {"collision_bits": [1, 1, 0, 0]}, "l.": {"collision_group": "g"}}, True),
+    "of the root": ({"root": {"collision_bits": [1, 1, 0, 0]}}, True),
+}
+
+
+@pytest.mark.parametrize(("links", "ignored"), KEPT.values(), ids=KEPT)
+def test_bits_that_keep_what_is_ignored_are_taken_without_a_word(links: dict[str, Any], ignored: bool) -> None:
+    data = scene(links, **({"disable_self_collisions": True} if ignored else {}))
+    groups = {"collision_groups": {"g": {"ignore": []}}} if "l." in links and "l1" in links else {}
+    assert told({**data, **groups}) == []
+
+
+def test_another_id_parts_what_shares_a_bit_and_a_pattern_is_told_once() -> None:
+    data = scene({"l[12]": {"collision_bits": [1, 1, ALL, 7]}}, disable_self_collisions=True)
+    ((code, path, message),) = told(data)
+    assert (code, path) == ("SC524", 'entities.arm.links["l[12]"].collision_bits')
+    assert message.startswith("by these bits `l1` and `l0`, and 1 other pair collide")
+
+
+def test_a_link_that_touches_nothing_is_none_of_them() -> None:
+    data = scene({"l1": {"collision_bits": [1, 1, 0, 0]}}, disable_self_collisions=True)
+    for link in data["entities"]["arm"]["root"]["children"]:
+        link["visuals"] = link.pop("shapes")
+        link["inertial"] = {"mass": 1, "inertia": [1, 1, 1]}
+    assert "SC524" not in {code for code, _, _ in told(data)}
+
+
+def of_a_file(folder: Path, **keys: str) -> list[Diagnostic]:
+    links = "".join(
+        f'<link name="l{i}"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>' for i in range(4)
+    )
+    joints = "".join(
+        f'<joint name="j{i}" type="continuous"><parent link="l0"/><child link="l{i}"/></joint>' for i in range(1, 4)
+    )
+    (folder / "r.urdf").write_text(f'<robot name="r">{links}{joints}</robot>')
+    pairs = [(0, 1), (1, 2), (2, 3)]
+    rows = "".join(f'\n<disable_collisions link1="l{a}" link2="l{b}" reason="Default"/>' for a, b in pairs)
+    (folder / "pairs.srdf").write_text(f'<robot name="r">{rows}</robot>')
+    text = "scenecc: 1\nentities:\n  arm:\n    urdf: r.urdf\n    srdf: pairs.srdf\n    links:\n"
+    rows = "".join(f"      {name}: {{{said}}}\n" for name, said in keys.items())
+    (folder / "scene.yaml").write_text(text + rows)
+    return validate(folder / "scene.yaml")
+
+
+def test_of_an_srdf_the_pair_is_shown(tmp_path: Path) -> None:
+    (found,) = of_a_file(tmp_path, l3="collision_bits: [1, 1, 0, 0]")
+    assert found.message == "by these bits `l3` and `l2` collide, which are to ignore one another"
+    assert (found.line, found.column) == (7, 28)
+    (note,) = found.related
+    assert (str(note.location.file).endswith("pairs.srdf"), note.location.line) == (True, 4)
+    # That with its parent takes no bit, so that l2 and l3 have the second one.
+    assert of_a_file(tmp_path, l3="collision_bits: [1, 1, 2, 0]") == []
+    assert of_a_file(tmp_path, l3="gravity: false") == []
+
+
+def test_the_engine_lets_them_collide_as_told() -> None:
+    """Two links in one another part where their bits let them collide, and rest where they ignore one another."""
+
+    def turned(links: dict[str, Any]) -> float:
+        data = scene(links, disable_self_collisions=True, fix_root_link=True, gravity=False)
+        for i, link in enumerate(data["entities"]["arm"]["root"]["children"]):
+            link["joint"] |= {"axis": "z", "origin": [1, 0, 0]}
+            link["shapes"] = [{**BOX[0], "pose": [1, 0.05 * i, 0]}]
+        with load_scene(data, render=False) as batch:
+            batch.step(20)
+            return float(abs(batch.articulations["arm"].qpos).max())
+
+    assert turned({}) == 0
+    assert turned({"l1": {"collision_bits": [1, 1, 0, 0]}}) > 1e-3
