@@ -196,7 +196,8 @@ def load_scene(
         backend: where PhysX runs.
         render: build what is seen too; None: where a render device exists.
         audit: how much is read back from the engine and compared with the plan. "fast": shape count, mass and
-            pose of every body, and everything in the first scene of each structure; "full": everything; "off".
+            pose of every body, every constraint, light and camera, and everything in the first scene of each structure;
+            "full": everything; "off".
         asset_roots: as for `validate`.
         allow_outside_assets: as for `validate`.
         limits: as for `validate`.

@@ -61,8 +61,8 @@ def instantiate(
         scene_idxs: which of the plan's scenes to build, all by default; each is as it is among all.
         render: True builds visuals, False leaves them out, None builds them where a render device exists.
         audit: how much of what the engine then holds is compared with the plan: "fast" is shape count,
-            mass and pose of every body and everything in the first scene of each structure, "full"
-            everything everywhere.
+            mass and pose of every body, every constraint, light and camera, and everything in the first
+            scene of each structure, "full" everything everywhere.
         progress: called with (scenes done, scenes in all).
 
     Returns:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 from scenecc.backends.sapien.audit.defaults import present_defaults
 from scenecc.backends.sapien.audit.report import audit as audit_batch
+from scenecc.backends.sapien.audit.seen import audit_seen
 from scenecc.backends.sapien.build import build_scenes, report
 from scenecc.backends.sapien.cuda import refusal
 from scenecc.backends.sapien.failure import EngineFailure
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from scenecc.backends.sapien.batch import SceneBatch
+    from scenecc.backends.sapien.turn import AnyTurn
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
 
@@ -51,23 +53,29 @@ def run(
             return None
         del renderer
         batch, turns = built
-        if audit != "off" and not audit_batch(batch, turns, present, sink, audit):
+        # Before anything else is built: the audit of bodies finds nothing but them in the scenes.
+        good = audit == "off" or audit_batch(batch, turns, present, sink, audit)
+        if not good or not _complete(batch, turns, sink, audited=audit != "off"):
             batch.close()
-            return None
-        # The audit looks at bodies, and finds nothing else in the scenes.
-        if plan.constraints:
-            ties = Ties(plan, Standing(scene_idxs, batch.scenes, turns))
-            batch.tie(ties)
-            if audit != "off" and not ties.audit(sink):
-                batch.close()
-                return None
-        try:
-            batch.dress(Dress(plan, Standing(scene_idxs, batch.scenes, turns), rendered=rendered))
-        except EngineFailure as failure:
-            batch.close()
-            report(failure, sink, plan.origin)
             return None
         return batch
+
+
+def _complete(batch: SceneBatch, turns: list[AnyTurn], sink: Sink, *, audited: bool) -> bool:
+    """Builds constraints, lights and cameras; whether they are there, and as the plan asks where it is audited."""
+    plan, standing = batch.plan, Standing(batch.scene_idxs, batch.scenes, turns)
+    if plan.constraints:
+        ties = Ties(plan, standing)
+        batch.tie(ties)
+        if audited and not ties.audit(sink):
+            return False
+    try:
+        dress = Dress(plan, standing, rendered=batch.render)
+    except EngineFailure as failure:
+        report(failure, sink, plan.origin)
+        return False
+    batch.dress(dress)
+    return not (audited and batch.render) or audit_seen(plan, dress, standing, sink)
 
 
 def _rendered(*, render: bool | None) -> bool:

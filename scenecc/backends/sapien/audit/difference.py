@@ -8,11 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.backends.sapien.engine import sapien
+from scenecc.diagnostics import Location
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
-    from scenecc.diagnostics import Origin
+    from scenecc.diagnostics import Origin, Sink
+
+CODE = "SC802"
 
 ROTATION_TOLERANCE = 5e-7
 """PhysX normalises the quaternion of a shape's pose and of a centre of mass: a few units in the last place."""
@@ -32,6 +37,25 @@ class Difference:
     expected: object
     found: object
     origin: Origin | None = None
+
+
+def tell(sink: Sink, difference: Difference, who: str, scene_idxs: Sequence[int], place: Origin | None) -> None:
+    """Reports what differs, at the node that asked or else at `place`.
+
+    Args:
+        sink: takes it.
+        difference: as seen in the first of the scenes.
+        who: has it, in words.
+        scene_idxs: where, ascending.
+        place: of what has it.
+    """
+    more = f" (and in {len(scene_idxs) - 1} more)" if len(scene_idxs) > 1 else ""
+    sink.report(
+        CODE,
+        f"{who} in scene {scene_idxs[0]}{more}: the engine holds {difference.what} = {difference.found}, "
+        f"and the plan asks for {difference.expected}",
+        difference.origin or place or Location(None),
+    )
 
 
 def single(value: float) -> float:

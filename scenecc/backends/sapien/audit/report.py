@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any, Literal
 from scenecc.backends.sapien.audit.articulation import ArticulationAudit
 from scenecc.backends.sapien.audit.bodies import look_at_all
 from scenecc.backends.sapien.audit.body import BodyAudit
+from scenecc.backends.sapien.audit.difference import tell
 from scenecc.backends.sapien.audit.entities import look_at_entities
 from scenecc.backends.sapien.audit.meshes import Meshes
 from scenecc.backends.sapien.audit.scene import cooking_differences, scene_differences
 from scenecc.backends.sapien.audit.sweep import Sweep
 from scenecc.backends.sapien.turn import ArticulationTurn
-from scenecc.diagnostics import Location
 
 if TYPE_CHECKING:
     from scenecc.backends.sapien.audit.defaults import Defaults
@@ -20,9 +20,7 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.audit.sweep import Place
     from scenecc.backends.sapien.batch import SceneBatch
     from scenecc.backends.sapien.turn import AnyTurn
-    from scenecc.diagnostics import Origin, Sink
-
-CODE = "SC802"
+    from scenecc.diagnostics import Sink
 
 
 def audit(
@@ -39,7 +37,7 @@ def audit(
     for index, scene in zip(batch.scene_idxs, scenes if level == "full" else scenes[:1], strict=False):
         settings += [(index, difference) for difference in scene_differences(defaults, scene)]
     for index, difference in settings:
-        _tell(sink, difference, "the scene", [index], plan.physics.origin or plan.origin)
+        tell(sink, difference, "the scene", [index], plan.physics.origin or plan.origin)
     sweep = Sweep()
     if turns:
         _look_at_bodies(batch, turns, defaults, sweep, level)
@@ -79,14 +77,4 @@ def _tell_all(sink: Sink, turn: AnyTurn, found: list[tuple[Place, Difference]]) 
         groups.setdefault(key, (difference, []))[1].append(turn.scene_idxs[place.number])
     for (_, _, link), (difference, scene_idxs) in groups.items():
         who = f"'{turn.entity.name}'" if link is None else f"link '{link}' of '{turn.entity.name}'"
-        _tell(sink, difference, who, sorted(set(scene_idxs)), turn.entity.origin)
-
-
-def _tell(sink: Sink, difference: Difference, who: str, scene_idxs: list[int], place: Origin | None) -> None:
-    more = f" (and in {len(scene_idxs) - 1} more)" if len(scene_idxs) > 1 else ""
-    sink.report(
-        CODE,
-        f"{who} in scene {scene_idxs[0]}{more}: the engine holds {difference.what} = {difference.found}, "
-        f"and the plan asks for {difference.expected}",
-        difference.origin or place or Location(None),
-    )
+        tell(sink, difference, who, sorted(set(scene_idxs)), turn.entity.origin)

@@ -86,15 +86,9 @@ class VisualAudit:
                 if texture is not image:
                     self._sweep.tell(place, name, _word(texture), _word(image))
                 continue
-            for key, wanted in self._sampled(texture, row).items():
+            for key, wanted in sampled(self._plan, texture, row).items():
                 if wanted != (actual := getattr(image, key)):
                     self._sweep.tell(place, f"{name}.{key}", wanted, actual)
-
-    def _sampled(self, texture: Texture, row: int) -> dict[str, object]:
-        """What can be read of an image, by the engine's names; SAPIEN's own where the plan says nothing."""
-        said = {key: getattr(texture, name) for key, name in _SAMPLING.items()}
-        own = {key: _IMAGE[key] if value is None else value for key, value in said.items()}
-        return {"filename": self._path(int(texture.file.row(row))), **own}
 
     def _compare(self, expected: Mapping[str, Any], found: Any, place: Place) -> None:
         for name, value in expected.items():
@@ -104,6 +98,13 @@ class VisualAudit:
 
     def _path(self, file: int) -> str:
         return str(self._plan.files[file].path)
+
+
+def sampled(plan: ScenePlan, texture: Texture, row: int) -> dict[str, object]:
+    """What can be read of an image, by the engine's names; SAPIEN's own where the plan says nothing."""
+    said = {key: getattr(texture, name) for key, name in _SAMPLING.items()}
+    own = {key: _IMAGE[key] if value is None else value for key, value in said.items()}
+    return {"filename": str(plan.files[int(texture.file.row(row))].path), **own}
 
 
 def _word(image: object) -> str:
