@@ -12,7 +12,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.plan import Entity
+    from scenecc.lower.articulations.reader import RobotReader, RobotRequest
+    from scenecc.plan import AssetFile, Entity
+    from scenecc.robots.description import Description
     from scenecc.spec.document import SceneFile
 
 
@@ -61,6 +63,55 @@ def built_within(entities: Sequence[Entity], bounds: Bounds, origin: Origin, sin
         return False
     built = sum(count * len(entity.scene_idxs) for count, entity in zip(counts, entities, strict=True))
     return _under("SC606", "objects times scenes", built, bounds.objects_times_scenes, origin.child("num_scenes"), sink)
+
+
+class BoundedRobots:
+    """Reads robots' files until all that they hold, each counted as often as it is asked for, is too much.
+
+    What is built of them is counted exactly by `built_within`, which is late for a small file that asks for billions.
+
+    Attributes:
+        exhausted: whether there was more than there may be, which was reported (SC604): nothing is read any more.
+
+    Args:
+        read: reads them.
+        most: objects that there may be.
+        sink: takes the diagnostic.
+    """
+
+    def __init__(self, read: RobotReader, most: int, sink: Sink) -> None:
+        self._read = read
+        self._most = most
+        self._sink = sink
+        self._held = 0
+        # With each its description, so that its id stays its own.
+        self._sizes: dict[int, tuple[Description, int]] = {}
+        self.exhausted = False
+
+    def read(self, request: RobotRequest, origin: Origin, entity: Origin) -> tuple[AssetFile, Description] | None:
+        """A `RobotReader`."""
+        if self.exhausted:
+            return None
+        found = self._read(request, origin, entity)
+        if found is None:
+            return None
+        description = found[1]
+        if id(description) not in self._sizes:
+            self._sizes[id(description)] = description, _described(description)
+        self._held += self._sizes[id(description)][1]
+        if self._held <= self._most:
+            return found
+        self.exhausted = True
+        message = f"at least {self._held} objects are more than the limit of {self._most}"
+        hint = "raise it with --limit objects=N or limits={'objects': N}"
+        self._sink.report("SC604", message, origin, hint=hint)
+        return None
+
+
+def _described(description: Description) -> int:
+    """How many links and shapes a robot's file holds."""
+    links = (link for robot in description.robots for link in robot.links)
+    return sum(1 + len(link.collisions) + len(link.visuals) for link in links)
 
 
 def _shapes(entity: Any) -> int:
