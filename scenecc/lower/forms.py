@@ -267,6 +267,10 @@ class Reading:
     def _bound(self, given: Any, kind: Kind, place: Place, step: Step) -> Any:
         if given.__class__ in VARYING:
             return self.item(given, kind, place.inside(step))
+        if kind.complain is not None and kind.convert is not None:
+            # What no value may be, a bound may: 0 points nowhere, and is a deviation, or the end of a range.
+            made = kind.convert(given)
+            return tuple(given) if made is None else made
         return given if kind.convert is None else self.plain(given, kind, place, step)
 
     def _key(self, place: Place) -> Key:

@@ -189,6 +189,8 @@ def build_scenes(render: bool = False) -> list[sapien.Scene]:
         entity.name = "mark"
         joint = body.joint
         joint.type = "fixed"
+        joint.pose_in_child = sapien.Pose()
+        joint.pose_in_parent = sapien.Pose()
         entities.append(entity)
         links.append(body)
         entities[0].pose = chest_pose[i]

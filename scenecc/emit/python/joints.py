@@ -57,9 +57,8 @@ def write_joint_component(source: Source, joint: Joint, columns: Columns) -> Non
         source.statement(string(joint.name), assign="joint.name")
     source.statement(string(joint.type), assign="joint.type")
     for name in ("pose_in_child", "pose_in_parent"):
-        value = getattr(joint, name)
-        if value is not None:
-            source.statement(_pose(value, name, columns), assign=f"joint.{name}")
+        # As the builder does, also where nothing is said: shapes have moved the frames by a rounding.
+        source.statement(_pose(getattr(joint, name), name, columns), assign=f"joint.{name}")
     if joint.type == "fixed":
         return
     source.statement(columns.value(joint.limits or _NO_LIMITS, "limits"), assign="joint.limit")

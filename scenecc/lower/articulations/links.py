@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import cut
 from scenecc.lower.articulations.draft import Touch
@@ -17,6 +17,8 @@ from scenecc.plan import BodyStructure, Inertial, Value, literal, varying
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from numpy.typing import NDArray
 
     from scenecc.diagnostics import Sink
     from scenecc.lower.articulations.draft import DraftLink, Layer
@@ -169,12 +171,10 @@ def _scaled(inertial: Inertial, mass: Value, values: Said) -> Inertial:
 
     found = mass.support
     low, high = (tuple(one * (end / before) for one in moments) for end in (found.low, found.high))
-    return Inertial(
-        mass,
-        inertial.com,
-        varying(
-            lambda: np.array(moments) * (mass.data[:, None] / before),
-            support=Support(None, low, high, exact=False),
-            rows=len(values.leaves.scenes),
-        ),
-    )
+    rows = len(values.leaves.scenes)
+
+    def draw() -> NDArray[Any]:
+        # A mass has one row where it is equal in all scenes.
+        return np.broadcast_to(np.array(moments) * (mass.data[:, None] / before), (rows, len(moments)))
+
+    return Inertial(mass, inertial.com, varying(draw, support=Support(None, low, high, exact=False), rows=rows))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import cut
 from scenecc.lower.articulations.maps import listed
-from scenecc.lower.forms import VARYING, Place, Reading, place_of
+from scenecc.lower.forms import VARYING, Place, Reading, Step, place_of
 from scenecc.lower.kinds import Kind
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.values import forms
@@ -71,17 +71,7 @@ class JointNumbers:
         origin = self._origin.child(key)
         if written.__class__ is dict:
             return self._by_name(written, origin)
-        mapping = next((place for found, place in _lists(written) if found.__class__ is dict), None)
-        if mapping is not None:
-            message = f"alternatives of `{key}` are lists: names cannot stand for one"
-            hint = f"write the form for each joint: `{key}: {{JOINT: {{choice: [0, 1]}}}}`"
-            self._sink.report("SC321", message, origin.child(*mapping), hint=hint)
-            return {}
-        if any(_wrong(found, len(self._names)) for found, _ in _lists(written)):
-            count, place = next(
-                (len(found), place) for found, place in _lists(written) if _wrong(found, len(self._names))
-            )
-            self._misfit(count, origin.child(*place))
+        if self._misfit(written, key, origin):
             return {}
         if not self._names:
             message = f"`{key}` does nothing here: no joint moves"
@@ -96,7 +86,17 @@ class JointNumbers:
             }
         count = len(self._names)
         reading = Reading(self._leaves, origin)
-        node = reading.item(written, Kind((count,), fallback=(0.0,) * count), place)
+        kind = Kind((count,), fallback=(0.0,) * count)
+
+        def leaf(one: Any, around: Place, step: Step) -> Any:
+            # As a node holds them, so that a plan comes back from its JSON as it was.
+            return (
+                tuple(one)
+                if one.__class__ is list
+                else reading.item(one, kind, around.inside(step) if step else around)
+            )
+
+        node = reading.select(written, place, leaf)
         return {number: Given(node, number, after(reading, number), origin) for number in range(count)}
 
     def _one(self, item: Any, place: Place) -> Given:
@@ -119,7 +119,20 @@ class JointNumbers:
                 self._sink.report("SC325", f"no joint `{cut(name)}` moves here", place.origin, at="key", hint=hint)
         return found
 
-    def _misfit(self, count: int, place: Origin) -> None:
+    def _misfit(self, written: Any, key: str, origin: Origin) -> bool:
+        """Whether some list has another length, or names stand where only a list can, which is reported."""
+        for found, place in _lists(written):
+            if found.__class__ is dict:
+                message = f"alternatives of `{key}` are lists: names cannot stand for one"
+                hint = f"write the form for each joint: `{key}: {{JOINT: {{choice: [0, 1]}}}}`"
+                self._sink.report("SC321", message, origin.child(*place), hint=hint)
+                return True
+            if len(found) != len(self._names):
+                self._miscounted(len(found), origin.child(*place))
+                return True
+        return False
+
+    def _miscounted(self, count: int, place: Origin) -> None:
         joints = len(self._names)
         are = "joint moves" if joints == 1 else "joints move"
         values = "1 number" if count == 1 else f"{count} numbers"
@@ -139,10 +152,6 @@ def after(reading: Reading, number: int) -> Reading:
     other.__dict__.update(reading.__dict__)
     other.risky = False
     return other
-
-
-def _wrong(found: Any, count: int) -> bool:
-    return len(found) != count
 
 
 def _lists(written: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[Any, tuple[Any, ...]]]:

@@ -134,10 +134,13 @@ class Starts:
             return value
         import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-        def draw() -> NDArray[Any]:
-            return np.clip(value.data, limits.data[:, 0], limits.data[:, 1])
+        rows = len(leaves.scenes)
 
-        held = varying(draw, support=_within(value.support, limits), rows=len(leaves.scenes))
+        def draw() -> NDArray[Any]:
+            # Either has one row where its rows are equal.
+            return np.broadcast_to(np.clip(value.data, limits.data[:, 0], limits.data[:, 1]), rows)
+
+        held = varying(draw, support=_within(value.support, limits), rows=rows)
         leaves.drawing.resets[id(held)] = Reset(held, item, reading, leaves, limits)
         return held
 
@@ -171,12 +174,15 @@ class Starts:
         """As near to 0 as limits allow that differ from scene to scene."""
         import numpy as np  # noqa: PLC0415 - loaded where something varies
 
+        rows = len(self._leaves.scenes)
+
         def draw() -> NDArray[Any]:
-            return np.clip(0.0, limits.data[:, 0], limits.data[:, 1])
+            # The limits have one row where they are equal in all scenes.
+            return np.broadcast_to(np.clip(0.0, limits.data[:, 0], limits.data[:, 1]), rows)
 
         if limits.known:
             return per_scene(draw())
-        return varying(draw, support=_within(Support.of((0.0,)), limits), rows=len(self._leaves.scenes))
+        return varying(draw, support=_within(Support.of((0.0,)), limits), rows=rows)
 
     def _following(self, joint: DraftJoint, source: int, at: Value, given: Mapping[int, Given]) -> Value | None:
         """Where a joint starts that follows another one; None where only the limits tell."""
