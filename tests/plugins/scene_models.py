@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import types
 import typing
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Annotated, Any
 
 from pydantic import BaseModel, Tag
 from pydantic.fields import FieldInfo
 from typing_extensions import TypeAliasType
 
+from scenecc.spec.articulation import Mjcf, Tree, Urdf
+from scenecc.spec.body import Body
+from scenecc.spec.entities import entity_model
 from scenecc.spec.later import ByType, Later
 from scenecc.spec.leaf import Varies
-from scenecc.spec.unions import COMPONENTS, any_varying, kind
+from scenecc.spec.unions import BODY, COMPONENTS, any_varying, entity_kind, kind
 
 Key = tuple[type[BaseModel], str]
-"""A key of a model."""
+"""A key of a model: the name of its field."""
+
+ARTICULATIONS: tuple[type[BaseModel], ...] = (Tree, Urdf, Mjcf)
+"""Models of entities that no annotation leads to, for they are found by a key that the entity has."""
 
 
 def parts(annotation: Any) -> tuple[Any, list[Any]]:
@@ -51,17 +57,22 @@ def is_model(annotation: Any) -> bool:
     return isinstance(annotation, type) and issubclass(annotation, BaseModel)
 
 
-def all_keys(annotation: Any, but: Sequence[str] = ()) -> set[Key]:
-    """Every key that can be written below a type. `but`: keys below which nothing is looked for."""
+def field_of(model: type[BaseModel], key: str) -> str:
+    """The name of the field that a key fills."""
+    return next(name for name, field in model.model_fields.items() if key == (field.alias or name))
+
+
+def all_keys(*annotations: Any) -> set[Key]:
+    """Every key that can be written below some types."""
     found: set[Key] = set()
-    todo = [annotation]
+    todo = list(annotations)
     while todo:
         bare, _ = parts(todo.pop())
         if is_model(bare):
             fields = bare.model_fields
             new = {(bare, name) for name in fields} - found
             found |= new
-            todo += [fields[name].annotation for _, name in new if name not in but]
+            todo += [fields[name].annotation for _, name in new]
         elif isinstance(bare, ByType):
             todo += branches(bare)
         else:
@@ -69,10 +80,10 @@ def all_keys(annotation: Any, but: Sequence[str] = ()) -> set[Key]:
     return found
 
 
-def choices(annotation: Any, but: Sequence[str] = ()) -> set[tuple[Key, Any]]:
-    """Every word of every key that takes one of a few; `but`: as for `all_keys`."""
+def choices(*annotations: Any) -> set[tuple[Key, Any]]:
+    """Every word of every key below some types that takes one of a few."""
     found: set[tuple[Key, Any]] = set()
-    for model, name in all_keys(annotation, but):
+    for model, name in all_keys(*annotations):
         todo = [model.model_fields[name].annotation]
         while todo:
             bare, _ = parts(todo.pop())
@@ -90,7 +101,9 @@ def written(annotation: Any, node: Any) -> Iterator[tuple[Key, Any]]:
         if not _is_form(node):
             yield from written(_branch(options, node), node)
     elif is_model(bare):
-        for name, value in node.items():
+        bare = _meant(bare, node)
+        for key, value in node.items():
+            name = field_of(bare, key)
             yield (bare, name), value
             yield from written(bare.model_fields[name].annotation, value)
     elif not typing.get_args(bare):
@@ -111,8 +124,9 @@ def leaves(annotation: Any, node: Any) -> Iterator[tuple[Any, Any, bool]]:
         if not _is_form(node):
             yield from leaves(_branch(options, node), node)
     elif is_model(bare):
+        bare = _meant(bare, node)
         for name, value in node.items():
-            field = bare.model_fields[name]
+            field = bare.model_fields[field_of(bare, name)]
             option = branches(field.annotation)
             inner, said = parts(option[0] if len(option) == 1 else field.annotation)
             if any(isinstance(item, Varies) and item.refused is None for item in [*said, *field.metadata]):
@@ -122,6 +136,12 @@ def leaves(annotation: Any, node: Any) -> Iterator[tuple[Any, Any, bool]]:
     elif isinstance(node, list | dict) and (args := typing.get_args(bare)):
         for item in node.values() if isinstance(node, dict) else node:
             yield from leaves(args[-1], item)
+
+
+def _meant(model: type[BaseModel], node: Any) -> type[BaseModel]:
+    """The model that a node is read by: an entity is what its keys make of it."""
+    label = entity_kind(node) if model is Body else BODY
+    return model if label == BODY else entity_model(label)
 
 
 def _is_form(node: Any) -> bool:

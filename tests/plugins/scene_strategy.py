@@ -1,27 +1,49 @@
 """Valid scene documents for Hypothesis, drawn from the models of the language: a new key needs no edit here.
 
 What a key may hold follows from its type, with a narrower range here and there. What may not stand side by side, and
-which names exist, is mended afterwards: the rules across fields, one a function.
+which names exist, is mended afterwards: the rules across fields, one a function. Those of articulations, and of what
+holds on to entities, stand in `articulation_rules` and `held_rules`.
 """
 
 from __future__ import annotations
 
 import copy
 import math
+import re
 import typing
 from collections.abc import Callable, Iterator
+from itertools import chain
 from random import Random
 from typing import Any
 
 import annotated_types
 from hypothesis import strategies as st
+from plugins import articulation_rules, held_rules
 from plugins.expectations import GOOD
-from plugins.scene_models import Key, branches, is_model, leaves, parts
+from plugins.scene_models import ARTICULATIONS, Key, branches, is_model, leaves, parts
+from plugins.scene_nodes import (
+    COPIES,
+    FALLBACK,
+    SHAPE_LISTS,
+    articulations,
+    bodies,
+    colliding,
+    drop,
+    is_copied,
+    links,
+    nodes,
+    shapes,
+)
 from pydantic import StringConstraints
 
 from scenecc.checks.physics import LANGUAGE_KEYS, MOVING, SEEN
+from scenecc.spec.articulation import Mjcf, Tree, Urdf
+from scenecc.spec.articulation_tree import TreeJoint, TreeLink
 from scenecc.spec.base import NAME_PATTERN, REFERENCE_PATTERN
+from scenecc.spec.body import Body
+from scenecc.spec.copies import Copies
 from scenecc.spec.document import SceneFile
+from scenecc.spec.environment import CubeMap, Environment
 from scenecc.spec.inertial import Inertial
 from scenecc.spec.material import Physical, TextureMapping
 from scenecc.spec.physics import DefaultMaterial, Physics
@@ -38,10 +60,10 @@ IMAGES = ("assets/checker.png", "./assets/checker.png")
 
 ENTITIES = ("a", "b", "_c", "D.1", "e-f", "World")
 FRAMES = ("f", "g.0")
-HELD = ("constraints", "lights", "cameras", "environment")
-"""Sections of the document that hold on to entities; they have tests of their own, and so have robots."""
+CAMERAS = ("eye", "Cam.2", "_v")
+"""They share one namespace with entities and frames; what other sections hold has one for each."""
 
-SHAPE_LISTS = ("shapes", "collisions", "visuals")
+SELECTING = ("entities", "constraints", "lights", "cameras")
 ROTATIONS = ("q", "rpy", "rpy_deg", "axis_angle", "look_at")
 
 Make = Callable[[Random], Any]
@@ -81,6 +103,17 @@ def _direction(random: Random) -> list[int]:
     return direction if any(direction) else [0, 0, -1]
 
 
+def _tree(random: Random) -> dict[str, Any]:
+    """One to five links, each but the first hung on an earlier one."""
+    made = [_model(random, TreeLink) for _ in range(random.randint(1, len(articulation_rules.LINK_NAMES)))]
+    for number, link in enumerate(made):
+        drop(link, "joint")
+        if number:
+            link["joint"] = _model(random, TreeJoint)
+            made[random.randrange(number)].setdefault("children", []).append(link)
+    return made[0]
+
+
 NARROWER: dict[Key, Make] = {
     (SceneFile, "scenecc"): _one_of(1),
     (SceneFile, "num_scenes"): _one_of(1, 2, 3, 4),
@@ -88,7 +121,6 @@ NARROWER: dict[Key, Make] = {
     (SceneFile, "params"): _one_of({}, {"size": 1.5, "parts": {"type": "list", "default": []}}),
     (SceneFile, "draws"): _one_of({}, {"u": {"uniform": [0, 1]}, "v": "${2 * u}", "w": {"cycle": ["a", "b"]}}),
     (SceneFile, "include"): _one_of([]),
-    **{(SceneFile, section): _one_of({}) for section in HELD},
     (Physics, "timestep"): _between(0.001, 0.02),
     (Physics, "cpu_workers"): _one_of(0),
     (Physics, "contact_offset"): _between(0.011, 0.05),
@@ -109,6 +141,19 @@ NARROWER: dict[Key, Make] = {
     (FileKeys, "file"): _one_of(*MESHES),
     (TextureMapping, "file"): _one_of(*IMAGES),
     (CoacdKeys, "seed"): _one_of(0, 9),
+    (Copies, "repeat"): _one_of({"i": {"count": 2}}, {"i": [-1, 1]}, {"j": [0], "i": {"count": 3}}),
+    (Copies, "if_"): _one_of(True, False),
+    (Tree, "root"): _tree,
+    (TreeLink, "children"): _one_of([]),
+    **{(TreeLink, shapes): lambda random, of=shapes: _shape_list(random, of) for shapes in SHAPE_LISTS},
+    (TreeJoint, "axis"): lambda random: random.choice(["x", "y", "z", _direction(random)]),
+    (Urdf, "urdf"): _one_of(*(file for file in articulation_rules.FILES if file.endswith("urdf"))),
+    (Urdf, "scale"): _between(0.5, 3),
+    (Urdf, "srdf"): _one_of("none"),
+    (Urdf, "package_dir"): _one_of("articulations"),
+    (Mjcf, "mjcf"): _one_of(*(file for file in articulation_rules.FILES if file.endswith("xml"))),
+    (Environment, "map"): lambda random: random.choice(["assets/sky.png", _model(random, CubeMap)]),
+    **{(CubeMap, face): _one_of(*IMAGES) for face in CubeMap.model_fields},
 }
 """Where the type allows more than any scene can be built of, or not all that it allows is valid."""
 
@@ -133,11 +178,19 @@ def document(random: Random) -> dict[str, Any]:
 
 def _model(random: Random, model: Any) -> dict[str, Any]:
     """A mapping with all required keys and half of the others."""
+    if model is Body:
+        model = random.choice([Body, Body, Body, *ARTICULATIONS])
     return {
-        name: _key(random, model, name)
+        field.alias or name: _key(random, model, name)
         for name, field in model.model_fields.items()
         if field.is_required() or name == "entities" or random.random() < 0.5
     }
+
+
+def _shape_list(random: Random, name: str) -> list[dict[str, Any]]:
+    """At most one shape of a link, for an articulation has several links."""
+    made = _value(random, TreeLink.model_fields[name].annotation, [], name)
+    return made[:1]
 
 
 def _key(random: Random, model: Any, name: str) -> Any:
@@ -162,11 +215,13 @@ def _value(random: Random, annotation: Any, said: list[Any], name: str) -> Any: 
         case origin if origin is tuple:
             return [_value(random, arg, [], name) for arg in args]
         case origin if origin is list:
-            size = random.randint(_bound(said, "min_length", 0), _bound(said, "max_length", 3))
+            least = _bound(said, "min_length", 0)
+            size = random.randint(least, min(_bound(said, "max_length", 3), least + 3))
             return [_value(random, args[0], [], name) for _ in range(size)]
         case origin if origin is dict:
-            names = FRAMES if name == "frames" else ENTITIES
-            return {entry: _value(random, args[1], [], name) for entry in random.sample(names, random.randint(0, 2))}
+            names = {"frames": FRAMES, "cameras": CAMERAS}.get(name, ENTITIES)
+            size = random.randint(0, 3 if name in {"entities", "constraints"} else 2)
+            return {entry: _value(random, args[1], [], name) for entry in random.sample(names, size)}
         case _:
             return _scalar(bare, said, name)(random)
 
@@ -181,15 +236,15 @@ def _scalar(kind: Any, said: list[Any], name: str) -> Make:
             return _one_of(*ENTITIES)
         if pattern is not None:
             assert pattern.startswith("^#"), f"nothing is known of {pattern}: teach the strategy"
-            return _one_of("#0080ff", "#0080FF80")
-        return _one_of(*IMAGES) if name.endswith("_texture") else _text
+            return _one_of(*(color for color in ("#0080ff", "#0080FF80") if re.fullmatch(pattern, color)))
+        return _one_of(*IMAGES) if name.endswith("texture") else _text
     low, high = _bound(said, "ge", -10), _bound(said, "le", 10)
     assert kind in (int, float), f"nothing is known of {kind}: teach the strategy"
     if kind is int:
         low, high = max(low, -10), min(_bound(said, "lt", high + 1) - 1, 2**32)
         return lambda random: random.choice([low, high, random.randint(low, high)])
     low = max(low, 0.01 if _bound(said, "gt", -1) == 0 else -10)
-    return _between(low, min(high, 10))
+    return _between(low, min(high, 10, _bound(said, "lt", math.inf) - 0.01))
 
 
 def _text(random: Random) -> str:
@@ -204,23 +259,14 @@ def _bound(said: list[Any], name: str, otherwise: Any) -> Any:
 
 def _flat(said: list[Any]) -> Iterator[Any]:
     for item in said:
-        yield from item if isinstance(item, annotated_types.GroupedMetadata) else [item]
+        # To ask a protocol takes longer than all else that is done here.
+        kind = type(item)
+        if kind not in _GROUPED:
+            _GROUPED[kind] = isinstance(item, annotated_types.GroupedMetadata)
+        yield from item if _GROUPED[kind] else [item]
 
 
-def nodes(node: Any) -> Iterator[dict[str, Any]]:
-    """Every mapping of a document."""
-    if isinstance(node, dict):
-        yield node
-    for item in node.values() if isinstance(node, dict) else node if isinstance(node, list) else ():
-        yield from nodes(item)
-
-
-def _bodies(document: dict[str, Any]) -> list[dict[str, Any]]:
-    return list(document.get("entities", {}).values())
-
-
-def _shapes(body: dict[str, Any], *lists: str) -> list[dict[str, Any]]:
-    return [shape for name in lists for shape in body.get(name, [])]
+_GROUPED: dict[type, bool] = {}
 
 
 def _one_rotation(document: dict[str, Any], random: Random) -> None:
@@ -241,26 +287,42 @@ def _one_rotation(document: dict[str, Any], random: Random) -> None:
 def _selections(document: dict[str, Any], random: Random) -> None:
     """Scenes that exist, each once."""
     count = document.get("num_scenes", 1)
-    for body in _bodies(document):
-        if "scene_idxs" not in body:
+    for one in chain.from_iterable(document.get(section, {}).values() for section in SELECTING):
+        if "scene_idxs" not in one:
             continue
         some = random.sample(range(count), random.randint(1, count))
         last = max(some)
         forms = [some, f"{last}:", f":{last + 1}", "::2", [f"{last}:{last + 1}", *(i for i in some if i != last)]]
-        body["scene_idxs"] = random.choice([*forms, f"-{count}:"])
+        one["scene_idxs"] = random.choice([*forms, f"-{count}:"])
+
+
+def _copies(document: dict[str, Any], random: Random) -> None:
+    """Some are repeated or left out; names of copies differ, and nothing else is called by one."""
+    for section in SELECTING:
+        for name, one in document.get(section, {}).items():
+            if random.random() < 0.5:
+                drop(one, *COPIES)
+            elif "repeat" not in one:
+                drop(one, "name")
+            elif "name" in one:
+                one["name"] = "-".join([name, *(f"${{{variable}}}" for variable in one["repeat"])])
 
 
 def _relations(document: dict[str, Any], random: Random) -> None:
-    """`relative_to` names what stands before it and is in every scene; inside of a body it has no meaning."""
+    """`relative_to` names what stands before it and is in every scene; inside of a body it has no meaning, nor beside a
+    `mount`.
+    """
     known: list[str] = ["world"]
-    for section in ("frames", "entities"):
+    for section in ("frames", "entities", "cameras", "lights"):
         for name, placed in document.get(section, {}).items():
             for node in nodes({key: item for key, item in placed.items() if key != "pose"}):
                 node.pop("relative_to", None)
             pose = placed.get("pose")
+            if isinstance(pose, dict) and "mount" in placed:
+                drop(pose, "relative_to")
             if isinstance(pose, dict) and "relative_to" in pose:
                 pose["relative_to"] = random.choice(known)
-            if "scene_idxs" not in placed:
+            if section != "lights" and not is_copied(placed) and "scene_idxs" not in placed and "mount" not in placed:
                 known.append(name)
 
 
@@ -300,36 +362,31 @@ def _scales(document: dict[str, Any], random: Random) -> None:
 
 def _body_types(document: dict[str, Any], random: Random) -> None:
     """Every body has shapes that mean something, no plane moves, and no key means nothing."""
-    fallback = {"type": "sphere", "radius": 0.5}
-    for body in _bodies(document):
+    for body in bodies(document):
         kind = body.get("body_type", "dynamic")
-        if kind == "dynamic" and any(shape["type"] == "plane" for shape in _shapes(body, "shapes", "collisions")):
+        if kind == "dynamic" and any(shape["type"] == "plane" for shape in colliding(body)):
             kind = body["body_type"] = random.choice(["static", "kinematic"])
         if kind == "none":
-            body["visuals"] = body.get("visuals") or [dict(fallback)]
+            body["visuals"] = body.get("visuals") or [dict(FALLBACK)]
             body["shapes"], body["collisions"] = [], []
-        elif not _shapes(body, *SHAPE_LISTS) or (
-            kind == "dynamic" and not _shapes(body, "shapes", "collisions") and "inertial" not in body
-        ):
-            body["shapes"] = [dict(fallback)]
+        elif not shapes(body, *SHAPE_LISTS) or (kind == "dynamic" and not colliding(body) and "inertial" not in body):
+            body["shapes"] = [dict(FALLBACK)]
         if kind != "dynamic":
             for field in MOVING:
                 body.pop(LANGUAGE_KEYS.get(field, field), None)
-        if not _shapes(body, "shapes", "visuals"):
+        if not shapes(body, "shapes", "visuals"):
             for name in (*SEEN, "color"):
                 body.pop(name, None)
-        if not _shapes(body, "shapes", "collisions"):
+        if not colliding(body):
             for name in ("collision_bits", "collision_group", "density"):
                 body.pop(name, None)
 
 
 def _moving_shapes(document: dict[str, Any], random: Random) -> None:
     """A moving triangle mesh is a distance field, and no such field may meet a plane."""
-    plane = any(s["type"] == "plane" for b in _bodies(document) for s in _shapes(b, "shapes", "collisions"))
-    for body in _bodies(document):
-        if body.get("body_type", "dynamic") != "dynamic":
-            continue
-        for shape in _shapes(body, "shapes", "collisions"):
+    plane = any(shape["type"] == "plane" for body in bodies(document) for shape in colliding(body))
+    for body in _moving(document):
+        for shape in colliding(body):
             if shape["type"] == "triangle_mesh":
                 shape["sdf"] = True
                 if plane:
@@ -337,42 +394,69 @@ def _moving_shapes(document: dict[str, Any], random: Random) -> None:
                     shape["type"] = "convex_mesh"
 
 
+def _moving(document: dict[str, Any]) -> list[dict[str, Any]]:
+    """The bodies that forces move, links among them."""
+    free = [body for body in bodies(document) if body.get("body_type", "dynamic") == "dynamic"]
+    return [*free, *(link for entity in articulations(document) for link, _ in links(entity))]
+
+
 def _masses(document: dict[str, Any], random: Random) -> None:
     """What moves weighs something, and a mass has nothing beside it."""
-    for body in _bodies(document):
-        if "inertial" in body:
-            body.pop("mass", None)
-    if any(body.get("body_type", "dynamic") == "dynamic" and "inertial" not in body for body in _bodies(document)):
+    for node in nodes(document.get("entities", {})):
+        if "inertial" in node:
+            drop(node, "mass")
+    if articulations(document) or any("inertial" not in body for body in _moving(document)):
         for node in nodes(document):
-            if node.get("density") == 0:
-                node["density"] = 1
+            if "density" in node:
+                node["density"] = max(node["density"], 1)
 
 
 def _forms(document: dict[str, Any], random: Random) -> None:
     """Some of the values that may vary, as forms that leave them as they are: what goes together stays so."""
     for owner, key, is_number in list(leaves(SceneFile, document)):
         value = owner[key]
-        if random.random() < 0.9 or (isinstance(value, dict) and "relative_to" in value):
+        named = key in {"qpos", "qvel"} and isinstance(value, dict)
+        if random.random() < 0.9 or named or (isinstance(value, dict) and not WHOLE.isdisjoint(value)):
             continue
         forms: list[dict[str, Any]] = [
             {"cycle": [value]},
             {"choice": [value, copy.deepcopy(value)], "weights": [1, 2]},
             {"per_scene": {"default": value}},
         ]
-        if is_number:
+        if is_number and not _is_endless(value):
             forms += [{"uniform": [value, value]}, {"normal": [value, 0], "clip": [value, value]}]
         owner[key] = random.choice(forms)
 
 
+WHOLE = frozenset(("relative_to", "px"))
+"""Keys of mappings that no form stands for: it is the same in every scene what a pose is relative to, and six pictures
+vary one by one."""
+
+
+def _is_endless(value: Any) -> bool:
+    return any(map(math.isinf, value if isinstance(value, list) else [value]))
+
+
 RULES: tuple[Callable[[dict[str, Any], Random], None], ...] = (
     _one_rotation,
+    _copies,
     _selections,
+    articulation_rules.tree_links,
+    articulation_rules.files,
+    held_rules.mounts,
     _relations,
     _references,
     _friction,
     _scales,
     _body_types,
+    articulation_rules.link_bodies,
+    articulation_rules.patterns,
+    articulation_rules.whole,
+    articulation_rules.joint_numbers,
     _moving_shapes,
     _masses,
+    held_rules.constraints,
+    held_rules.lights,
+    held_rules.cameras,
     _forms,
 )

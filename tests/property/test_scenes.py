@@ -12,14 +12,16 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+import jsonschema
 import pytest
 import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from plugins.scene_models import all_keys, choices, written
-from plugins.scene_strategy import FOLDER, HELD, document, documents, nodes, randoms
+from plugins.scene_models import ARTICULATIONS, all_keys, choices, written
+from plugins.scene_nodes import is_copied, nodes
+from plugins.scene_strategy import FOLDER, document, documents, randoms
 
-from scenecc import compile_scene, emit_scene, load_scene, validate
+from scenecc import compile_scene, emit_scene, json_schema, load_scene, validate
 from scenecc.diagnostics.codes import CODES
 from scenecc.spec.document import SceneFile
 
@@ -48,12 +50,13 @@ def test_a_valid_scene_has_no_error(scene: dict[str, Any]) -> None:
 
 def test_every_key_and_choice_of_the_language_is_generated() -> None:
     random, keys, words = Random(0), set(), set()
+    written_by = (SceneFile, *ARTICULATIONS)
     for _ in range(400):
         for key, value in written(SceneFile, document(random)):
             keys.add(key)
             words.update((key, item) for item in (value if isinstance(value, list) else [value]) if _is_word(item))
-    assert not sorted(f"{model.__name__}.{name}" for model, name in all_keys(SceneFile, HELD) - keys)
-    assert not sorted(f"{model.__name__}.{name}: {word}" for (model, name), word in choices(SceneFile, HELD) - words)
+    assert not sorted(f"{model.__name__}.{name}" for model, name in all_keys(*written_by) - keys)
+    assert not sorted(f"{model.__name__}.{name}: {word}" for (model, name), word in choices(*written_by) - words)
 
 
 def _is_word(item: Any) -> bool:
@@ -74,7 +77,7 @@ def test_a_plan_comes_back_from_its_json(scene: dict[str, Any]) -> None:
 @slow_to_draw
 def test_a_scene_read_back_from_yaml_gives_the_same_plan(scene: dict[str, Any]) -> None:
     plan = compile_scene(scene)
-    for text in (yaml_text(scene), json.dumps(scene, ensure_ascii=False)):
+    for text in (yaml_text(scene), json_text(scene)):
         assert compile_scene(io.StringIO(text)) == plan
 
 
@@ -92,18 +95,87 @@ def yaml_text(scene: dict[str, Any]) -> str:
     return yaml.dump(scene, Dumper=_Quoting, sort_keys=False, allow_unicode=True)
 
 
-@given(documents())
-@settings(slow_to_draw, max_examples=40)
-def test_a_valid_scene_is_built_as_it_is_written(scene: dict[str, Any]) -> None:
+def json_text(scene: dict[str, Any]) -> str:
+    """JSON, but for what it has no number for."""
+    return json.dumps(scene, ensure_ascii=False).replace("Infinity", ".inf")
+
+
+@pytest.fixture(scope="module")
+def schema() -> jsonschema.Draft202012Validator:
+    return jsonschema.Draft202012Validator(json_schema())
+
+
+@given(scene=documents())
+@settings(slow_to_draw, max_examples=30)
+def test_the_schema_takes_a_valid_scene(scene: dict[str, Any], schema: jsonschema.Draft202012Validator) -> None:
+    assert [error.message for error in schema.iter_errors(scene)] == []
+
+
+def quick(scene: dict[str, Any]) -> dict[str, Any]:
+    """A scene without what takes long to build: CoACD takes seconds, and distance fields tenths of one."""
     for node in nodes(scene):
-        # CoACD takes seconds, and distance fields tenths of one.
         if node.pop("decomposition", None):
             node.pop("decomposition_params", None)
         if node.get("type") == "triangle_mesh" and node.pop("sdf", None):
             node["type"] = "convex_mesh"
+    return scene
+
+
+@given(documents().map(quick))
+@settings(slow_to_draw, max_examples=40)
+def test_a_valid_scene_is_built_as_it_is_written(scene: dict[str, Any]) -> None:
     with load_scene(scene, render=False, audit="full") as batch:
-        assert list(batch.entities) == list(scene["entities"])
+        for section, found in (
+            ("entities", [*batch.entities, *batch.articulations]),
+            ("constraints", batch.constraints),
+            ("lights", batch.lights),
+            ("cameras", batch.cameras),
+        ):
+            # Copies have names of their own.
+            alone = [name for name, one in scene.get(section, {}).items() if not is_copied(one)]
+            assert set(alone) <= set(found)
         batch.step()
+
+
+def built_by_script(scene: dict[str, Any], *, render: bool) -> list[Any]:
+    """The scenes that the emitted script builds, in this process."""
+    text = emit_scene(compile_scene(scene), "python")
+    module: dict[str, Any] = {"__name__": "scenes", "__file__": str(FOLDER / "scenes.py")}
+    exec(compile(text, "scenes.py", "exec"), module)
+    return module["build_scenes"](render=render)
+
+
+def assert_script_builds_the_same(scene: dict[str, Any], *, render: bool = False) -> None:
+    from fidelity import compare
+
+    scripted = built_by_script(scene, render=render)
+    with load_scene(scene, render=render, audit="full") as batch:
+        for ours, theirs in zip(batch.scenes, scripted, strict=True):
+            compare.assert_same_scene(ours, theirs)
+        compare.assert_same_trajectory(batch.scenes, scripted, steps=3)
+
+
+@given(documents().map(quick))
+@settings(slow_to_draw, max_examples=40)
+def test_an_emitted_script_builds_what_is_built(scene: dict[str, Any]) -> None:
+    assert_script_builds_the_same(scene)
+
+
+def small(scene: dict[str, Any]) -> dict[str, Any]:
+    """A scene whose pictures software draws in little time; ray tracing needs a device that has it."""
+    for camera in scene.get("cameras", {}).values():
+        camera |= {"width": 16, "height": 12, "shader": "default"}
+    for light in scene.get("lights", {}).values():
+        if "shadow_map_size" in light:
+            light["shadow_map_size"] = 64
+    return scene
+
+
+@pytest.mark.render
+@given(documents().map(quick).map(small))
+@settings(slow_to_draw, max_examples=10)
+def test_and_what_is_seen_with_a_renderer(scene: dict[str, Any]) -> None:
+    assert_script_builds_the_same(scene, render=True)
 
 
 JUNK: list[Any] = [0, -1, 1e300, float("nan"), True, "", "x", "${x}", None, [], [1, 2], {}, {"uniform": [0, 1]}, 10**99]

@@ -72,21 +72,62 @@ def body(random: Random) -> dict[str, Any]:
     return made
 
 
+def arm(random: Random) -> dict[str, Any]:
+    """A tree of two joints that move."""
+
+    def link(of: str, **joint: Any) -> dict[str, Any]:
+        """A link on a joint."""
+        shape = {"type": "box", "half_size": varying(random, vector)}
+        return {"name": of, "joint": joint, "mass": varying(random, number), "shapes": [shape]}
+
+    axis = varying(random, vector)
+    slide = link("slide", name="s", type="prismatic", origin=varying(random, vector), axis=axis, limits=[0, 0.5])
+    turn = link("turn", name="t", type="revolute", friction=varying(random, number), limits_deg=[-20, 180])
+    qpos = random.choice([{"t": varying(random, number)}, {"uniform": [[0, -0.1], [0.5, 1]]}, [0.1, 0.2]])
+    return {
+        "pose": {"p": varying(random, vector)},
+        "qpos": qpos,
+        "drives": {"s|t": {"stiffness": varying(random, number), "target": varying(random, number)}},
+        "root": {"name": "base", "shapes": [{"type": "sphere", "radius": 0.1}], "children": [slide, turn]},
+    }
+
+
+def entity(random: Random) -> dict[str, Any]:
+    return random.choice([body, body, arm])(random)
+
+
+def held(random: Random) -> dict[str, Any]:
+    """What holds on to the entity `a`, whatever that is."""
+    spring = {"stiffness": varying(random, number), "damping": varying(random, number)}
+    pose = {"p": varying(random, vector), "rpy": [0, 0, varying(random, number)]}
+    made: dict[str, Any] = {
+        "constraints": {"tie": {"type": "drive", "parent": "world", "child": "a", "drive": {"x": spring}}},
+        "lights": {"lamp": {"type": "point", "color": varying(random, vector), "position": varying(random, vector)}},
+        "cameras": {"eye": {"pose": pose, "fovy": varying(random, number), "mount": "a"}},
+    }
+    made["constraints"]["tie"]["pose_in_parent"] = pose
+    return {section: made[section] for section in made if random.random() < 0.5}
+
+
 def scene_of(random: Random) -> dict[str, Any]:
     return {
         "scenecc": 1,
         "num_scenes": 6,
         "seed": random.randint(0, 3),
         "draws": {"u": {"uniform": [0.1, 1]}},
-        "entities": {name: body(random) for name in random.choice(["a", "ab", "abc"])},
+        "entities": {name: entity(random) for name in random.choice(["a", "ab", "abc"])},
+        **held(random),
     }
+
+
+BUILT = ("entities", "constraints", "lights", "cameras")
 
 
 def built(found: list[Difference]) -> list[tuple[str, str]]:
     """What differs of what is built. What resets give may differ beside it: they leave a draw alone as soon as anything
     built reads it.
     """
-    entities = [one for one in found if one.section == "entities" and "at reset" not in f"{one.a} {one.b}"]
+    entities = [one for one in found if one.section in BUILT and "at reset" not in f"{one.a} {one.b}"]
     return [(one.kind, one.name) for one in entities]
 
 
@@ -108,7 +149,9 @@ def test_a_scene_is_the_same_among_any_number(random: Random, count: int) -> Non
 @few
 def test_an_edit_of_one_entity_leaves_all_others_as_they_were(random: Random) -> None:
     scene = scene_of(random)
-    edited = {**scene, "entities": {**scene["entities"], "a": body(random)}}
+    # Of the same kind: what is mounted on an articulation is mounted on its root link.
+    make = arm if "root" in scene["entities"]["a"] else body
+    edited = {**scene, "entities": {**scene["entities"], "a": make(random)}}
     assert {name for _, name in built(compare_scenes(scene, edited))} <= {"a"}
 
 
@@ -116,7 +159,7 @@ def test_an_edit_of_one_entity_leaves_all_others_as_they_were(random: Random) ->
 @few
 def test_a_new_entity_leaves_all_others_as_they_were(random: Random, first: bool) -> None:
     scene = scene_of(random)
-    new, old = {"new": body(random)}, scene["entities"]
+    new, old = {"new": entity(random)}, scene["entities"]
     more = {**scene, "entities": {**new, **old} if first else {**old, **new}}
     assert built(compare_scenes(scene, more)) == [("added", "new")]
 

@@ -1,0 +1,229 @@
+"""The rules across the fields of articulations: what of a tree, of its joints and of what is said of them is valid."""
+
+from __future__ import annotations
+
+import math
+import re
+from random import Random
+from typing import NamedTuple
+
+from plugins.scene_nodes import (
+    FALLBACK,
+    Node,
+    articulations,
+    ascending,
+    colliding,
+    drop,
+    keep_one,
+    links,
+    shapes,
+)
+
+LINK_NAMES = ("base", "l.1", "L-2", "_tip", "arm_3")
+JOINT_NAMES = ("j0", "j.1", "J-2", "_wrist", "hinge_4")
+"""By the number of the link; names that patterns have to match as they are, and by their beginnings."""
+
+
+class Joint(NamedTuple):
+    """A joint that moves; `name` is "" where it has none."""
+
+    name: str
+    limits: tuple[float, float]
+    is_hinge: bool = True
+
+
+class Robot(NamedTuple):
+    """What may be named of an articulation: `joints` in SAPIEN's order, and the links that hang on hinges."""
+
+    links: tuple[str, ...]
+    joints: tuple[Joint, ...]
+    hinged: tuple[str, ...]
+
+
+_ARM = (Joint("shoulder", (-1.5, 1.5)), Joint("elbow", (0.1, 2.5)))
+FILES: dict[str, Robot] = {
+    "articulations/arm.urdf": Robot(("base", "upper", "lower", "tip"), _ARM, ("upper", "lower")),
+    "articulations/long_arm.urdf": Robot(
+        ("base", "upper", "lower", "tip"),
+        (*_ARM, Joint("wrist", (-math.inf, math.inf))),
+        ("upper", "lower", "tip"),
+    ),
+    "articulations/swing.xml": Robot(("stand", "bob"), (Joint("swing", (-1, 1)),), ("bob",)),
+}
+"""The robots' files of the good scenes that hold one robot each."""
+
+
+def robot_of(entity: Node) -> Robot:
+    """What may be named of an articulation whose tree is mended."""
+    file = entity.get("urdf", entity.get("mjcf"))
+    if file is not None:
+        return FILES[file]
+    tree = links(entity)
+    deep: list[tuple[int, Joint]] = []
+    depths = {id(tree[0][0]): 0}
+    for link, parent in tree[1:]:
+        depths[id(link)] = depths[id(parent)] + 1
+        joint = link["joint"]
+        if joint["type"] != "fixed":
+            degrees = joint.get("limits_deg", (-math.inf, math.inf))
+            limits = joint.get("limits", [math.radians(side) for side in degrees])
+            one = Joint(joint.get("name", ""), tuple(limits), joint["type"] != "prismatic")
+            deep.append((depths[id(link)], one))
+    deep.sort(key=lambda one: one[0])
+    hinged = tuple(link["name"] for link, parent in tree if parent is not None and joint_turns(link["joint"]))
+    return Robot(tuple(link["name"] for link, _ in tree), tuple(joint for _, joint in deep), hinged)
+
+
+def joint_turns(joint: Node) -> bool:
+    return joint["type"] not in {"fixed", "prismatic"}
+
+
+def tree_links(document: Node, random: Random) -> None:
+    """Links and joints of a tree are called otherwise, each; a joint may have no name."""
+    for entity in articulations(document):
+        for number, (link, parent) in enumerate(links(entity)):
+            link["name"] = LINK_NAMES[number]
+            if parent is None:
+                continue
+            joint = link["joint"]
+            drop(joint, "name")
+            if "mimic" in joint or random.random() < 0.8:
+                joint["name"] = JOINT_NAMES[number]
+            _one_joint(joint, random)
+        _followers(entity, random)
+
+
+def _one_joint(joint: Node, random: Random) -> None:
+    """A joint is placed in URDF's way or in SAPIEN's, and has no key that does nothing on one of its type."""
+    keep_one(joint, random, ("origin", "axis"), ("pose_in_parent", "pose_in_child"))
+    keep_one(joint, random, ("limits",), ("limits_deg",))
+    for key in ("limits", "limits_deg"):
+        if key in joint:
+            joint[key] = ascending(joint[key], random)
+    match joint["type"]:
+        case "fixed":
+            drop(joint, "friction", "damping", "armature", "axis", "limits", "limits_deg", "mimic")
+        case "continuous":
+            drop(joint, "limits", "limits_deg")
+        case "prismatic":
+            drop(joint, "limits_deg")
+
+
+def _followers(entity: Node, random: Random) -> None:
+    """A joint follows one that it hangs on, or an earlier one of the same link's, with no fixed one between them."""
+    tree = links(entity)
+    parents = {id(link): parent for link, parent in tree}
+    for number, (link, parent) in enumerate(tree):
+        if parent is None or "mimic" not in link["joint"]:
+            continue
+        above: list[Node] = [one for one, other in tree[:number] if other is parent]
+        at: Node | None = parent
+        while at is not None and at.get("joint", {"type": "fixed"})["type"] != "fixed":
+            above.append(at)
+            at = parents[id(at)]
+        joints = [one["joint"] for one in above]
+        names = [joint["name"] for joint in joints if "name" in joint and joint["type"] != "fixed"]
+        if not names:
+            del link["joint"]["mimic"]
+            continue
+        mimic = link["joint"]["mimic"]
+        mimic["joint"] = random.choice(names)
+        if mimic.get("multiplier") == 0:
+            mimic["multiplier"] = -0.5
+
+
+def files(document: Node, random: Random) -> None:
+    """What is said of the meshes of a file does something."""
+    for entity in articulations(document):
+        if "decomposition_params" in entity or entity.get("decomposition") == "coacd":
+            entity["load_multiple_collisions"] = True
+
+
+def link_bodies(document: Node, random: Random) -> None:
+    """No plane moves, what moves weighs something, and no key of a link means nothing."""
+    for entity in articulations(document):
+        tree = links(entity)
+        for link, _ in tree:
+            for shape in colliding(link):
+                if shape["type"] == "plane":
+                    shape.clear()
+                    shape.update(FALLBACK)
+        weighs = {id(link): bool(colliding(link)) or "inertial" in link for link, _ in tree}
+        for link, parent in reversed(tree):
+            moves = not entity.get("fix_root_link") if parent is None else link["joint"]["type"] != "fixed"
+            if moves and not weighs[id(link)]:
+                link["shapes"] = [dict(FALLBACK)]
+                weighs[id(link)] = True
+            if parent is not None and weighs[id(link)]:
+                weighs[id(parent)] = True
+        for link, _ in tree:
+            if not shapes(link, "shapes", "visuals"):
+                drop(link, "visibility")
+            if not colliding(link):
+                drop(link, "collision_bits", "collision_group")
+
+
+def whole(document: Node, random: Random) -> None:
+    """No key of the whole means nothing: where no joint moves, where the root is fixed, where nothing collides."""
+    for entity in articulations(document):
+        tree = [link for link, _ in links(entity)]
+        if entity.get("fix_root_link", "root" not in entity):
+            drop(entity, "linear_velocity", "angular_velocity")
+        if not robot_of(entity).joints:
+            drop(entity, "qpos", "qvel")
+        if "qpos" not in entity:
+            drop(entity, "beyond_limits")
+        if tree and not any(shapes(link, "shapes", "visuals") for link in tree):
+            drop(entity, "visibility")
+        if tree and not any(map(colliding, tree)):
+            drop(entity, *_OF_COLLIDING)
+
+
+_OF_COLLIDING = ("density", "patch_radius", "min_patch_radius", "collision_group", "disable_self_collisions")
+
+
+def patterns(document: Node, random: Random) -> None:
+    """Patterns match something that there is."""
+    for entity in articulations(document):
+        robot = robot_of(entity)
+        joints = [joint.name for joint in robot.joints if joint.name]
+        for section, names in (("links", list(robot.links)), ("joints", joints), ("drives", joints)):
+            said = entity.pop(section, {})
+            if said and names:
+                entity[section] = {_pattern(names, random): keys for keys in said.values()}
+        for keys in entity.get("joints", {}).values():
+            if "limits" in keys:
+                keys["limits"] = ascending(keys["limits"], random)
+
+
+def _pattern(names: list[str], random: Random) -> str:
+    name = random.choice(names)
+    forms = [".*", name, f"{name[:2]}.*", "|".join(names), f"({name})?", f"[^x]{{{len(name)}}}"]
+    return random.choice([form for form in forms if any(re.fullmatch(form, one) for one in names)])
+
+
+def joint_numbers(document: Node, random: Random) -> None:
+    """As many numbers as there are joints that move, or some by name; positions within the limits that hold."""
+    for entity in articulations(document):
+        joints = [_limited(joint, entity) for joint in robot_of(entity).joints]
+        for key in ("qpos", "qvel"):
+            if key not in entity:
+                continue
+            bound = key == "qpos" and not entity.get("beyond_limits")
+            numbers = [_number(joint, random, bound=bound) for joint in joints]
+            named = {joint.name: number for joint, number in zip(joints, numbers, strict=True) if joint.name}
+            some = random.sample(list(named), random.randint(0, len(named)))
+            entity[key] = numbers if random.random() < 0.5 else {name: named[name] for name in some}
+
+
+def _limited(joint: Joint, entity: Node) -> Joint:
+    """A joint with the limits that patterns give it, the last that has any."""
+    for pattern, keys in entity.get("joints", {}).items():
+        if "limits" in keys and re.fullmatch(pattern, joint.name):
+            joint = joint._replace(limits=tuple(keys["limits"]))
+    return joint
+
+
+def _number(joint: Joint, random: Random, *, bound: bool) -> float:
+    number = random.choice([0, random.uniform(-3, 3), round(random.uniform(-3, 3), 2)])
+    return min(max(number, joint.limits[0]), joint.limits[1]) if bound else number
