@@ -233,4 +233,14 @@ ROWS: tuple[Code, ...] = (
         "Say `collision_group` instead, which keeps what is ignored, or give the links a bit in common in the third "
         "integer and the same fourth one.",
     ),
+    Code(
+        "SC525",
+        "warning",
+        "URDF of one link, which is not fixed",
+        "A link without a joint is no articulation in SAPIEN: its loader builds a body that moves freely, whatever is "
+        "said of the root of a robot. So does this one, and `fix_root_link` is not true of it though it is left out.",
+        "$ scenecc validate scene.yaml   # a URDF with one link",
+        "Say `fix_root_link: false` where it is to move. Where it is not, fasten it to the world by a constraint of "
+        "`type: weld`, or declare it in the scene as a body of `body_type: static`.",
+    ),
 )

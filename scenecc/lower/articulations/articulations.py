@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.lower.articulations.bits import report_colliding
-from scenecc.lower.articulations.effects import report_idle
+from scenecc.lower.articulations.effects import report_free, report_idle
 from scenecc.lower.articulations.joints import joint_of, with_said
 from scenecc.lower.articulations.limits import Targets
 from scenecc.lower.articulations.links import Links
@@ -152,6 +152,7 @@ class Articulations:
         work = self._work(entity, origin, leaves, [draft for robots in drafts for _, draft in robots])
         if len(drafts) > 1:
             return self._alternatives(drafts, named.value, work, origin.child(key))
+        self._free(drafts, entity)
         ((alone, *others),) = drafts
         if not others and alone[0].pose == IDENTITY_POSE:
             return [Built("", None, (self._one(*alone, work),))]
@@ -167,7 +168,13 @@ class Articulations:
             hint = "several robots of one file are entities of their own"
             self._sink.report("SC327", message, origin, hint=hint)
             return []
+        self._free(drafts, work.entity)
         return [Built("", None, tuple(self._one(*robots[0], work) for robots in drafts), pick)]
+
+    def _free(self, drafts: list[list[tuple[DescribedRobot, Draft]]], entity: Any) -> None:
+        """Of a URDF nothing but its joints tells whether it is a body that is not fixed."""
+        if "urdf" in entity.model_fields_set and entity.fix_root_link is None:
+            report_free([robots[0] for robots in drafts], self._sink)
 
     def _draft(self, robot: DescribedRobot, file: AssetFile, whole: Layer, origin: Origin, leaves: Leaves) -> Draft:
         index = self._tables.files.value(file)

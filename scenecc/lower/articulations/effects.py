@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from scenecc.diagnostics.words import cut
 from scenecc.plan.articulation import ArticulationStructure
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from scenecc.diagnostics import Origin, Sink
+    from scenecc.lower.articulations.draft import Draft
     from scenecc.plan import BodyStructure
+    from scenecc.robots.description import DescribedRobot
 
 _OF_SEEN = ("visibility",)
 _OF_COLLIDING = ("density", "patch_radius", "min_patch_radius", "collision_group", "disable_self_collisions")
@@ -28,7 +31,7 @@ _OF_MOVING = (
 """What a body has not that stands still."""
 
 _BODY = "a body: its file has no joints"
-_HINTS = {"fix_root_link": "leave it out, or fasten the body to the world by a constraint of `type: weld`"}
+_HINTS = {"fix_root_link": "say `fix_root_link: false`; a constraint of `type: weld` fastens the body to the world"}
 
 
 def report_idle(
@@ -56,9 +59,22 @@ def report_idle(
             _report(entity, ("beyond_limits",), what, origin, sink)
         return
     alone = [key for key in _OF_LINKS if not (untouched and key in _OF_COLLIDING)]
+    if entity.fix_root_link is False and any(body.body_type == "dynamic" for body in bodies):
+        alone.remove("fix_root_link")
     _report(entity, alone, _BODY, origin, sink)
     if not any(body.body_type == "dynamic" for body in bodies):
         _report(entity, _OF_MOVING, "a body that stands still", origin, sink)
+
+
+def report_free(firsts: Iterable[tuple[DescribedRobot, Draft]], sink: Sink) -> None:
+    """Warns of files whose first robot is a body that moves freely, where nothing says whether its root is fixed."""
+    for robot, draft in firsts:
+        if robot.body_type == "dynamic" and robot.fixed is None:
+            message = (
+                f"`{cut(draft.links[0].name)}` has no joint: it is a body that moves freely, and no root that is fixed"
+            )
+            hint = "say `fix_root_link: false` of it; a constraint of `type: weld` fastens it to the world"
+            sink.report("SC525", message, draft.origin, hint=hint)
 
 
 def _report(entity: Any, keys: Iterable[str], what: str, origin: Origin, sink: Sink) -> None:
