@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.plan.articulation import ArticulationStructure, Joint, Link, Mimic
+from scenecc.plan.articulation import MOST_LINKS, ArticulationStructure, Joint, Link, Mimic
 from scenecc.plan.decode_numbers import Fault, shown
 
 if TYPE_CHECKING:
@@ -60,6 +60,9 @@ def articulation_faults(read: dict[str, Any]) -> Iterator[Fault]:
     links: tuple[Link, ...] = read["links"]
     if not links:
         yield Fault("SC706", "an articulation has one link at least", ("links",))
+    if len(links) > MOST_LINKS:
+        message = f"an articulation has {MOST_LINKS} links at most, as PhysX counts them on the CPU, not {len(links)}"
+        yield Fault("SC706", message, ("links",))
     for index, link in enumerate(links):
         yield from _tree_faults(index, link)
     joints = [(index, link.joint) for index, link in enumerate(links) if link.joint is not None]

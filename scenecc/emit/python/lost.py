@@ -8,6 +8,7 @@ from scenecc.diagnostics import Location
 from scenecc.emit.python.articulations import ROOT_KNOBS
 from scenecc.emit.python.knobs import BODY_KNOBS, LOOK_KNOBS, given
 from scenecc.plan import ArticulationStructure
+from scenecc.plan.articulation import MOST_LINKS
 from scenecc.plan.decode_links import NOT_OF_A_LINK
 from scenecc.plan.tendons import tendon_links
 
@@ -42,6 +43,11 @@ def _lost_of(structure: BodyStructure | ArticulationStructure) -> Iterator[tuple
                 f"a body of type {body.body_type} without visible shapes has no `{name}`",
             )
     if isinstance(structure, ArticulationStructure):
+        if len(structure.links) > MOST_LINKS:
+            yield (
+                structure.origin,
+                f"an articulation of {len(structure.links)} links; PhysX on the CPU counts {MOST_LINKS}",
+            )
         if structure.fix_root_link:
             for name in given(structure, ROOT_KNOBS):
                 yield structure.origin, f"a root that is fixed has no `{name}`"

@@ -146,3 +146,14 @@ def test_joints_are_in_the_engines_order(seed: int) -> None:
     link = scene.entities[0].find_component_by_type(physx.PhysxArticulationLinkComponent)
     assert isinstance(link, physx.PhysxArticulationLinkComponent)
     assert [joint.name for joint in link.articulation.active_joints] == [link.name for link in engine_order(structure)]
+
+
+def test_more_links_than_the_engine_counts_are_an_error() -> None:
+    def chain(count: int) -> ArticulationStructure:
+        below = (Link(f"l{n}", ARM.links[0].body, n - 1, Joint("fixed")) for n in range(1, count))
+        return ArticulationStructure((Link("l0", ARM.links[0].body), *below))
+
+    assert written(chain(255))[1] == []
+    text, messages = written(chain(256))
+    assert text is None
+    assert messages == ["`robot`: an articulation of 256 links; PhysX on the CPU counts 255"]

@@ -168,6 +168,21 @@ def test_each_fault_is_told_at_its_place(path: tuple[Any, ...], value: Any, code
     assert faults(edited((path, value)))[0] == (code, where)
 
 
+def test_no_more_links_are_read_than_the_engine_counts() -> None:
+    def chain(count: int) -> str:
+        data = json.loads(edited((("constraints",), []), (("cameras",), []), (("lights",), [])))
+        structure = data["entities"][0]["structures"][0]
+        body, joint = {"body_type": "link", "collisions": [], "visuals": []}, {"type": "fixed"}
+        structure["links"] += [
+            {"name": f"l{n}", "body": body, "parent": n - 1, "joint": joint} for n in range(3, count)
+        ]
+        return json.dumps(data)
+
+    sink = Sink()
+    assert plan_from_json(chain(255), base=Path("/files"), sink=sink) is not None, sink.diagnostics()
+    assert faults(chain(256)) == [("SC706", f"{AT}.links")]
+
+
 def test_a_body_and_an_articulation_are_not_one_entity() -> None:
     data = json.loads(edited())
     structures = [*data["entities"][0]["structures"], *data["entities"][1]["structures"]]
