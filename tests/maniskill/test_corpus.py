@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from plugins.live.differing import differences
 from plugins.live.reading import read_scene
+from plugins.live.starting import start_from
 from plugins.live.trajectory import first_difference, trajectory
 from plugins.maniskill_corpus import DISTRIBUTIONS, FOLDER, PAGE, TASKS, UNLIKE, page_with, table
 from plugins.maniskill_tasks import STEPS, Captured, LeftOut, references
@@ -20,36 +21,22 @@ from scenecc import load_scene, validate
 
 Tasks = dict[str, Captured | LeftOut]
 
+pytestmark = pytest.mark.timeout(600)  # the first to ask waits until all tasks are captured
+
 
 @pytest.fixture(scope="session")
 def tasks(tmp_path_factory: pytest.TempPathFactory) -> Tasks:
     return references(tmp_path_factory)
 
 
-OF_EACH_KIND = (
-    "PickCube-v1",
-    "PickCubeSO100-v1",
-    "TwoRobotStackCube-v1",
-    "PegInsertionSide-v1",
-    "FMBAssembly1Easy-v1",
-    "RotateValveLevel2-v1",
-    "TriFingerRotateCubeLevel0-v1",
-    "MS-AntWalk-v1",
-    "MS-HumanoidStand-v1",
-    "UnitreeG1Stand-v1",
-)
-"""Tasks that are compared in every run; the others are `slow`."""
-
-
-@pytest.mark.parametrize(
-    "name", [name if name in OF_EACH_KIND else pytest.param(name, marks=pytest.mark.slow) for name in TASKS]
-)
+@pytest.mark.parametrize("name", TASKS)
 def test_a_file_builds_what_its_task_leaves_behind(name: str, tasks: Tasks) -> None:
     """Names, bodies, shapes, materials, masses, joints, limits, drives and state; then the steps, to the last bit."""
     task = tasks[name]
     assert isinstance(task, Captured), task
     reference = task.bare()
     with load_scene(FOLDER / f"{name}.yaml", num_scenes=1, render=False) as batch:
+        start_from(batch.scenes[0], reference.scene)
         unlike = differences(reference.scene, read_scene(batch.scenes[0]))
         step = first_difference(reference.trajectory, trajectory(batch.scenes[0], STEPS))
         hidden = {entity.name for entity in batch.plan.entities if entity.hidden}

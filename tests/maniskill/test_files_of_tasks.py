@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from plugins.live.differing import differences
 from plugins.live.reading import read_scene
+from plugins.live.starting import start_from
 from plugins.live.trajectory import first_difference, trajectory
 from plugins.maniskill_scenes import new_scene
 from plugins.maniskill_tasks import STEPS, Captured, references
@@ -24,7 +25,6 @@ def tasks(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 @pytest.mark.timeout(600)  # the first to ask waits until all tasks are captured
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "task",
     [
@@ -46,5 +46,6 @@ def test_a_tasks_file_in_maniskill_is_the_task(task: str, tasks: Any) -> None:
     scene = new_scene(sim_config=sim_config(file))
     load_into(scene, file)
     (found,) = scene.sub_scenes
+    start_from(found, reference.scene)
     assert differences(reference.scene, read_scene(found)) == []
     assert first_difference(reference.trajectory, trajectory(found, STEPS)) is None
