@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from scenecc.expand.expansion import Expansion
     from scenecc.lower.articulations.reader import RobotReader, RobotRequest
     from scenecc.robots.description import Description
+    from scenecc.robots.findings import ReadBudget
     from scenecc.source import Limits
 
 Srdf = Resolved | Literal["sibling"] | None
@@ -43,9 +44,13 @@ class _Robots:
         self._sink = sink
         self._expansion = expansion
         self._known: dict[Any, tuple[Description | None, Origin, Origin]] = {}
+        self._budget: ReadBudget | None = None
 
     def read(self, request: RobotRequest, origin: Origin, entity: Origin) -> tuple[AssetFile, Description] | None:
         """A `RobotReader`."""
+        if self._sink.full or (self._budget is not None and self._budget.left < 0):
+            # Which was reported.
+            return None
         file = self._found(request.uri, origin)
         srdf: Srdf = "sibling"
         pairing = origin
@@ -79,10 +84,15 @@ class _Robots:
     ) -> Description | None:
         """What a file says. `origins`: of the nodes that name it and its SRDF."""
         origin, pairing = origins
+        from scenecc.robots.findings import ReadBudget
+
+        self._budget = budget = self._budget or ReadBudget()
         if request.format == "mjcf":
             from scenecc.robots.mjcf import read_mjcf
 
-            return read_mjcf(file, scope=self._scope, sink=self._sink, origin=origin, limits=self._limits)
+            return read_mjcf(
+                file, scope=self._scope, sink=self._sink, origin=origin, limits=self._limits, budget=budget
+            )
         from scenecc.robots.urdf import read_urdf
 
         return read_urdf(
@@ -95,6 +105,7 @@ class _Robots:
             srdf=srdf,
             srdf_origin=pairing,
             package=None if folder is None else self._inside(folder),
+            budget=budget,
         )
 
     def _inside(self, folder: tuple[str, Path]) -> Callable[[str], Resolved | Refusal]:

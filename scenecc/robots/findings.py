@@ -22,6 +22,30 @@ _GUESSES, _NAMES = 20, 1000
 """After how many errors no name is guessed any more, and among how many names."""
 
 
+MOST_READ = 2**30
+"""About what all robots' files of a scene may take in memory while they are read [bytes]."""
+
+_TEXT_BYTES, _ELEMENT_BYTES, _READ_BYTES = 3, 1024, 4096
+"""About what a byte of a file's text, one of its elements, and a file takes."""
+
+
+@dataclass(slots=True)
+class ReadBudget:
+    """How much is still read of the robots' files of one scene, each counted as often as it is read. A small scene may
+    ask for one large file at any number of scales, and for any number of small files that include it.
+
+    Attributes:
+        left: about what they may still take in memory [bytes].
+    """
+
+    left: int = MOST_READ
+
+    def take(self, data: bytes) -> bool:
+        """Counts a text that was read; whether there was as much left."""
+        self.left -= _READ_BYTES + _TEXT_BYTES * len(data) + _ELEMENT_BYTES * data.count(b"<")
+        return self.left >= 0
+
+
 @dataclass(slots=True)
 class Findings:
     """Reports of one robot's file.
@@ -31,12 +55,14 @@ class Findings:
         origin: the node of the scene that names the file; None: nothing does.
         told: kinds of what is told once only.
         errors: how many there were.
+        budget: of all files that are read; None: the file is read alone.
     """
 
     sink: Sink
     origin: Origin | None = None
     told: set[tuple[str, str]] = field(default_factory=set[tuple[str, str]])
     errors: int = 0
+    budget: ReadBudget | None = None
 
     def place(self, location: Location, *path: str | int) -> Origin | Location:
         """A place in the file, led back to the scene. `path`: what stands there."""
@@ -63,6 +89,11 @@ class Findings:
         """A hint with the name that was probably meant. None after many faults: comparing letters takes its time."""
         found = nearest(word, tuple(islice(names, _NAMES))) if self.errors < _GUESSES else None
         return None if found is None else f"did you mean `{found}`?"
+
+    def guess(self, code: str, kind: str, word: str, names: Iterable[str]) -> str | None:
+        """The name that was probably meant, where a finding of this kind is still to be told and few kinds were."""
+        is_wanted = (code, kind) not in self.told and len(self.told) < _GUESSES
+        return nearest(word, tuple(islice(names, _NAMES))) if is_wanted else None
 
     def report_once(self, code: str, kind: str, message: str, location: Location, hint: str | None = None) -> None:
         """Adds a finding of a kind, the first of that kind only."""
@@ -93,5 +124,13 @@ def read_robot_bytes(path: Path, file: str, findings: Findings, limit: int) -> b
         return None
     if len(data) > limit:
         findings.report("SC452", f"the file is too large: it has more than {limit} bytes", findings.top(file))
+        return None
+    if findings.budget is not None and not findings.budget.take(data):
+        findings.report(
+            "SC452",
+            f"the robots' files of the scene take more than {MOST_READ} bytes of memory",
+            findings.top(file),
+            hint="use fewer files, or each at fewer scales, for it is read anew for each",
+        )
         return None
     return data

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.diagnostics.words import cut, nearest
+from scenecc.diagnostics.words import cut
 
 if TYPE_CHECKING:
     from scenecc.robots.findings import Findings
@@ -89,7 +89,7 @@ def check_known(robot: Element, findings: Findings) -> None:
                 _check_sensor(child, findings)
             else:
                 known = kind.single + kind.many + kind.skipped
-                near = nearest(child.tag, known)
+                near = findings.guess("SC454", f"{element.tag}/{child.tag}", child.tag, known)
                 hint = _XACRO if child.tag.startswith("xacro:") else near and f"did you mean <{near}>?"
                 findings.report_once(
                     "SC454",
@@ -104,7 +104,7 @@ _XACRO = "the file is a xacro: make it a URDF by `xacro robot.urdf.xacro > robot
 
 
 def _unknown(element: Element, name: str, kind: _Kind, findings: Findings) -> None:
-    near = nearest(name, kind.attributes)
+    near = findings.guess("SC454", f"{element.tag}@{name}", name, kind.attributes)
     findings.report_once(
         "SC454",
         f"{element.tag}@{name}",

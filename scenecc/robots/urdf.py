@@ -23,7 +23,7 @@ from scenecc.robots.description import (
     Description,
 )
 from scenecc.robots.files import RobotFiles
-from scenecc.robots.findings import Findings, read_robot_bytes
+from scenecc.robots.findings import Findings, ReadBudget, read_robot_bytes
 from scenecc.robots.geometry import read_geometry, read_inertial, read_origin
 from scenecc.robots.joints import JointRow, read_joint, read_row
 from scenecc.robots.known import check_known
@@ -66,6 +66,7 @@ def read_urdf(
     srdf_origin: Origin | None = None,
     package: Callable[[str], Resolved | Refusal] | None = None,
     name: str | None = None,
+    budget: ReadBudget | None = None,
 ) -> Description | None:
     """The robots of a URDF; None where the file is wrong, all that is wrong having been reported.
 
@@ -81,9 +82,10 @@ def read_urdf(
         srdf_origin: the node of the scene that names the SRDF; None: that of the URDF led to it.
         package: finds what follows `package://` in the folder that the scene gives; None: it gives none.
         name: the file's name as shown to people; None: its uri.
+        budget: of all files of the scene; None: it is read alone.
     """
     name = file.uri if name is None else name
-    findings = Findings(sink, origin)
+    findings = Findings(sink, origin, budget=budget)
     data = read_robot_bytes(file.path, name, findings, XmlBounds().size)
     root = None if data is None else parse_xml(data, name, findings)
     if root is None:

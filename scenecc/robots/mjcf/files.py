@@ -98,6 +98,6 @@ class Files:
             return []
         above = self.report.of(place)
         origin = None if above.origin is None else above.origin.into(place)
-        findings = self.report.included[file.uri] = Findings(above.sink, origin, above.told)
+        findings = self.report.included[file.uri] = Findings(above.sink, origin, above.told, budget=above.budget)
         root = self._read(file.path, file.uri, findings, chain + 1, depth)
         return [] if root is None else root.children

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from scenecc.diagnostics.words import cut
 from scenecc.robots.description import DescribedRobot, Description
 from scenecc.robots.files import RobotFiles
-from scenecc.robots.findings import Findings
+from scenecc.robots.findings import Findings, ReadBudget
 from scenecc.robots.mjcf import assets, bodies, geoms, joints
 from scenecc.robots.mjcf.assets import Assets
 from scenecc.robots.mjcf.bodies import Bodies, Draft
@@ -44,6 +44,7 @@ def read_mjcf(
     origin: Origin | None = None,
     limits: Limits = _LIMITS,
     name: str | None = None,
+    budget: ReadBudget | None = None,
 ) -> Description | None:
     """The robots and bodies of an MJCF; None where the file is wrong, all that is wrong having been reported.
 
@@ -60,8 +61,9 @@ def read_mjcf(
         origin: the node of the scene that names the file, told with each finding.
         limits: `includes`: how many files include one another; `asset_bytes`: size of each.
         name: the file's name as shown to people; None: its uri.
+        budget: of all files of the scene; None: it is read alone.
     """
-    report = Report(Findings(sink, origin))
+    report = Report(Findings(sink, origin, budget=budget))
     files = Files(RobotFiles(file, scope), file.uri if name is None else name, limits, report)
     root = files.read()
     if root is None or report.failed:
