@@ -424,7 +424,9 @@ def _forms(document: dict[str, Any], random: Random) -> None:
             {"per_scene": {"default": value}},
         ]
         if is_number and not _is_endless(value):
-            forms += [{"uniform": [value, value]}, {"normal": [value, 0], "clip": [value, value]}]
+            # Of their own each: a fault in a list that stands at two places is told at the first.
+            one, other, mean, low, high = (copy.deepcopy(value) for _ in range(5))
+            forms += [{"uniform": [one, other]}, {"normal": [mean, 0], "clip": [low, high]}]
         owner[key] = random.choice(forms)
 
 
