@@ -8,14 +8,12 @@ from scenecc.checks.judged import above, highest, lowest, rows, waits
 from scenecc.checks.mass import single
 from scenecc.diagnostics import Origin
 from scenecc.plan import AreaLight, SpotLight, TexturedLight
+from scenecc.plan.camera import RAY_TRACED
 from scenecc.plan.shadows import shadow_numbers
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.plan import Light, ScenePlan, Value
-
-RAY_TRACED = frozenset(("rt", "shadow_catcher"))
-"""Shader packs that show the light of rectangles."""
 
 
 def check_pictures(plan: ScenePlan, sink: Sink, *, drawn: bool = False) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import field
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 from scenecc.diagnostics.frozen import frozen
 
@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 
 ShaderName = Literal["default", "minimal", "trivial", "rt", "shadow_catcher"]
 """SAPIEN's shader packs that make pictures of everything that a scene holds; the language has the same."""
+
+RAY_TRACED: Final = frozenset(("rt", "shadow_catcher"))
+"""Those that trace rays, which not every device can."""
 
 
 @frozen

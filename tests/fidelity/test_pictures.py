@@ -12,6 +12,9 @@ import pytest
 import sapien
 
 import scenecc
+from scenecc.backends.sapien.machine import can_trace, traces_rays
+from scenecc.backends.sapien.seen import cameras
+from scenecc.backends.sapien.seen.cameras import shader_folder
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -94,6 +97,96 @@ def test_a_textured_light_throws_its_picture() -> None:
         assert Path(light.texture.filename) == ASSETS / "checker.png"
         assert light.texture.filter_mode == "nearest"
         assert np.allclose([light.inner_fov, light.outer_fov], [0.4, 0.6])
+
+
+def with_a_box(scene: sapien.Scene) -> sapien.Scene:
+    """Adds a box that stands on the origin."""
+    builder = scene.create_actor_builder()
+    builder.add_box_visual(half_size=(0.1, 0.2, 0.3))
+    builder.build_kinematic("box")
+    return scene
+
+
+def test_a_textured_light_is_seen_as_one_made_by_hand() -> None:
+    """From above, so that the light falls on what is seen."""
+    place, down = [0.1, 0, 2], [0.5**0.5, 0, 0.5**0.5, 0]
+    scene = with_a_box(sapien.Scene())
+    light = sapien.render.RenderTexturedLightComponent()
+    light.set_color(COLOR)
+    light.inner_fov, light.outer_fov = 0.2, 0.4
+    light.shadow, light.shadow_near, light.shadow_far, light.shadow_map_size = True, 0.2, 7, 512
+    light.texture = sapien.render.RenderTexture2D(str(ASSETS / "checker.png"))
+    entity = sapien.Entity()
+    entity.add_component(light)
+    entity.set_pose(sapien.Pose(place, down))
+    scene.add_entity(entity)
+    camera = scene.add_camera("eye", 32, 24, radians(60), 0.01, 100)
+    camera.get_entity().set_pose(sapien.Pose([0, 0, 1], down))
+    scene.update_render()
+    camera.take_picture()
+    film = {"type": "textured", "pose": {"p": place, "q": down}, "color": COLOR, "inner_fov": 0.2, "outer_fov": 0.4}
+    document = {
+        "scenecc": 1,
+        "entities": {"box": {"body_type": "kinematic", "visuals": BOX["shapes"]}},
+        "lights": {"film": {**film, **SHADOW, "texture": str(ASSETS / "checker.png")}},
+        "cameras": {"eye": {"pose": {"p": [0, 0, 1], "q": down}, "width": 32, "height": 24}},
+    }
+    with scenecc.load_scene(document, render=True, allow_outside_assets=True) as batch:
+        found = batch.cameras["eye"].capture("color")["color"][0]
+    assert np.array_equal(found, camera.get_picture("Color"))
+    lit = found[..., :3].sum(axis=2)
+    # A checkerboard in light: bright squares and dark ones.
+    assert lit.max() > 3 * lit[lit > 0].min()
+
+
+def test_rays_are_traced_as_by_hand() -> None:
+    if not traces_rays():
+        pytest.skip("the render device cannot trace rays")
+    scene = with_a_box(sapien.Scene())
+    scene.set_ambient_light([0.1, 0.2, 0.3])
+    scene.add_area_light_for_ray_tracing(sapien.Pose([-2, 0, 0]), COLOR, 0.5, 0.3)
+    theirs = sapien.render.RenderCameraComponent(16, 12, shader_folder("rt"))
+    theirs.set_fovy(radians(60))
+    theirs.near, theirs.far = 0.01, 100
+    entity = sapien.Entity()
+    entity.add_component(theirs)
+    entity.set_pose(sapien.Pose([-1, 0, 0]))
+    scene.add_entity(entity)
+    scene.update_render()
+    theirs.take_picture()
+    light = {"type": "area", "pose": [-2, 0, 0], "color": COLOR, "half_width": 0.5, "half_height": 0.3}
+    camera = {"pose": [-1, 0, 0], "width": 16, "height": 12, "shader": "rt"}
+    box = {"body_type": "kinematic", "visuals": BOX["shapes"]}
+    lit = {"environment": {"ambient_light": [0.1, 0.2, 0.3]}, "lights": {"panel": light}}
+    with load({"box": box}, cameras={"eye": camera}, **lit) as batch:
+        found = batch.cameras["eye"].capture()
+    ids = theirs.get_picture("Segmentation")[..., 1:2]
+    there = ids > 0
+    assert there.any()
+    assert np.array_equal(found["segmentation"][0], ids)
+    position = theirs.get_picture("Position")[..., :3]
+    assert np.array_equal(found["position"][0], np.where(there, position, 0))
+    assert np.abs(found["depth"][0][6, 8] - 0.9).max() <= 1e-3
+    assert np.array_equal(found["color"][0], theirs.get_picture("Color"))
+
+
+def test_a_device_that_traces_no_rays_is_told_from_a_mistake(monkeypatch: pytest.MonkeyPatch) -> None:
+    """SAPIEN writes a line to its log there, and crashes with the first picture."""
+    monkeypatch.setattr(cameras, "traces_rays", lambda: False)
+    with pytest.raises(scenecc.SceneError) as caught:
+        load({"box": BOX}, cameras={"eye": {"shader": "rt"}})
+    (found,) = caught.value.diagnostics
+    assert (found.code, found.path) == ("SC807", "cameras.eye.shader")
+    assert found.message == "'eye' traces rays, and the render device cannot"
+    with load({"box": BOX}, cameras={"eye": {"shader": "minimal"}}) as batch:
+        assert len(batch.cameras["eye"].objs) == 1
+
+
+def test_the_device_is_found_in_the_summary_of_devices() -> None:
+    name = sapien.render.RenderSystem().device.name
+    assert f"GPU: {name}\n" in sapien.render.get_device_summary()
+    two = "GPU: Old\n  Supported: 1\n  rayTrace:  0\nGPU: New\n  Supported: 1\n  rayTrace:  1\n"
+    assert [can_trace(two, name) for name in ("Old", "New", "Other")] == [False, True, True]
 
 
 LENSES = [

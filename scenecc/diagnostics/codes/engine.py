@@ -63,9 +63,10 @@ ROWS: tuple[Code, ...] = (
         "SC807",
         "error",
         "the renderer cannot make a visual",
-        "The renderer could not read the mesh or the image that a visual names.",
+        "The renderer could not read the mesh or the image that a visual, a light or the surroundings name, or the render "
+        "device cannot make what a camera asks for: one that traces rays, where the device cannot.",
         "$ scenecc build scene.yaml    # where an image is replaced by something unreadable after the check",
-        "Look at the file that the message names.",
+        "Look at the file that the message names; leave out a camera's `shader`.",
     ),
     Code(
         "SC808",

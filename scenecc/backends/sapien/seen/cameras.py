@@ -6,8 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenecc.backends.sapien.engine import render, sapien
+from scenecc.backends.sapien.failure import EngineFailure
+from scenecc.backends.sapien.machine import traces_rays
 from scenecc.backends.sapien.seen.hold import hold
 from scenecc.plan import Intrinsic, Orthographic, Perspective
+from scenecc.plan.camera import RAY_TRACED
 
 if TYPE_CHECKING:
     from scenecc.backends.sapien.standing import Standing
@@ -18,8 +21,15 @@ def build_camera(camera: Camera, standing: Standing) -> list[Any]:
     """The component of a camera in each scene that has it, among those that are built.
 
     Raises:
-        EngineFailure: the renderer cannot make it.
+        EngineFailure: the renderer cannot make it, or the device cannot trace the rays that it asks for.
     """
+    if camera.shader in RAY_TRACED and not traces_rays():
+        raise EngineFailure(
+            "SC807",
+            f"'{camera.name}' traces rays, and the render device cannot",
+            hint="leave `shader` out, or build where the Vulkan driver has VK_KHR_ray_tracing_pipeline",
+            origin=camera.origin and camera.origin.child("shader"),
+        )
     rows = {index: row for row, index in enumerate(camera.scene_idxs)}
     made: list[Any] = []
     for number, index in enumerate(standing.scene_idxs):
