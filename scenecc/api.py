@@ -197,7 +197,7 @@ def load_scene(
         render: build what is seen too; None: where a render device exists.
         audit: how much is read back from the engine and compared with the plan. "fast": shape count, mass and
             pose of every body, every constraint, light and camera, and everything in the first scene of each structure;
-            "full": everything; "off".
+            "full": everything; "off". Nothing is read back of what is built in an environment's `scene`.
         asset_roots: as for `validate`.
         allow_outside_assets: as for `validate`.
         limits: as for `validate`.
