@@ -5,6 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
+from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.kinds import Kind
 from scenecc.lower.placing.places import Places
 from scenecc.plan import BodyStructure, Entity
@@ -22,11 +23,24 @@ if TYPE_CHECKING:
     from scenecc.lower.drawing import Drawing
     from scenecc.lower.leaves import Leaves
     from scenecc.lower.names import Names
-    from scenecc.plan import Value
+    from scenecc.plan import ArticulationStructure, Value
     from scenecc.spec.document import SceneFile
 
 _MOVING = frozenset(("dynamic", "kinematic"))
 """Bodies whose poses a running simulation can change."""
+
+
+@frozen
+class _Made:
+    """An entity that is not placed yet. `fixed`: whether it stays where it is built."""
+
+    name: str
+    origin: Origin
+    structures: tuple[BodyStructure | ArticulationStructure, ...]
+    pick: Value | None
+    fixed: bool
+    hidden: bool
+    linked: bool = False
 
 
 class Entities:
@@ -90,37 +104,46 @@ class Entities:
             bodies: lowers those of the document.
             articulations: makes what lowers its articulations.
         """
+        made = self._made(bodies, articulations)
         for name in self._scene.frames:
             self.places.world(name, self._origin.child("frames", name), fixed=False)
-        everywhere, origin, selections = self._drawing.everywhere, self._origin, self.selections
-        world = self.places.world
-        scopes, of_all = self._names.scopes, self._drawing.leaves()
         entities: list[Entity] = []
+        for one in made:
+            pose = self.places.world(one.name, one.origin, fixed=one.fixed)
+            scenes = self.selections.get(one.name, self._drawing.everywhere)
+            entities.append(Entity(one.name, scenes, pose, one.structures, one.pick, one.hidden, one.origin))
+            if one.linked:
+                self.linked.append(entities[-1])
+        return tuple(entities)
+
+    def _made(self, bodies: Bodies, articulations: Callable[[], Articulations]) -> list[_Made]:
+        """What the entities are, before any is placed: one may stand relative to a robot of another's file."""
+        made: list[_Made] = []
+        scopes, of_all = self._names.scopes, self._drawing.leaves()
         linked: Articulations | None = None
         for name, entity in self._scene.entities.items():
-            place = origin.child("entities", name)
-            leaves = self.leaves(name) if name in selections or name in scopes else of_all
+            place = self._origin.child("entities", name)
+            leaves = self.leaves(name) if name in self.selections or name in scopes else of_all
+            pick = None
+            structures: tuple[BodyStructure, ...]
             if entity.__class__ is Body:
-                structure = bodies.lower(entity, place, leaves)
-                structures, pick, fixed = (structure,), None, structure.body_type not in _MOVING
+                structures = (bodies.lower(entity, place, leaves),)
             elif "variants" not in entity.__class__.model_fields:
                 linked = linked or articulations()
-                entities += self._linked(name, linked.lower(entity, place, leaves), place, hidden=entity.hidden)
+                made += self._linked(name, linked.lower(entity, place, leaves), place, hidden=entity.hidden)
                 continue
             else:
                 # An expanded document has no others.
                 structures, pick = self._variants(entity, place, leaves, bodies)
-                fixed = not all(structure.body_type in _MOVING for structure in structures)
-            pose: Value = world(name, place, fixed=fixed)
-            entities.append(
-                Entity(name, selections.get(name, everywhere), pose, structures, pick, entity.hidden, place)
-            )
-        return tuple(entities)
+            fixed = not all(structure.body_type in _MOVING for structure in structures)
+            made.append(_Made(name, place, structures, pick, fixed=fixed, hidden=entity.hidden))
+        return made
 
-    def _linked(self, name: str, built: list[Built], place: Origin, *, hidden: bool) -> list[Entity]:
-        """The entities that a robot's file or a tree of links makes."""
-        scenes = self.selections.get(name, self._drawing.everywhere)
-        made: list[Entity] = []
+    def _linked(self, name: str, built: list[Built], place: Origin, *, hidden: bool) -> list[_Made]:
+        """What a robot's file or a tree of links makes."""
+        made: list[_Made] = []
+        if not built:
+            self.places.unread(name)
         for one in built:
             full = name
             if one.pose is not None:
@@ -135,9 +158,7 @@ class Entities:
                     related = [("the entity", self._origin.child("entities", full), "key")]
                     self._sink.report("SC305", message, place, at="key", related=related)  # pyright: ignore[reportArgumentType]
             still = all(isinstance(body, BodyStructure) and body.body_type == "static" for body in one.structures)
-            pose = self.places.world(full, place, fixed=still)
-            made.append(Entity(full, scenes, pose, one.structures, one.pick, hidden, place))
-        self.linked += made
+            made.append(_Made(full, place, one.structures, one.pick, fixed=still, hidden=hidden, linked=True))
         return made
 
     def _variants(

@@ -93,6 +93,7 @@ class Places:
         self._origins: dict[str, Origin] = {}
         self._standing: dict[str, Standing] = {}
         self._fixed: set[str] = set()
+        self._unread: set[str] = set()
         self.followers: dict[str, Follower] = {}
 
     def add(self, name: str, owner: Origin, node: Any) -> None:
@@ -105,6 +106,10 @@ class Places:
         """
         self._placed[name] = node
         self._origins[name] = owner
+
+    def unread(self, name: str) -> None:
+        """Notes that what an entity makes beside itself is not known: its file is wrong, which was reported."""
+        self._unread.add(name)
 
     def world(self, name: str, owner: Origin, *, fixed: bool) -> Value:
         """The world pose of something as a value.
@@ -268,7 +273,9 @@ class Places:
         parent = self._names.parent(name, written)
         if parent is None or parent in self._placed:
             return parent
-        known = self._names.seen_by(name, (other for nodes in self._sections.values() for other in nodes))
+        if parent.rpartition("/")[0] in self._unread:
+            return None
+        known = self._names.seen_by(name, self._placed)
         self._sink.report(
             "SC303",
             f"there is no entity, frame or camera `{cut(str(written))}` that stands in the world",
