@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.backends.sapien.columns import poses, vectors
+from scenecc.backends.sapien.component_batch import ComponentBatch
 from scenecc.backends.sapien.constraints import Tie, plain, start_calls, target_call, velocity_call
 from scenecc.diagnostics import Location
 from scenecc.plan import Drive
@@ -32,55 +33,16 @@ _TOLERANCE = 1e-6
 """How far a component of a rotation may be from what was set: PhysX normalises what frames it takes."""
 
 
-class ConstraintBatch:
+class ConstraintBatch(ComponentBatch):
     """One constraint of the plan, in every scene that has it.
 
-    Args:
-        name: in the plan.
-        scene_idxs: the scenes of the batch that have it, ascending.
-        objs: its components in this order.
+    `objs` are `sapien.physx.PhysxDriveComponent`s of a weld or a drive, `PhysxDistanceJointComponent`s of a connection
+    or a distance, and `PhysxGearComponent`s of a gear.
     """
-
-    def __init__(self, name: str, scene_idxs: tuple[int, ...], objs: list[Any]) -> None:
-        self._name = name
-        self._scene_idxs = scene_idxs
-        self._objs = objs
-        self._closed = False
-
-    def __len__(self) -> int:
-        return len(self._scene_idxs)
-
-    def __repr__(self) -> str:
-        return f"ConstraintBatch({self._name!r}, scene_idxs={list(self._scene_idxs)})"
-
-    @property
-    def name(self) -> str:
-        """Its name in the plan; the components have the same."""
-        return self._name
-
-    @property
-    def scene_idxs(self) -> tuple[int, ...]:
-        """Indices among all scenes of the plan: those of this batch that have it."""
-        return self._scene_idxs
-
-    @property
-    def objs(self) -> list[Any]:
-        """SAPIEN's component in each of these scenes.
-
-        A `sapien.physx.PhysxDriveComponent` of a weld or a drive, a `PhysxDistanceJointComponent` of a connection or a
-        distance, a `PhysxGearComponent` of a gear. Raises RuntimeError once the batch is closed.
-        """
-        if self._closed:
-            raise RuntimeError(f"the scenes of '{self._name}' are closed")
-        return self._objs
 
     def in_scene(self, scene_idx: int) -> Any:
         """The component in a scene of the plan; None where there is none. Raises RuntimeError once closed."""
         return self.objs[self._scene_idxs.index(scene_idx)] if scene_idx in self._scene_idxs else None
-
-    def _close(self) -> None:
-        self._closed = True
-        self._objs = []
 
 
 class Ties:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scenecc.backends.sapien.component_batch import ComponentBatch
 from scenecc.backends.sapien.engine import render
 from scenecc.backends.sapien.seen.pictures import PICTURES, picture
 from scenecc.backends.sapien.selected import scene_indices
@@ -22,7 +23,7 @@ NOT_RENDERED = (
 )
 
 
-class HeldBatch:
+class HeldBatch(ComponentBatch):
     """A light or a camera of the plan, in every scene that has it.
 
     Args:
@@ -32,26 +33,8 @@ class HeldBatch:
     """
 
     def __init__(self, name: str, scene_idxs: tuple[int, ...], objs: list[Any] | None) -> None:
-        self._name = name
-        self._scene_idxs = scene_idxs
-        self._objs = objs
-        self._closed = False
-
-    def __len__(self) -> int:
-        return len(self._scene_idxs)
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}({self._name!r}, scene_idxs={list(self._scene_idxs)})"
-
-    @property
-    def name(self) -> str:
-        """Its name in the plan; the component has the same."""
-        return self._name
-
-    @property
-    def scene_idxs(self) -> tuple[int, ...]:
-        """Indices among all scenes of the plan: those of this batch that have it."""
-        return self._scene_idxs
+        super().__init__(name, scene_idxs, [] if objs is None else objs)
+        self._rendered = objs is not None
 
     @property
     def objs(self) -> list[Any]:
@@ -60,15 +43,10 @@ class HeldBatch:
         Raises:
             RuntimeError: the batch was built without rendering, or is closed.
         """
-        if self._closed:
-            raise RuntimeError(f"the scenes of '{self._name}' are closed")
-        if self._objs is None:
+        found = super().objs
+        if not self._rendered:
             raise RuntimeError(NOT_RENDERED.format(what=f"'{self._name}'"))
-        return self._objs
-
-    def _close(self) -> None:
-        self._closed = True
-        self._objs = []
+        return found
 
 
 class LightBatch(HeldBatch):
