@@ -21,6 +21,23 @@ ALTERNATIVES = "what differs in structure from scene to scene is written as `var
 PARTS = "what may differ are the numbers, files, colours and materials in it, each alone"
 SETTINGS = "the scenes share one simulation: nothing under `physics` differs between them"
 
+EACH_ITS_OWN = "declare an entity for each value, with `scene_idxs` of its own"
+OF_A_WHOLE_ROBOT = frozenset(
+    (
+        "fix_root_link",
+        "beyond_limits",
+        "disable_self_collisions",
+        "sapien_bits",
+        "srdf",
+        "package_dir",
+        "scale",
+        "collision_is_visual",
+        "load_multiple_collisions",
+        "decomposition",
+    )
+)
+"""Keys of an articulation that are the same in all of its scenes."""
+
 FORM_WORDS = {
     **dict.fromkeys(("range", "random", "rand", "between", "min", "low"), "uniform: [low, high]"),
     **dict.fromkeys(("randint", "integer", "int"), "integers: [low, high]"),

@@ -13,10 +13,12 @@ from scenecc.spec.expressions import read_names
 from scenecc.spec.features import LEFT_OUT
 from scenecc.spec.hints import (
     ALTERNATIVES,
+    EACH_ITS_OWN,
     LACKING,
     LENGTH_HINTS,
     LISTED_ELSEWHERE,
     MISPLACED,
+    OF_A_WHOLE_ROBOT,
     RENAMED,
     SETTINGS,
 )
@@ -32,6 +34,9 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
     from scenecc.diagnostics import At, Origin, Path, Sink
+
+_OF_ENTITY = 3
+"""How long the path of an entity's own key is."""
 
 _KINDS: dict[str, str] = {
     "float_type": "a number",
@@ -105,8 +110,17 @@ def _told(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
     context = error.get("ctx", {})
     message, hint = context["message"].replace(THIS, named(path)), context["hint"]
     if context["code"] == "SC116" and hint is None:
-        hint = SETTINGS if path[0] == "physics" else ALTERNATIVES if path[-1] in {"type", "body_type"} else None
+        hint = _same_in_all(path)
     sink.report(context["code"], message, place, at=context["at"], hint=hint, span=context["span"])
+
+
+def _same_in_all(path: Path) -> str | None:
+    """What to do of what cannot differ from scene to scene."""
+    if path[0] == "physics":
+        return SETTINGS
+    if path[0] == "entities" and len(path) == _OF_ENTITY and path[-1] in OF_A_WHOLE_ROBOT:
+        return EACH_ITS_OWN
+    return ALTERNATIVES if path[-1] in {"type", "body_type"} else None
 
 
 def _bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:

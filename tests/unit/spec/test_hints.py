@@ -40,6 +40,18 @@ def told(document: dict[str, Any]) -> list[tuple[str, str, str]]:
         ({"urdf": "a.urdf", "mjcf": "a.xml"}, "SC101", ".mjcf", "one of `urdf`, `mjcf` and `root`"),
         ({"urdf": "a.urdf", **SHAPES}, "SC101", ".shapes", "`root: {shapes: […]}`"),
         ({"urdf": "a.urdf", "mass": 2}, "SC101", ".mass", "`links: {NAME: {…: …}}`"),
+        (
+            {"urdf": "a.urdf", "scale": {"cycle": [1, 2]}},
+            "SC116",
+            ".scale",
+            "an entity for each value, with `scene_idxs`",
+        ),
+        (
+            {"root": {"name": "a"}, "fix_root_link": {"choice": [True, False]}},
+            "SC116",
+            ".fix_root_link",
+            "`scene_idxs`",
+        ),
         ({"urdf": "a.urdf", "fix_base": True}, "SC101", ".fix_base", "`fix_root_link`"),
     ],
     ids=str,
