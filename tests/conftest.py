@@ -26,6 +26,12 @@ def _can_render() -> bool:
     return subprocess.run([sys.executable, "-c", script], capture_output=True, check=False, timeout=60).returncode == 0
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if item.get_closest_marker("render") and not item.get_closest_marker("timeout"):
+            item.add_marker(pytest.mark.timeout(300))  # a software driver takes up to 20 s for a camera's first picture
+
+
 def pytest_runtest_setup(item: pytest.Item) -> None:
     if item.get_closest_marker("render") and not _can_render():
         pytest.skip("SAPIEN finds no device to render with")
