@@ -30,11 +30,21 @@ class Pending:
 
 
 @frozen
+class Follows:
+    """What a joint follows: its position is multiplier · source + offset, both of which stay as they are built."""
+
+    source: Reset
+    multiplier: Value
+    offset: Value
+
+
+@frozen
 class Reset:
     """A velocity, a position of a joint or a target that may be drawn anew.
 
     Attributes:
         limits: (·, 2) that stay as they are built, and that what is drawn is held within; None: the node says all.
+        follows: the position that it is moved from; None: the node draws it.
     """
 
     value: Value
@@ -42,6 +52,7 @@ class Reset:
     reading: Reading
     leaves: Leaves
     limits: Value | None = None
+    follows: Follows | None = None
 
 
 def report_failure(error: DrawError, origins: Mapping[int, tuple[Any, Origin]], origin: Origin, sink: Sink) -> None:

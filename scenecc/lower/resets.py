@@ -152,12 +152,7 @@ class Recipes:
         found = self._anew.get(id(value))
         if found is None:
             self._read |= reset.reading.reads
-            node, scenes = reset.node, reset.leaves.scenes
-            if reset.limits is not None and isinstance(node, Held):
-                rows = reset.limits.data.tolist() if reset.limits.varies else reset.limits.data.tolist() * len(scenes)
-                low, high = zip(*((max(a, -LARGEST), min(b, LARGEST)) for a, b in rows), strict=True)
-                node = replace(node, low=Rows(scenes, low), high=Rows(scenes, high))
-            found = self._anew[id(value)] = _with_recipe(value, node, len(scenes))
+            found = self._anew[id(value)] = _with_recipe(value, _drawing(reset), len(reset.leaves.scenes))
         return found
 
     def _is_drawn(self, reading: Reading) -> bool:
@@ -222,6 +217,23 @@ class Recipes:
 def _rows(pose: Node, leaves: Leaves) -> Rows:
     """A pose as it is built."""
     return Rows(leaves.scenes, tuple(map(tuple, leaves.evaluate(pose).tolist())))
+
+
+def _drawing(reset: Reset) -> Node:
+    """What draws a value anew, held within limits that stay as they are built."""
+    node, scenes, follows = reset.node, reset.leaves.scenes, reset.follows
+    if follows is not None:
+        factor, offset = (_as_it_is(value.data, scenes) for value in (follows.multiplier, follows.offset))
+        node = Held(_drawing(follows.source), -1, -LARGEST, LARGEST, factor, offset)
+    if reset.limits is not None and isinstance(node, Held):
+        low, high = (_as_it_is(side.clip(-LARGEST, LARGEST), scenes) for side in reset.limits.data.T)
+        node = replace(node, low=low, high=high)
+    return node
+
+
+def _as_it_is(rows: NDArray[Any], scenes: tuple[int, ...]) -> Any:
+    """Numbers (1,) or (B,) that a reset does not change, as an item of a recipe."""
+    return Rows(scenes, tuple(rows.tolist())) if len(rows) > 1 else rows.item()
 
 
 def _with_recipe(value: Value, node: Node, rows: int) -> Value:

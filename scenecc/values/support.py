@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+_NUMBERS = frozenset((float, int))
+
+
 @frozen
 class Support:
     """Everything that a value can be: alternatives, or else bounds.
@@ -56,6 +59,25 @@ class Support:
 
 UNKNOWN = Support(None, None, None, exact=False)
 """Anything at all."""
+
+
+def held_support(of: Support, factor: Support, offset: Support, low: Support, high: Support) -> Support:
+    """What a number can be that is moved and held (`nodes.Held`): by bounds, where all that it is made of has some."""
+    bounds = (of, factor, offset, low, high)
+    if any(part.low.__class__ not in _NUMBERS or part.high.__class__ not in _NUMBERS for part in bounds):
+        return UNKNOWN
+    products = [f * x for f in (factor.low, factor.high) for x in (of.low, of.high)]
+    least, most = min(products) + offset.low, max(products) + offset.high
+    exact = all(part.exact for part in bounds)
+    return Support(None, max(min(least, high.low), low.low), max(min(most, high.high), low.high), exact=exact)
+
+
+def component(found: Support, index: int) -> Support:
+    """What one component of a tuple can be."""
+    low, high = found.low, found.high
+    if low.__class__ is not tuple or high.__class__ is not tuple or index >= len(low):
+        return UNKNOWN
+    return Support(None, low[index], high[index], found.exact)
 
 
 def union(supports: Iterable[Support]) -> Support:

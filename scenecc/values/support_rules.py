@@ -30,7 +30,7 @@ from scenecc.values.nodes import (
     Stacked,
 )
 from scenecc.values.reach import Reach, known, support_of
-from scenecc.values.support import UNKNOWN, Support
+from scenecc.values.support import UNKNOWN, Support, component, held_support
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -165,24 +165,8 @@ def _composed(reader: Reader, node: Composed) -> Support:
 
 
 def _held(reader: Reader, node: Held) -> Support:
-    """Everything that it can be: by bounds, where all that it is made of has some."""
     of, factor, offset, low, high = map(reader.item, (node.of, node.factor, node.offset, node.low, node.high))
-    if node.index >= 0:
-        of = _component(of, node.index)
-    bounds = (of, factor, offset, low, high)
-    if any(part.low.__class__ not in _NUMBERS or part.high.__class__ not in _NUMBERS for part in bounds):
-        return UNKNOWN
-    products = [f * x for f in (factor.low, factor.high) for x in (of.low, of.high)]
-    least, most = min(products) + offset.low, max(products) + offset.high
-    exact = all(part.exact for part in bounds)
-    return Support(None, max(min(least, high.low), low.low), max(min(most, high.high), low.high), exact=exact)
-
-
-def _component(found: Support, index: int) -> Support:
-    low, high = found.low, found.high
-    if low.__class__ is not tuple or high.__class__ is not tuple or index >= len(low):
-        return UNKNOWN
-    return Support(None, low[index], high[index], found.exact)
+    return held_support(of if node.index < 0 else component(of, node.index), factor, offset, low, high)
 
 
 _BETWEEN = frozenset(("uniform", "log_uniform"))

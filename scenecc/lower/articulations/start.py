@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import cut
 from scenecc.lower.articulations.limits import first_outside, widest
-from scenecc.lower.articulations.numbers import after
 from scenecc.lower.kinds import Kind, number
-from scenecc.lower.pending import Reset
+from scenecc.lower.pending import Follows, Reset
 from scenecc.plan import literal, per_scene, varying
 from scenecc.spec.scalars import LARGEST
 from scenecc.values.nodes import NODES, Held
-from scenecc.values.support import Support
+from scenecc.values.support import Support, component, held_support
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.lower.articulations.draft import DraftJoint
+    from scenecc.lower.articulations.draft import DraftJoint, DraftMimic
     from scenecc.lower.articulations.numbers import Given
     from scenecc.lower.forms import Reading
     from scenecc.lower.leaves import Leaves
@@ -76,7 +75,7 @@ class Starts:
             if i in given:
                 found[i] = self._position(self._joints[i], given[i])
                 continue
-            found[i], elsewhere = self._left_out(self._joints[i], found, given)
+            found[i], elsewhere = self._left_out(self._joints[i], found, told=bool(given))
             moved |= elsewhere
         if not given and not moved and not all_of_them:
             return [None] * len(self._joints)
@@ -144,23 +143,23 @@ class Starts:
         leaves.drawing.resets[id(held)] = Reset(held, item, reading, leaves, limits)
         return held
 
-    def _left_out(
-        self, joint: DraftJoint, found: Mapping[int, Value], given: Mapping[int, Given]
-    ) -> tuple[Value, bool]:
-        """Where a joint starts of which nothing is said, and whether that is elsewhere than at 0."""
+    def _left_out(self, joint: DraftJoint, found: Mapping[int, Value], *, told: bool) -> tuple[Value, bool]:
+        """Where a joint starts of which nothing is said, and whether that is elsewhere than at 0.
+
+        `told`: whether anything is said of others.
+        """
         mimic = joint.mimic
         source = None if mimic is None else self._numbers.get(mimic.source)
         if mimic is not None and source is not None and source in found:
-            followed = self._following(joint, source, found[source], given)
-            if followed is not None:
-                return followed, followed.numbers() != (0.0,)
+            followed = self._following(mimic, joint.limits, found[source])
+            return followed, followed.numbers() != (0.0,)
         limits = joint.limits
         low, high = widest(joint.limits)
         # Limits the wrong way round are another rule's.
         if limits is not None and low <= high and not low <= 0 <= high and not self._quiet:
             nearest = high if high < 0 else low
             message = f"`{cut(joint.name)}` starts at its limit {nearest:g}, for it cannot start at 0"
-            place = self._origin.child("qpos") if given else self._origin
+            place = self._origin.child("qpos") if told else self._origin
             hint = f"give it a position: `qpos: {{{joint.name}: …}}`"
             self._sink.report("SC518", message, place, at="key", hint=hint)
         if limits is None:
@@ -184,22 +183,38 @@ class Starts:
             return per_scene(draw())
         return varying(draw, support=_within(Support.of((0.0,)), limits), rows=rows)
 
-    def _following(self, joint: DraftJoint, source: int, at: Value, given: Mapping[int, Given]) -> Value | None:
-        """Where a joint starts that follows another one; None where only the limits tell."""
-        mimic, limits = joint.mimic, joint.limits
-        assert mimic is not None
-        if not (mimic.multiplier.is_constant and mimic.offset.is_constant and (limits is None or limits.is_constant)):
-            return None
-        (multiplier,), (offset,) = mimic.multiplier.numbers(), mimic.offset.numbers()
-        low, high = _ends(limits)
-        if at.is_constant:
-            return literal(max(min(multiplier * at.numbers()[0] + offset, high), low))
-        other = given.get(source)
-        reset = self._leaves.drawing.resets.get(id(at))
-        if other is None or other.reading is None:
-            return None
-        node = Held(given_node(other) if reset is None else reset.node, -1, low, high, multiplier, offset)
-        return self._leaves.finish(node, after(other.reading, 1), _POSITION, other.origin, reset=True)
+    def _following(self, mimic: DraftMimic, limits: Value | None, source: Value) -> Value:
+        """Where a joint starts that follows another one, within its limits.
+
+        Args:
+            mimic: how it follows.
+            limits: its own.
+            source: where the other one starts.
+        """
+        parts = [part for part in (source, mimic.multiplier, mimic.offset, limits) if part is not None]
+        if all(part.is_constant for part in parts):
+            (at,), (multiplier,), (offset,) = source.numbers(), mimic.multiplier.numbers(), mimic.offset.numbers()
+            low, high = _ends(limits)
+            return literal(max(min(multiplier * at + offset, high), low))
+        import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+        rows = len(self._leaves.scenes)
+
+        def draw() -> NDArray[Any]:
+            moved = mimic.multiplier.data * source.data + mimic.offset.data
+            held = moved if limits is None else np.maximum(np.minimum(moved, limits.data[:, 1]), limits.data[:, 0])
+            return np.broadcast_to(held, rows)
+
+        if all(part.known for part in parts):
+            return per_scene(draw())
+        support = held_support(source.support, mimic.multiplier.support, mimic.offset.support, *_bounds(limits))
+        value = varying(draw, support=support, rows=rows)
+        resets = self._leaves.drawing.resets
+        reset = resets.get(id(source))
+        if reset is not None:
+            follows = Follows(reset, mimic.multiplier, mimic.offset)
+            resets[id(value)] = Reset(value, reset.node, reset.reading, self._leaves, limits, follows)
+        return value
 
     def _judge(self, joint: DraftJoint, positions: Sequence[float], place: Origin) -> None:
         """Reports the first position that is outside of its limits."""
@@ -222,6 +237,13 @@ def _ends(limits: Value | None) -> tuple[float, float]:
     """Limits that are the same in every scene, as numbers that a recipe may hold."""
     low, high = (-math.inf, math.inf) if limits is None else limits.numbers()
     return max(low, -LARGEST), min(high, LARGEST)
+
+
+def _bounds(limits: Value | None) -> tuple[Support, Support]:
+    """What the lowest and the highest position can be."""
+    if limits is None:
+        return Support.of((-math.inf,)), Support.of((math.inf,))
+    return component(limits.support, 0), component(limits.support, 1)
 
 
 def _within(support: Support, limits: Value) -> Support:
