@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.backends.sapien.additions import prepare_additions
 from scenecc.backends.sapien.assets_on_disk import refresh
 from scenecc.backends.sapien.batch import SceneBatch
 from scenecc.backends.sapien.bodies import Articulations, Bodies
@@ -12,7 +11,6 @@ from scenecc.backends.sapien.engine import physx, render, sapien
 from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.backends.sapien.interrupt import interrupts_wait
 from scenecc.backends.sapien.resources import Resources
-from scenecc.backends.sapien.standing import Standing
 from scenecc.backends.sapien.turn import AnyTurn, ArticulationTurn, take_turn
 from scenecc.diagnostics import Location
 
@@ -37,12 +35,8 @@ def build_scenes(
         return None
     scenes: list[Any] = []
     try:
-        additions = prepare_additions(plan, Standing(scene_idxs, scenes, turns), rendered=rendered)
         scenes.extend(new_scene(plan, rendered=rendered) for _ in scene_idxs)
         fill(scenes, turns, progress)
-        for addition in additions:
-            for number, scene in enumerate(scenes):
-                addition(scene, number)
     except BaseException as error:
         for scene in scenes:
             scene.clear()

@@ -1,8 +1,7 @@
-"""What stands in the scenes so far, for whatever is built once all entities of a scene are there."""
+"""What stands in the scenes, for whatever is built once all entities of a scene are there."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from scenecc.backends.sapien.turn import ArticulationTurn
@@ -13,16 +12,13 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.turn import AnyTurn
     from scenecc.plan import Mount
 
-Addition = Callable[[Any, int], None]
-"""Builds something in a scene, of a number, whose entities are all there. Raises EngineFailure."""
-
 
 class Standing:
-    """Bodies by their mounts; of a scene that is being built, or that is built.
+    """Bodies by their mounts.
 
     Attributes:
         scene_idxs: which of the plan's scenes are built, ascending.
-        scenes: the `sapien.Scene`s in this order, as far as they are there.
+        scenes: the `sapien.Scene`s in this order.
     """
 
     def __init__(self, scene_idxs: tuple[int, ...], scenes: list[Any], turns: Sequence[AnyTurn]) -> None:
