@@ -87,9 +87,8 @@ class LoadedScene:
         seeds = seeds_of(seed, [self.plan.seed] * len(chosen))
         if not chosen:
             return
-        given = draws or {}
-        states = self._start.drawn(chosen, seeds, given)
-        batch = self._start.batch(chosen, seeds, given)
+        batch = self._start.batch(chosen, seeds, draws or {})
+        states = self._start.drawn(batch)
         moves = [] if self._lights is None else self._lights.moves(batch)
         pulls = self._ties.again(batch)
         for entity, pose in moves:

@@ -214,13 +214,14 @@ class SceneBatch:
         self._check_open()
         chosen = self._chosen(scene_idxs)
         seeds = seeds_of(seed, [self._seeds[index] for index in chosen])
-        states = self._start.drawn(chosen, seeds, draws or {})
+        drawing = self._start.batch(chosen, seeds, draws or {})
+        states = self._start.drawn(drawing)
         moves: Moves = []
         if self._dress is not None and self._dress.follows:
-            moves = self._dress.moves(self._start.batch(chosen, seeds, draws or {}))
+            moves = self._dress.moves(drawing)
         again: Again = []
         if self._ties is not None and self._ties.pulls:
-            again = self._ties.again(self._start.batch(chosen, seeds, draws or {}))
+            again = self._ties.again(drawing)
         self._place(chosen, states, exact=exact)
         for component, setter, arguments in again:
             getattr(component, setter)(*arguments)

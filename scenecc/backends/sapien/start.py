@@ -75,8 +75,8 @@ class Start:
         }
         self._recipes = [recipe for each in present for recipe in _recipes(*each, held[each[0].name])]
 
-    def drawn(self, scene_idxs: Sequence[int], seeds: Sequence[int], given: Mapping[str, Any]) -> dict[str, AnyState]:
-        """The start of every entity in some scenes, each by a seed of its own.
+    def batch(self, scene_idxs: Sequence[int], seeds: Sequence[int], given: Mapping[str, Any]) -> Batch:
+        """What evaluates recipes in some scenes, by ascending index, each by a seed of its own.
 
         Args:
             scene_idxs: which scenes.
@@ -84,24 +84,27 @@ class Start:
             given: in place of shared draws, name → one row a scene, in their order.
 
         Raises:
-            ValueError: something has no value, or none that the engine can hold; entity, field and scene are named. Or
-                what is given is not of the kind and shape of its draw.
+            ValueError: what is given is not of the kind and shape of its draw.
         """
-        batch, chosen = self.batch(scene_idxs, seeds, given), sorted(scene_idxs)
+        whole = self._spread(given, scene_idxs)
+        chosen = sorted(scene_idxs)
+        seed_of = dict(zip(scene_idxs, seeds, strict=True))
+        one = seeds[0] if len(set(seeds)) == 1 else tuple(seed_of[index] for index in chosen)
+        return Batch(np.array(chosen, dtype=np.int64), one, self._plan.num_scenes, self._draws, whole)
+
+    def drawn(self, batch: Batch) -> dict[str, AnyState]:
+        """The start of every entity in the scenes of a batch.
+
+        Raises:
+            ValueError: something has no value, or none that the engine can hold; entity, field and scene are named.
+        """
+        chosen: list[int] = batch.scenes.tolist()
         rows_of = {name: [rows[i] for i in chosen if i in rows] for name, rows in self._row_of.items()}
         found = {name: state.rows(rows_of[name]) for name, state in self._states.items() if rows_of[name]}
         for recipe in self._recipes:
             if recipe.entity in found:
                 _draw(recipe, batch, found[recipe.entity])
         return found
-
-    def batch(self, scene_idxs: Sequence[int], seeds: Sequence[int], given: Mapping[str, Any]) -> Batch:
-        """What evaluates recipes in some scenes, by ascending index. Arguments and errors as of `drawn`."""
-        whole = self._spread(given, scene_idxs)
-        chosen = sorted(scene_idxs)
-        seed_of = dict(zip(scene_idxs, seeds, strict=True))
-        one = seeds[0] if len(set(seeds)) == 1 else tuple(seed_of[index] for index in chosen)
-        return Batch(np.array(chosen, dtype=np.int64), one, self._plan.num_scenes, self._draws, whole)
 
     def _spread(self, given: Mapping[str, Any], scene_idxs: Sequence[int]) -> dict[str, NDArray[Any]]:
         """Values for some scenes as values for all, which is how the draws take them."""
