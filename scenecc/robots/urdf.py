@@ -28,7 +28,7 @@ from scenecc.robots.geometry import read_geometry, read_inertial, read_origin
 from scenecc.robots.joints import JointRow, read_joint, read_row
 from scenecc.robots.known import check_known
 from scenecc.robots.looks import Looks
-from scenecc.robots.mimics import check_mimics
+from scenecc.robots.mimics import check_mimics, scaled_mimics
 from scenecc.robots.pose32 import IDENTITY
 from scenecc.robots.reading import word
 from scenecc.robots.srdf import IgnoredPair, ignore_bits, read_srdf
@@ -134,11 +134,8 @@ class _Reader:
         # Of two with one name both are read, for what else is wrong with them.
         read = [self._link(element) for element in self._root.all("link")]
         described = {link.name: link for link in reversed(read)}
-        joints = {
-            row.name: joint
-            for row in rows
-            if row.kind != "floating" and (joint := read_joint(row, self._scale, findings)) is not None
-        }
+        made = (read_joint(row, self._scale, findings) for row in rows if row.kind != "floating")
+        joints = scaled_mimics({joint.name: joint for joint in made if joint is not None}, self._scale)
         pairs = self._pairs(srdf, links)
         branches = grow(links, rows, findings) if whole else None
         if branches is None or findings.errors or self._pairing.errors:

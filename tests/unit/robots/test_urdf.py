@@ -109,6 +109,29 @@ def test_what_hangs_on_a_floating_joint_is_a_robot_of_its_own(folder: Folder) ->
     assert second.links[1].parent == 0
 
 
+@pytest.mark.parametrize(
+    ("kind", "source", "multiplier", "offset"),
+    [
+        ("prismatic", "prismatic", -2.0, 2.0),
+        ("prismatic", "revolute", -8.0, 2.0),
+        ("revolute", "prismatic", -0.5, 0.5),
+        ("revolute", "revolute", -2.0, 0.5),
+    ],
+)
+def test_a_scale_is_in_what_joints_follow_by(
+    folder: Folder, kind: str, source: str, multiplier: float, offset: float
+) -> None:
+    """Positions of prismatic joints are lengths: four times as far, where turns are what they were."""
+    limit = '<limit lower="-1" upper="2"/>'
+    inner = limit + '<mimic joint="one" multiplier="-2" offset="0.5"/>'
+    content = links("abc") + joint("two", kind, "a", "c", inner) + joint("one", source, "a", "b", limit)
+    (robot,) = folder.robots(content, scale=4.0)
+    two = robot.links[1].joint
+    assert two is not None
+    assert two.mimic is not None
+    assert (two.mimic.source, two.mimic.multiplier, two.mimic.offset) == ("one", multiplier, offset)
+
+
 def test_one_link_is_a_body(folder: Folder) -> None:
     (robot,) = folder.robots(f'<link name="a">{BOX}</link>')
     assert (robot.body_type, robot.fixed) == ("dynamic", None)
