@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from scenecc.checks.judged import above_pairs, waits
 from scenecc.diagnostics.words import cut, suggest_name
@@ -27,7 +27,7 @@ def check_articulation(structure: ArticulationStructure, name: str, origin: Orig
     """
     for link in structure.links:
         if link.joint is not None:
-            _limits(link.joint, link.joint.origin or origin, sink, drawn=drawn)
+            _limits(link.joint, origin, sink, drawn=drawn)
     if drawn:
         return
     _few_links(structure, name, origin, sink)
@@ -44,7 +44,9 @@ def _limits(joint: Joint, origin: Origin, sink: Sink, *, drawn: bool) -> None:
     if wrong is not None:
         low, high = wrong
         message = f"the lowest position of `{cut(joint.name)}`, {low:g}, is above the highest, {high:g}"
-        sink.report("SC520", message, origin, at="key", hint="limits are [lowest, highest]")
+        place = joint.limits_origin or joint.origin or origin
+        at: Literal["key", "value"] = "key" if joint.limits_origin is None else "value"
+        sink.report("SC520", message, place, at=at, hint="limits are [lowest, highest]")
 
 
 def _few_links(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink) -> None:

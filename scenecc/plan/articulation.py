@@ -35,6 +35,7 @@ class Joint:
         drive_mode: what the drive's numbers are of; None: "force".
         qpos, qvel: (·,) at the start.
         drive_target, drive_velocity_target: (·,) where to and how fast the drive pulls at the start.
+        limits_origin: where its limits are written, where that is a place of their own.
     """
 
     type: JointType
@@ -54,6 +55,7 @@ class Joint:
     drive_target: Value | None = None
     drive_velocity_target: Value | None = None
     origin: Origin | None = field(default=None, compare=False)
+    limits_origin: Origin | None = field(default=None, compare=False)
 
 
 @frozen

@@ -132,7 +132,7 @@ def _varies(material: Any) -> bool:
 
 
 def _names(part: Any) -> list[str]:
-    return [field.name for field in fields(part) if field.name != "origin"]
+    return [field.name for field in fields(part) if field.compare]
 
 
 def _joined(values: Sequence[Value], rows: int) -> Value:

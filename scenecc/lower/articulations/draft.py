@@ -50,7 +50,7 @@ class DraftJoint:
 
     Attributes:
         effort: the most that a drive exerts where that says nothing; None: likewise unknown.
-        limits_origin: where its limits are written.
+        limits_origin: where its limits are written, where that is a place of their own.
     """
 
     type: JointType
@@ -59,6 +59,7 @@ class DraftJoint:
     pose_in_parent: Value | None = None
     pose_in_child: Value | None = None
     limits: Value | None = None
+    limits_origin: Origin | None = None
     friction: Value | None = None
     damping: Value | None = None
     armature: Value | None = None

@@ -31,9 +31,10 @@ def with_said(joint: DraftJoint, layers: Sequence[Layer], values: Said) -> Draft
     changed: dict[str, Any] = {
         key: found for key in _OF_JOINTS if (found := values.value(layers, key, _KINDS[key])) is not None
     }
-    limits = values.value(layers, "limits", LIMITS)
+    limits = said(layers, "limits")
     if limits is not None:
-        changed["limits"] = limits
+        changed["limits"] = values.of(limits, "limits", LIMITS)
+        changed["limits_origin"] = limits[1].child("limits")
     return replace(joint, **changed) if changed else joint
 
 
@@ -69,6 +70,7 @@ def joint_of(
         qpos=qpos,
         qvel=qvel,
         origin=joint.origin,
+        limits_origin=joint.limits_origin,
     )
     if not drives:
         return made

@@ -113,7 +113,8 @@ class Trees:
             offset = leaves.given(joint.mimic.offset, number("offset"), place, "offset")
             mimic = DraftMimic(joint.mimic.joint, multiplier or literal(1.0), offset or literal(0.0), place)
         limits = self._limits(joint, origin, leaves)
-        return DraftJoint(type_, name, origin, in_parent, in_child, limits, **numbers, mimic=mimic)
+        place = origin.child("limits" if joint.limits_deg is None else "limits_deg")
+        return DraftJoint(type_, name, origin, in_parent, in_child, limits, place, **numbers, mimic=mimic)
 
     def _one_way(self, joint: TreeJoint, origin: Origin) -> None:
         """A joint is placed in URDF's way or in SAPIEN's, and its limits are written once."""

@@ -104,7 +104,7 @@ def test_what_is_outside_a_plans_identity_is_not_written() -> None:
         for item in dataclasses.fields(cls)
         if item.name not in {slot.name for slot in slots(cls)}
     }
-    assert {name for _, name in left_out} == {"origin", "path"}
+    assert {name for _, name in left_out} == {"origin", "limits_origin", "path"}
 
 
 def ball(value: Any = 0.1, **options: Any) -> ScenePlan:
