@@ -143,7 +143,7 @@ class Entities:
         """What a robot's file or a tree of links makes."""
         made: list[_Made] = []
         if not built:
-            self.places.unread(name)
+            self.places.unread.add(name)
         for one in built:
             full = name
             if one.pose is not None:

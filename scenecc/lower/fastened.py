@@ -62,7 +62,7 @@ def lower_seen(
         from scenecc.lower.environment import lower_environment  # noqa: PLC0415 - likewise
 
         environment = lower_environment(scene.environment, tables, of_all, origin.child("environment"))
-    mounts = Mounts(built, names, sink)
+    mounts = Mounts(built, entities.places.unread, names, sink)
     if scene.lights:
         from scenecc.lower.lights import Lights  # noqa: PLC0415 - likewise
 

@@ -8,7 +8,7 @@ from scenecc.diagnostics.words import cut, suggest_name
 from scenecc.plan import ArticulationStructure, Mount
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Container, Iterable, Iterator
 
     from scenecc.diagnostics import Origin, Sink
     from scenecc.diagnostics.diagnostic import RelatedPlace
@@ -24,12 +24,14 @@ class Mounts:
 
     Args:
         entities: all of the plan.
+        unread: names of entities whose files are wrong, which was reported: what they hold is not known.
         names: of the document.
         sink: takes the diagnostics.
     """
 
-    def __init__(self, entities: Iterable[Entity], names: Names, sink: Sink) -> None:
+    def __init__(self, entities: Iterable[Entity], unread: Container[str], names: Names, sink: Sink) -> None:
         self._entities = {entity.name: entity for entity in entities}
+        self._unread = unread
         self._names = names
         self._sink = sink
 
@@ -45,6 +47,8 @@ class Mounts:
         prefix = self._names.prefixes.get(scope, "")
         entity, rest = self._split(prefix + written, len(prefix))
         if entity is None:
+            if any(name in self._unread for name in _ahead(prefix + written, len(prefix))):
+                return None
             hint = suggest_name(written, self._seen_from(prefix, scope), self._sink)
             self._sink.report("SC330", f"there is no entity `{cut(written)}`", place, hint=hint)
             return None
@@ -65,12 +69,10 @@ class Mounts:
 
     def _split(self, name: str, shortest: int) -> tuple[Entity | None, str | None]:
         """The entity with the longest name that a name begins with, and what is left."""
-        end = len(name)
-        while end > shortest:
-            entity = self._entities.get(name[:end])
+        for ahead in _ahead(name, shortest):
+            entity = self._entities.get(ahead)
             if entity is not None:
-                return entity, name[end + 1 :] or None
-            end = name.rfind("/", 0, end)
+                return entity, name[len(ahead) + 1 :] or None
         return None, None
 
     def _seen_from(self, prefix: str, scope: str) -> Iterable[str]:
@@ -99,3 +101,11 @@ class Mounts:
             message = f"not every robot that `{cut(entity.name)}` may be has a link `{cut(wanted)}`"
         self._sink.report("SC331", message, place, hint=hint)
         return None
+
+
+def _ahead(name: str, shortest: int) -> Iterator[str]:
+    """What a name begins with up to each of its slashes, the whole first."""
+    end = len(name)
+    while end > shortest:
+        yield name[:end]
+        end = name.rfind("/", 0, end)

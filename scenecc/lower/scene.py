@@ -141,7 +141,7 @@ def _constraints(
     from scenecc.lower.constraints import Constraints  # noqa: PLC0415 - loaded where there are any
     from scenecc.lower.mounts import Mounts  # noqa: PLC0415 - likewise
 
-    mounts = Mounts(built, names, drawing.sink)
+    mounts = Mounts(built, entities.places.unread, names, drawing.sink)
     lowering = Constraints(built, entities, mounts, drawing, names, drawing.sink)
     return lowering.lower(scene.constraints, origin.child("constraints"))
 

@@ -73,6 +73,10 @@ class Places:
         names: what names of the document mean.
         origin: of its root.
         sink: takes the diagnostics.
+
+    Attributes:
+        unread: entities whose files are wrong, which was reported: what these make beside themselves is not known.
+        followers: name → what stands somewhere and nothing else relative to it.
     """
 
     def __init__(
@@ -93,7 +97,7 @@ class Places:
         self._origins: dict[str, Origin] = {}
         self._standing: dict[str, Standing] = {}
         self._fixed: set[str] = set()
-        self._unread: set[str] = set()
+        self.unread: set[str] = set()
         self.followers: dict[str, Follower] = {}
 
     def add(self, name: str, owner: Origin, node: Any) -> None:
@@ -106,10 +110,6 @@ class Places:
         """
         self._placed[name] = node
         self._origins[name] = owner
-
-    def unread(self, name: str) -> None:
-        """Notes that what an entity makes beside itself is not known: its file is wrong, which was reported."""
-        self._unread.add(name)
 
     def world(self, name: str, owner: Origin, *, fixed: bool) -> Value:
         """The world pose of something as a value.
@@ -273,7 +273,7 @@ class Places:
         parent = self._names.parent(name, written)
         if parent is None or parent in self._placed:
             return parent
-        if parent.rpartition("/")[0] in self._unread:
+        if parent.rpartition("/")[0] in self.unread:
             return None
         known = self._names.seen_by(name, self._placed)
         self._sink.report(
