@@ -1,0 +1,198 @@
+"""What the engine holds of a batch, as plain numbers: see `scenecc.plan.measured`."""
+
+from __future__ import annotations
+
+from hashlib import sha256
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.backends.sapien.audit.meshes import Meshes
+from scenecc.backends.sapien.audit.shapes import part_counts
+from scenecc.backends.sapien.engine import physx
+from scenecc.plan.articulation import ArticulationStructure
+from scenecc.plan.measured import (
+    Measured,
+    MeasuredBody,
+    MeasuredEntity,
+    MeasuredJoint,
+    MeasuredMass,
+    MeasuredMesh,
+    MeasuredScene,
+    MeasuredShape,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from scenecc.backends.sapien.batch import SceneBatch
+    from scenecc.plan import BodyStructure, Entity
+    from scenecc.plan.measured import Pose7, ShapeKind
+
+_KINDS: Final[dict[Any, tuple[ShapeKind, Callable[[Any], tuple[float, ...]]]]] = {
+    physx.PhysxCollisionShapeBox: ("box", lambda shape: _floats(shape.half_size)),
+    physx.PhysxCollisionShapeSphere: ("sphere", lambda shape: (float(shape.radius),)),
+    physx.PhysxCollisionShapeCapsule: ("capsule", lambda shape: _floats((shape.radius, shape.half_length))),
+    physx.PhysxCollisionShapeCylinder: ("cylinder", lambda shape: _floats((shape.radius, shape.half_length))),
+    physx.PhysxCollisionShapePlane: ("plane", lambda _: ()),
+    physx.PhysxCollisionShapeConvexMesh: ("convex_mesh", lambda _: ()),
+    physx.PhysxCollisionShapeTriangleMesh: ("triangle_mesh", lambda _: ()),
+}
+
+_NUMBERS: Final = (
+    "friction",
+    "armature",
+    "max_velocity",
+    "stiffness",
+    "damping",
+    "force_limit",
+    "drive_target",
+    "drive_velocity_target",
+)
+"""Of `MeasuredJoint`; SAPIEN's names are the same."""
+
+
+def measure(batch: SceneBatch) -> Measured:
+    """Everything that the engine holds of the bodies in a batch, as they are now: measure before anything is stepped.
+
+    Raises:
+        RuntimeError: the batch is closed.
+    """
+    reader = _Reader(batch)
+    scenes = zip(batch.scene_idxs, batch.scenes, strict=True)
+    return Measured(tuple(reader.scene(index, scene) for index, scene in scenes))
+
+
+class _Reader:
+    """Reads bodies; meshes that shapes share are kept once."""
+
+    def __init__(self, batch: SceneBatch) -> None:
+        self._batch = batch
+        self._files = Meshes(batch.plan, physx.get_default_material())
+        self._meshes: dict[str, MeasuredMesh] = {}
+
+    def scene(self, index: int, scene: Any) -> MeasuredScene:
+        """One scene of the batch, by its index in the plan."""
+        entities = tuple(self._entity(entity, index) for entity in self._batch.plan.entities if self._in(entity, index))
+        x, y, z = _floats(scene.physx_system.config.gravity)
+        return MeasuredScene(index, float(scene.get_timestep()), (x, y, z), entities)
+
+    def _in(self, entity: Entity, index: int) -> bool:
+        there = entity.name in self._batch.entities or entity.name in self._batch.articulations
+        return there and index in entity.scene_idxs
+
+    def _entity(self, entity: Entity, index: int) -> MeasuredEntity:
+        row = entity.scene_idxs.index(index)
+        structure = entity.structure(row)
+        if isinstance(structure, ArticulationStructure):
+            bodies = self._links(entity.name, structure, row, index)
+        else:
+            batch = self._batch.entities[entity.name]
+            obj: Any = batch.objs[batch.scene_idxs.index(index)]
+            component = obj.find_component_by_type(physx.PhysxRigidBaseComponent)
+            shapes = self._shapes(structure, component, row)
+            pose, mass = _pose(obj.get_pose()), _mass(component)
+            bodies = (MeasuredBody(entity.name, structure.body_type, structure, pose, mass, shapes),)
+        return MeasuredEntity(entity, structure, row, bodies)
+
+    def _links(self, name: str, structure: ArticulationStructure, row: int, index: int) -> tuple[MeasuredBody, ...]:
+        batch = self._batch.articulations[name]
+        number = batch.scene_idxs.index(index)
+        links = [batch.links[link.name][number] for link in structure.links]
+        numbers = _positions(batch.objs[number], links)
+        return tuple(
+            MeasuredBody(
+                link.name,
+                link.body.body_type,
+                link.body,
+                _pose(made.get_entity().get_pose()),
+                _mass(made),
+                self._shapes(link.body, made, row),
+                link.parent,
+                None if link.joint is None else _joint(made.get_joint(), *numbers[which]),
+            )
+            for which, (link, made) in enumerate(zip(structure.links, links, strict=True))
+        )
+
+    def _shapes(self, structure: BodyStructure, component: Any, row: int) -> tuple[MeasuredShape, ...]:
+        if component is None:
+            return ()
+        counts = part_counts(structure, row, self._files)
+        shapes = [shape for shape, count in zip(structure.collisions, counts, strict=True) for _ in range(count)]
+        found: list[MeasuredShape] = []
+        for made, shape in zip(component.get_collision_shapes(), shapes, strict=True):
+            kind, sizes = _KINDS[type(made)]
+            mesh = self._mesh(made) if kind.endswith("mesh") else None
+            a, b, c, d = map(int, made.get_collision_groups())
+            friction = made.get_physical_material()
+            found.append(
+                MeasuredShape(
+                    kind=kind,
+                    sizes=sizes(made),
+                    pose=_pose(made.get_local_pose()),
+                    shape=shape,
+                    mesh=mesh,
+                    static_friction=float(friction.static_friction),
+                    dynamic_friction=float(friction.dynamic_friction),
+                    restitution=float(friction.restitution),
+                    density=float(made.get_density()),
+                    contact_offset=float(made.get_contact_offset()),
+                    rest_offset=float(made.get_rest_offset()),
+                    groups=(a, b, c, d),
+                )
+            )
+        return tuple(found)
+
+    def _mesh(self, made: Any) -> MeasuredMesh:
+        scale = np.asarray(made.get_scale(), np.float64)
+        vertices = np.ascontiguousarray(made.get_vertices().astype(np.float64) * scale)
+        triangles = np.ascontiguousarray(made.get_triangles().astype(np.int64))
+        digest = sha256(vertices.tobytes() + triangles.tobytes()).hexdigest()
+        if digest not in self._meshes:
+            for array in (vertices, triangles):
+                array.setflags(write=False)
+            self._meshes[digest] = MeasuredMesh(digest, vertices, triangles)
+        return self._meshes[digest]
+
+
+def _mass(component: Any) -> MeasuredMass | None:
+    if not isinstance(component, physx.PhysxRigidBodyComponent):
+        return None
+    x, y, z = _floats(component.get_inertia())
+    return MeasuredMass(float(component.get_mass()), _pose(component.get_cmass_local_pose()), (x, y, z))
+
+
+def _positions(articulation: Any, links: list[Any]) -> list[tuple[float, float]]:
+    """Position and velocity of each link's joint; 0 of one that does not move."""
+    moving = sorted((link.get_index(), which) for which, link in enumerate(links) if link.get_joint().get_dof())
+    found = [(0.0, 0.0)] * len(links)
+    for (_, which), qpos, qvel in zip(moving, articulation.get_qpos(), articulation.get_qvel(), strict=True):
+        found[which] = (float(qpos), float(qvel))
+    return found
+
+
+def _joint(joint: Any, qpos: float, qvel: float) -> MeasuredJoint:
+    moves = bool(joint.get_dof())
+    low, high = _floats(joint.get_limits()[0]) if moves else (0.0, 0.0)
+    # Of what a fixed joint has not, the engine gives empty arrays or anything.
+    numbers = {name: float(np.ravel(getattr(joint, name))[0]) if moves else 0.0 for name in _NUMBERS}
+    return MeasuredJoint(
+        type=joint.get_type(),
+        name=joint.get_name(),
+        pose_in_parent=_pose(joint.get_pose_in_parent()),
+        pose_in_child=_pose(joint.get_pose_in_child()),
+        limits=(low, high),
+        drive_mode=joint.get_drive_mode() if moves else "force",
+        qpos=qpos,
+        qvel=qvel,
+        **numbers,
+    )
+
+
+def _pose(pose: Any) -> Pose7:
+    x, y, z, qw, qx, qy, qz = _floats((*pose.p, *pose.q))
+    return x, y, z, qw, qx, qy, qz
+
+
+def _floats(numbers: Any) -> tuple[float, ...]:
+    return tuple(map(float, numbers))
