@@ -204,12 +204,14 @@ def load_scene(
 
     Raises:
         SceneError: the scene, the engine or the machine is at fault (`SceneError.at_fault`).
+        TypeError: `scene` is no environment's.
         ValueError: an argument is out of its range, or is the environment's where there is a `scene`.
     """
     sink = Sink()
     if scene is not None:
         if (num_scenes, scene_idxs, backend, render, audit) != (None, None, "cpu", None, "fast"):
             raise ValueError("num_scenes, scene_idxs, backend, render and audit are not taken with scene")
+        check_environments(scene)
         num_scenes = scene.num_envs
     scene_idxs = None if scene_idxs is None else indices(scene_idxs, "scene_idxs")
     options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
@@ -217,6 +219,14 @@ def load_scene(
     if scene is not None:
         return _into(scene, plan, sink)
     return instantiated(plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit)
+
+
+def check_environments(scene: object) -> None:
+    """Raises TypeError for what is no scene of a ManiSkill environment."""
+    if not hasattr(scene, "sub_scenes"):
+        what = "a scene of a ManiSkill environment is needed, its `env.unwrapped.scene`"
+        alone = "`load_scene` without `scene` makes SAPIEN's scenes by itself"
+        raise TypeError(f"{what}, and this is of the type {type(scene).__name__}; {alone}")
 
 
 def plan_text(plan: ScenePlan, *, base: Path | None = None) -> str:

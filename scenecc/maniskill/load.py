@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.api import load_scene
+from scenecc.api import check_environments, load_scene
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -43,7 +43,9 @@ def load_into(
 
     Raises:
         SceneError: the scene, the engine or the machine is at fault.
+        TypeError: `scene` is no environment's.
     """
+    check_environments(scene)
     return load_scene(
         source,
         scene=scene,

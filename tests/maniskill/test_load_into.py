@@ -37,6 +37,20 @@ def test_a_name_that_the_environment_has(tmp_path: Path) -> None:
     assert found == [("SC809", 3, "the environment has an object 'cube' already")]
 
 
+def test_a_robot_that_the_agent_has_already() -> None:
+    """As in a task with `robot_uids="panda"`, whose file brings a `panda`."""
+    robot = {"root": {"name": "base", "shapes": [{"type": "sphere", "radius": 0.1}]}}
+    document = {"scenecc": 1, "entities": {"panda": robot}}
+    scene = new_scene()
+    load_into(scene, document)
+    with pytest.raises(SceneError) as caught:
+        load_into(scene, document)
+    (told,) = caught.value.diagnostics
+    assert (told.code, told.message) == ("SC809", "the environment has an object 'panda' already")
+    assert told.hint is not None
+    assert "derive the task from the class that `register_env` returns" in told.hint
+
+
 @pytest.mark.parametrize(
     ("key", "path", "told"),
     [

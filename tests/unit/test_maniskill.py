@@ -27,11 +27,30 @@ def test_importing_it_loads_no_engine_and_no_extra() -> None:
 @pytest.mark.parametrize("missing", ["mani_skill", "torch"])
 def test_what_is_missing_and_how_to_get_it(missing: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, missing, None)
-    scene: Any = SimpleNamespace(num_envs=1)
+    scene: Any = SimpleNamespace(num_envs=1, sub_scenes=[None])
     with pytest.raises(SceneError, match=r"pip install torch 'scenecc\[maniskill\]'") as caught:
         scenecc.load_scene({"scenecc": 1, "entities": {}}, scene=scene)
     assert [d.code for d in caught.value.diagnostics] == ["SC805"]
     assert caught.value.at_fault == "machine"
+
+
+@pytest.mark.parametrize("scene", [SimpleNamespace(num_envs=1), object()])
+def test_what_is_no_scene_of_an_environment(scene: Any) -> None:
+    """As a `sapien.Scene`, or the environment itself."""
+    from scenecc.maniskill import load_into
+
+    for load in (lambda: scenecc.load_scene({"scenecc": 1}, scene=scene), lambda: load_into(scene, {"scenecc": 1})):
+        with pytest.raises(TypeError, match=f"`env.unwrapped.scene`, and this is of the type {type(scene).__name__};"):
+            load()
+
+
+def test_a_scene_that_is_not_there_yet() -> None:
+    """Before ManiSkill made it, `self.scene` is None."""
+    from scenecc.maniskill import load_into
+
+    nothing: Any = None
+    with pytest.raises(TypeError, match="a scene of a ManiSkill environment is needed"):
+        load_into(nothing, {"scenecc": 1})
 
 
 def test_settings_without_maniskill(monkeypatch: pytest.MonkeyPatch) -> None:

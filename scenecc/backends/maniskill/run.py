@@ -24,6 +24,11 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
 
+_OF_AN_AGENT = (
+    "call one of them otherwise; if it is the agent's robot, leave this one out,"
+    " or derive the task from the class that `register_env` returns"
+)
+
 
 def run(plan: ScenePlan, scene: Any, sink: Sink) -> LoadedScene | None:
     """`scenecc.backends.maniskill.instantiate` once ManiSkill is known to be there."""
@@ -100,7 +105,7 @@ def _taken_names(plan: ScenePlan, scene: Any) -> list[EngineFailure]:
             "SC809",
             f"the environment has an object '{entity.name}' already",
             origin=entity.origin,
-            hint="call one of them otherwise",
+            hint=_OF_AN_AGENT if entity.name in scene.articulations else "call one of them otherwise",
         )
         for entity in taken
     ]

@@ -63,8 +63,8 @@ ROWS: tuple[Code, ...] = (
         "SC807",
         "error",
         "the renderer cannot make a visual",
-        "The renderer could not read the mesh or the image that a visual, a light or the surroundings name, or the render "
-        "device cannot make what a camera asks for: one that traces rays, where the device cannot.",
+        "The renderer could not read the mesh or the image that a visual, a light or the surroundings name, or the "
+        "render device cannot make what a camera asks for: one that traces rays, where the device cannot.",
         "$ scenecc build scene.yaml    # where an image is replaced by something unreadable after the check",
         "Look at the file that the message names; leave out a camera's `shader`.",
     ),
@@ -85,7 +85,9 @@ ROWS: tuple[Code, ...] = (
         "ManiSkill keeps one actor or articulation for each name of an environment, and the scene brings an object of "
         "a name that is taken: by something that the task built before, or by the robot of its agent.",
         '$ python task.py    # whose `_load_scene` calls `scenecc.maniskill.load_into(self.scene, "scene.yaml")` twice',
-        "Give one of them another name, or use the file as a prefab under a name of its own.",
+        "Give one of them another name, or use the file as a prefab under a name of its own. If it is the robot of the "
+        "task's agent, leave it out of the file, or derive the task from the class that "
+        "`scenecc.maniskill.register_env` returns, where the agent's robot is the file's.",
     ),
     Code(
         "SC810",
