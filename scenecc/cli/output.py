@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import stat
 import sys
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import typer
@@ -14,10 +16,14 @@ STDOUT = "-"
 _MACHINE_AT_FAULT = 3
 
 
-def print_out(text: str) -> None:
+def print_out(content: str | bytes) -> None:
     """Writes to standard output now, so that a full disk is told and not lost at the process's end."""
     try:
-        sys.stdout.write(text)
+        if isinstance(content, bytes):
+            sys.stdout.flush()
+            sys.stdout.buffer.write(content)
+        else:
+            sys.stdout.write(content)
         sys.stdout.flush()
     except OSError as error:
         # What is left in the buffer cannot be written either: let the interpreter's last flush go nowhere.
@@ -45,6 +51,20 @@ def refusal(target: str) -> str | None:
         return f"`{target}` cannot be written: {error.strerror}"
     if path.is_dir():
         return f"`{target}` is a folder"
+    return _refused_in(path, target)
+
+
+def folder_refusal(target: str) -> str | None:
+    """Why a folder cannot be made and filled, likewise."""
+    path = Path(target)
+    if not path.is_dir():
+        return f"`{target}` is a file" if os.path.lexists(path) else _refused_in(path, target)
+    if any(path.iterdir()):
+        return f"the folder `{target}` is not empty"
+    return None if os.access(path, os.W_OK) else f"`{target}` may not be written"
+
+
+def _refused_in(path: Path, target: str) -> str | None:
     if not path.parent.is_dir():
         return f"there is no folder `{path.parent}`"
     if not os.access(path if path.exists() else path.parent, os.W_OK):
@@ -57,34 +77,88 @@ def base_folder(target: str) -> Path | None:
     return None if target == STDOUT else Path(target).parent
 
 
-def write(target: str, text: str) -> str | None:
+def write(target: str, content: str | bytes) -> str | None:
     """Writes a file, or standard output for `-`. Returns why that failed; None if it did not.
 
-    A file appears whole or stays as it was: the text goes to a file beside it that then takes its place.
+    A file appears whole or stays as it was: the content goes to a file beside it that then takes its place.
     """
     if target == STDOUT:
-        print_out(text)
+        print_out(content)
         return None
     path = Path(os.path.realpath(target))  # a link is written through, not replaced
+    data = content.encode() if isinstance(content, str) else content
     try:
         if path.exists() and not path.is_file():
-            path.write_text(text, encoding="utf-8")  # a device or a pipe
+            path.write_bytes(data)  # a device or a pipe
         else:
-            _replace(path, text)
+            replace_all({path: data})
     except OSError as error:
         return f"`{target}` cannot be written: {error.strerror}"
     return None
 
 
-def _replace(path: Path, text: str) -> None:
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+def write_files(target: str, files: Mapping[str, bytes], *, folder: bool) -> str | None:
+    """Writes a file and those that lie beside it, all or none; standard output for `-`. Returns why that failed.
+
+    Args:
+        target: the file that takes the first of `files`, whatever that is called; or the folder for all of them.
+        files: by their paths from the folder in which the file lies.
+        folder: whether `target` is a folder.
+    """
+    names = list(files)
+    if len(names) == 1 and not folder:
+        return write(target, files[names[0]])
+    if target == STDOUT:
+        return f"standard output takes one file, and there are {len(names)}"
+    top = Path(os.path.realpath(target))
+    paths = [top / name for name in names] if folder else [top, *(top.parent / name for name in names[1:])]
+    folders = {top} if folder else set[Path]()
+    missing = [each for each in sorted(folders | {path.parent for path in paths}) if not each.exists()]
     try:
-        with part.open("x", encoding="utf-8", newline="") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        if path.exists():
-            part.chmod(stat.S_IMODE(path.stat().st_mode))
-        part.replace(path)
+        replace_all(dict(zip(paths, files.values(), strict=True)), missing)
+    except OSError as error:
+        return f"`{error.filename or target}` cannot be written: {error.strerror}"
+    return None
+
+
+def replace_all(files: Mapping[Path, bytes], folders: Sequence[Path] = ()) -> None:
+    """Makes folders and writes files: all of them or none.
+
+    Each goes to a file beside it first; these take their places in the end, the last first, so that what refers to
+    others may stand before them.
+
+    Raises:
+        OSError: one cannot be written; all are as they were then.
+    """
+    parts: dict[Path, Path] = {}
+    made: list[Path] = []
+    try:
+        for folder in folders:
+            folder.mkdir()
+            made.append(folder)
+        for path, data in files.items():
+            parts[path] = part = path.with_name(f".{path.name}.{os.getpid()}.part")
+            with part.open("xb") as file:
+                file.write(data)
+                file.flush()
+                os.fsync(file.fileno())
+            if path.exists():
+                part.chmod(stat.S_IMODE(path.stat().st_mode))
+        for path in reversed(parts):
+            new = not path.exists()
+            parts[path].replace(path)
+            made += [path] if new else []
+        made.clear()
     finally:
-        part.unlink(missing_ok=True)
+        for part in parts.values():
+            part.unlink(missing_ok=True)
+        for path in reversed(made):
+            _undo(path)
+
+
+def _undo(path: Path) -> None:
+    with suppress(OSError):  # a folder that others write into by now
+        if path.is_dir():
+            path.rmdir()
+        else:
+            path.unlink()

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from scenecc.cli import output
-from scenecc.cli.output import refusal, write
+from scenecc.cli.output import folder_refusal, refusal, write, write_files
 
 
 def test_a_file_is_written_whole_with_ordinary_permissions(tmp_path: Path) -> None:
@@ -96,3 +96,49 @@ def test_a_scene_is_not_written_over_itself(tmp_path: Path) -> None:
         (fault,) = path_faults(str(scene), str(tmp_path / name))
         assert fault.code == "SC904"
     assert path_faults(str(scene), str(tmp_path / "plan.json")) == []
+
+
+def test_files_beside_one_another_are_written_all_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    target = tmp_path / "scene.xml"
+    files = {"any.xml": b"main", "scene.assets/a.obj": b"a", "scene.assets/b.obj": b"b"}
+    assert write_files(str(target), files, folder=False) is None
+    assert target.read_bytes() == b"main"
+    assert sorted(path.name for path in (tmp_path / "scene.assets").iterdir()) == ["a.obj", "b.obj"]
+
+    sound = os.fsync
+    left = [2]
+
+    def full(descriptor: int) -> None:
+        left[0] -= 1
+        if left[0] == 0:
+            raise OSError(28, os.strerror(28))
+        sound(descriptor)
+
+    monkeypatch.setattr(output.os, "fsync", full)
+    reason = write_files(str(target), {"any.xml": b"new", "other.assets/c.obj": b"c"}, folder=False)
+    assert reason is not None
+    assert "No space left" in reason
+    assert target.read_bytes() == b"main"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["scene.assets", "scene.xml"]
+
+
+def test_a_folder_that_is_new_or_empty_takes_files(tmp_path: Path) -> None:
+    target = tmp_path / "robots"
+    assert folder_refusal(str(target)) is None
+    assert write_files(str(target), {"arm.urdf": b"arm", "arm.assets/a.obj": b"a"}, folder=True) is None
+    assert (target / "arm.urdf").read_bytes() == b"arm"
+    assert (target / "arm.assets/a.obj").read_bytes() == b"a"
+    assert folder_refusal(str(target)) == f"the folder `{target}` is not empty"
+    assert folder_refusal(str(target / "arm.urdf")) == f"`{target / 'arm.urdf'}` is a file"
+    assert folder_refusal(str(tmp_path / "no" / "robots")) == f"there is no folder `{tmp_path / 'no'}`"
+
+
+def test_standard_output_takes_one_file() -> None:
+    assert write_files("-", {"a": b"", "b": b""}, folder=False) == "standard output takes one file, and there are 2"
+
+
+def test_bytes_are_written_as_they_are(tmp_path: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
+    assert write(str(tmp_path / "a.glb"), b"\x00\xff\r\n") is None
+    assert (tmp_path / "a.glb").read_bytes() == b"\x00\xff\r\n"
+    assert write("-", b"\x00\xff\r\n") is None
+    assert capfdbinary.readouterr().out == b"\x00\xff\r\n"
