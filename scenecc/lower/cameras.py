@@ -80,13 +80,15 @@ class Cameras:
         self, camera: Any, size: tuple[int, int], leaves: Leaves, origin: Origin
     ) -> Perspective | Intrinsic | Orthographic:
         given = [key for key in _LENSES if getattr(camera, key) is not None]
-        if len(given) > 1:
+        # One angle that is given twice is told by what reads it.
+        lenses = [key for key in given if key not in {f"{other}_deg" for other in given}]
+        if len(lenses) > 1:
             self._sink.report(
                 "SC111",
-                f"a camera has one lens, and this has {len(given)}: {', '.join(f'`{key}`' for key in given)}",
-                origin.child(given[1]),
+                f"a camera has one lens, and this has {len(lenses)}: {', '.join(f'`{key}`' for key in lenses)}",
+                origin.child(lenses[1]),
                 at="key",
-                related=[("the first", origin.child(given[0]), "key")],
+                related=[("the first", origin.child(lenses[0]), "key")],
             )
         if camera.orthographic is not None:
             return Orthographic(leaves.value(camera.orthographic.top, _TOP, origin, "orthographic", "top"))
