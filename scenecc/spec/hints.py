@@ -15,6 +15,13 @@ _ONE_OF = "an articulation has one of `urdf`, `mjcf` and `root`"
 _OF_LINKS = "a tree's links have shapes: `root: {shapes: […]}`; a file brings its own, and is an entity by itself"
 _LINK = "it is said of links: `links: {NAME: {…: …}}`"
 _FIXED = "did you mean `fix_root_link`?"
+_DRIVE = "it is said of drives: `drives: {JOINT: {stiffness: …, damping: …}}`"
+_AGENT = (
+    "a robot is its file, `urdf: …` or `mjcf: …`; ManiSkill's come with `{use: scenecc:table_scene, with: {robot: …}}`"
+)
+_POSE = "did you mean `pose`?"
+_AIMED = "it stands in the pose: `pose: {p: […], look_at: […]}`"
+_HALF = "did you mean `half_length`? it is half of that"
 _COMMON = "it stands beside `variants`, for all of them"
 
 ALTERNATIVES = "what differs in structure from scene to scene is written as `variants` of the entity"
@@ -70,6 +77,11 @@ MISPLACED: dict[str, tuple[tuple[str, str], ...]] = {
     **dict.fromkeys(("shapes", "collisions", "visuals"), (("fix_root_link", _OF_LINKS),)),
     **dict.fromkeys(("mass", "inertial", "linear_damping", "angular_damping"), (("fix_root_link", _LINK),)),
     **dict.fromkeys(("fix_base", "fixed_base", "fixed", "use_fixed_base"), (("fix_root_link", _FIXED),)),
+    **dict.fromkeys(("stiffness", "damping", "force_limit"), (("fix_root_link", _DRIVE), ("armature", _DRIVE))),
+    **dict.fromkeys(("uid", "robot", "robot_uid", "robot_uids"), (("body_type", _AGENT), ("fix_root_link", _AGENT))),
+    **dict.fromkeys(("position", "initial_pose"), (("body_type", _POSE), ("fix_root_link", _POSE))),
+    "look_at": (("fovy", _AIMED),),
+    **dict.fromkeys(("height", "length"), (("half_length", _HALF),)),
     **dict.fromkeys(("pose", "scene_idxs", "repeat", "if"), (("body_type", _COMMON),)),
     **dict.fromkeys(("static_friction", "dynamic_friction", "restitution"), (("physical", _PHYSICAL),)),
     **dict.fromkeys(("base_color", "roughness", "metallic", "specular", "emission"), (("visual", _VISUAL),)),
@@ -83,6 +95,9 @@ LISTED_ELSEWHERE: dict[str, str] = {
     "triangle_mesh": "a `triangle_mesh` always collides: write it under `shapes` or `collisions`",
 }
 """Shape type → where it may stand, for the lists that do not have it."""
+
+ANGLES = frozenset(("fovy", "fovx", "inner_fov", "outer_fov"))
+"""Keys in radians that have a twin in degrees, and a bound that degrees are beyond."""
 
 LENGTH_HINTS: dict[tuple[str, int], str] = {
     ("pose", 7): "a position and a rotation are {p: [x, y, z], q: [w, x, y, z]}",

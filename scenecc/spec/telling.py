@@ -13,6 +13,7 @@ from scenecc.spec.expressions import read_names
 from scenecc.spec.features import LEFT_OUT
 from scenecc.spec.hints import (
     ALTERNATIVES,
+    ANGLES,
     EACH_ITS_OWN,
     LACKING,
     LENGTH_HINTS,
@@ -131,6 +132,8 @@ def _bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
         words, limit = "greater than", 0
     elif abs(limit) in {SMALLEST, LARGEST}:
         hint = "the engine computes in single precision, which ends there"
+    elif path and path[-1] in ANGLES and found > limit:
+        hint = f"angles are radians; `{path[-1]}_deg` takes degrees"
     sink.report(
         "SC104",
         f"{named(path)} must be {words} {limit if isinstance(limit, int) else f'{limit:g}'}, not {show(found)}",

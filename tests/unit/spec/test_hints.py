@@ -53,6 +53,18 @@ def told(document: dict[str, Any]) -> list[tuple[str, str, str]]:
             "`scene_idxs`",
         ),
         ({"urdf": "a.urdf", "fix_base": True}, "SC101", ".fix_base", "`fix_root_link`"),
+        ({"urdf": "a.urdf", "stiffness": 9}, "SC101", ".stiffness", "`drives: {JOINT: {stiffness: …, damping: …}}`"),
+        ({"urdf": "a.urdf", "joints": {"j": {"stiffness": 9}}}, "SC101", ".joints.j.stiffness", "`drives: {JOINT: "),
+        ({"uid": "panda"}, "SC101", ".uid", "`{use: scenecc:table_scene, with: {robot: …}}`"),
+        ({"position": [0, 0, 1], **SHAPES}, "SC101", ".position", "`pose`"),
+        ({"urdf": "a.urdf", "position": [0, 0, 1]}, "SC101", ".position", "`pose`"),
+        ({"pose": {"position": [0, 0, 1]}, **SHAPES}, "SC101", ".pose.position", "`p`"),
+        (
+            {"shapes": [{"type": "cylinder", "radius": 1, "half_length": 1, "height": 2}]},
+            "SC101",
+            ".shapes[0].height",
+            "`half_length`? it is half",
+        ),
     ],
     ids=str,
 )
@@ -61,6 +73,22 @@ def test_a_mistake_in_an_entity_is_told_once(entity: Any, code: str, path: str, 
     ((found_code, found_path, found_hint),) = told({"draws": draws, "entities": {"a": entity}})
     assert (found_code, found_path) == (code, f"entities.a{path}")
     assert hint in found_hint
+
+
+@pytest.mark.parametrize(
+    ("section", "written", "code", "key", "hint"),
+    [
+        ("cameras", {"look_at": [0, 0, 0]}, "SC101", "look_at", "`pose: {p: […], look_at: […]}`"),
+        ("cameras", {"fovy": 60}, "SC104", "fovy", "`fovy_deg` takes degrees"),
+        ("cameras", {"fovy": -1}, "SC104", "fovy", ""),
+        ("lights", {"type": "spot", "color": [1, 1, 1], "outer_fov": 60}, "SC104", "outer_fov", "`outer_fov_deg`"),
+    ],
+    ids=str,
+)
+def test_a_mistake_in_what_is_seen_is_told_once(section: str, written: Any, code: str, key: str, hint: str) -> None:
+    ((found_code, path, found_hint),) = told({section: {"a": written}})
+    assert (found_code, path) == (code, f"{section}.a.{key}")
+    assert hint in found_hint if hint else not found_hint
 
 
 @pytest.mark.parametrize("physics", [{"timestep": {"uniform": [0.01, 0.02]}}, {"sdf": {"choice": [{}, {}]}}], ids=str)
