@@ -278,3 +278,27 @@ entities:
 
 def test_so_do_trees_of_links(tmp_path: Path) -> None:
     assert_same(compile_scene(io.StringIO(TREE)), tmp_path)
+
+
+SEEN_FIRST = """
+scenecc: 1
+num_scenes: 2
+materials: {shiny: {visual: {roughness: {per_scene: [0.1, 0.2]}}}}
+entities:
+  ball:
+    linear_damping: {per_scene: [0.1, 0.2]}
+    shapes: [{type: sphere, radius: {per_scene: [0.1, 0.2]}, material: shiny}]
+  weight:
+    pose: [0, 1, 0]
+    mass: {per_scene: [0.3, 0.4]}
+    visuals: [{type: sphere, radius: {per_scene: [0.3, 0.4]}}]
+    collisions: [{type: sphere, radius: 0.1}]
+"""
+
+
+def test_what_is_seen_has_no_list_to_itself_that_others_read(tmp_path: Path) -> None:
+    """Without rendering there would be none: the numbers of a look, or of what is seen, are those of all else too."""
+    plan = compile_scene(io.StringIO(SEEN_FIRST))
+    assert_same(plan, tmp_path)
+    text = (tmp_path / "scenes.py").read_text()
+    assert text.count("[0.1, 0.2]") == text.count("[0.3, 0.4]") == 1

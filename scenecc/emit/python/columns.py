@@ -73,8 +73,8 @@ class Columns:
     rows: NDArray[np.intp]
     names: Names
     copies: int = 1
-    _lists: dict[bool, list[tuple[str, Group]]] = field(default_factory=lambda: {False: [], True: []})
-    _known: dict[Group, str] = field(default_factory=dict[Group, str])
+    _lists: dict[Group, str] = field(default_factory=dict[Group, str])
+    _seen: set[str] = field(default_factory=set[str])
     _indices: set[str] = field(default_factory=set[str])
     _rendered: bool = False
 
@@ -121,20 +121,24 @@ class Columns:
 
     def write(self, source: Source) -> None:
         """Assigns the lists, ahead of the loop over scenes."""
-        for name, items in self._lists[False]:
-            source.statement(items, assign=name)
-        if self._lists[True]:
+        for items, name in self._lists.items():
+            if name not in self._seen:
+                source.statement(items, assign=name)
+        if self._seen:
             with source.block("if render:"):
-                for name, items in self._lists[True]:
-                    source.statement(items, assign=name)
+                for items, name in self._lists.items():
+                    if name in self._seen:
+                        source.statement(items, assign=name)
 
     def _list(self, name: str, items: Sequence[Node], at: str) -> str:
         self._indices.add(at)
         items_node = list_of(items)
         # What collides and what is seen mostly have the same sizes: one list serves both.
-        variable = self._known.get(items_node)
+        variable = self._lists.get(items_node)
         if variable is None:
-            variable = self.names.take(f"{self.ident}_{name}")
-            self._lists[self._rendered].append((variable, items_node))
-            self._known[items_node] = variable
+            variable = self._lists[items_node] = self.names.take(f"{self.ident}_{name}")
+            if self._rendered:
+                self._seen.add(variable)
+        elif not self._rendered:
+            self._seen.discard(variable)
         return variable + at
