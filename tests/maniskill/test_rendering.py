@@ -102,6 +102,14 @@ def test_a_camera_on_robots_whose_links_differ_is_refused_where_anything_renders
     assert [config.uid for config in loaded.sensor_configs] == ["plain"]
 
 
+def test_what_maniskill_cannot_hide_is_no_hidden_object_where_nothing_renders() -> None:
+    box = [{"type": "box", "half_size": [0.1, 0.1, 0.1]}]
+    cube = {**SCENE["entities"]["cube"], "hidden": True}
+    entities = {**SCENE["entities"], "cube": cube, "arm": {"root": {"name": "base", "shapes": box}, "hidden": True}}
+    loaded = scenecc.load_scene({"scenecc": 1, "entities": entities}, scene=new_scene())
+    assert loaded.hidden_objects == [loaded.actors["goal"]]
+
+
 @pytest.mark.render
 def test_lights_follow_what_a_reset_draws_anew() -> None:
     import gymnasium

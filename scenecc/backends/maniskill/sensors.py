@@ -10,14 +10,14 @@ import numpy as np
 from scenecc.backends.maniskill.failure import UNFIT
 from scenecc.backends.maniskill.theirs import SHADERS, CameraConfig, Pose, torch
 from scenecc.backends.sapien.failure import EngineFailure
-from scenecc.plan import ArticulationStructure, Intrinsic, Perspective
+from scenecc.plan import ArticulationStructure, BodyStructure, Intrinsic, Perspective
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from numpy.typing import NDArray
 
-    from scenecc.plan import BodyStructure, Camera, Entity, Orthographic, ScenePlan, Value
+    from scenecc.plan import Camera, Entity, Orthographic, ScenePlan, Value
 
 _PLAIN = "minimal"
 """ManiSkill's shader for sensors that name none."""
@@ -42,15 +42,18 @@ def unfit_for_sensors(plan: ScenePlan) -> Iterator[EngineFailure]:
             message, hint = found
             yield EngineFailure(UNFIT, f"the camera '{camera.name}' {message}", origin=camera.origin, hint=hint)
     for entity in plan.entities:
-        if entity.hidden and not all(map(_can_hide, entity.structures)):
+        if entity.hidden and not _can_hide(entity):
             message = f"'{entity.name}' is hidden, and ManiSkill hides what nothing collides with and can be moved"
             hint = "`body_type: kinematic`, with `visuals` alone"
             yield EngineFailure(UNFIT, message, origin=entity.origin, hint=hint)
 
 
 def hidden_objects(plan: ScenePlan, scene: Any) -> list[Any]:
-    """The actors that sensors do not see: not the views of them, of which ManiSkill hides none."""
-    return [scene.actors[entity.name] for entity in plan.entities if entity.hidden]
+    """The actors that sensors do not see: not the views of them, of which ManiSkill hides none.
+
+    Where nothing renders, those that `unfit_for_sensors` finds wrong are left out.
+    """
+    return [scene.actors[entity.name] for entity in plan.entities if entity.hidden and _can_hide(entity)]
 
 
 def _unfit(camera: Camera, plan: ScenePlan) -> tuple[str, str] | None:
@@ -69,7 +72,7 @@ def _unfit(camera: Camera, plan: ScenePlan) -> tuple[str, str] | None:
 def _unfit_lens(camera: Camera) -> tuple[str, str] | None:
     """Likewise, wherever it is."""
     if not isinstance(camera.lens, Perspective | Intrinsic):
-        return "has no perspective", "ManiSkill's sensors have: give it a `fov`"
+        return "has no perspective", "ManiSkill's sensors have: give it a `fovy`"
     if isinstance(camera.lens, Intrinsic) and camera.lens.skew.data.any():
         return "has a skew", "ManiSkill's sensors have none"
     if camera.shader is not None and camera.shader not in SHADERS:
@@ -83,10 +86,13 @@ def _is_of_several(entity: Entity) -> bool:
     return any(names != links[0] for names in links)
 
 
-def _can_hide(structure: BodyStructure | ArticulationStructure) -> bool:
-    if isinstance(structure, ArticulationStructure):
-        return False
-    return structure.body_type in ("dynamic", "kinematic") and not structure.collisions
+def _can_hide(entity: Entity) -> bool:
+    return all(
+        isinstance(structure, BodyStructure)
+        and structure.body_type in ("dynamic", "kinematic")
+        and not structure.collisions
+        for structure in entity.structures
+    )
 
 
 def _config(camera: Camera, actors: Mapping[str, Any], articulations: Mapping[str, Any]) -> Any:
