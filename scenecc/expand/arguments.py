@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Location, Origin
-from scenecc.diagnostics.words import cut, suggest
+from scenecc.diagnostics.words import cut, nearest, suggest
 from scenecc.expand.contents import count_values, has_failed, is_varying
 from scenecc.expand.expansion import Mark
 from scenecc.expand.ranges import form_of, varying_misfit
@@ -172,7 +172,11 @@ def _refuse(wanted: ParamType, argument: Argument, wrong: Misfit, sink: Sink) ->
     code, words = wrong
     related = [("the parameter", wanted.declared, "key")] if wanted.declared is not None else []
     message = f"the parameter `{cut(wanted.name)}` {words}"
-    sink.report(code, message, argument.told, related=related, path=(wanted.name,))  # pyright: ignore[reportArgumentType]
+    near = None
+    if isinstance(argument.value, str):
+        near = nearest(argument.value, [option for option in wanted.options if isinstance(option, str)])
+    hint = None if near is None else f"did you mean `{near}`?"
+    sink.report(code, message, argument.told, hint=hint, related=related, path=(wanted.name,))  # pyright: ignore[reportArgumentType]
 
 
 def _inside(

@@ -24,6 +24,8 @@ _MOST = 200
 def given_by(documents: Mapping[str | None, Document], origin: Origin) -> tuple[Origin, ...]:
     """Where the parameters are given that the node at fault reads; empty for what is in no prefab, or reads none.
 
+    What is given there may read parameters in its turn: where these are given follows.
+
     Args:
         documents: by the name that origins have.
         origin: of the node, as written.
@@ -41,7 +43,8 @@ def given_by(documents: Mapping[str | None, Document], origin: Origin) -> tuple[
             return ()
         read |= _names(text)
     place = (*use.path[:-1], "with")
-    return tuple(Origin(use.file, (*place, name), use.copy, use.parent) for name in given if name in read)
+    found = [Origin(use.file, (*place, name), use.copy, use.parent) for name in given if name in read]
+    return (*found, *dict.fromkeys(outer for one in found for outer in given_by(documents, one)))
 
 
 def _at(node: Any, path: Path) -> Any:

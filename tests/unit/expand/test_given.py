@@ -41,6 +41,23 @@ def test_a_wrong_value_is_told_once_and_where_it_is_given(tmp_path: Path) -> Non
     assert notes(one) == [("`size` is given here", 3), ("used from here", 3)]
 
 
+def test_what_a_prefab_hands_on_is_told_up_to_where_it_is_written(tmp_path: Path) -> None:
+    (tmp_path / "part.yaml").write_text(PART)
+    middle = "scenecc: 1\nparams: {edge: 1.0, n: 2}\nentities:\n  m:\n    use: part.yaml\n"
+    (tmp_path / "middle.yaml").write_text(f'{middle}    with: {{size: "${{2 * edge}}", n: "${{n}}"}}\n')
+    top = "scenecc: 1\nentities:\n  a:\n    use: middle.yaml\n    with:\n      edge: -1\n"
+    (tmp_path / "top.yaml").write_text(top)
+    (one,) = validate(tmp_path / "top.yaml")
+    assert notes(one) == [
+        ("`size` is given here", 6),
+        ("`edge` is given here", 6),
+        ("used from here", 5),
+        ("used from here", 4),
+    ]
+    files = [str(related.location.file).rpartition("/")[2] for related in one.related]
+    assert files == ["middle.yaml", "top.yaml", "middle.yaml", "top.yaml"]
+
+
 def test_mistakes_of_two_parameters_are_two(tmp_path: Path) -> None:
     codes = [(one.code, one.related[0].message) for one in found(tmp_path, "{size: -1, low: 3}")]
     assert codes == [("SC104", "`size` is given here"), ("SC119", "`low` is given here")]

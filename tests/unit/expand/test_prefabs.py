@@ -246,6 +246,14 @@ def test_what_is_wrong_with_a_use(expanded: Expander, text: str, code: str, line
         assert [(related.message, related.location.line) for related in found.related] == [("used from here", 2)]
 
 
+def test_an_option_that_was_probably_meant(expanded: Expander) -> None:
+    options = "params: {robot: {type: choice, options: [panda, fetch, 1], default: panda}}"
+    found = expanded.one("entities: {a: {use: robot.yaml, with: {robot: pandas}}}", {"robot.yaml": options})
+    assert (found.code, found.hint) == ("SC211", "did you mean `panda`?")
+    found = expanded.one("entities: {a: {use: robot.yaml, with: {robot: x}}}", {"robot.yaml": options})
+    assert (found.code, found.hint) == ("SC211", None)
+
+
 def test_circles_print_the_chain(expanded: Expander) -> None:
     found = expanded.one(
         "entities: {x: {use: a.yaml}}",
