@@ -1,4 +1,4 @@
-"""What is drawn, and is the same in every scene, takes part in what is computed of it as any other draw does."""
+"""What is drawn takes part in what is computed of it: what is the same in every scene, and what nothing bounds."""
 
 from __future__ import annotations
 
@@ -52,3 +52,15 @@ def test_a_mass_that_is_drawn_alike(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_alternatives_of_positions_come_back_from_json(key: str) -> None:
     plan = compile_scene(scene({}, **{key: {"choice": [[0.1], [0.2]]}}))
     assert compile_scene(emit_scene(plan, "json")) == plan
+
+
+def test_a_mass_of_which_nothing_is_known_before_it_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(GOOD)
+    arm = {"urdf": "articulations/arm.urdf", "links": {"upper": {"mass": "${pair[round(pair[0]) - 1]}"}}}
+    draws = {"pair": {"uniform": [[1, 1], [2, 3]]}}
+    plan = compile_scene({"scenecc": 1, "num_scenes": 3, "draws": draws, "entities": {"arm": arm}})
+    upper = next(link for link in structure(plan).links if link.name == "upper")
+    assert upper.body.inertial is not None
+    mass, inertia = upper.body.inertial.mass.data, upper.body.inertial.inertia.data
+    assert len(set(mass.tolist())) == 3
+    assert inertia == pytest.approx(mass[:, None] / 1.5 * [0.02, 0.02, 0.002])
