@@ -273,16 +273,24 @@ class Places:
         parent = self._names.parent(name, written)
         if parent is None or parent in self._placed:
             return parent
-        if parent.rpartition("/")[0] in self.unread:
+        whole = parent.rpartition("/")[0]
+        if whole in self.unread:
             return None
-        known = self._names.seen_by(name, self._placed)
+        hint = "no pose is relative to a link; a light or a camera is fastened to one by `mount`"
+        if not self._is_one_robot(whole):
+            hint = suggest_name(str(written), self._names.seen_by(name, self._placed), self._sink)
         self._sink.report(
             "SC303",
             f"there is no entity, frame or camera `{cut(str(written))}` that stands in the world",
             origin.child("pose", "relative_to"),
-            hint=suggest_name(str(written), known, self._sink),
+            hint=hint,
         )
         return None
+
+    def _is_one_robot(self, name: str) -> bool:
+        """Whether something is an articulation that makes nothing beside itself: names under its own are of links."""
+        node = self._placed.get(name)
+        return hasattr(node, "fix_root_link") and not any(other.startswith(f"{name}/") for other in self._placed)
 
     def _exists_wherever(self, name: str, parent: str) -> None:
         """Reports a scene that the one entity is in and the other is not."""

@@ -88,3 +88,16 @@ def test_mistakes(scene: Path, old: str, new: str, expected: list[tuple[str, Any
     found = validate(scene)
     assert [one.code for one in found] == [code for code, _ in expected]
     assert [one.hint for one in found if one.code == "SC303"] == [hint for _, hint in expected if hint]
+
+
+def test_a_link_is_nothing_that_a_pose_stands_relative_to() -> None:
+    """Links move by themselves: the hint says what is fastened to them, and no name that is like the one written."""
+    ball = [{"type": "sphere", "radius": 0.1}]
+    entities: dict[str, Any] = {
+        "arm": {"root": {"name": "base", "shapes": ball}},
+        "ball": {"shapes": ball, "pose": {"relative_to": "arm/base"}},
+        "other": {"shapes": ball, "pose": {"relative_to": "amr"}},
+    }
+    hints = [(one.code, one.hint) for one in validate({"scenecc": 1, "entities": entities})]
+    fastened = "no pose is relative to a link; a light or a camera is fastened to one by `mount`"
+    assert hints == [("SC303", fastened), ("SC303", "did you mean `arm`?")]
