@@ -1,0 +1,76 @@
+"""Images of textures, by Pillow."""
+
+from __future__ import annotations
+
+from hashlib import sha256
+from importlib import import_module
+from io import BytesIO
+from typing import TYPE_CHECKING, Any, Final
+
+from scenecc.meshes.surface import Image, MeshProblem
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from PIL.Image import Image as Pixels
+
+    from scenecc.meshes.surface import Channel, Suffix
+
+_READ: Final = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tga"})
+_KEPT: Final[dict[str, Suffix]] = {".png": ".png", ".jpg": ".jpg", ".jpeg": ".jpg"}
+"""Files that other programs read as they are, and their suffix there. Others become PNG."""
+
+
+class Images:
+    """Image files of a plan, each read once."""
+
+    def __init__(self) -> None:
+        self._read: dict[Path, tuple[bytes, Suffix, Pixels]] = {}
+
+    def file(self, path: Path, sampling: dict[str, Any]) -> Image:
+        """An image of a file. `sampling`: what of filter and address mode is given.
+
+        Raises:
+            MeshProblem: it cannot be read, or Pillow is missing.
+        """
+        if path not in self._read:
+            self._read[path] = _opened(path)
+        data, suffix, pixels = self._read[path]
+        given = {name: sampling[name] for name in ("filter_mode", "address_mode") if name in sampling}
+        return Image(_digest(data), data, suffix, pixels, path.stem, **given)
+
+
+def image_of(pixels: Pixels | None, name: str, channel: Channel = "r") -> Image | None:
+    """An image that a mesh file holds or names, as trimesh has read it."""
+    if pixels is None:
+        return None
+    data = as_png(pixels)
+    return Image(_digest(data), data, ".png", pixels, name, channel)
+
+
+def as_png(pixels: Pixels) -> bytes:
+    """An image as the bytes of a PNG."""
+    data = BytesIO()
+    pixels.save(data, format="PNG")
+    return data.getvalue()
+
+
+def _opened(path: Path) -> tuple[bytes, Suffix, Pixels]:
+    suffix = path.suffix.lower()
+    if suffix not in _READ:
+        raise MeshProblem("SC748", f"an image of the kind `{suffix}` is left out", "save it as PNG or JPEG")
+    try:
+        pillow: Any = import_module("PIL.Image")
+    except ImportError as error:
+        raise MeshProblem("SC813", f"textures need Pillow: {error}", 'run `pip install "scenecc[export]"`') from error
+    try:
+        data = path.read_bytes()
+        pixels = pillow.open(BytesIO(data))
+        pixels.load()
+    except (OSError, ValueError) as error:
+        raise MeshProblem("SC748", f"'{path}' cannot be read: {error}", "save it as PNG or JPEG") from error
+    return (data, _KEPT[suffix], pixels) if suffix in _KEPT else (as_png(pixels), ".png", pixels)
+
+
+def _digest(data: bytes) -> str:
+    return sha256(data).hexdigest()

@@ -1,0 +1,162 @@
+"""Primitives as SAPIEN's renderer draws them: the same vertices in the same order, normals and texture coordinates."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.meshes.surface import Surface
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+_AROUND: Final = 32
+"""Corners of a circle."""
+
+_CAP: Final = 8
+"""Rings of a half ball, that at its pole left out."""
+
+_THIRD, _TWO_THIRDS = 1 / 3, 2 / 3
+
+_BOX_SIDES: Final = (
+    # four corners, the normal, left, bottom, right and top in the image: a cross of six squares
+    (((-1, 1, 1), (-1, -1, 1), (1, -1, 1), (1, 1, 1)), (0, 0, 1), (0.25, _THIRD, 0.5, _TWO_THIRDS)),
+    (((1, 1, -1), (1, -1, -1), (-1, -1, -1), (-1, 1, -1)), (0, 0, -1), (0.75, _THIRD, 1, _TWO_THIRDS)),
+    (((1, 1, 1), (1, -1, 1), (1, -1, -1), (1, 1, -1)), (1, 0, 0), (0.5, _THIRD, 0.75, _TWO_THIRDS)),
+    (((-1, 1, -1), (-1, -1, -1), (-1, -1, 1), (-1, 1, 1)), (-1, 0, 0), (0, _THIRD, 0.25, _TWO_THIRDS)),
+    (((-1, 1, -1), (-1, 1, 1), (1, 1, 1), (1, 1, -1)), (0, 1, 0), (0.25, _TWO_THIRDS, 0.5, 1)),
+    (((-1, -1, 1), (-1, -1, -1), (1, -1, -1), (1, -1, 1)), (0, -1, 0), (0.25, 0, 0.5, _THIRD)),
+)
+
+_QUAD: Final = ((0, 1, 2), (0, 2, 3))
+
+
+def surface(vertices: ArrayLike, faces: ArrayLike, normals: ArrayLike | None, uvs: ArrayLike | None) -> Surface:
+    """A surface of anything like arrays, which are copied."""
+    return Surface(
+        _held(np.array(vertices, np.float32)),
+        _held(np.array(faces, np.int64)),
+        None if normals is None else _held(np.array(normals, np.float32)),
+        None if uvs is None else _held(np.array(uvs, np.float32)),
+    )
+
+
+def _held(array: NDArray[Any]) -> NDArray[Any]:
+    array.setflags(write=False)
+    return array
+
+
+@cache
+def box() -> Surface:
+    """A box with half sizes of 1."""
+    vertices = np.concatenate([corners for corners, _, _ in _BOX_SIDES])
+    normals = np.repeat([normal for _, normal, _ in _BOX_SIDES], 4, axis=0)
+    uvs = [
+        corner
+        for _, _, (left, low, right, high) in _BOX_SIDES
+        for corner in ((left, high), (left, low), (right, low), (right, high))
+    ]
+    faces = np.concatenate([np.add(_QUAD, 4 * side) for side in range(len(_BOX_SIDES))])
+    return surface(vertices, faces, normals, uvs)
+
+
+@cache
+def plane() -> Surface:
+    """A quad that faces its own +x, with half sizes of 1 along y and z."""
+    corners = [(0, 1, 1), (0, -1, 1), (0, -1, -1), (0, 1, -1)]
+    return surface(corners, _QUAD, [(1, 0, 0)] * 4, [(0, 1), (0, 0), (1, 0), (1, 1)])
+
+
+@cache
+def tiled_plane(repeat: tuple[float, float]) -> Surface:
+    """A quad that faces its own +z, with half sizes of 1 along x and y and its image repeated: ManiSkill's."""
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float64)
+    vertices = np.column_stack([corners, np.zeros(4)])
+    return surface(vertices, _QUAD, [(0, 0, 1)] * 4, 0.5 + corners / 2 * repeat)
+
+
+@cache
+def sphere() -> Surface:
+    """A ball of radius 1, its poles on x."""
+    directions, uvs, faces = _ball(0.5)
+    return surface(directions, faces, directions, uvs)
+
+
+def capsule(radius: float, half_length: float) -> Surface:
+    """A capsule along x [m]; `half_length` is without the caps."""
+    directions, uvs, faces = _ball(0.25)
+    shift = np.zeros_like(directions)
+    half = len(directions) // 2
+    shift[:half, 0], shift[half:, 0] = half_length, -half_length
+    return surface(directions * radius + shift, faces, directions, uvs)
+
+
+@cache
+def cylinder() -> Surface:
+    """A cylinder of radius 1 and half length 1 along x, which shows its image's corner alone, as SAPIEN's does."""
+    angle = np.arange(_AROUND) * (2 * np.pi / _AROUND)
+    circle = np.column_stack([np.zeros(_AROUND), np.cos(angle), np.sin(angle)])
+    x = np.array([1.0, 0, 0])
+    cap = np.concatenate([[x], circle + x])
+    vertices = np.concatenate([cap, cap * (-1, 1, 1), circle + x, circle - x])
+    normals = np.concatenate([np.tile(x, (_AROUND + 1, 1)), np.tile(-x, (_AROUND + 1, 1)), circle, circle])
+    here = np.arange(_AROUND)
+    there = (here + 1) % _AROUND
+    zero = np.zeros(_AROUND, np.int64)
+    low, side = _AROUND + 1, 2 * _AROUND + 2
+    near = np.stack([zero, 1 + here, 1 + there], axis=1)
+    far = np.stack([low + zero, low + 1 + there, low + 1 + here], axis=1)
+    quads = _between(side + here, side + there, side + _AROUND + here, side + _AROUND + there)
+    return surface(vertices, np.concatenate([near, far, quads]), normals, np.zeros((len(vertices), 2)))
+
+
+def _ball(cap: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    """Directions, texture coordinates and triangles of a ball.
+
+    Args:
+        cap: how much of the image's height a half of it takes. Below a half there is a belt between the halves, and
+            their edges are two rings; otherwise they share one.
+    """
+    rings = np.arange(1, 2 * _CAP) if cap == 0.5 else np.array([*range(1, _CAP + 1), *range(_CAP, 2 * _CAP)])
+    down = rings * (np.pi / (2 * _CAP))
+    around = np.arange(_AROUND + 1) * (2 * np.pi / _AROUND)
+    x, radius = np.cos(down)[:, None], np.sin(down)[:, None]
+    directions = np.stack(
+        np.broadcast_arrays(x, radius * np.cos(around), radius * np.sin(around)),
+        axis=-1,
+    ).reshape(-1, 3)
+    height = rings / _CAP * cap
+    height[len(rings) // 2 + len(rings) % 2 :] += 1 - 2 * cap
+    u, v = np.meshgrid(np.arange(_AROUND + 1) / _AROUND, 1 - height)
+    uvs = np.stack([u, v], axis=-1).reshape(-1, 2)
+    pole = np.tile([1.0, 0, 0], (_AROUND, 1))
+    middle = (np.arange(_AROUND) + 0.5) / _AROUND
+    return (
+        np.concatenate([pole, directions, -pole]),
+        np.concatenate([np.stack([middle, np.ones(_AROUND)], 1), uvs, np.stack([middle, np.zeros(_AROUND)], 1)]),
+        _ball_faces(len(rings)),
+    )
+
+
+def _ball_faces(rings: int) -> NDArray[np.int64]:
+    here = np.arange(_AROUND)
+    first = _AROUND + here
+    faces = [np.stack([here, first, first + 1], axis=1)]
+    step = _AROUND + 1
+    for ring in range(rings - 1):
+        upper = first + ring * step
+        faces.append(_between(upper, upper + 1, upper + step, upper + step + 1, first="far"))
+    last = first + (rings - 1) * step
+    pole = _AROUND + rings * step + here
+    faces.append(np.stack([last, pole, last + 1], axis=1))
+    return np.concatenate(faces)
+
+
+def _between(
+    a: NDArray[np.int64], b: NDArray[np.int64], c: NDArray[np.int64], d: NDArray[np.int64], *, first: str = "near"
+) -> NDArray[np.int64]:
+    """Two triangles for each square of the ring a, b above the ring c, d, cut along one diagonal or the other."""
+    cut = ((a, c, d), (a, d, b)) if first == "far" else ((a, c, b), (b, c, d))
+    return np.stack([np.stack(one, axis=1) for one in cut], axis=1).reshape(-1, 3)

@@ -1,0 +1,184 @@
+"""Mesh files: their triangles and looks against SAPIEN's own reading of the same files."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from numpy.testing import assert_allclose
+from plugins.mesh_files import TETRA, glb, gltf_document, ply, stl, write
+from plugins.plan_parts import ROOT
+from unit.checks.test_mesh_dae import DAE
+
+from scenecc.meshes import MeshProblem
+from scenecc.meshes.files import MeshFiles
+
+MTL = "newmtl glass\nKd 0.2 0.4 0.6\nd 0.5\nKe 0.1 0 0.2\nNs 500\nKs 0.3 0.2 0.1\n"
+
+
+def coloured() -> bytes:
+    document, body = gltf_document()
+    document["materials"] = [
+        {
+            "pbrMetallicRoughness": {"baseColorFactor": [0.2, 0.4, 0.6, 1], "roughnessFactor": 0.3},
+            "emissiveFactor": [0.1, 0.2, 0.3],
+        }
+    ]
+    document["meshes"][0]["primitives"][0]["material"] = 0
+    return glb(document, body)
+
+
+def turned() -> bytes:
+    """A node that is turned, moved and scaled."""
+    document, body = gltf_document()
+    document["nodes"] = [
+        {"children": [1], "translation": [1, 2, 3], "rotation": [0, 0, 0.70710678, 0.70710678]},
+        {"mesh": 0, "scale": [1, 2, 3]},
+    ]
+    return glb(document, body)
+
+
+def made(folder: Path, name: str) -> Path:
+    if name in {"bowl.obj", "bowl.glb", "mug.obj", "gem.stl"}:
+        return ROOT / "assets" / name
+    write(folder, "glass.mtl", MTL)
+    return write(
+        folder,
+        name,
+        {
+            "glass.obj": f"mtllib glass.mtl\nusemtl glass\n{TETRA}",
+            "plain.glb": glb(),
+            "coloured.glb": coloured(),
+            "turned.glb": turned(),
+            "plain.ply": ply(),
+            "plain.stl": stl(),
+            "centimetres.dae": DAE,
+        }[name],
+    )
+
+
+@pytest.mark.render
+@pytest.mark.parametrize(
+    "name",
+    [
+        "bowl.obj",
+        "bowl.glb",
+        "mug.obj",
+        "gem.stl",
+        "glass.obj",
+        "plain.glb",
+        "coloured.glb",
+        "turned.glb",
+        "plain.ply",
+        "plain.stl",
+        "centimetres.dae",
+    ],
+)
+def test_a_file_is_what_sapien_makes_of_it(name: str, tmp_path: Path) -> None:
+    from sapien import render
+
+    path = made(tmp_path, name)
+    theirs = render.RenderShapeTriangleMesh(str(path)).parts
+    mine = MeshFiles().parts(path)
+    assert len(mine) == len(theirs)
+    for part, other in zip(mine, theirs, strict=True):
+        surface, look, material = part.surface, part.look, other.material
+        assert len(surface.faces) == len(other.triangles)
+        assert_allclose(surface.vertices.min(axis=0), other.vertices.min(axis=0), atol=1e-6)
+        assert_allclose(surface.vertices.max(axis=0), other.vertices.max(axis=0), atol=1e-6)
+        red, green, blue, strength = material.emission
+        assert_allclose(look.base_color, material.base_color, atol=1e-6)
+        assert_allclose(look.emission, np.array([red, green, blue]) * strength, atol=1e-6)
+        assert_allclose(
+            [look.roughness, look.metallic, look.specular],
+            [material.roughness, material.metallic, material.specular],
+            atol=1e-6,
+        )
+        assert (look.base_color_image is None) == (material.base_color_texture is None)
+
+
+@pytest.mark.render
+@pytest.mark.parametrize("name", ["bowl.obj", "bowl.glb"])
+def test_texture_coordinates_are_sapiens(name: str) -> None:
+    from sapien import render
+
+    path = ROOT / "assets" / name
+    (theirs,), (mine,) = render.RenderShapeTriangleMesh(str(path)).parts, MeshFiles().parts(path)
+    assert mine.surface.uvs is not None
+    there = np.column_stack([theirs.vertices, theirs.get_vertex_uv()])
+    here = np.column_stack([mine.surface.vertices, mine.surface.uvs])
+    for row in here[np.unique(mine.surface.faces)]:
+        assert np.abs(there - row).max(axis=1).min() < 1e-6
+
+
+def test_normals_are_those_of_the_file(tmp_path: Path) -> None:
+    ball = trimesh.creation.icosphere(subdivisions=1)
+    trimesh.Trimesh(ball.vertices, ball.faces, vertex_normals=ball.vertices, process=False).export(
+        tmp_path / "ball.glb"
+    )
+    ball.export(tmp_path / "ball.ply", vertex_normal=True)
+    for name in ("ball.glb", "ball.ply"):
+        (part,) = MeshFiles().parts(tmp_path / name)
+        assert part.surface.normals is not None
+        lengths = np.linalg.norm(part.surface.vertices, axis=1, keepdims=True)
+        assert_allclose(part.surface.normals, part.surface.vertices / lengths, atol=1e-5)
+    (flat,) = MeshFiles().parts(write(tmp_path, "flat.obj", TETRA))
+    assert flat.surface.normals is None
+
+
+def test_files_with_the_same_content_are_read_once(tmp_path: Path) -> None:
+    files = MeshFiles()
+    first, second = write(tmp_path, "a.stl", stl()), write(tmp_path, "b.stl", stl())
+    assert files.parts(first) is files.parts(second)
+    assert files.parts(first) is not files.parts(write(tmp_path, "c.stl", stl(np.eye(4, 3))))
+    # An OBJ is more than its own text.
+    (tmp_path / "there").mkdir()
+    for folder, blue in ((tmp_path, "0"), (tmp_path / "there", "1")):
+        write(folder, "m.mtl", f"newmtl m\nKd 0 0 {blue}\n")
+        write(folder, "m.obj", f"mtllib m.mtl\nusemtl m\n{TETRA}")
+    here, there = files.parts(tmp_path / "m.obj"), files.parts(tmp_path / "there" / "m.obj")
+    assert [here[0].look.base_color[2], there[0].look.base_color[2]] == [0, 1]
+
+
+@pytest.mark.parametrize(
+    ("name", "data"),
+    [("missing.stl", None), ("broken.glb", b"glTF and so on"), ("empty.obj", "v 0 0 0\nv 1 0 0\n")],
+)
+def test_a_file_that_cannot_be_read_is_told(name: str, data: str | bytes | None, tmp_path: Path) -> None:
+    path = tmp_path / name
+    if data is not None:
+        write(tmp_path, name, data)
+    with pytest.raises(MeshProblem, match=name.partition(".")[0]) as problem:
+        MeshFiles().parts(path)
+    assert problem.value.code == "SC747"
+
+
+def test_collada_asks_for_its_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write(tmp_path, "mesh.dae", DAE)
+    monkeypatch.setitem(sys.modules, "collada", None)
+    with pytest.raises(MeshProblem, match="pycollada") as problem:
+        MeshFiles().parts(path)
+    assert problem.value.code == "SC813"
+    assert problem.value.hint == 'run `pip install "scenecc[export]"`'
+
+
+def test_roughness_and_metal_of_one_image_are_told_apart(tmp_path: Path) -> None:
+    document, body = gltf_document()
+    image = (ROOT / "assets" / "wear.png").read_bytes()
+    document["bufferViews"].append({"buffer": 0, "byteOffset": len(body), "byteLength": len(image)})
+    document["buffers"][0]["byteLength"] = len(body) + len(image)
+    document["images"] = [{"bufferView": 2, "mimeType": "image/png"}]
+    document["textures"] = [{"source": 0}]
+    document["materials"] = [{"pbrMetallicRoughness": {"metallicRoughnessTexture": {"index": 0}}}]
+    document["meshes"][0]["primitives"][0]["material"] = 0
+    path = write(tmp_path, "worn.glb", glb(json.loads(json.dumps(document)), body + image))
+    (part,) = MeshFiles().parts(path)
+    rough, metal = part.look.roughness_image, part.look.metallic_image
+    assert rough is not None
+    assert metal is not None
+    assert (rough.channel, metal.channel) == ("g", "b")
+    assert rough.digest == metal.digest
