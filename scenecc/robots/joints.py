@@ -82,7 +82,7 @@ def read_joint(row: JointRow, scale: float, findings: Findings) -> DescribedJoin
     axis = _axis(row, findings)
     limits = _limits(row, scale, findings)
     friction, damping = _dynamics(element, findings)
-    effort, velocity = _actuator(element, findings)
+    effort, velocity = _actuator(row, scale, findings)
     mimic = _mimic(element, findings)
     if origin is None or axis is None or findings.errors > before:
         return None
@@ -182,14 +182,17 @@ def _dynamics(element: Element, findings: Findings) -> tuple[float | None, float
     return read[0], read[1] or 0.0
 
 
-def _actuator(element: Element, findings: Findings) -> tuple[float | None, float | None]:
-    """Effort and velocity; None where there is none, or none above 0, as many files have it that know of none."""
-    limit = element.find("limit")
+def _actuator(row: JointRow, scale: float, findings: Findings) -> tuple[float | None, float | None]:
+    """Effort and velocity; None where there is none, or none above 0, as many files have it that know of none.
+
+    A velocity of a prismatic joint is a length [m/s]. An effort is a force, which no scale of lengths says anything of.
+    """
+    limit = row.element.find("limit")
     if limit is None:
         return None, None
     values = [optional_number(limit, name, findings, infinite=True)[0] for name in ("effort", "velocity")]
     effort, velocity = (value if value is not None and 0 < value < math.inf else None for value in values)
-    return effort, velocity
+    return effort, velocity * scale if velocity is not None and row.kind == "prismatic" else velocity
 
 
 def _mimic(element: Element, findings: Findings) -> DescribedMimic | None:

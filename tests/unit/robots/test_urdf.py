@@ -92,6 +92,23 @@ def test_an_effort_of_nothing_is_none(folder: Folder, nothing: str) -> None:
     assert (one.effort, one.velocity) == (None, None)
 
 
+def test_a_scale_is_in_the_velocity_of_what_slides_and_in_no_force(folder: Folder) -> None:
+    inner = (
+        '<limit lower="-1" upper="2" effort="87" velocity="2.5"/><dynamics damping="0.125" friction="0.25"/>'
+        '<axis xyz="0 0 1"/>'
+    )
+    (robot,) = folder.robots(
+        links("abc") + joint("slides", "prismatic", "a", "b", inner) + joint("turns", "revolute", "a", "c", inner),
+        scale=4.0,
+    )
+    slides, turns = (link.joint for link in robot.links[1:])
+    assert slides is not None
+    assert turns is not None
+    assert (slides.limits, slides.velocity) == ((-4.0, 8.0), 10.0)
+    assert (turns.limits, turns.velocity) == ((-1.0, 2.0), 2.5)
+    assert {(one.effort, one.damping, one.friction) for one in (slides, turns)} == {(87.0, 0.125, 0.25)}
+
+
 def test_what_hangs_on_a_floating_joint_is_a_robot_of_its_own(folder: Folder) -> None:
     first, second, third = folder.robots(
         links("abcde")
