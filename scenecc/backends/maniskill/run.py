@@ -11,7 +11,6 @@ from scenecc.backends.maniskill.loaded import LoadedScene
 from scenecc.backends.maniskill.planes import planes_once
 from scenecc.backends.maniskill.sensors import unfit_for_sensors
 from scenecc.backends.maniskill.settings import contradictions
-from scenecc.backends.sapien.bodies import Articulations, Bodies
 from scenecc.backends.sapien.build import prepare, report
 from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.backends.sapien.settings import engine_settings
@@ -63,7 +62,7 @@ def _filled(plan: ScenePlan, turns: list[AnyTurn], scene: Any, sink: Sink) -> Lo
     except EngineFailure as failure:
         report(failure, sink, place)
         return None
-    held = {turn.entity.name: _held(turn) for turn in turns}
+    held = {turn.entity.name: turn.held() for turn in turns}
     return LoadedScene(plan, scene, actors, articulations, held, ties, lights)
 
 
@@ -77,13 +76,6 @@ def _scenes(scene: Any) -> list[Any]:
 def _lit(standing: InManiSkill, scene: Any, turns: list[AnyTurn]) -> InManiSkill:
     """Where lights are built: once where environments are shown together, as ManiSkill's."""
     return InManiSkill((0,), standing.scenes[:1], turns) if scene.parallel_in_single_scene else standing
-
-
-def _held(turn: AnyTurn) -> Bodies | Articulations:
-    name, scene_idxs = turn.entity.name, turn.scene_idxs
-    if isinstance(turn, ArticulationTurn):
-        return Articulations(name, scene_idxs, turn.objs, turn.entities, turn.links)
-    return Bodies(name, scene_idxs, turn.objs, turn.components)
 
 
 def _fits(plan: ScenePlan, scene: Any, sink: Sink) -> bool:

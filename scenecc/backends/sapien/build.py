@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.backends.sapien.assets_on_disk import refresh
 from scenecc.backends.sapien.batch import SceneBatch
-from scenecc.backends.sapien.bodies import Articulations, Bodies
 from scenecc.backends.sapien.engine import physx, render, sapien
 from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.backends.sapien.interrupt import interrupts_wait
 from scenecc.backends.sapien.resources import Resources
-from scenecc.backends.sapien.turn import AnyTurn, ArticulationTurn, take_turn
+from scenecc.backends.sapien.turn import take_turn
 from scenecc.diagnostics import Location
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from scenecc.backends.sapien.turn import AnyTurn
     from scenecc.diagnostics import Origin, Sink
     from scenecc.plan import ScenePlan
 
@@ -37,6 +37,7 @@ def build_scenes(
     try:
         scenes.extend(new_scene(plan, rendered=rendered) for _ in scene_idxs)
         fill(scenes, turns, progress)
+        return SceneBatch(plan, scene_idxs, scenes, [turn.held() for turn in turns], render=rendered), turns
     except BaseException as error:
         for scene in scenes:
             scene.clear()
@@ -44,14 +45,6 @@ def build_scenes(
             raise
         report(error, sink, plan.origin)
         return None
-    return SceneBatch(plan, scene_idxs, scenes, list(map(_held, turns)), render=rendered), turns
-
-
-def _held(turn: AnyTurn) -> Bodies | Articulations:
-    name, scene_idxs = turn.entity.name, turn.scene_idxs
-    if isinstance(turn, ArticulationTurn):
-        return Articulations(name, scene_idxs, turn.objs, turn.entities, turn.links)
-    return Bodies(name, scene_idxs, turn.objs, turn.components)
 
 
 def new_scene(plan: ScenePlan, *, rendered: bool) -> Any:

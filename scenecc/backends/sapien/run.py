@@ -53,23 +53,28 @@ def run(
             return None
         del renderer
         batch, turns = built
-        # Before anything else is built: the audit of bodies finds nothing but them in the scenes.
-        good = audit == "off" or audit_batch(batch, turns, present, sink, audit)
-        if not good or not _complete(batch, turns, sink, audited=audit != "off"):
-            batch.close()
-            return None
-        return batch
+        good = False
+        try:
+            # Before anything else is built: the audit of bodies finds nothing but them in the scenes.
+            good = (audit == "off" or audit_batch(batch, turns, present, sink, audit)) and _complete(
+                batch, turns, sink, audited=audit != "off"
+            )
+        finally:
+            # Also after an error of ours and after Ctrl-C.
+            if not good:
+                batch.close()
+        return batch if good else None
 
 
 def _complete(batch: SceneBatch, turns: list[AnyTurn], sink: Sink, *, audited: bool) -> bool:
     """Builds constraints, lights and cameras; whether they are there, and as the plan asks where it is audited."""
     plan, standing = batch.plan, Standing(batch.scene_idxs, batch.scenes, turns)
-    if plan.constraints:
-        ties = Ties(plan, standing)
-        batch.tie(ties)
-        if audited and not ties.audit(sink):
-            return False
     try:
+        if plan.constraints:
+            ties = Ties(plan, standing)
+            batch.tie(ties)
+            if audited and not ties.audit(sink):
+                return False
         dress = Dress(plan, standing, rendered=batch.render)
     except EngineFailure as failure:
         report(failure, sink, plan.origin)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 import numpy as np
 
 from scenecc.backends.sapien.articulation_builder import BatchArticulationBuilder
+from scenecc.backends.sapien.bodies import Articulations, Bodies
 from scenecc.backends.sapien.builder import BatchActorBuilder
 from scenecc.plan import ArticulationStructure, BodyStructure
 
@@ -83,6 +84,10 @@ class Turn:
 
         return place
 
+    def held(self) -> Bodies:
+        """What was built, as the classes of a batch share it."""
+        return Bodies(self.entity.name, self.scene_idxs, self.objs, self.components)
+
 
 @dataclass(frozen=True, slots=True)
 class ArticulationTurn:
@@ -120,6 +125,10 @@ class ArticulationTurn:
             self.links.append(links)
 
         return place
+
+    def held(self) -> Articulations:
+        """What was built, as the classes of a batch share it; called while all are in their scenes."""
+        return Articulations(self.entity.name, self.scene_idxs, self.objs, self.entities, self.links)
 
 
 AnyTurn = Turn | ArticulationTurn

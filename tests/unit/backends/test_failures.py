@@ -11,12 +11,13 @@ import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
 
-from scenecc.backends.sapien import build, instantiate
+from scenecc.backends.sapien import build, instantiate, run
 from scenecc.backends.sapien.coacd_worker import LINE_BREAKS, ply
 from scenecc.diagnostics import Diagnostic, Origin, Sink
 from scenecc.plan import (
@@ -24,12 +25,15 @@ from scenecc.plan import (
     Box,
     CoacdParams,
     CollisionShape,
+    Constraint,
     ConvexMesh,
     ConvexParts,
     Entity,
+    Mount,
     Physics,
     ScenePlan,
     TriangleMesh,
+    Weld,
     constant,
     per_scene,
 )
@@ -123,6 +127,29 @@ def test_a_refusal_in_the_middle_tears_down(plan: ScenePlan, monkeypatch: pytest
     assert all(scene.entities == [] for scene in made)
 
 
+@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
+@pytest.mark.parametrize(
+    ("module", "step"), [(run, "audit_batch"), (run, "Ties"), (run, "Dress"), (build, "SceneBatch")]
+)
+def test_an_error_once_the_bodies_stand_tears_down(
+    module: ModuleType, step: str, error: type[BaseException], plan: ScenePlan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[Any] = []
+    new_scene = build.new_scene
+    monkeypatch.setattr(build, "new_scene", lambda *a, **k: made.append(new_scene(*a, **k)) or made[-1])
+
+    def stop(*_: object, **__: object) -> None:
+        assert all(len(scene.entities) == len(plan.entities) for scene in made)
+        raise error
+
+    monkeypatch.setattr(module, step, stop)
+    tied = replace(plan, constraints=(Constraint("tie", (0,), Weld(), Mount("cube")),))
+    with pytest.raises(error):
+        instantiate(tied, Sink(), render=False, audit="full")
+    assert len(made) == plan.num_scenes
+    assert all(scene.entities == [] for scene in made)
+
+
 @pytest.mark.parametrize(
     ("kind", "said"),
     [
@@ -145,8 +172,6 @@ def test_what_a_body_type_does_not_have(kind: Any, said: dict[str, Any], plan_of
 
 
 def test_no_render_device(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
-    from scenecc.backends.sapien import run
-
     monkeypatch.setattr(run, "render_problem", lambda: "failed to find a rendering device")
     (told,) = complaints(plan, render=True)
     assert told.code == "SC803"
