@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenecc.lower.placing.poses import IDENTITY_POSE
 from scenecc.plan import Value, varying
-from scenecc.plan.articulation import ArticulationStructure
+from scenecc.plan.articulation import JOINT_STARTS, VELOCITIES, ArticulationStructure
 from scenecc.plan.bounds import LARGEST
 from scenecc.plan.constraint import Drive
 from scenecc.plan.shared_poses import MOST_COMPOSED, pose_name
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from scenecc.values.nodes import Node
 
 
-_VELOCITIES = ("linear_velocity", "angular_velocity")
-_OF_JOINTS = ("qpos", "qvel", "drive_target", "drive_velocity_target")
 _TARGETS = ("target", "linear_velocity_target", "angular_velocity_target")
 _Holder = TypeVar("_Holder", "BodyStructure | ArticulationStructure", "Joint", "Drive")
 
@@ -126,7 +124,7 @@ class Recipes:
         return (*draws, *self._shared_poses)
 
     def _structure(self, structure: BodyStructure | ArticulationStructure) -> BodyStructure | ArticulationStructure:
-        made = self._with_recipes(structure, _VELOCITIES)
+        made = self._with_recipes(structure, VELOCITIES)
         if isinstance(made, ArticulationStructure):
             links = tuple(map(self._link, made.links))
             if any(map(is_not, links, made.links)):
@@ -134,7 +132,7 @@ class Recipes:
         return made
 
     def _link(self, link: Link) -> Link:
-        joint = link.joint and self._with_recipes(link.joint, _OF_JOINTS)
+        joint = link.joint and self._with_recipes(link.joint, JOINT_STARTS)
         return link if joint is link.joint else replace(link, joint=joint)
 
     def _with_recipes(self, node: _Holder, fields: tuple[str, ...]) -> _Holder:

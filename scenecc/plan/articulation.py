@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Literal
 from scenecc.diagnostics.frozen import frozen
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from scenecc.diagnostics import Origin
     from scenecc.plan.body import BodyStructure
     from scenecc.plan.value import Value
@@ -19,6 +21,12 @@ DriveMode = Literal["force", "acceleration"]
 
 MOST_LINKS = 255
 """Of an articulation on the CPU, where PhysX counts links in eight bits: with 257 it counts none."""
+
+VELOCITIES = ("linear_velocity", "angular_velocity")
+"""Fields of a body and of an articulation, of which a reset sets what they say anew."""
+
+JOINT_STARTS = ("qpos", "qvel", "drive_target", "drive_velocity_target")
+"""Fields of a joint, likewise."""
 
 
 @frozen
@@ -126,3 +134,19 @@ class ArticulationStructure:
     def active_joints(self) -> tuple[Joint, ...]:
         """The joints that move, in build order of their links (SAPIEN's own order may be another)."""
         return tuple(link.joint for link in self.links if link.joint is not None and link.joint.type != "fixed")
+
+
+def level_order(parents: Iterable[int | None]) -> list[int]:
+    """Numbers of links in the engine's order, in which it numbers joints too: by distance from the root, then as built.
+
+    Args:
+        parents: of each link the number of the one that it hangs on; the first is the root.
+    """
+    children: dict[int, list[int]] = {}
+    for number, parent in enumerate(parents):
+        if parent is not None:
+            children.setdefault(parent, []).append(number)
+    order = [0]
+    for number in order:
+        order += children.get(number, ())
+    return order

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.backends.sapien.columns import poses, taken
+from scenecc.backends.sapien.columns import at, poses, taken
 from scenecc.backends.sapien.failure import REFUSED, EngineFailure
 from scenecc.backends.sapien.knobs import ARTICULATION_KNOBS, ROOT_KNOBS
 from scenecc.backends.sapien.links import LinkSteps
@@ -76,7 +76,7 @@ class BatchArticulationBuilder:
             entities.append(entity)
             links.append(link)
         links[0].get_joint().set_type(self._root_type)
-        entities[0].set_pose(_at(self._poses, row))
+        entities[0].set_pose(at(self._poses, row))
         if self._tendons:
             articulation = links[0].get_articulation()
             for tendon in self._tendons:
@@ -122,9 +122,9 @@ class BatchArticulationBuilder:
             if any(joint.qvel is not None for joint in self._structure.active_joints):
                 self._qvel = list(joint_rows(self._structure, "qvel", self._rows, order))
         apply(self._velocities, articulation, row)
-        place(articulation, _at(self._qpos, row))
+        place(articulation, at(self._qpos, row))
         if self._qvel:
-            articulation.set_qvel(_at(self._qvel, row))
+            articulation.set_qvel(at(self._qvel, row))
 
 
 def place(articulation: Any, qpos: NDArray[np.float32]) -> None:
@@ -149,10 +149,6 @@ def joint_rows(
     data = [np.zeros(1) if value is None else taken(value, rows) for value in columns]
     found = np.stack(np.broadcast_arrays(*data), axis=-1) if data else np.zeros((1, 0))
     return np.ascontiguousarray(found[:, order], dtype=np.float32)
-
-
-def _at(column: list[Any], row: int) -> Any:
-    return column[row if len(column) != 1 else 0]
 
 
 def _refuse_what_cannot_be(structure: ArticulationStructure) -> None:

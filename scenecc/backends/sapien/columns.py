@@ -7,7 +7,7 @@ the one that it would do itself.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -21,6 +21,12 @@ if TYPE_CHECKING:
     from scenecc.plan import Value
 
 Column = list[Any]
+Item = TypeVar("Item")
+
+
+def at(column: Sequence[Item], row: int) -> Item:
+    """The item of a row."""
+    return column[row if len(column) != 1 else 0]
 
 
 def taken(value: Value, rows: NDArray[np.intp]) -> NDArray[Any]:

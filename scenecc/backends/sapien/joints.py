@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.backends.sapien.columns import Column, poses, scalars, side_by_side, taken
+from scenecc.backends.sapien.columns import Column, at, poses, scalars, side_by_side, taken
 from scenecc.backends.sapien.engine import physx, sapien
 from scenecc.backends.sapien.knobs import Knob, Knobs
 from scenecc.backends.sapien.shapes import apply, split
@@ -76,11 +76,11 @@ class JointSteps:
         """Makes the joint of a new link what the plan says, in the order of SAPIEN's builder."""
         joint.set_name(self.name)
         joint.set_type(self.type)
-        joint.set_pose_in_child(_at(self._child, row))
-        joint.set_pose_in_parent(_at(self._parent, row))
+        joint.set_pose_in_child(at(self._child, row))
+        joint.set_pose_in_parent(at(self._parent, row))
         if self._limits:
-            joint.set_limits(_at(self._limits, row))
-            joint.set_drive_properties(*_at(self._drives, row))
+            joint.set_limits(at(self._limits, row))
+            joint.set_drive_properties(*at(self._drives, row))
         apply(self._knobs, joint, row)
 
 
@@ -96,7 +96,3 @@ def drives(joint: Joint, rows: NDArray[np.intp]) -> list[tuple[Any, ...]]:
 
 def _column(knob: Knob, value: Value | None, rows: NDArray[np.intp]) -> Column:
     return [] if value is None else knob.convert(taken(value, rows))
-
-
-def _at(column: list[Any], row: int) -> Any:
-    return column[row if len(column) != 1 else 0]

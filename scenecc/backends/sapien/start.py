@@ -13,6 +13,7 @@ from scenecc.backends.sapien.state import resting, standing
 from scenecc.backends.sapien.turn import parts_of, present_rows
 from scenecc.diagnostics.words import cut
 from scenecc.plan import ArticulationStructure, BodyStructure
+from scenecc.plan.articulation import JOINT_STARTS, VELOCITIES
 from scenecc.plan.shared_poses import is_pose
 from scenecc.values.columns import joined
 from scenecc.values.evaluate import Batch
@@ -31,11 +32,6 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.turn import Part
     from scenecc.plan import Entity, ScenePlan, Value
     from scenecc.values.nodes import Node
-
-_VELOCITIES = ("linear_velocity", "angular_velocity")
-
-
-_OF_JOINTS = ("qpos", "qvel", "drive_target", "drive_velocity_target")
 
 
 class _Recipe(NamedTuple):
@@ -150,23 +146,23 @@ def _state(
     for part in parts_of(entity, rows):
         if isinstance(part.structure, BodyStructure) and part.structure.body_type == "dynamic":
             start.dynamic[part.numbers] = True
-            for name, value in _said(part.structure, _VELOCITIES):
+            for name, value in _said(part.structure, VELOCITIES):
                 getattr(start, name)[part.numbers] = taken(value, part.rows)
     return start
 
 
 def _stand(start: ArticulationState, structure: ArticulationStructure, part: Part[Any], held: Articulations) -> None:
     """Fills the rows of a structure."""
-    for name, value in _said(structure, _VELOCITIES):
+    for name, value in _said(structure, VELOCITIES):
         getattr(start, name)[part.numbers] = taken(value, part.rows)
     joints = structure.active_joints
     columns = held.columns[int(part.numbers[0])]
-    for field in _OF_JOINTS:
+    for field in JOINT_STARTS:
         numbers = getattr(start, field)
         for joint, column in zip(joints, columns.tolist(), strict=True):
             for _, value in _said(joint, (field,)):
                 numbers[part.numbers, column] = taken(value, part.rows)
-    for field in (*_OF_JOINTS, "qf"):
+    for field in (*JOINT_STARTS, "qf"):
         getattr(start, field)[part.numbers, len(joints) :] = np.nan
 
 
@@ -178,13 +174,13 @@ def _recipes(
     for part in parts_of(entity, rows):
         numbers: list[int] = part.numbers.tolist()
         where = frozenset(scene_idxs[number] for number in numbers)
-        for name, value in _said(part.structure, _VELOCITIES):
+        for name, value in _said(part.structure, VELOCITIES):
             if value.recipe is not None:
                 yield _Recipe(entity.name, name, value.recipe, where)
         if isinstance(held, Articulations) and isinstance(part.structure, ArticulationStructure):
             columns: list[int] = held.columns[numbers[0]].tolist()
             for joint, column in zip(part.structure.active_joints, columns, strict=True):
-                for name, value in _said(joint, _OF_JOINTS):
+                for name, value in _said(joint, JOINT_STARTS):
                     if value.recipe is not None:
                         yield _Recipe(entity.name, name, value.recipe, where, column, joint.name)
 

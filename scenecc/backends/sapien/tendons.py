@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.backends.sapien.columns import taken
+from scenecc.backends.sapien.columns import at, taken
 from scenecc.backends.sapien.failure import REFUSED, EngineFailure
 from scenecc.plan.tendons import STIFFNESS, pull, tendon_coefficients, tendon_links
 
@@ -39,7 +39,7 @@ def _tendon(
     made = [(tendon_coefficients(structure, mimic, over, ends), ends.rest_length) for ends in pulls]
 
     def bind(articulation: Any, links: list[Any], row: int) -> None:
-        coefficients, rest_length = made[row if len(made) != 1 else 0]
+        coefficients, rest_length = at(made, row)
         articulation.create_fixed_tendon(
             [links[number] for number in over], coefficients, coefficients, rest_length=rest_length, stiffness=STIFFNESS
         )

@@ -12,6 +12,7 @@ from scenecc.emit.python.columns import number, numbers, pose
 from scenecc.emit.python.knobs import given
 from scenecc.emit.python.layout import Node, call, list_of, string
 from scenecc.plan import constant
+from scenecc.plan.articulation import level_order
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -118,14 +119,7 @@ def _write_knob(joint: Joint, name: str, columns: Columns, source: Source) -> No
 
 def engine_order(structure: ArticulationStructure) -> list[Link]:
     """The links whose joints move, in the order of `active_joints`: the engine goes level after level."""
-    below: dict[int, list[int]] = {}
-    for index, link in enumerate(structure.links):
-        if link.parent is not None:
-            below.setdefault(link.parent, []).append(index)
-    order = [0]
-    for index in order:
-        order.extend(below.get(index, ()))
-    links = [structure.links[index] for index in order]
+    links = [structure.links[number] for number in level_order(link.parent for link in structure.links)]
     return [link for link in links if link.joint is not None and link.joint.type != "fixed"]
 
 

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from scenecc.plan.articulation import level_order
+
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
     from scenecc.lower.shapes import Defaults
@@ -114,11 +116,5 @@ class Draft:
 
     def moving(self) -> list[int]:
         """The links whose joints move, in SAPIEN's order of them: by distance from the root, then as they are built."""
-        children: dict[int, list[int]] = {}
-        for number, link in enumerate(self.links):
-            if link.parent is not None:
-                children.setdefault(link.parent, []).append(number)
-        order = [0]
-        for number in order:
-            order += children.get(number, ())
+        order = level_order(link.parent for link in self.links)
         return [number for number in order if (joint := self.links[number].joint) is not None and joint.moves]
