@@ -43,9 +43,16 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     return near[0] if near else None
 
 
-def suggest_name(word: str, names: Iterable[str], sink: Sink) -> str | None:
-    """`suggest` among a document's own names, of which there may be many: comparing letters takes its time."""
-    return suggest(word, islice(names, _NAMES)) if sink.reported < _GUESSES else None
+def suggest_name(word: str, names: Iterable[str], sink: Sink, further: Iterable[str] = ()) -> str | None:
+    """`suggest` among a document's own names, of which there may be many: comparing letters takes its time.
+
+    `further`: names that may be guessed and are not listed.
+    """
+    if sink.reported >= _GUESSES:
+        return None
+    known = tuple(islice(names, _NAMES))
+    near = nearest(word, (*known, *islice(further, _NAMES - len(known))))
+    return f"did you mean `{near}`?" if near else listed(known)
 
 
 def show(found: Any, width: int = 60) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Origin
+from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.plain import EXPRESSION, is_mapping, is_sequence
 from scenecc.spec.walk import step
 from scenecc.values.failure import ExpressionError
@@ -17,18 +18,39 @@ if TYPE_CHECKING:
     from scenecc.source import Document
 
 _USE = ("use",)
+_OF_SECTIONS = 2
+"""How long the path of a named node is: its section, its name."""
 _MOST = 200
 """Among so many scalars names are looked for: what is larger is no value of a field."""
 
 
 def given_by(documents: Mapping[str | None, Document], origin: Origin) -> tuple[Origin, ...]:
-    """Where the parameters are given that the node at fault reads; empty for what is in no prefab, or reads none.
+    """Where the parameters are given that the value at fault reads; empty for what is in no prefab, or reads none.
 
-    What is given there may read parameters in its turn: where these are given follows.
+    It is empty for an entity, a light, a link, too: what is told of it as a whole comes from no one value in it, and what
+    is wrong with a value is told at that.
 
     Args:
         documents: by the name that origins have.
         origin: of the node, as written.
+    """
+    if origin.parent is None or origin.file not in documents:
+        return ()
+    if _is_whole(_at(documents[origin.file].data, origin.path), origin.path):
+        return ()
+    return _given(documents, origin)
+
+
+def _is_whole(node: Any, path: Path) -> bool:
+    """Whether a node is a whole: one of a section's, which have names, or a link of a tree."""
+    if not is_mapping(node) or any(key in VARIATION_FORMS for key in node):
+        return False
+    return len(path) == _OF_SECTIONS or path[-1:] == ("root",) or path[-2:-1] == ("children",)
+
+
+def _given(documents: Mapping[str | None, Document], origin: Origin) -> tuple[Origin, ...]:
+    """Where the parameters are given that a node reads. What is given there may read others in its turn: where these
+    are given follows.
     """
     use = origin.parent
     if use is None or use.path[-1:] != _USE or origin.file not in documents or use.file not in documents:
@@ -44,7 +66,7 @@ def given_by(documents: Mapping[str | None, Document], origin: Origin) -> tuple[
         read |= _names(text)
     place = (*use.path[:-1], "with")
     found = [Origin(use.file, (*place, name), use.copy, use.parent) for name in given if name in read]
-    return (*found, *dict.fromkeys(outer for one in found for outer in given_by(documents, one)))
+    return (*found, *dict.fromkeys(outer for one in found for outer in _given(documents, one)))
 
 
 def _at(node: Any, path: Path) -> Any:

@@ -49,7 +49,8 @@ class Mounts:
         if entity is None:
             if any(name in self._unread for name in _ahead(prefix + written, len(prefix))):
                 return None
-            hint = suggest_name(written, self._seen_from(prefix, scope), self._sink)
+            seen = list(self._seen_from(prefix, scope))
+            hint = suggest_name(written, seen, self._sink, self._links_of(prefix, seen))
             self._sink.report("SC330", f"there is no entity `{cut(written)}`", place, hint=hint)
             return None
         mount = self._link(entity, rest, place)
@@ -79,6 +80,14 @@ class Mounts:
         for name in self._entities:
             if name.startswith(prefix) and self._names.scopes.get(name, "") == scope:
                 yield name[len(prefix) :]
+
+    def _links_of(self, prefix: str, seen: Iterable[str]) -> Iterator[str]:
+        """The links of entities, as they are written."""
+        for name in seen:
+            first = self._entities[prefix + name].structures[0]
+            if isinstance(first, ArticulationStructure):
+                for link in first.links:
+                    yield f"{name}/{link.name}"
 
     def _link(self, entity: Entity, link: str | None, place: Origin) -> Mount | None:
         first, *others = entity.structures

@@ -35,7 +35,7 @@ class NearNames:
         missing, *rest = path.relative_to(folder).parts
         guess = self._guess(missing, self._listing(folder))
         if guess is not None:
-            return f"did you mean {'/'.join([guess, *rest])}?"
+            return f"did you mean `{'/'.join([guess, *rest])}`?"
         return f"there is no folder {folder / missing}" if rest else None
 
     def _guess(self, missing: str, listing: _Listing) -> str | None:

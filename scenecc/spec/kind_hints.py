@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import cut, nearest
 from scenecc.spec.features import VARIATION_FORMS
-from scenecc.spec.hints import FORM_WORDS, WRITTEN_AS
+from scenecc.spec.hints import FORM_WORDS, LENGTH_HINTS, WRITTEN_AS
 from scenecc.spec.plain import is_mapping
 
 if TYPE_CHECKING:
@@ -28,6 +28,9 @@ def kind_hint(expected: str, path: Path, found: Any) -> str | None:
         return _form_hint(expected, found)
     if path[-1:] == ("repeat",) or (path[-2:-1] == ("repeat",) and isinstance(found, int)):
         return WRITTEN_AS["repeat"]
+    if found.__class__ in {int, float} and path:
+        # A number alone is meant as a list of one.
+        return LENGTH_HINTS.get((str(path[-1]), 1))
     return _text_hint(expected, path, found) if isinstance(found, str) else None
 
 

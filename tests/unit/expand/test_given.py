@@ -74,3 +74,23 @@ def test_a_mistake_that_reads_nothing_given_has_no_such_note(tmp_path: Path) -> 
     (tmp_path / "top.yaml").write_text("scenecc: 1\nentities: {a: {use: part.yaml, with: {size: 2}}}\n")
     (one,) = validate(tmp_path / "top.yaml")
     assert [message for message, _ in notes(one)] == ["used from here"]
+
+
+def test_what_is_told_of_a_whole_entity_comes_from_no_one_value_in_it(tmp_path: Path) -> None:
+    body = "  it:\n    shapes: [{type: plane}]\n    pose: {p: [0, 0, '${height}'], rpy_deg: [0, 0, '${turn}']}\n"
+    params = "params: {height: 1.0, turn: 1.0}\n"
+    (tmp_path / "part.yaml").write_text(f"scenecc: 1\n{params}entities:\n{body}")
+    top = "scenecc: 1\nentities: {a: {use: part.yaml, with: {height: 2, turn: 90}}}\n"
+    (tmp_path / "top.yaml").write_text(top)
+    (one,) = validate(tmp_path / "top.yaml")
+    assert (one.code, [message for message, _ in notes(one)]) == ("SC503", ["used from here"])
+
+
+def test_what_is_handed_on_inside_a_mapping_is_followed(tmp_path: Path) -> None:
+    (tmp_path / "part.yaml").write_text(PART)
+    drawn = 'low: {uniform: ["${edge}", 2]}, size: "${edge}"'
+    middle = f"scenecc: 1\nparams: {{edge: 1.0}}\nentities:\n  m: {{use: part.yaml, with: {{{drawn}}}}}\n"
+    (tmp_path / "middle.yaml").write_text(middle)
+    (tmp_path / "top.yaml").write_text("scenecc: 1\nentities: {a: {use: middle.yaml, with: {edge: -1}}}\n")
+    told = [message for one in validate(tmp_path / "top.yaml") for message, _ in notes(one)]
+    assert "`edge` is given here" in told

@@ -101,3 +101,19 @@ def test_a_mistake_is_told_at_the_name(mount: str, code: str, words: str, hint: 
     assert [(one.code, one.path, one.line) for one in found] == [(code, "cameras.eye.mount", text.count("\n"))]
     assert found[0].message == words
     assert found[0].hint == hint
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [("arm.hand", "arm/hand"), ("amr/hand", "arm/hand"), ("hand", "arm/hand"), ("bal", "ball")],
+)
+def test_a_name_of_no_entity_is_compared_with_links_too(written: str, meant: str) -> None:
+    entities = {"ball": {"shapes": BALL}, "arm": arm("hand")}
+    (found,) = validate({"scenecc": 1, "entities": entities, "cameras": {"eye": {"mount": written}}})
+    assert (found.code, found.hint) == ("SC330", f"did you mean `{meant}`?")
+
+
+def test_of_a_name_like_no_other_the_entities_are_listed() -> None:
+    entities = {"ball": {"shapes": BALL}, "arm": arm("hand")}
+    (found,) = validate({"scenecc": 1, "entities": entities, "cameras": {"eye": {"mount": "quux"}}})
+    assert (found.code, found.hint) == ("SC330", "known here: ball, arm")

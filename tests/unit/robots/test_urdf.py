@@ -178,7 +178,7 @@ def test_a_missing_mesh_is_told_at_its_line_and_led_back_to_the_scene(folder: Fo
     assert description is None
     assert (found.code, found.file, found.line, found.column) == ("SC401", "robot.urdf", 3, 19)
     assert found.location.text == '  <mesh filename="hond.obj"/></geometry></visual></link></robot>'
-    assert found.hint == f"looked for it in {folder.path}; did you mean hand.obj?"
+    assert found.hint == f"looked for it in {folder.path}; did you mean `hand.obj`?"
     assert [(related.message, related.location.file) for related in found.related] == [("used from here", "scene.yaml")]
 
 

@@ -147,7 +147,7 @@ def test_permissions(tree: Path) -> None:
 def test_a_missing_file_suggests_the_nearest(tree: Path, uri: str, meant: str) -> None:
     found = refused(resolve(uri, base=tree, scope=AssetScope(root=tree)))
     assert found.code == "SC401"
-    assert found.hint == f"did you mean {meant}?"
+    assert found.hint == f"did you mean `{meant}`?"
 
 
 def test_a_missing_file_with_nothing_like_it(tree: Path) -> None:
@@ -168,7 +168,7 @@ def test_asset_roots_are_searched_in_order(tree: Path, tmp_path: Path) -> None:
     assert (found.path, found.uri) == ((other / "bowl.obj").resolve(), "asset://bowl.obj")
     assert refused(resolve("asset://../secret.obj", base=tree, scope=first)).code == "SC402"
     missing = refused(resolve("asset://bowl.stl", base=tree, scope=first))
-    assert (missing.code, missing.hint) == ("SC401", "did you mean Bowl.obj?")
+    assert (missing.code, missing.hint) == ("SC401", "did you mean `Bowl.obj`?")
     assert str(other) in missing.message
     assert refused(resolve("asset://bowl.obj", base=tree, scope=AssetScope(root=tree))).code == "SC406"
     # What lies in an asset root may be named by a plain path too.

@@ -186,3 +186,10 @@ def test_the_normal_of_a_plane_is_no_form() -> None:
     plane = {"type": "plane", "normal": [0, 0, 1]}
     assert only(body(body_type="static", shapes=[{**plane, "colour": "#ff0000"}])).code == "SC101"
     assert only(body(body_type="static", shapes=[{"normal": [0, 0, 1]}])).code == "SC102"
+
+
+@pytest.mark.parametrize("given", [0.02, 1, [0.02]])
+def test_one_size_of_a_box_is_told_that_it_has_three(given: Any) -> None:
+    found = only({"entities": {"box": {"shapes": [{"type": "box", "half_size": given}]}}})
+    assert found.code == ("SC106" if isinstance(given, list) else "SC103")
+    assert found.hint == "one number an axis: [x, y, z]"
