@@ -27,8 +27,8 @@ _MOST = 200
 def given_by(documents: Mapping[str | None, Document], origin: Origin) -> tuple[Origin, ...]:
     """Where the parameters are given that the value at fault reads; empty for what is in no prefab, or reads none.
 
-    It is empty for an entity, a light, a link, too: what is told of it as a whole comes from no one value in it, and what
-    is wrong with a value is told at that.
+    It is empty for an entity, a light, a link, too: what is told of it as a whole comes from no one value in it, and
+    what is wrong with a value is told at that.
 
     Args:
         documents: by the name that origins have.
