@@ -25,10 +25,10 @@ if TYPE_CHECKING:
         SceneBatch,
         SceneState,
     )
-    from scenecc.building import Build, build_scene
+    from scenecc.building import Build, build_scene, inspect_scene
     from scenecc.plan import ScenePlan
     from scenecc.questions import emit_scene
-    from scenecc.summary import SummaryRow
+    from scenecc.summary import Item, SummaryRow
 
 __all__ = [
     "ArticulationBatch",
@@ -37,6 +37,7 @@ __all__ = [
     "Diagnostic",
     "EntityBatch",
     "EntityState",
+    "Item",
     "SceneBatch",
     "SceneError",
     "ScenePlan",
@@ -45,6 +46,7 @@ __all__ = [
     "build_scene",
     "compile_scene",
     "emit_scene",
+    "inspect_scene",
     "load_scene",
     "plan_text",
     "validate",
@@ -284,11 +286,11 @@ def instantiated(
 _BATCHES = ("ArticulationBatch", "ArticulationState", "EntityBatch", "EntityState", "SceneBatch", "SceneState")
 
 _IN = {
-    **dict.fromkeys(("Build", "build_scene"), "building"),
+    **dict.fromkeys(("Build", "build_scene", "inspect_scene"), "building"),
     "emit_scene": "questions",
     **dict.fromkeys(_BATCHES, "backends.sapien"),
     "ScenePlan": "plan",
-    "SummaryRow": "summary",
+    **dict.fromkeys(("Item", "SummaryRow"), "summary"),
 }
 """Where the names are that are loaded when somebody asks for them."""
 

@@ -16,10 +16,13 @@ if TYPE_CHECKING:
 
     from scenecc.api import Audit, Backend
     from scenecc.backends.sapien import SceneBatch
-    from scenecc.plan import ScenePlan
-    from scenecc.summary import SummaryRow
+    from scenecc.expand.listing import ParamRow
+    from scenecc.front import Compiled
+    from scenecc.plan import Entity, ScenePlan
+    from scenecc.summary import Item, SummaryRow
+    from scenecc.summary.bodies import Made
 
-__all__ = ["Build", "build_scene"]
+__all__ = ["Build", "build_scene", "inspect_scene"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,3 +103,126 @@ def build_scene(
     chosen = tuple(range(found.plan.num_scenes)) if scene_idxs is None else scene_idxs
     rows = summarize(found.plan, batch, scene_idxs)
     return Build(found.plan, batch, chosen, sink.diagnostics(), timings, rows)
+
+
+def inspect_scene(
+    source: Source,
+    *,
+    num_scenes: int | None = None,
+    seed: int | None = None,
+    params: Mapping[str, Any] | None = None,
+    draws: Mapping[str, Any] | None = None,
+    scene: int | None = None,
+    entity: str | None = None,
+    depth: int | None = None,
+    build: bool = True,
+    asset_roots: Iterable[str | PathLike[str]] = (),
+    allow_outside_assets: bool = False,
+    limits: Mapping[str, int] | None = None,
+    found: list[Diagnostic] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Item:
+    """Everything that is said of a scene, as a tree; `scenecc inspect` prints this. Other arguments: as `validate`.
+
+    Args:
+        source: as for `validate`.
+        num_scenes: in place of the file's.
+        seed: in place of the file's.
+        params: as for `validate`.
+        draws: as for `validate`.
+        scene: the one that is told; None: what all of them can be.
+        entity: the name of an entity, or a pattern of names (`*`, `?`, `[…]`): nothing else is told.
+        depth: how far below the scene the tree goes; None: to its end.
+        build: ask the engine for masses, and for sizes of meshes and articulations, in `scene` or else in the first
+            scene that each entity is in. No render device is needed. Otherwise they are told where the file says them.
+        asset_roots: as for `validate`.
+        allow_outside_assets: as for `validate`.
+        limits: as for `validate`.
+        found: takes the warnings and notes.
+        progress: called with (scenes done, scenes in all) while the engine builds.
+
+    Raises:
+        SceneError: the scene, the engine or the machine is at fault; there is no such scene or entity.
+    """
+    from scenecc.summary.inspection import entities_item, scene_item
+
+    sink = Sink()
+    options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
+    done = compiled(source, options, sink)
+    plan = done.plan
+    chosen = _chosen(plan, scene, entity, sink)
+    made = _made(plan, chosen, scene, sink, progress) if build and chosen else {}
+    if entity is not None:
+        item = entities_item(chosen, plan, scene=scene, made=made)
+    else:
+        listed, files = _listed(done, options), _files(done)
+        item = scene_item(plan, scene=scene, made=made, params=listed, given=params, files=files)
+    if found is not None:
+        found += sink.diagnostics()
+    return item if depth is None else item.cut(depth)
+
+
+def _chosen(plan: ScenePlan, scene: int | None, entity: str | None, sink: Sink) -> list[Entity]:
+    """The entities that are told. Raises SceneError where what was asked for is not there."""
+    from scenecc.diagnostics import Location
+    from scenecc.diagnostics.words import cut, suggest
+    from scenecc.summary.inspection import matching
+
+    if scene is not None and not 0 <= scene < plan.num_scenes:
+        message = f"there is no scene {scene}"
+        sink.report("SC908", message, Location("--scene"), hint=f"the scenes are 0 to {plan.num_scenes - 1}")
+        raise SceneError(sink.diagnostics())
+    chosen = matching(plan, entity, scene)
+    if entity is not None and not chosen:
+        where = "" if scene is None else f" in scene {scene}"
+        hint = suggest(entity, [one.name for one in matching(plan, None, scene)])
+        sink.report("SC910", f"no entity{where} is called `{cut(entity)}`", Location("--entity"), hint=hint)
+        raise SceneError(sink.diagnostics())
+    return chosen
+
+
+def _made(
+    plan: ScenePlan,
+    entities: list[Entity],
+    scene: int | None,
+    sink: Sink,
+    progress: Callable[[int, int], None] | None,
+) -> dict[str, Made]:
+    """Some entities as the engine has them, by name."""
+    from scenecc.backends.sapien.measure import measure
+
+    first = {one.name: one.scene_idxs[0] if scene is None else scene for one in entities}
+    idxs = sorted({*first.values()})
+    with instantiated(
+        plan, sink, backend="cpu", scene_idxs=idxs, render=False, audit="off", progress=progress
+    ) as batch:
+        measured = measure(batch)
+    return {
+        one.entity.name: (at.index, one)
+        for at in measured.scenes
+        for one in at.entities
+        if first.get(one.entity.name) == at.index
+    }
+
+
+def _listed(done: Compiled, options: Options) -> list[ParamRow]:
+    """The parameters of a scene; a plan has none any more."""
+    from scenecc.expand.documents import scene_loader
+    from scenecc.expand.listing import list_params
+
+    if done.document is None or not done.document.data:
+        return []
+    sink = Sink()
+    load = scene_loader(done.scope, options.limits, sink)
+    params = list_params(done.document, load=load, limits=options.limits, sink=sink)
+    if params is None:
+        raise SceneError(sink.diagnostics())
+    return params
+
+
+def _files(done: Compiled) -> tuple[Item, ...]:
+    from scenecc.summary.used_files import file_items
+
+    document = done.document
+    top = (document.name, document.path) if document is not None and document.name and document.path else None
+    return file_items(done.plan, top, done.scope.memory.named)

@@ -16,6 +16,7 @@ from scenecc.cli.build import build
 from scenecc.cli.diff import diff
 from scenecc.cli.emit import emit
 from scenecc.cli.explain import explain
+from scenecc.cli.inspect import inspect
 from scenecc.cli.output import print_err
 from scenecc.cli.params import params
 from scenecc.cli.prefabs import prefabs
@@ -26,6 +27,7 @@ from scenecc.cli.validate import validate
 COMMANDS: Final[tuple[Callable[..., Any], ...]] = (
     build,
     validate,
+    inspect,
     emit,
     diff,
     params,

@@ -9,6 +9,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Final
 
 from scenecc.diagnostics.render.terminal import visible
+from scenecc.diagnostics.words import index_ranges
 
 if TYPE_CHECKING:
     from scenecc.api import SummaryRow
@@ -117,23 +118,6 @@ def stage_times(timings: Mapping[str, float]) -> str:
     """The time of each stage and of all, on one line. `timings`: stage → seconds."""
     stages = ", ".join(f"{stage} {_time(seconds)}" for stage, seconds in timings.items())
     return f"{stages}; {_time(sum(timings.values()))} in all"
-
-
-def index_ranges(idxs: Sequence[int]) -> str:
-    """Ascending scene indices in short: `0, 2`, `0–4095`, `0–3, 8`."""
-    runs: list[list[int]] = []
-    for idx in idxs:
-        if runs and idx == runs[-1][1] + 1:
-            runs[-1][1] = idx
-        else:
-            runs.append([idx, idx])
-    return ", ".join(_run(first, last) for first, last in runs)
-
-
-def _run(first: int, last: int) -> str:
-    if first == last:
-        return str(first)
-    return f"{first}, {last}" if last == first + 1 else f"{first}–{last}"
 
 
 def _padded(row: Sequence[str], widths: Sequence[int], head: Sequence[str]) -> list[str]:

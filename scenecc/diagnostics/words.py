@@ -7,7 +7,7 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from scenecc.diagnostics.diagnostic import Sink
 
@@ -64,3 +64,20 @@ def show(found: Any, width: int = 60) -> str:
 def cut(text: str, width: int = 60) -> str:
     """A text of at most so many characters: a file may come from a stranger."""
     return text if len(text) <= width else text[: width - 1] + "…"
+
+
+def index_ranges(idxs: Sequence[int]) -> str:
+    """Ascending scene indices in short: `0, 2`, `0–4095`, `0–3, 8`."""
+    runs: list[list[int]] = []
+    for idx in idxs:
+        if runs and idx == runs[-1][1] + 1:
+            runs[-1][1] = idx
+        else:
+            runs.append([idx, idx])
+    return ", ".join(_run(first, last) for first, last in runs)
+
+
+def _run(first: int, last: int) -> str:
+    if first == last:
+        return str(first)
+    return f"{first}, {last}" if last == first + 1 else f"{first}–{last}"

@@ -13,7 +13,7 @@ from scenecc.diagnostics.collector import collector_paused
 from scenecc.diagnostics.frozen import frozen
 from scenecc.front.files import named_resolver, resolver
 from scenecc.front.inputs import Input, as_plan, read_input
-from scenecc.source.paths import AssetScope
+from scenecc.source.paths import AssetScope, Resolved
 
 if TYPE_CHECKING:
     from scenecc.expand.documents import SceneDocument
@@ -33,10 +33,18 @@ Origins = tuple[Mapping[int, Origin], Mapping[int, Origin]]
 
 @frozen
 class Compiled:
-    """A plan, and the seconds of each stage that led to it."""
+    """A plan, and how it came about.
+
+    Attributes:
+        timings: the seconds of each stage that led to it.
+        scope: what was read on the way.
+        document: what the source held, without data where that is a plan; None where it is a plan as an object.
+    """
 
     plan: ScenePlan
     timings: dict[str, float]
+    scope: AssetScope
+    document: Document | None = None
 
 
 class _Clock:
@@ -81,7 +89,7 @@ def compile_source(source: Source, options: Options, sink: Sink, *, drawn: bool 
     if found.plan_text is not None:
         plan = _decoded(found, scope, options.limits, sink)
         clock.lap("decode")
-        return plan and _settled(plan, options, scope, sink, clock)
+        return plan and _settled(plan, options, scope, sink, clock, found.document)
     whole = _whole(found.document, options, scope, sink, clock)
     lowered = whole and _lowered(found.document, *whole, options, scope, sink)
     clock.lap("lower")
@@ -100,7 +108,7 @@ def compile_source(source: Source, options: Options, sink: Sink, *, drawn: bool 
             check_physics(plan, lowered.material_origins, sink, drawn=True)
             plan = None if sink.failed else plan
         clock.lap("draw")
-    return plan and Compiled(plan, clock.timings)
+    return plan and Compiled(plan, clock.timings, scope, found.document)
 
 
 def _whole(
@@ -130,8 +138,12 @@ def _whole(
         found = find(reference, owner, place)
         if found is not None:
             documents[found.name] = found.document
-            if _is_included(place):
+            included = _is_included(place)
+            if included:
                 sharing[found.name] = found.document
+            if found.document.path is not None:
+                file = Resolved(found.document.path, found.shown)
+                scope.memory.note(file, owner.shown, "include" if included else "prefab")
         return found
 
     sink.given = partial(given_by, documents)
@@ -211,12 +223,19 @@ def _robots(scope: AssetScope, limits: Limits, sink: Sink, expansion: Expansion 
     return read
 
 
-def _settled(plan: ScenePlan, options: Options, scope: AssetScope, sink: Sink, clock: _Clock) -> Compiled | None:
+def _settled(
+    plan: ScenePlan,
+    options: Options,
+    scope: AssetScope,
+    sink: Sink,
+    clock: _Clock,
+    document: Document | None = None,
+) -> Compiled | None:
     """A plan that was compiled before."""
     if not _as_asked(plan, options, sink) or not _checked(plan, ({}, {}), scope, options.limits, sink):
         return None
     clock.lap("check")
-    return Compiled(plan, clock.timings)
+    return Compiled(plan, clock.timings, scope, document)
 
 
 def _decoded(found: Input, scope: AssetScope, limits: Limits, sink: Sink) -> ScenePlan | None:

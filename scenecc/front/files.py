@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from scenecc.lower.tables import FileResolver
     from scenecc.plan import AssetFile
 
+DICT = "<dict>"
+"""What a scene is called that no file holds."""
+
 
 def resolver(scope: AssetScope, sink: Sink, expansion: Expansion | None = None) -> FileResolver:
     """Finds what a scene names.
@@ -33,14 +36,15 @@ def resolver(scope: AssetScope, sink: Sink, expansion: Expansion | None = None) 
         """The file of a uri as written; None, reported, where it cannot be used."""
         if sink.full:
             return None
-        base = top
+        base, by = top, origin.file
         if expansion is not None:
             uri, document = expansion.reference(uri, origin)
-            base = document.folder
+            base, by = document.folder, document.name
         found = resolve(uri, base=base, scope=scope)
         if isinstance(found, Refusal):
             sink.report(found.code, found.message, origin, hint=found.hint)
             return None
+        scope.memory.note(found, by or DICT)
         return AssetFile(found.uri, found.path)
 
     return find
@@ -52,6 +56,9 @@ def named_resolver(scope: AssetScope) -> Callable[[str, AssetFile], Path | Refus
     def find(reference: str, asset: AssetFile) -> Path | Refusal:
         """The file of a reference inside an asset, or why it cannot be used."""
         found = resolve_named(reference, owner=asset.path, owner_uri=asset.uri, scope=scope)
-        return found if isinstance(found, Refusal) else found.path
+        if isinstance(found, Refusal):
+            return found
+        scope.memory.note(found, asset.uri)
+        return found.path
 
     return find

@@ -6,6 +6,7 @@ import posixpath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from scenecc.front.files import DICT
 from scenecc.plan import AssetFile
 from scenecc.source.paths import AssetScope, Resolved, resolve
 from scenecc.source.uris import Refusal
@@ -120,7 +121,10 @@ class _Robots:
     def _found(self, uri: str, origin: Origin) -> Resolved | None:
         uri, base = self._reference(uri, origin)
         found = resolve(uri, base=base, scope=self._scope)
-        return self._told(found, origin) if isinstance(found, Refusal) else found
+        if isinstance(found, Refusal):
+            return self._told(found, origin)
+        self._scope.memory.note(found, self._file(origin))
+        return found
 
     def _folder(self, uri: str, origin: Origin) -> tuple[str, Path] | None:
         """A folder and the one in which its path starts; None where there is none."""
@@ -136,6 +140,10 @@ class _Robots:
 
     def _told(self, refusal: Refusal, origin: Origin) -> None:
         self._sink.report(refusal.code, refusal.message, origin, hint=refusal.hint)
+
+    def _file(self, origin: Origin) -> str:
+        """The document in which something is written."""
+        return (origin if self._expansion is None else self._expansion.trace(origin)).file or DICT
 
     def _reference(self, uri: str, origin: Origin) -> tuple[str, Path]:
         """A path as the document that wrote it means it, and the folder in which it starts."""

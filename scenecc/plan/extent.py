@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import chain
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
@@ -15,17 +15,36 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.plan.body import BodyStructure
-    from scenecc.plan.geometry import CollisionGeometry, VisualGeometry
 
-_HALF: Final[dict[type, Callable[[Any, int], tuple[float, float, float]]]] = {
-    Box: lambda g, row: tuple(g.half_size.row(row)),
-    Sphere: lambda g, row: (g.radius.row(row),) * 3,
-    Capsule: lambda g, row: (g.half_length.row(row) + g.radius.row(row), g.radius.row(row), g.radius.row(row)),
-    Cylinder: lambda g, row: (g.half_length.row(row), g.radius.row(row), g.radius.row(row)),
-    VisualPlane: lambda g, row: (0.0, *g.half_size.row(row)),
-    TiledPlane: lambda g, row: (*g.half_size.row(row), 0.0),
+Solid = Literal["box", "sphere", "capsule", "cylinder"]
+
+_SOLIDS: Final[dict[type, Callable[[Any, int], tuple[Solid, tuple[float, ...]]]]] = {
+    Box: lambda g, row: ("box", tuple(g.half_size.row(row))),
+    Sphere: lambda g, row: ("sphere", (g.radius.row(row),)),
+    Capsule: lambda g, row: ("capsule", (g.radius.row(row), g.half_length.row(row))),
+    Cylinder: lambda g, row: ("cylinder", (g.radius.row(row), g.half_length.row(row))),
+    VisualPlane: lambda g, row: ("box", (0.0, *g.half_size.row(row))),
+    TiledPlane: lambda g, row: ("box", (*g.half_size.row(row), 0.0)),
 }
-"""Half extents along a shape's own axes [m]; types that are not here have none without reading a file, or no end."""
+"""What a shape is and its sizes [m]; types that are not here have none without reading a file, or no end."""
+
+
+def reach(solid: Solid, sizes: tuple[float, ...], rotation: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How far a shape reaches from its centre along the axes of the frame in which it is turned, (3,) [m].
+
+    Args:
+        solid: what it is.
+        sizes: half sizes of a box; radius of a sphere; radius and half length of the others, which lie along x.
+        rotation: (3, 3), of the shape in that frame.
+    """
+    if solid == "box":
+        return np.abs(rotation) @ np.array(sizes)
+    if solid == "sphere":
+        return np.full(3, sizes[0])
+    radius, half_length = sizes
+    along = np.abs(rotation[:, 0])
+    round_end = 1.0 if solid == "capsule" else np.sqrt(np.maximum(1 - along**2, 0))
+    return along * half_length + radius * round_end
 
 
 def extent(structure: BodyStructure, row: int = 0) -> tuple[float, float, float] | None:
@@ -41,14 +60,14 @@ def extent(structure: BodyStructure, row: int = 0) -> tuple[float, float, float]
     corners: list[NDArray[np.float64]] = []
     seen_plane = any(isinstance(shape.geometry, VisualPlane) for shape in structure.visuals)
     for shape in chain(structure.collisions, structure.visuals):
-        half = _half(shape.geometry, row)
-        if half is None:
+        measure = _SOLIDS.get(type(shape.geometry))
+        if measure is None:
             if seen_plane and isinstance(shape.geometry, Plane):
                 continue
             return None
         pose = np.array([0, 0, 0, 1, 0, 0, 0.0]) if shape.pose is None else shape.pose.row(row)
-        reach = np.abs(_matrix(pose[3:])) @ np.array(half)
-        corners += [pose[:3] - reach, pose[:3] + reach]
+        half = reach(*measure(shape.geometry, row), rotation_matrix(pose[3:]))
+        corners += [pose[:3] - half, pose[:3] + half]
     if not corners:
         return None
     x, y, z = np.max(corners, axis=0) - np.min(corners, axis=0)
@@ -56,12 +75,7 @@ def extent(structure: BodyStructure, row: int = 0) -> tuple[float, float, float]
     return (round(float(x), 12), round(float(y), 12), round(float(z), 12))
 
 
-def _half(geometry: CollisionGeometry | VisualGeometry, row: int) -> tuple[float, float, float] | None:
-    measure = _HALF.get(type(geometry))
-    return None if measure is None else measure(geometry, row)
-
-
-def _matrix(q: NDArray[np.float64]) -> NDArray[np.float64]:
+def rotation_matrix(q: NDArray[np.float64]) -> NDArray[np.float64]:
     """The rotation matrix of a unit quaternion [w, x, y, z]."""
     w, x, y, z = q
     return np.array(

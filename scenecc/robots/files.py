@@ -70,6 +70,7 @@ class RobotFiles:
     def add(self, file: Resolved, location: Location) -> NamedFile:
         """Remembers a file that was found."""
         uri = self._uri(file)
+        self.scope.memory.note(Resolved(file.path, uri), self.owner.uri)
         return self.found.setdefault(uri, NamedFile(uri, file.path, location))
 
     def _in_packages(self, inner: str) -> Resolved | Refusal:

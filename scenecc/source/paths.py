@@ -44,14 +44,40 @@ class _Package(NamedTuple):
     name: str
 
 
+@dataclass(slots=True)
+class Naming:
+    """By what a file is named.
+
+    Attributes:
+        uri: of the file, as `Resolved` has it.
+        by: the files that name it, as messages have them, in the order in which they did.
+        role: of a scene file, "include" or "prefab"; "" of any other, which the plan tells.
+    """
+
+    uri: str
+    by: dict[str, None] = field(default_factory=dict[str, None])
+    role: str = ""
+
+
 class Memory:
-    """What one compilation has looked up already."""
+    """What one compilation has looked up already.
+
+    Attributes:
+        named: every file that is used, by its path.
+    """
 
     def __init__(self) -> None:
         self.found: dict[tuple[str, str], Resolved | Refusal] = {}
+        self.named: dict[Path, Naming] = {}
         self.packages: dict[str, _Package | Refusal] = {}
         self.trees: tuple[Path, ...] | None = None
         self.near = NearNames()
+
+    def note(self, file: Resolved, by: str, role: str = "") -> None:
+        """Remembers that a file is used, and what names it."""
+        naming = self.named.setdefault(file.path, Naming(file.uri))
+        naming.by[by] = None
+        naming.role = naming.role or role
 
 
 @dataclass(frozen=True, slots=True)

@@ -81,6 +81,25 @@ def _told(value: Value) -> tuple[Support, bool]:
     return Support.of_rows(value.data), True
 
 
+def varying_words(name: str, value: Value, files: Sequence[AssetFile], unit: str = "") -> str:
+    """Everything that a value of a field can be, as a person reads it. `name`: of the field, as scene files have it."""
+    support, drawn = _told(value)
+    start, end = ("", ", as drawn") if drawn else _around(support)
+    words = _words(name, support, files)
+    each = " each" if words.endswith(" each") else ""
+    return f"{start}{words.removesuffix(each)} {unit}".rstrip() + each + end
+
+
+def pose_words(value: Value) -> tuple[str, str]:
+    """Everything that the position [m] and the rotation (wxyz) of a pose can be, likewise."""
+    support, drawn = _told(value)
+    if support.low is None:
+        return ("by an expression", "by an expression")
+    start, end = ("", ", as drawn") if drawn else _around(support)
+    p, q = part_of(support, 0, 3), part_of(support, 3, 7)
+    return f"{start}{support_words(p)} m{end}", _rotation(q, start, end)
+
+
 def _is_finite(*bounds: Any) -> bool:
     return all(
         _is_finite(*bound) if isinstance(bound, tuple) else bound is not None and math.isfinite(bound)
@@ -110,10 +129,10 @@ def _fields(values: Iterable[_Found], plan: ScenePlan) -> Fields:
     for label, items in found.items():
         if any(item.varies for item in items):
             varying += _differing(label, items, plan)
-    return Fields(sum(2 if _is_pose(label) else 1 for label in found), tuple(varying))
+    return Fields(sum(2 if is_pose(label) else 1 for label in found), tuple(varying))
 
 
-def _is_pose(label: str) -> bool:
+def is_pose(label: str) -> bool:
     """Whether a field is told as two: a position and a rotation."""
     return label.rsplit(".", 1)[-1] in {"pose", "com", "pose_in_parent", "pose_in_child", "target"}
 
@@ -214,7 +233,7 @@ def _differing(label: str, items: list[_Found], plan: ScenePlan) -> Iterator[Var
     support = union(item.support for item in items)
     at_reset = any(item.at_reset for item in items)
     start, end = ("", ", as drawn") if any(item.drawn for item in items) else _around(support)
-    if _is_pose(label) and support.low is not None:
+    if is_pose(label) and support.low is not None:
         p, q = part_of(support, 0, 3), part_of(support, 3, 7)
         if p.low != p.high:
             yield VaryingField(f"{label}.p", start + support_words(p) + end, at_reset)

@@ -79,7 +79,8 @@ ROWS: tuple[Code, ...] = (
         title="--scenes selects scenes that are not there",
         cause=(
             "`scenecc build --scenes` takes what `scene_idxs` takes in a file: indices and slices, with commas between "
-            "them. This one is no slice, selects a scene twice or none, or goes beyond the number of scenes."
+            "them. This one is no slice, selects a scene twice or none, or goes beyond the number of scenes. So does "
+            "the one index that `--scene` takes."
         ),
         example="$ scenecc build scene.yaml --num-scenes 4 --scenes 2:9",
         cure="Select scenes from 0 to one less than their number: `--scenes 2:4`, `--scenes 0,3` or `--scenes ::2`.",
@@ -91,5 +92,13 @@ ROWS: tuple[Code, ...] = (
         cause="`scenecc prefabs` was given a name that none of the prefabs of the package has.",
         example="$ scenecc prefabs tabel",
         cure="Run `scenecc prefabs` without a name: it lists them all. Of a file of your own: `scenecc params FILE`.",
+    ),
+    Code(
+        code="SC910",
+        severity="error",
+        title="no entity of that name is there",
+        cause="`--entity` names an entity of the scene, or several by a pattern, and nothing has such a name.",
+        example="$ scenecc inspect scenes/tabletop.yaml --entity cub",
+        cure="Name an entity as `scenecc inspect` lists it, or write a pattern: `--entity 'leg_*'`.",
     ),
 )
