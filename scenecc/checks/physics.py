@@ -10,6 +10,7 @@ from scenecc.checks.judged import waits
 from scenecc.checks.mass import MOVED, inertia_is_real, mass_is_clear, weight_can_be_held
 from scenecc.diagnostics import Origin
 from scenecc.plan import BodyStructure, Mesh, Plane, TriangleMesh
+from scenecc.plan.bits import ID_BITS
 from scenecc.plan.knobs import KNOBS, fields_of
 
 if TYPE_CHECKING:
@@ -33,8 +34,6 @@ LANGUAGE_KEYS = {knob.field: knob.key for knob in KNOBS if knob.field != knob.ke
 
 MOVING = (*fields_of("mass"), "inertial", *fields_of("body"))
 """What only a dynamic body has: PhysX moves no other by forces."""
-
-_ID_BITS = 0xFFFF
 
 SEEN = fields_of("look")
 
@@ -190,8 +189,8 @@ def _nothing(field: str, what: str, origin: Origin, sink: Sink) -> None:
 
 def _groups(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
     """PhysX tells scenes that share one simulation apart by the top 16 bits of the fourth integer."""
-    if body.collision_groups is not None and any(bits > _ID_BITS for bits in body.collision_groups.numbers()[3::4]):
-        message = f"the fourth of the collision bits of `{name}` is above {_ID_BITS}, and its top 16 bits are reserved"
+    if body.collision_groups is not None and any(bits > ID_BITS for bits in body.collision_groups.numbers()[3::4]):
+        message = f"the fourth of the collision bits of `{name}` is above {ID_BITS}, and its top 16 bits are reserved"
         sink.report("SC104", message, origin.child(LANGUAGE_KEYS["collision_groups"]))
 
 

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-_ID = 0xFFFF
+ID_BITS = 0xFFFF
 """The bits of the fourth integer within which those of the third count."""
 
 
 def collide(a: Sequence[int], b: Sequence[int]) -> bool:
     """SAPIEN's rule over the four integers of two shapes (`PhysxCollisionShape.set_collision_groups`)."""
-    ignored = bool(a[2] & b[2]) and (a[3] & _ID) == (b[3] & _ID)
+    ignored = bool(a[2] & b[2]) and (a[3] & ID_BITS) == (b[3] & ID_BITS)
     return bool((a[0] & b[1]) or (a[1] & b[0])) and not ignored

@@ -175,9 +175,10 @@ ROWS: tuple[Code, ...] = (
     Code(
         "SC519",
         "error",
-        "articulation of too many links",
+        "more links or articulations than PhysX counts",
         "On the CPU PhysX counts the links of an articulation in eight bits: with 257 it would have no degrees of "
-        "freedom.",
+        "freedom. Articulations whose links ignore one another it tells apart in sixteen bits: links of the 65 537th "
+        "would ignore those of the first.",
         "$ scenecc validate scene.yaml   # a robot of 300 links",
         "Make one link of links that are fixed to one another, or two articulations.",
     ),

@@ -22,6 +22,7 @@ from scenecc.lower.kinds import Kind, number, vector
 from scenecc.lower.placing.poses import IDENTITY_POSE
 from scenecc.lower.words import read_names
 from scenecc.plan.articulation import ArticulationStructure, Link, Mimic
+from scenecc.plan.bits import ID_BITS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -68,9 +69,13 @@ class Built:
 
 @dataclass(frozen=True, slots=True)
 class _Work:
-    """One articulation as written: the model, its node, its leaves, and the names of all its joints that move."""
+    """One articulation as written: the model, its node, its leaves, and the names of all its joints that move.
+
+    `still` is the model, as it is of bodies that do not move: without what does nothing to them.
+    """
 
     entity: Any
+    still: Any
     origin: Origin
     leaves: Leaves
     maps: Maps
@@ -190,7 +195,9 @@ class Articulations:
         joints = (link.joint for draft in drafts for link in draft.links)
         names = frozenset(joint.name for joint in joints if joint is not None and joint.moves)
         targets = Targets(leaves, self._sink, beyond_limits=bool(entity.beyond_limits))
-        return _Work(entity, origin, leaves, maps, Said(self._materials, leaves), targets, names)
+        # Once: what is said is known by the model that says it.
+        still = entity.model_copy(update={"gravity": None})
+        return _Work(entity, still, origin, leaves, maps, Said(self._materials, leaves), targets, names)
 
     def _meshes(self, entity: Any, origin: Origin) -> None:
         """What is said of decompositions does something."""
@@ -211,10 +218,9 @@ class Articulations:
         entity, values, (link,) = work.entity, work.values, draft.links
         moves = body_type == "dynamic"
         # What is said of all that a file holds is said of those to which it does something.
-        whole = entity if moves else entity.model_copy(update={"gravity": None})
-        layers = ((whole, work.origin), *work.maps.layers("links", link.name))
+        layers = ((entity if moves else work.still, work.origin), *work.maps.layers("links", link.name))
         ignored = link.ignore_bits
-        body = self._links.body(link, layers, self._id(entity) if ignored else 0, 0, values)
+        body = self._links.body(link, layers, self._id(work) if ignored else 0, 0, values)
         if not moves:
             return replace(
                 body, body_type=body_type, inertial=None if body.inertial is link.inertial else body.inertial
@@ -234,7 +240,7 @@ class Articulations:
         starts = self._starts(draft, joints, work)
         whole = (entity, origin)
         ignored = _ALL_IGNORE if entity.disable_self_collisions else 0
-        own = self._id(entity) if ignored or any(link.ignore_bits for link in draft.links) else 0
+        own = self._id(work) if ignored or any(link.ignore_bits for link in draft.links) else 0
         links: list[Link] = []
         bits: dict[int, Origin] = {}
         for index, (link, joint) in enumerate(zip(draft.links, joints, strict=True)):
@@ -286,15 +292,22 @@ class Articulations:
             found[key] = leaves.given(given, kind, origin, key, reset=True)
         return found
 
-    def _id(self, entity: Any) -> int:
+    def _id(self, work: _Work) -> int:
         """The fourth collision integer, which keeps what one articulation ignores from the others."""
+        entity = work.entity
         if entity.sapien_bits:
             return 0
         if "mjcf" in entity.model_fields_set and id(entity) in self._shared:
             return self._shared[id(entity)]
-        found = self._shared[id(entity)] = self._next_id
+        number = self._next_id
         self._next_id += 1
-        return found
+        if number == ID_BITS + 1:
+            message = f"PhysX tells {number} articulations apart whose links ignore one another, and this is one more"
+            hint = "leave out `disable_self_collisions`, or the SRDF, of some"
+            self._sink.report("SC519", message, work.origin, at="key", hint=hint)
+        # Of those that are one too many the scene is not built.
+        self._shared[id(entity)] = number if number <= ID_BITS else 0
+        return self._shared[id(entity)]
 
 
 def _fixed(entity: Any, draft: Draft) -> bool:

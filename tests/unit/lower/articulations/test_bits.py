@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from unit.lower.articulations.test_articulations import BOX
 
-from scenecc import load_scene, validate
+from scenecc import compile_scene, load_scene, validate
+from scenecc.lower.articulations import articulations
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -116,3 +117,22 @@ def test_the_engine_lets_them_collide_as_told() -> None:
 
     assert turned({}) == 0
     assert turned({"l1": {"collision_bits": [1, 1, 0, 0]}}) > 1e-3
+
+
+def test_more_articulations_than_the_fourth_integer_tells_apart_are_told_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(articulations, "ID_BITS", 2)
+    alike = {"root": star(), "disable_self_collisions": True}
+
+    def of(count: int) -> dict[str, Any]:
+        free = {"free": {"root": star(), "pose": {"p": [0, 0, 9]}}}
+        arms = {f"arm{i}": {**alike, "pose": {"p": [i, 0, 0]}} for i in range(count)}
+        return {"scenecc": 1, "entities": {**free, **arms}}
+
+    assert told(of(3)) == []
+    message = "PhysX tells 3 articulations apart whose links ignore one another, and this is one more"
+    assert told(of(5)) == [("SC519", "entities.arm3", message)]
+    bits = [entity.structures[0].bodies[0].collision_groups for entity in compile_scene(of(3)).entities]
+    assert [None if groups is None else groups.numbers() for groups in bits] == [
+        None,
+        *((1, 1, ALL, number) for number in range(3)),
+    ]
