@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING
 
 from scenecc.cli.find import STDIN
 from scenecc.cli.options import Format
-from scenecc.cli.output import STDOUT, refusal
+from scenecc.cli.output import STDOUT, folder_refusal, refusal
 from scenecc.cli.report import usage_error
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
 
 
-def path_faults(scene: str, output: str | None, form: Format = Format.text) -> list[Diagnostic]:
-    """Faults of the scene's path and the output's. `output`: None writes nothing."""
+def path_faults(
+    scene: str, output: str | None, form: Format = Format.text, *, folder: bool = False
+) -> list[Diagnostic]:
+    """Faults of the scene's path and the output's. `output`: None writes nothing. `folder`: whether it is to be one."""
     faults: list[Diagnostic] = []
     if scene != STDIN and not os.path.lexists(scene):
         faults.append(usage_error("SC901", f"there is no file `{scene}`", file=scene))
@@ -28,7 +30,7 @@ def path_faults(scene: str, output: str | None, form: Format = Format.text) -> l
     elif scene != STDIN and _is_same_file(scene, output):
         message = f"`{output}` is the scene itself, which would be lost"
         faults.append(usage_error("SC904", message, file=output, hint="name another file after -o"))
-    elif (reason := refusal(output)) is not None:
+    elif (reason := folder_refusal(output) if folder else refusal(output)) is not None:
         faults.append(usage_error("SC904", reason, file=output))
     return faults
 

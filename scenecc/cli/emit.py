@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Mapping
 from enum import Enum
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
@@ -19,10 +21,12 @@ from scenecc.cli.options import (
     Params,
     SceneArgument,
     Seed,
+    at_least,
     parse_limits,
     parse_params,
 )
-from scenecc.cli.output import STDOUT, base_folder, write
+from scenecc.cli.output import STDOUT, base_folder, write, write_files
+from scenecc.cli.progress import progress
 from scenecc.cli.report import of_settings, print_asides, status, usage_error
 
 if TYPE_CHECKING:
@@ -36,6 +40,30 @@ class Target(str, Enum):
 
     python = "python"
     json = "json"
+    glb = "glb"
+    mjcf = "mjcf"
+    usd = "usd"
+
+
+class Show(str, Enum):
+    """What bodies look like in a file."""
+
+    visual = "visual"
+    collision = "collision"
+
+
+_TEXTS = (Target.python, Target.json)
+_FILES_OF_ROBOTS = (".urdf", ".xml")
+_BINARY = (".usd", ".usdc")
+"""Suffixes of USD's binary form."""
+
+SceneIndex = Annotated[
+    int | None,
+    typer.Option("--scene", metavar="K", parser=at_least(0), help="Which scene, for all but python and json."),
+]
+Grid = Annotated[bool, typer.Option("--grid", help="All scenes side by side (glb).")]
+Shown = Annotated[Show, typer.Option("--show", help="Draw what is seen, or the colliding shapes (glb, usd).")]
+EntityName = Annotated[str | None, typer.Option("--entity", metavar="NAME", help="Write this entity alone (urdf).")]
 
 
 def emit(
@@ -45,6 +73,10 @@ def emit(
     output: Annotated[
         str, typer.Option("--output", "-o", metavar="FILE", help="Where to write it; - is standard output.")
     ] = STDOUT,
+    index: SceneIndex = None,
+    grid: Grid = False,
+    show: Shown = Show.visual,
+    entity: EntityName = None,
     num_scenes: NumScenes = None,
     seed: Seed = None,
     params: Params = None,
@@ -52,41 +84,93 @@ def emit(
     allow_outside_assets: AllowOutside = False,
     limits: Limits = None,
 ) -> None:
-    """Write a scene as Python or as JSON.
+    """Write a scene for another program.
 
-    Python is a script of plain SAPIEN calls that needs no scenecc; JSON is the scene's plan.
+    python is a script of plain SAPIEN calls that needs no scenecc; json is the scene's plan. Both hold all scenes.
+
+    mjcf is one scene for MuJoCo; its meshes lie in the folder FILE.assets.
+
+    glb is what is seen of one scene, or of all side by side, in a file that viewers show; usd has bodies, joints and
+    what is seen, as text (.usda) or binary (.usdc). What a target cannot hold is told as warnings.
 
     \b
     Examples:
       scenecc emit scenes/tabletop.yaml --to python
       scenecc emit scenes/tabletop.yaml --to json -o tabletop.plan.json
+      scenecc emit scenes/tabletop.yaml --to mjcf -o tabletop.xml
+      scenecc emit scenes/variation.yaml --to glb --grid -o variation.glb
+      scenecc emit scenes/robot_arm.yaml --to usd -o arm.usda
     """
-    from scenecc import api
-
+    asked = {"scene": index, "grid": grid, "show": show is Show.collision, "entity": entity}
+    folder = _check(target, output, asked)
     checked_limits, values = parse_limits(limits), parse_params(params)
-    faults = path_faults(scene, output)
+    faults = path_faults(scene, output, folder=folder)
     if faults:
         _refuse(faults)
+    options: dict[str, Any] = {
+        "num_scenes": num_scenes,
+        "seed": seed,
+        "params": values,
+        "asset_roots": asset_roots or (),
+        "allow_outside_assets": allow_outside_assets,
+        "limits": checked_limits,
+    }
+    source = sys.stdin.buffer if scene == STDIN else scene
+    if target in _TEXTS:
+        _write(lambda found: _emit_text(source, target, output, options, found), values, output)
+    options |= {"scene": index, "grid": grid, "show": show.value, "entity": entity, "folder": folder}
+    options["binary"] = target is Target.usd and Path(output).suffix in _BINARY
+    _write(lambda found: _emit_files(source, target, output, options, found), values, output)
+
+
+def _check(target: Target, output: str, asked: Mapping[str, Any]) -> bool:
+    """Whether the output is a folder. Raises typer.BadParameter for options that the target does not take."""
+    from scenecc import exporting
+
+    given = [word for word, value in asked.items() if value not in (None, False)]
+    several = target.value == "urdf" and "entity" not in given
+    folder = several and output != STDOUT and Path(output).suffix not in _FILES_OF_ROBOTS
+    try:
+        exporting.check_choice(target.value, given)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from None
+    return folder
+
+
+def _emit_text(
+    source: Any, target: Target, output: str, options: dict[str, Any], found: list[Diagnostic]
+) -> str | None:
+    """Writes a text; why that failed."""
+    from scenecc import api
+
+    return write(output, api.emit_scene(source, target.value, base=base_folder(output), found=found, **options))
+
+
+def _emit_files(
+    source: Any, target: Target, output: str, options: dict[str, Any], found: list[Diagnostic]
+) -> str | None:
+    """Writes files; why that failed."""
+    from scenecc import exporting
+
+    name = None if output == STDOUT else Path(output).stem
+    with progress("build") as show:
+        files = exporting.export_scene(source, target.value, name=name, found=found, progress=show, **options)
+    return write_files(output, files, folder=options["folder"])
+
+
+def _write(make: Callable[[list[Diagnostic]], str | None], values: Mapping[str, Any], output: str) -> NoReturn:
+    """Writes what `make` makes and tells of warnings; ends the command."""
+    from scenecc import api
+
     warnings: list[Diagnostic] = []
     try:
-        text = api.emit_scene(
-            sys.stdin.buffer if scene == STDIN else scene,
-            target.value,
-            base=base_folder(output),
-            num_scenes=num_scenes,
-            seed=seed,
-            params=values,
-            asset_roots=asset_roots or (),
-            allow_outside_assets=allow_outside_assets,
-            limits=checked_limits,
-            found=warnings,
-        )
+        reason = make(warnings)
     except api.SceneError as error:
         _refuse(of_settings(error.diagnostics, values))
-    reason = write(output, text)
     print_asides(warnings, Format.text)
     if reason is not None:
         _refuse([usage_error("SC904", reason, file=output)])
+    raise typer.Exit
 
 
 def _refuse(diagnostics: Sequence[Diagnostic]) -> NoReturn:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from scenecc.plan.articulation import ArticulationStructure, DriveMode, JointType
+    from scenecc.plan.articulation import ArticulationStructure, DriveMode, Joint, JointType
     from scenecc.plan.body import BodyStructure, BodyType, CollisionShape
     from scenecc.plan.scene import Entity
 
@@ -90,6 +90,7 @@ class MeasuredJoint:
     """The joint between a link and its parent. Positions are [m] of a prismatic one and [rad] of others.
 
     Attributes:
+        joint: the plan's.
         type: the plan's. What a fixed joint has not is 0, its limits too.
         name: "" where it has none.
         pose_in_parent, pose_in_child: as in the plan.
@@ -98,6 +99,7 @@ class MeasuredJoint:
         qpos, qvel: at the start.
     """
 
+    joint: Joint
     type: JointType
     name: str
     pose_in_parent: Pose7

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from scenecc.backends.sapien.batch import SceneBatch
-    from scenecc.plan import BodyStructure, Entity
+    from scenecc.plan import BodyStructure, Entity, Joint
     from scenecc.plan.measured import Pose7, ShapeKind
 
 _KINDS: Final[dict[Any, tuple[ShapeKind, Callable[[Any], tuple[float, ...]]]]] = {
@@ -109,7 +109,7 @@ class _Reader:
                 _mass(made),
                 self._shapes(link.body, made, row),
                 link.parent,
-                None if link.joint is None else _joint(made.get_joint(), *numbers[which]),
+                None if link.joint is None else _joint(link.joint, made.get_joint(), *numbers[which]),
             )
             for which, (link, made) in enumerate(zip(structure.links, links, strict=True))
         )
@@ -171,12 +171,13 @@ def _positions(articulation: Any, links: list[Any]) -> list[tuple[float, float]]
     return found
 
 
-def _joint(joint: Any, qpos: float, qvel: float) -> MeasuredJoint:
+def _joint(plan: Joint, joint: Any, qpos: float, qvel: float) -> MeasuredJoint:
     moves = bool(joint.get_dof())
     low, high = _floats(joint.get_limits()[0]) if moves else (0.0, 0.0)
     # Of what a fixed joint has not, the engine gives empty arrays or anything.
     numbers = {name: float(np.ravel(getattr(joint, name))[0]) if moves else 0.0 for name in _NUMBERS}
     return MeasuredJoint(
+        joint=plan,
         type=joint.get_type(),
         name=joint.get_name(),
         pose_in_parent=_pose(joint.get_pose_in_parent()),

@@ -5,6 +5,9 @@ from scenecc.diagnostics.codes import (
     constraints,
     engine,
     expansion,
+    export,
+    export_extra,
+    export_meshes,
     language,
     limits,
     mjcf,
@@ -26,7 +29,7 @@ BANDS: dict[str, str] = {
     "4": "assets and files of robots",
     "5": "physics",
     "6": "limits",
-    "7": "plans as JSON",
+    "7": "plans as JSON, and files of other programs",
     "8": "the engine and the machine",
     "9": "use of the tool",
 }
@@ -47,7 +50,10 @@ CODES: dict[str, Code] = {
         pictures,
         limits,
         plan,
+        export,
+        export_meshes,
         engine,
+        export_extra,
         usage,
     )
     for row in module.ROWS

@@ -26,7 +26,10 @@ FILES = {
     "pictures": "5",
     "limits": "6",
     "plan": "7",
+    "export": "7",
+    "export_meshes": "7",
     "engine": "8",
+    "export_extra": "8",
     "usage": "9",
 }
 """Which band a file of rows holds."""

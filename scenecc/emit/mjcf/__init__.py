@@ -1,0 +1,1 @@
+"""One scene as a model of MuJoCo."""

@@ -1,0 +1,50 @@
+"""What a kind of file cannot hold, told once for each thing that has it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scenecc.diagnostics import Location
+from scenecc.plan.labels import NAMES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from scenecc.diagnostics import Origin, Sink
+
+
+class Lost:
+    """Gathers what is left out or said otherwise, and tells it in the end: one warning for all that are alike."""
+
+    def __init__(self, sink: Sink, *, left_out: str, otherwise: str) -> None:
+        """Codes of the two warnings."""
+        self._sink = sink
+        self._left_out = left_out
+        self._otherwise = otherwise
+        self._found: dict[tuple[str, str, str], tuple[Origin | None, int]] = {}
+
+    def leave_out(self, name: str, what: str, place: Origin | None) -> None:
+        """Something of `name` is not in the file. `what`: the thing, as in "`damping` of a joint"."""
+        self._take(self._left_out, name, f"left out: {what}", place)
+
+    def change(self, name: str, what: str, place: Origin | None) -> None:
+        """Something of `name` is in the file as something else. `what`: the sentence that says so."""
+        self._take(self._otherwise, name, what, place)
+
+    def fields(self, name: str, thing: object, fields: Iterable[str], place: Origin | None, of: str = "") -> None:
+        """Leaves out those fields of a plan's `thing` that it says something of. `of`: as in " of a joint"."""
+        said = [f"`{NAMES.get(field, field)}`" for field in fields if getattr(thing, field) is not None]
+        if said:
+            self.leave_out(name, f"{', '.join(said)}{of}", place)
+
+    def tell(self) -> None:
+        """Reports all of it."""
+        for (code, name, what), (place, count) in self._found.items():
+            times = f" ({count} times)" if count > 1 else ""
+            self._sink.report(code, f"`{name}`: {what}{times}", place or Location(None))
+        self._found.clear()
+
+    def _take(self, code: str, name: str, what: str, place: Origin | None) -> None:
+        key = (code, name, what)
+        first, count = self._found.get(key, (place, 0))
+        self._found[key] = (first, count + 1)

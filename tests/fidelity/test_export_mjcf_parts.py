@@ -1,0 +1,226 @@
+"""What holds bodies together and moves them, in the models that are written for MuJoCo, and what these have not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from fidelity.test_export_mjcf import compare, compiled
+
+mujoco = pytest.importorskip("mujoco", reason="mujoco is not installed")
+
+BOX = {"type": "box", "half_size": [0.1, 0.1, 0.1]}
+FIXED = {"body_type": "static", "shapes": [BOX]}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path_factory.mktemp("log"))
+        yield
+
+
+def scene(entities: dict[str, Any], **more: Any) -> dict[str, Any]:
+    return {"scenecc": 1, "entities": entities, **more}
+
+
+def arm(tip: Any = None, **more: Any) -> dict[str, Any]:
+    rod = {
+        "name": "rod",
+        "joint": {"type": "revolute", "name": "turn", "axis": [0, 1, 0], "limits": [-2, 2]},
+        "shapes": [BOX | {"pose": [0.3, 0, 0]}],
+        "children": [] if tip is None else [tip],
+    }
+    return {"root": {"name": "base", "shapes": [BOX], "children": [rod]}, "fix_root_link": True, **more}
+
+
+def residual(data: Any) -> np.ndarray:
+    """How far the equalities are from being met."""
+    return data.efc_pos[: data.ne]
+
+
+def test_a_drive_pulls_by_its_numbers(tmp_path: Path) -> None:
+    drive = {"stiffness": 30, "damping": 4, "force_limit": 20, "target": 0.4, "velocity_target": 0.5}
+    model, data, _ = compiled(scene({"arm": arm(drives={"turn": drive})}), tmp_path)
+    for position, speed in ((0.0, 0.0), (0.3, -0.7), (-1.5, 0.0)):
+        data.qpos[0], data.qvel[0] = position, speed
+        mujoco.mj_forward(model, data)
+        force = 30 * (0.4 - position) + 4 * (0.5 - speed)
+        assert data.qfrc_actuator[0] == pytest.approx(min(max(force, -20), 20), rel=1e-5)
+
+
+def test_a_drive_without_stiffness_is_a_damper(tmp_path: Path) -> None:
+    model, _, found = compiled(scene({"arm": arm(drives={"turn": {"damping": 4}})}), tmp_path)
+    assert model.nu == 0
+    assert model.dof_damping[0] == 4
+    assert found == []
+
+
+def test_a_joint_that_follows_another_is_where_it_is_to_be(tmp_path: Path) -> None:
+    mimic = {"joint": "turn", "multiplier": -0.5, "offset": 0.1}
+    bend = {"type": "revolute", "name": "bend", "axis": [0, 1, 0], "mimic": mimic}
+    robot = arm({"name": "tip", "joint": bend, "shapes": [BOX]}, qpos={"turn": 0.25})
+    model, data, _ = compiled(scene({"arm": robot}), tmp_path)
+    for position in (0.25, -0.4, 1.1):
+        data.qpos[:] = position, -0.5 * position + 0.1
+        mujoco.mj_forward(model, data)
+        assert data.ne == 1
+        np.testing.assert_allclose(residual(data), 0, atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["weld", "connection"])
+def test_frames_that_meet_are_held_together_wherever_the_bodies_are(kind: str, tmp_path: Path) -> None:
+    tie = {
+        "type": kind,
+        "parent": "a",
+        "child": "b",
+        "pose_in_parent": {"p": [0.2, 0.1, 0], "rpy_deg": [0, 30, 0]},
+        "pose_in_child": {"p": [0, 0, 0.15], "rpy_deg": [20, 0, 0]},
+    }
+    entities = {
+        "a": {"pose": {"p": [0, 0, 1], "rpy_deg": [10, 0, 40]}, "shapes": [BOX]},
+        "b": {"pose": [2, 0, 1], "shapes": [BOX]},
+    }
+    source = scene(entities, constraints={"tie": tie})
+    model, data, found = compiled(source, tmp_path)
+    assert found == []
+    assert np.abs(residual(data)).max() > 1
+    # Where SAPIEN puts the child so that both frames meet.
+    import sapien
+
+    in_parent = sapien.Pose([0.2, 0.1, 0]) * sapien.Pose(q=_rpy(0, 30, 0))
+    in_child = sapien.Pose([0, 0, 0.15]) * sapien.Pose(q=_rpy(20, 0, 0))
+    place = sapien.Pose(data.qpos[:3], data.qpos[3:7]) * in_parent * in_child.inv()
+    data.qpos[7:10], data.qpos[10:14] = place.p, place.q
+    mujoco.mj_forward(model, data)
+    assert len(residual(data)) == (6 if kind == "weld" else 3)
+    np.testing.assert_allclose(residual(data), 0, atol=1e-5)
+    assert model.nexclude == 1
+
+
+def _rpy(*degrees: float) -> Any:
+    from transforms3d.euler import euler2quat
+
+    return euler2quat(*np.deg2rad(degrees))
+
+
+def test_a_distance_is_a_tendon(tmp_path: Path) -> None:
+    entities = {"a": {"pose": [0, 0, 1], "shapes": [BOX]}}
+    ties = {
+        "rope": {"type": "distance", "parent": "world", "child": "a", "pose_in_parent": [0, 0, 0], "limits": [0.2, 3]},
+        "rod": {"type": "distance", "parent": "world", "child": "a", "pose_in_parent": [0, 0, 3], "limits": [1.5, 1.5]},
+        "spring": {
+            "type": "distance",
+            "parent": "world",
+            "child": "a",
+            "limits": [0.2, 0.5],
+            "stiffness": 10,
+            "damping": 2,
+        },
+    }
+    model, data, _ = compiled(scene(entities, constraints=ties), tmp_path)
+    rope, rod, spring = (model.tendon(name) for name in ("rope", "rod", "spring"))
+    assert [data.ten_length[each.id] for each in (rope, rod)] == pytest.approx([1, 2])
+    np.testing.assert_allclose(model.tendon_range[rope.id], (0.2, 3))
+    np.testing.assert_allclose(residual(data), [0.5], atol=1e-6)
+    assert float(np.ravel(model.tendon_stiffness[spring.id])[0]) == 10
+    assert float(np.ravel(model.tendon_damping[spring.id])[0]) == 2
+    assert model.tendon_lengthspring[spring.id].tolist() == pytest.approx([0.2, 0.5])
+
+
+def test_axes_that_are_locked_are_no_joints(tmp_path: Path) -> None:
+    pose = {"p": [0, 0, 1], "rpy_deg": [10, 20, 30]}
+    entities = {
+        "flat": {
+            "pose": pose,
+            "shapes": [BOX],
+            "locked_axes": ["z"],
+            "linear_velocity": [1, 2, 0],
+            "angular_velocity": [1, 2, 3],
+        },
+        "top": {"pose": pose, "shapes": [BOX], "locked_axes": ["x", "y", "rx", "ry"], "angular_velocity": [0, 0, 3]},
+        "still": {"pose": pose, "shapes": [BOX], "locked_axes": ["x", "y", "z", "rx", "ry", "rz"]},
+        "odd": {"pose": pose, "shapes": [BOX], "locked_axes": ["rx"]},
+    }
+    compare(scene(entities), tmp_path)
+    model, _, found = compiled(scene(entities), tmp_path)
+    assert [model.body(name).dofnum[0] for name in entities] == [5, 2, 0, 6]
+    assert [(each.code, each.message) for each in found] == [
+        ("SC730", "`odd`: left out: `locked_axes` that leave two axes to turn about")
+    ]
+
+
+def test_velocities_at_the_start_are_those_of_the_centre_of_mass(tmp_path: Path) -> None:
+    shapes = [BOX, BOX | {"pose": [0.6, 0, 0], "density": 4000}]
+    body = {
+        "pose": {"p": [0, 0, 1], "rpy_deg": [10, 20, 30]},
+        "shapes": shapes,
+        "linear_velocity": [1, 2, 3],
+        "angular_velocity": [4, -5, 6],
+    }
+    compare(scene({"thrown": body}), tmp_path)
+    model, data, _ = compiled(scene({"thrown": body}), tmp_path)
+    found = np.zeros(6)
+    mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, 1, found, 0)
+    np.testing.assert_allclose(found, [4, -5, 6, 1, 2, 3], atol=1e-5)
+
+
+def test_a_camera_sees_what_it_sees_in_sapien(tmp_path: Path) -> None:
+    lens = {"intrinsic": {"fx": 300, "fy": 320, "cx": 150, "cy": 130}}
+    cameras = {
+        "wide": {"pose": {"p": [1, 2, 3], "look_at": [0, 0, 0]}, "width": 640, "height": 480, "fovy_deg": 50},
+        "pixels": {"pose": {"p": [1, 2, 3], "look_at": [0, 0, 0]}, "width": 320, "height": 240, **lens},
+    }
+    model, data, found = compiled(scene({"a": {"shapes": [BOX]}}, cameras=cameras), tmp_path)
+    assert found == []
+    wide, pixels = model.camera("wide"), model.camera("pixels")
+    forward = -np.array([1, 2, 3]) / math.sqrt(14)
+    for camera in (wide, pixels):
+        axes = data.cam_xmat[camera.id].reshape(3, 3)
+        np.testing.assert_allclose(-axes[:, 2], forward, atol=1e-6)
+        assert axes[2, 1] > 0
+        assert axes[2, 0] == pytest.approx(0, abs=1e-6)
+    assert wide.fovy[0] == pytest.approx(50)
+    assert model.cam_resolution[pixels.id].tolist() == [320, 240]
+    assert (
+        model.cam_intrinsic[pixels.id][:2] / model.cam_sensorsize[pixels.id] * (320, 240)
+    ).tolist() == pytest.approx([300, 320])
+    assert (
+        model.cam_intrinsic[pixels.id][2:] / model.cam_sensorsize[pixels.id] * (320, 240)
+    ).tolist() == pytest.approx([-10, 10])
+
+
+def test_colours_are_those_of_the_materials(tmp_path: Path) -> None:
+    entities = {"a": {"shapes": [BOX | {"material": "red"}]}}
+    materials = {"red": {"visual": {"base_color": [0.8, 0.1, 0.2, 0.5], "roughness": 0.3, "metallic": 0.7}}}
+    model, _, _ = compiled(scene(entities, materials=materials), tmp_path)
+    seen = next(g for g in range(model.ngeom) if model.geom_group[g] == 0)
+    material = model.geom_matid[seen]
+    np.testing.assert_allclose(model.mat_rgba[material], [0.8, 0.1, 0.2, 0.5], rtol=1e-6)
+    assert (model.mat_roughness[material], model.mat_metallic[material]) == pytest.approx((0.3, 0.7))
+    assert model.geom_contype[seen] == model.geom_conaffinity[seen] == 0
+
+
+def test_what_mujoco_has_not_is_told_where_it_is(tmp_path: Path) -> None:
+    text = """\
+scenecc: 1
+entities:
+  ground: {body_type: static, shapes: [{type: plane}]}
+  ball:
+    pose: [0, 0, 1]
+    linear_damping: 0.5
+    max_angular_velocity: 3
+    shapes: [{type: sphere, radius: 0.1, contact_offset: 0.01}]
+"""
+    path = tmp_path / "scene.yaml"
+    path.write_text(text)
+    (tmp_path / "out").mkdir()
+    _, _, found = compiled(path, tmp_path / "out")
+    assert [(each.code, each.severity, each.location.line, each.message) for each in found] == [
+        ("SC730", "warning", 5, "`ball`: left out: `linear_damping`, `max_angular_velocity`"),
+        ("SC730", "warning", 8, "`ball`: left out: `contact_offset` of a shape"),
+    ]
