@@ -68,7 +68,7 @@ class Drawer:
 
     def collisions(self, body: MeasuredBody) -> tuple[Shape, ...]:
         """The colliding shapes of a body, meshes as they were cooked."""
-        return tuple(self._collision(shape, body) for shape in body.shapes)
+        return tuple(self.collision(shape, body) for shape in body.shapes)
 
     @property
     def at(self) -> Origin | None:
@@ -115,7 +115,8 @@ class Drawer:
     def _shaded(self, surface: Surface, *, flat: bool) -> Surface:
         return self._flat.setdefault(surface, replace(surface, normals=None)) if flat else surface
 
-    def _collision(self, shape: MeasuredShape, body: MeasuredBody) -> Shape:
+    def collision(self, shape: MeasuredShape, body: MeasuredBody) -> Shape:
+        """One of them."""
         scale: Vec3 = (1.0, 1.0, 1.0)
         match shape.kind, shape.sizes:
             case "box", (x, y, z):

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.meshes.images import image_of
+from scenecc.meshes.images import Images, image_of
 from scenecc.meshes.primitives import surface
 from scenecc.meshes.surface import Look, MeshProblem, Part
 
@@ -33,6 +33,14 @@ _PLAIN: Final = {".obj": _GREY, ".dae": _GREY}
 
 _METALLIC: Final = {".glb": 1.0, ".gltf": 1.0}
 """And how metallic: glTF's own default. Others are not."""
+
+_MAPS: Final = {
+    "norm": "normal_image",
+    "map_ke": "emission_image",
+    "map_pr": "roughness_image",
+    "map_pm": "metallic_image",
+}
+"""Images of an OBJ's material that SAPIEN loads, beside that of its colour."""
 
 _LUMINANCE: Final = (0.2125, 0.7154, 0.0721)
 _SPECULAR: Final = 0.5
@@ -82,17 +90,18 @@ def _read(path: Path) -> tuple[Part, ...]:
     except Exception as error:  # trimesh's readers raise whatever comes
         raise MeshProblem("SC747", f"'{path}' cannot be read: {error}", "export the mesh again") from error
     parts: list[Part] = []
+    images = Images()
     for node in scene.graph.nodes_geometry:
         place, name = scene.graph[node]
         mesh = scene.geometry[name]
         if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
-            parts.append(_part(mesh, np.asarray(place), suffix))
+            parts.append(_part(mesh, np.asarray(place), _look(mesh.visual, path, images)))
     if not parts:
         raise MeshProblem("SC747", f"'{path}' shows no triangles", "export the mesh again")
     return tuple(parts)
 
 
-def _part(mesh: Any, place: Any, suffix: str) -> Part:
+def _part(mesh: Any, place: Any, look: Look) -> Part:
     # trimesh computes smooth normals for whoever asks; what a file itself has lies in this cache.
     smooth = "vertex_normals" in vars(mesh)["_cache"]
     moved = mesh.copy(include_cache=True)
@@ -101,7 +110,7 @@ def _part(mesh: Any, place: Any, suffix: str) -> Part:
     normals = moved.vertex_normals if smooth else None
     uv = getattr(mesh.visual, "uv", None)
     uvs = None if uv is None or len(uv) != len(mesh.vertices) else np.column_stack([uv[:, 0], 1 - uv[:, 1]])
-    return Part(surface(moved.vertices, moved.faces, normals, uvs), _look(mesh.visual, suffix))
+    return Part(surface(moved.vertices, moved.faces, normals, uvs), look)
 
 
 def _unit(mesh: Any) -> float:
@@ -110,20 +119,21 @@ def _unit(mesh: Any) -> float:
     return float(number) if times else 1.0
 
 
-def _look(visual: Any, suffix: str) -> Look:
+def _look(visual: Any, path: Path, images: Images) -> Look:
     """Colours of vertices are in no picture of SAPIEN's, so they are in none here."""
     material = getattr(visual, "material", None)
     if material is None:
+        suffix = path.suffix.lower()
         plain, metallic = _PLAIN.get(suffix, _WHITE), _METALLIC.get(suffix, 0.0)
         return Look(base_color=plain, specular=_SPECULAR, metallic=metallic)
-    return _of_glossy(material) if hasattr(material, "glossiness") else _of_pbr(material)
+    return _of_glossy(material, path.parent, images) if hasattr(material, "glossiness") else _of_pbr(material)
 
 
 def _of_pbr(material: Any) -> Look:
     name = str(material.name or "")
     shared = material.metallicRoughnessTexture
     color, glow = material.baseColorFactor, material.emissiveFactor
-    image = image_of(material.baseColorTexture, name)
+    image = image_of(material.baseColorTexture, name, srgb=True)
     return Look(
         base_color=_WHITE if color is None else _rgba(np.asarray(color) / 255),
         emission=_rgb(glow) if glow is not None else (0.0, 0.0, 0.0),
@@ -131,15 +141,19 @@ def _of_pbr(material: Any) -> Look:
         roughness=_number(material.roughnessFactor, 1.0),
         metallic=_number(material.metallicFactor, 1.0),
         base_color_image=image,
-        normal_image=image_of(material.normalTexture, name),
-        roughness_image=image_of(shared, name, "g"),
-        metallic_image=image_of(shared, name, "b"),
-        emission_image=image_of(material.emissiveTexture, name),
+        normal_image=image_of(material.normalTexture, name, srgb=False),
+        roughness_image=image_of(shared, name, "g", srgb=False),
+        metallic_image=image_of(shared, name, "b", srgb=False),
+        emission_image=image_of(material.emissiveTexture, name, srgb=True),
     )
 
 
-def _of_glossy(material: Any) -> Look:
-    """A material of an OBJ, whose roughness SAPIEN's reader makes of `Ns` and `Ks`."""
+def _of_glossy(material: Any, folder: Path, images: Images) -> Look:
+    """A material of an OBJ, whose roughness SAPIEN's reader makes of `Ns` and `Ks`.
+
+    Raises:
+        MeshProblem: one of its images cannot be read.
+    """
     given: dict[str, Any] = material.kwargs
     shine = min(max(_number(given.get("ns"), 0.0) / 1000, 0.0), 1.0) ** 0.5
     bright = float(np.dot(_rgb(given.get("ks", (0.0, 0.0, 0.0))), _LUMINANCE))
@@ -150,8 +164,21 @@ def _of_glossy(material: Any) -> Look:
         emission=_rgb(given.get("ke", (0.0, 0.0, 0.0))),
         specular=_SPECULAR,
         roughness=1 - shine * bright,
-        base_color_image=image_of(material.image, str(material.name)),
+        base_color_image=image_of(material.image, str(material.name), srgb=True),
+        **_maps(given, folder, images),
     )
+
+
+def _maps(given: dict[str, Any], folder: Path, images: Images) -> dict[str, Any]:
+    """Images of a material that trimesh leaves as words. The file's name is the last of them, after options."""
+    named = {field: given[key][-1] for key, field in _MAPS.items() if given.get(key)}
+    try:
+        return {field: images.file(folder / name, {"srgb": field == "emission_image"}) for field, name in named.items()}
+    except MeshProblem as problem:
+        code = (
+            "SC747" if problem.code == "SC748" else problem.code
+        )  # nothing stands in its place, as in a scene's texture
+        raise MeshProblem(code, problem.message, problem.hint) from problem
 
 
 def _first(words: Sequence[str] | None, default: float) -> float:

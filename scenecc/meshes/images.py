@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from hashlib import sha256
 from importlib import import_module
 from io import BytesIO
 from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
 
 from scenecc.meshes.surface import Image, MeshProblem
 
@@ -28,7 +31,7 @@ class Images:
         self._read: dict[Path, tuple[bytes, Suffix, Pixels]] = {}
 
     def file(self, path: Path, sampling: dict[str, Any]) -> Image:
-        """An image of a file. `sampling`: what of filter and address mode is given.
+        """An image of a file. `sampling`: what of filter mode, address mode and sRGB is given.
 
         Raises:
             MeshProblem: it cannot be read, or Pillow is missing.
@@ -36,16 +39,32 @@ class Images:
         if path not in self._read:
             self._read[path] = _opened(path)
         data, suffix, pixels = self._read[path]
-        given = {name: sampling[name] for name in ("filter_mode", "address_mode") if name in sampling}
+        given = {name: sampling[name] for name in ("srgb", "filter_mode", "address_mode") if name in sampling}
         return Image(_digest(data), data, suffix, pixels, path.stem, **given)
 
 
-def image_of(pixels: Pixels | None, name: str, channel: Channel = "r") -> Image | None:
+def image_of(pixels: Pixels | None, name: str, channel: Channel = "r", *, srgb: bool) -> Image | None:
     """An image that a mesh file holds or names, as trimesh has read it."""
     if pixels is None:
         return None
     data = as_png(pixels)
-    return Image(_digest(data), data, ".png", pixels, name, channel)
+    return Image(_digest(data), data, ".png", pixels, name, channel, srgb)
+
+
+def in_space(image: Image, *, srgb: bool) -> Image:
+    """The image with values that are sRGB or not, as another program takes them: itself where they are so already."""
+    if image.srgb == srgb:
+        return image
+    value = np.arange(256) / 255
+    if srgb:
+        curve = np.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
+    else:
+        curve = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+    table = np.round(curve * 255).astype(int).tolist()
+    clear = image.pixels.mode in {"RGBA", "LA", "PA"}
+    made = image.pixels.convert("RGBA" if clear else "RGB").point([*table * 3, *(range(256) if clear else ())])
+    data = as_png(made)
+    return replace(image, digest=_digest(data), data=data, suffix=".png", pixels=made, srgb=srgb)
 
 
 def as_png(pixels: Pixels) -> bytes:

@@ -67,6 +67,7 @@ class Image:
         pixels: Pillow's.
         name: of its file, for people.
         channel: the one that counts where one number is read.
+        srgb: whether its 8-bit values are sRGB: SAPIEN goes by this also where an image stands for a number.
         filter_mode, address_mode: as in `scenecc.plan.Texture`, SAPIEN's defaults filled in.
     """
 
@@ -76,6 +77,7 @@ class Image:
     pixels: Pixels = field(compare=False)
     name: str = ""
     channel: Channel = "r"
+    srgb: bool = True
     filter_mode: Literal["nearest", "linear"] = "linear"
     address_mode: Literal["repeat", "border", "edge", "mirror"] = "repeat"
 

@@ -102,6 +102,33 @@ def test_a_file_is_what_sapien_makes_of_it(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.render
+def test_images_of_a_material_are_those_that_sapien_loads(tmp_path: Path) -> None:
+    from sapien import render
+
+    words = {
+        "map_Kd": "a",
+        "map_Bump": "b",
+        "norm": "c",
+        "map_Ke": "d",
+        "map_Pr": "-bm 1 e",
+        "map_Pm": "f",
+        "map_Ks": "g",
+    }
+    for name in "abcdefg":
+        (tmp_path / f"{name}.png").write_bytes((ROOT / "assets" / "checker.png").read_bytes())
+    write(tmp_path, "m.mtl", "newmtl m\n" + "".join(f"{key} {name}.png\n" for key, name in words.items()))
+    uvs = "vt 0 0\nvt 1 0\nvt 0 1\n"
+    path = write(tmp_path, "m.obj", f"mtllib m.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\n{uvs}f 1/1 2/2 3/3\n")
+    theirs = render.RenderShapeTriangleMesh(str(path)).parts[0].material
+    (part,) = MeshFiles().parts(path)
+    for slot in ("base_color", "normal", "emission", "roughness", "metallic", "transmission"):
+        image, texture = getattr(part.look, f"{slot}_image"), getattr(theirs, f"{slot}_texture")
+        assert (image is None) == (texture is None), slot
+        if image is not None and slot != "base_color":
+            assert f"{image.name}.png" == Path(texture.filename).name
+
+
+@pytest.mark.render
 @pytest.mark.parametrize("name", ["bowl.obj", "bowl.glb"])
 def test_texture_coordinates_are_sapiens(name: str) -> None:
     from sapien import render

@@ -1,0 +1,116 @@
+"""Where shapes stand in a file: in one scene or in several side by side, planes cut to what there is to stand on."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from scenecc.meshes import Shape
+    from scenecc.plan.measured import MeasuredBody, MeasuredEntity, MeasuredScene
+
+_MARGIN: Final = 0.1
+"""Of what a scene takes, on each of its sides."""
+
+_SMALLEST: Final = 0.5
+"""Half the side of a plane at least [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnBody:
+    """A body, its shapes, and its place in its scene."""
+
+    body: MeasuredBody
+    place: NDArray[np.float64]
+    shapes: tuple[Shape, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnEntity:
+    """An entity and its bodies, in the order of the plan."""
+
+    measured: MeasuredEntity
+    bodies: tuple[DrawnBody, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnScene:
+    """A scene and its entities."""
+
+    scene: MeasuredScene
+    entities: tuple[DrawnEntity, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """The room that each scene has: (2,) lowest and highest x and y from the scene's origin [m]."""
+
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+    def origins(self, count: int) -> NDArray[np.float64]:
+        """(count, 3) where the origins of as many scenes are: row by row, as one reads, seen from above [m]."""
+        columns = math.ceil(math.sqrt(count))
+        row, column = np.divmod(np.arange(count), columns)
+        x, y = self.high - self.low
+        return np.stack([column * x, -row * y, np.zeros(count)], axis=1)
+
+
+def matrix(pose: tuple[float, ...]) -> NDArray[np.float64]:
+    """A pose, p then a unit quaternion wxyz, as (4, 4)."""
+    w, x, y, z = pose[3:]
+    made = np.eye(4)
+    made[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    made[:3, 3] = pose[:3]
+    return made
+
+
+def cell_of(scenes: tuple[DrawnScene, ...]) -> Cell:
+    """A room for each scene that holds what any of them has, planes left out."""
+    corners = [points for scene in scenes for points in _points(scene)]
+    if not corners:
+        return Cell(np.full(2, -1.0), np.full(2, 1.0))
+    every = np.concatenate(corners)[:, :2]
+    low, high = every.min(axis=0), every.max(axis=0)
+    margin = np.maximum((high - low) * _MARGIN, _SMALLEST / 2)
+    return Cell(low - margin, high + margin)
+
+
+def reach(scene: DrawnScene, place: NDArray[np.float64]) -> float:
+    """Half the side of an endless plane that reaches below all of a scene [m]. `place`: its own."""
+    corners = _points(scene)
+    if not corners:
+        return _SMALLEST
+    far = np.linalg.norm(np.concatenate(corners) - place[:3, 3], axis=1).max()
+    return max(_SMALLEST, float(far) * (1 + _MARGIN))
+
+
+def cut(shape: Shape, half: float) -> Shape:
+    """A plane with sides of at most twice `half` [m]."""
+    x, y, z = shape.scale
+    return replace(shape, scale=(x, half, half) if shape.endless else (x, min(y, half), min(z, half)))
+
+
+def _points(scene: DrawnScene) -> list[NDArray[np.float64]]:
+    """The vertices of all shapes that are no planes, in the scene."""
+    return [
+        _placed(part.surface.vertices, body.place @ matrix(shape.pose), shape.scale)
+        for entity in scene.entities
+        for body in entity.bodies
+        for shape in body.shapes
+        if shape.kind != "plane"
+        for part in shape.parts
+    ]
+
+
+def _placed(vertices: NDArray[np.float32], place: NDArray[np.float64], scale: tuple[float, ...]) -> NDArray[np.float64]:
+    return (vertices * np.array(scale)) @ place[:3, :3].T + place[:3, 3]

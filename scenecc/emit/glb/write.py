@@ -1,0 +1,167 @@
+"""A file of scenes: a node for each scene of a grid, entity, link and shape, below one that turns z up to y up."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.diagnostics import Location
+from scenecc.emit.glb.layout import DrawnBody, DrawnEntity, DrawnScene, cell_of, cut, matrix, reach
+from scenecc.emit.glb.lost import tell_lost, tell_lost_look
+from scenecc.emit.glb.materials import Materials
+from scenecc.meshes import Drawer, MeshProblem
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.emit.choice import Choice
+    from scenecc.emit.glb.layout import Cell
+    from scenecc.meshes import Look, Shape, Surface
+    from scenecc.plan import ScenePlan
+    from scenecc.plan.measured import Measured, MeasuredScene
+
+_Y_UP: Final = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
+"""From a frame with z up to glTF's, in which y is up: a quarter turn about x."""
+
+
+def write(plan: ScenePlan, measured: Measured, choice: Choice, sink: Sink) -> dict[str, bytes] | None:
+    """The file; None after an error, which `sink` then tells."""
+    drawer = Drawer(plan, lambda problem, origin: _tell(problem, origin, sink))
+    try:
+        drawn = tuple(_drawn(drawer, scene, choice) for scene in measured.scenes)
+    except MeshProblem as problem:
+        _tell(problem, drawer.at, sink)
+        return None
+    tell_lost(plan, {scene.index for scene in measured.scenes}, sink)
+    writer = _Writer(choice.name, sink)
+    writer.add(drawn, cell_of(drawn) if choice.grid else None)
+    return {f"{choice.name}.glb": writer.file()}
+
+
+def _tell(problem: MeshProblem, origin: Origin | None, sink: Sink) -> None:
+    sink.report(problem.code, problem.message, origin or Location(None), hint=problem.hint)
+
+
+def _drawn(drawer: Drawer, scene: MeasuredScene, choice: Choice) -> DrawnScene:
+    entities: list[DrawnEntity] = []
+    for entity in scene.entities:
+        bodies: list[DrawnBody] = []
+        for body in entity.bodies:
+            seen = choice.show == "visual"
+            shapes = drawer.visuals(body.body, entity.row) if seen else drawer.collisions(body)
+            bodies.append(DrawnBody(body, matrix(body.pose), shapes))
+        entities.append(DrawnEntity(entity, tuple(bodies)))
+    return DrawnScene(scene, tuple(entities))
+
+
+class _Writer:
+    """Fills a scene of trimesh's: surfaces and looks that are the same are written once."""
+
+    def __init__(self, name: str, sink: Sink) -> None:
+        import trimesh
+
+        self._scene: Any = trimesh.Scene()
+        self._materials = Materials()
+        self._sink = sink
+        self._names = {str(self._scene.graph.base_frame)}
+        self._meshes: dict[tuple[Surface, Look, bool], str] = {}
+        self._root = self._node(name, None, _Y_UP)
+
+    def add(self, scenes: tuple[DrawnScene, ...], cell: Cell | None) -> None:
+        """Adds scenes, side by side where they have a cell each."""
+        if cell is None:
+            for scene in scenes:
+                self._add_scene(scene, self._root, "", None)
+            return
+        half = float((cell.high - cell.low).min()) / 2
+        for scene, origin in zip(scenes, cell.origins(len(scenes)), strict=True):
+            place = np.eye(4)
+            place[:3, 3] = origin
+            name = f"scene {scene.scene.index}"
+            self._add_scene(scene, self._node(name, self._root, place), f"{name}/", half)
+
+    def file(self) -> bytes:
+        """The bytes of the file."""
+        data: Any = self._scene.export(file_type="glb", tree_postprocessor=self._materials.finish)
+        return bytes(data)
+
+    def _add_scene(self, scene: DrawnScene, above: str, prefix: str, half: float | None) -> None:
+        for entity in scene.entities:
+            root = entity.bodies[0]
+            node = self._node(prefix + entity.measured.entity.name, above, root.place)
+            nodes: list[str] = []
+            for body in entity.bodies:
+                parent = body.body.parent
+                if parent is None:
+                    alone = len(entity.bodies) == 1 and body.body.name == entity.measured.entity.name
+                    nodes.append(node if alone else self._node(f"{node}/{body.body.name}", node, np.eye(4)))
+                else:
+                    place = np.linalg.inv(entity.bodies[parent].place) @ body.place
+                    nodes.append(self._node(f"{node}/{body.body.name}", nodes[parent], place))
+                for shape in body.shapes:
+                    self._add_shape(self._bounded(shape, body, scene, half), nodes[-1])
+
+    def _bounded(self, shape: Shape, body: DrawnBody, scene: DrawnScene, half: float | None) -> Shape:
+        """The shape; of a plane as much as there is room for."""
+        if shape.kind != "plane":
+            return shape
+        if half is None and not shape.endless:
+            return shape
+        bounded = cut(shape, reach(scene, body.place @ matrix(shape.pose)) if half is None else half)
+        if bounded.scale != shape.scale:
+            word = "endless plane" if shape.endless else "plane"
+            _, y, z = bounded.scale
+            message = f"this {word} is drawn {2 * y:.3g} m by {2 * z:.3g} m"
+            self._sink.report("SC746", message, shape.origin or Location(None))
+        return bounded
+
+    def _add_shape(self, shape: Shape, above: str) -> None:
+        place = matrix(shape.pose) @ np.diag([*shape.scale, 1.0])
+        name = f"{above}/{shape.name or shape.kind}"
+        if len(shape.parts) == 1:
+            self._node(name, above, place, self._mesh(shape, 0))
+            return
+        node = self._node(name, above, place)
+        for number in range(len(shape.parts)):
+            self._node(f"{node}/{number}", node, np.eye(4), self._mesh(shape, number))
+
+    def _mesh(self, shape: Shape, number: int) -> str:
+        """The name of a mesh, which shapes that show the same share."""
+        part = shape.parts[number]
+        key = (part.surface, part.look, shape.turned)
+        if key not in self._meshes:
+            if part.look not in self._materials.looks:
+                tell_lost_look(part.look, shape.origin, self._sink)
+            self._meshes[key] = f"mesh {len(self._meshes)}"
+            self._scene.geometry[self._meshes[key]] = self._made(part.surface, part.look, turned=shape.turned)
+        return self._meshes[key]
+
+    def _made(self, surface: Surface, look: Look, *, turned: bool) -> Any:
+        from trimesh import Trimesh
+        from trimesh.visual import TextureVisuals
+
+        # trimesh counts v from the bottom of an image.
+        uv = np.zeros((len(surface.vertices), 2)) if surface.uvs is None else surface.uvs * (1, -1) + (0, 1)
+        sign = -1 if turned else 1
+        return Trimesh(
+            vertices=surface.vertices,
+            faces=surface.faces[:, ::-1] if turned else surface.faces,
+            vertex_normals=None if surface.normals is None else surface.normals * sign,
+            visual=TextureVisuals(uv=uv, material=self._materials.material(look)),
+            process=False,
+            validate=False,
+        )
+
+    def _node(self, name: str, above: str | None, place: NDArray[np.float64], mesh: str | None = None) -> str:
+        """Adds a node by a name that no other has, which is returned."""
+        unique, count = name, 1
+        while unique in self._names:
+            count += 1
+            unique = f"{name} {count}"
+        self._names.add(unique)
+        graph = self._scene.graph
+        shown = {} if mesh is None else {"geometry": mesh}
+        graph.update(frame_to=unique, frame_from=above or graph.base_frame, matrix=place, **shown)
+        return unique
