@@ -89,6 +89,7 @@ class JointKeys(Model):
     friction: Maybe[Leaf[NonNegative]] = key("Friction.", default=0.05)
     armature: Maybe[Leaf[NonNegative]] = key("Inertia of the drive itself [kg or kg·m²].", default=0)
     limits: Maybe[Limits] = key("Lowest and highest position [m or rad].", examples=[[-1.57, 1.57]])
+    limits_deg: Maybe[Limits] = key("The same in degrees.", examples=[[-90, 90]])
     max_velocity: Maybe[Leaf[Positive]] = key("Fastest [m/s or rad/s].")
 
 

@@ -244,4 +244,16 @@ ROWS: tuple[Code, ...] = (
         "Say `fix_root_link: false` where it is to move. Where it is not, fasten it to the world by a constraint of "
         "`type: weld`, or declare it in the scene as a body of `body_type: static`.",
     ),
+    Code(
+        "SC526",
+        "warning",
+        "angle that looks like degrees",
+        "`rpy`, `angle` of `axis_angle`, `limits` of joints that turn and positions of joints without limits are in "
+        "radians, and these are beyond two turns. Of what varies all alternatives or bounds are; what is computed from "
+        "draws is not judged.",
+        _DOOR.replace("limits_deg", "limits"),
+        "Write `rpy_deg`, `angle_deg` or `limits_deg`, or `${radians(90)}`. What is meant is written within two turns, "
+        "of limits as `limits_deg: [0, 3600]`; positions of a joint without limits may be anything where the "
+        "articulation says `beyond_limits: true`.",
+    ),
 )

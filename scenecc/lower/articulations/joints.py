@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.lower.articulations.maps import said
-from scenecc.lower.articulations.tree import LIMITS
+from scenecc.lower.articulations.written_limits import doubt_limits, limits_fit
 from scenecc.lower.kinds import number
 from scenecc.plan import literal
 from scenecc.plan.articulation import Joint
@@ -31,10 +31,13 @@ def with_said(joint: DraftJoint, layers: Sequence[Layer], values: Said) -> Draft
     changed: dict[str, Any] = {
         key: found for key in _OF_JOINTS if (found := values.value(layers, key, _KINDS[key])) is not None
     }
-    limits = said(layers, "limits")
+    limits = said(layers, "limits", "limits_deg")
     if limits is not None:
-        changed["limits"] = values.of(limits, "limits", LIMITS)
-        changed["limits_origin"] = limits[1].child("limits")
+        keys, origin = limits
+        limits_fit(keys, joint.type, origin, values.leaves.sink)
+        doubt_limits(keys, joint.type, origin, values.leaves.sink)
+        changed["limits"] = values.limits(limits)
+        changed["limits_origin"] = origin.child("limits" if keys.limits_deg is None else "limits_deg")
     return replace(joint, **changed) if changed else joint
 
 

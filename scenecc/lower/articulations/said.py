@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.lower.articulations.maps import said
+from scenecc.lower.articulations.written_limits import limits_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -43,6 +44,14 @@ class Said:
         if found is None:
             found = self.leaves.value(getattr(keys, key), kind, origin, key, reset=reset)
             self._known[id(keys), key] = found
+        return found
+
+    def limits(self, layer: Layer) -> Value:
+        """The limits that a layer says, which has some."""
+        keys, origin = layer
+        found = self._known.get((id(keys), "limits"))
+        if found is None:
+            found = self._known[id(keys), "limits"] = limits_of(keys, origin, self.leaves)
         return found
 
     def surface(self, layers: Sequence[Layer]) -> Surface | Surfaces | None:

@@ -10,6 +10,7 @@ from scenecc.diagnostics.words import cut
 from scenecc.lower.articulations.limits import first_outside, widest
 from scenecc.lower.kinds import Kind, number
 from scenecc.lower.pending import Follows, Reset
+from scenecc.lower.turns import far, report
 from scenecc.plan import literal, per_scene, varying
 from scenecc.spec.scalars import LARGEST
 from scenecc.values.nodes import NODES, Held
@@ -74,6 +75,7 @@ class Starts:
         for i in self._order(given):
             if i in given:
                 found[i] = self._position(self._joints[i], given[i])
+                self._doubt(self._joints[i], found[i], given[i].origin)
                 continue
             found[i], elsewhere = self._left_out(self._joints[i], found, told=bool(given))
             moved |= elsewhere
@@ -215,6 +217,16 @@ class Starts:
             follows = Follows(reset, mimic.multiplier, mimic.offset)
             resets[id(value)] = Reset(value, reset.node, reset.reading, self._leaves, limits, follows)
         return value
+
+    def _doubt(self, joint: DraftJoint, position: Value, place: Origin) -> None:
+        """Warns of a position that is probably in degrees, where no limits tell."""
+        if self._beyond_limits or not joint.type.startswith("revolute"):
+            return
+        numbers = position.numbers()
+        if any(map(math.isfinite, widest(joint.limits))) or not (angle := min(map(far, numbers), default=0.0)):
+            return
+        hint = "positions are radians: `${radians(90)}` is 90 degrees; if it is meant, say `beyond_limits: true`"
+        report(angle, place, self._sink, hint=hint)
 
     def _judge(self, joint: DraftJoint, positions: Sequence[float], place: Origin) -> None:
         """Reports the first position that is outside of its limits."""

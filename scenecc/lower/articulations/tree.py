@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.lower.articulations.draft import Draft, DraftJoint, DraftLink, DraftMimic, Touch
+from scenecc.lower.articulations.written_limits import doubt_limits, limits_fit, limits_of
 from scenecc.lower.forms import VARYING, Place, Reading, Step, place_of
 from scenecc.lower.kinds import number, vector
 from scenecc.lower.placing.pose_nodes import POSE, pose_item
@@ -14,7 +15,7 @@ from scenecc.lower.placing.poses import AXES, IDENTITY_POSE, direction, turned
 from scenecc.lower.placing.rotations import IDENTITY, shortest_from_x
 from scenecc.lower.placing.shape_poses import local_pose
 from scenecc.plan import CollisionShape, Value, VisualShape, literal
-from scenecc.values.nodes import NODES, Composed, Pointing, Posed, Radians
+from scenecc.values.nodes import Composed, Pointing, Posed
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from scenecc.plan.articulation import JointType
     from scenecc.spec.articulation_tree import TreeJoint, TreeLink
 
-LIMITS = vector(2, "limits")
 _JOINT_NUMBERS = ("friction", "damping", "armature")
 _ONLY_MOVING = (*_JOINT_NUMBERS, "axis", "pose_in_child", "limits", "limits_deg", "mimic")
 _DIRECTION = vector(3, "")
@@ -112,7 +112,8 @@ class Trees:
             multiplier = leaves.given(joint.mimic.multiplier, number("multiplier"), place, "multiplier")
             offset = leaves.given(joint.mimic.offset, number("offset"), place, "offset")
             mimic = DraftMimic(joint.mimic.joint, multiplier or literal(1.0), offset or literal(0.0), place)
-        limits = self._limits(joint, origin, leaves)
+        limits = limits_of(joint, origin, leaves) or literal(_NO_LIMITS)
+        doubt_limits(joint, joint.type, origin, self._sink)
         place = origin.child("limits" if joint.limits_deg is None else "limits_deg")
         return DraftJoint(type_, name, origin, in_parent, in_child, limits, place, **numbers, mimic=mimic)
 
@@ -120,7 +121,6 @@ class Trees:
         """A joint is placed in URDF's way or in SAPIEN's, and its limits are written once."""
         given = joint.model_fields_set
         pairs = [(a, b) for a in ("origin", "axis") for b in ("pose_in_parent", "pose_in_child")]
-        pairs.append(("limits", "limits_deg"))
         for first, second in pairs:
             if first in given and second in given:
                 self._exclude(first, second, origin)
@@ -128,9 +128,7 @@ class Trees:
         if joint.type == "continuous" and (wrong := next(iter(given & {"limits", "limits_deg"}), None)):
             message = f"a continuous joint has no `{wrong}`"
             self._sink.report("SC111", message, origin.child(wrong), at="key", hint="write type: revolute")
-        if joint.type == "prismatic" and "limits_deg" in given:
-            message = "the positions of a prismatic joint are lengths, and `limits_deg` are angles"
-            self._sink.report("SC111", message, origin.child("limits_deg"), at="key", hint="write `limits`, in metres")
+        limits_fit(joint, joint.type, origin, self._sink)
 
     def _poses(self, joint: TreeJoint, origin: Origin, leaves: Leaves) -> tuple[Value | None, Value | None]:
         """The joint's frame in the parent's and in the child's."""
@@ -188,16 +186,6 @@ class Trees:
         if joint.origin is not None:
             stands = pose_item(joint.origin, place.key("origin"), reading, leaves.sink)
         return leaves.finish(Composed(stands, turn), reading, POSE, origin.child("origin")), in_child
-
-    def _limits(self, joint: TreeJoint, origin: Origin, leaves: Leaves) -> Value:
-        if joint.limits_deg is None:
-            return leaves.given(joint.limits, LIMITS, origin, "limits") or literal(_NO_LIMITS)
-        place = place_of(origin.child("limits_deg"))
-        reading = Reading(leaves, place.origin)
-        item = reading.item(joint.limits_deg, LIMITS, place)
-        if item.__class__ in NODES:
-            return leaves.finish(Radians(item), reading, LIMITS, place.origin)
-        return literal(tuple(map(math.radians, item)))
 
     def _exclude(self, first: str, second: str, origin: Origin) -> None:
         self._sink.report(

@@ -15,6 +15,7 @@ from scenecc.lower.placing.poses import (
     rotation_of,
 )
 from scenecc.lower.placing.rotations import IDENTITY
+from scenecc.lower.turns import doubt
 from scenecc.spec.pose import AxisAngle, PoseMapping
 from scenecc.values.forms import Choice, Cycle, PerScene, RandomRotation, SceneMap
 from scenecc.values.nodes import (
@@ -122,6 +123,7 @@ def _rotation(pose: Any, form: str, p: Any, place: Place, reading: Reading, sink
         case "q":
             return _quaternion(given, place, reading, sink)
         case "rpy":
+            doubt(given, form, place.origin, (), sink)
             return FromRpy(reading.item(given, _ANGLES, place))
         case "rpy_deg":
             return FromRpy(Radians(reading.item(given, _ANGLES, place)))
@@ -149,6 +151,7 @@ def _axis_angle(given: AxisAngle, place: Place, reading: Reading, sink: Sink) ->
     varies = axis.__class__ in VARYING
     axis = reading.item(axis, _axis(sink), place.key("axis"))
     if given.angle is not None:
+        doubt(given.angle, "angle", place.origin, ("angle",), sink)
         angle = reading.item(given.angle, _ANGLE, place.key("angle"))
     else:
         angle = Radians(reading.item(given.angle_deg, _ANGLE, place.key("angle_deg")))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.lower.placing import rotations
 from scenecc.lower.placing.rotations import IDENTITY, Quat, Vec3
+from scenecc.lower.turns import doubt
 from scenecc.spec.pose import AxisAngle, PoseMapping
 
 if TYPE_CHECKING:
@@ -111,6 +112,7 @@ def _rotation(pose: Any, form: str, p: Vec3, owner: Origin, at: Path, sink: Sink
         case "q":
             return lower_quaternion(pose.q, owner, at, sink)
         case "rpy":
+            doubt(pose.rpy, form, owner, at, sink)
             return rotations.from_rpy(*pose.rpy)
         case "rpy_deg":
             roll, pitch, yaw = pose.rpy_deg
@@ -155,8 +157,10 @@ def _axis_angle(given: Any, origin: Origin, sink: Sink) -> Quat | None:
     if not any(axis):
         sink.report("SC114", "an axis of length 0 has no direction", origin.child("axis"))
         return None
-    angle = given.angle if given.angle is not None else math.radians(given.angle_deg or 0.0)
-    return rotations.from_axis_angle(axis, angle)
+    if given.angle is not None:
+        doubt(given.angle, "angle", origin, ("angle",), sink)
+        return rotations.from_axis_angle(axis, given.angle)
+    return rotations.from_axis_angle(axis, math.radians(given.angle_deg or 0.0))
 
 
 def _looking(target: Vec3, p: Vec3, origin: Origin, sink: Sink) -> Quat | None:
