@@ -212,13 +212,13 @@ def _robots(scope: AssetScope, limits: Limits, sink: Sink, expansion: Expansion 
     """Reads robots' files; loaded where there are any."""
     reader: RobotReader | None = None
 
-    def read(request: RobotRequest, origin: Origin, entity: Origin) -> tuple[AssetFile, Description] | None:
+    def read(request: RobotRequest, places: Mapping[str, Origin]) -> tuple[AssetFile, Description] | None:
         nonlocal reader
         if reader is None:
             from scenecc.front.robots import robot_reader
 
             reader = robot_reader(scope, limits, sink, expansion)
-        return reader(request, origin, entity)
+        return reader(request, places)
 
     return read
 

@@ -12,7 +12,7 @@ from scenecc.source.paths import AssetScope, Resolved, resolve
 from scenecc.source.uris import Refusal
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from scenecc.diagnostics import Origin, Sink
     from scenecc.expand.expansion import Expansion
@@ -47,20 +47,21 @@ class _Robots:
         self._known: dict[Any, tuple[Description | None, Origin, Origin]] = {}
         self._budget: ReadBudget | None = None
 
-    def read(self, request: RobotRequest, origin: Origin, entity: Origin) -> tuple[AssetFile, Description] | None:
+    def read(self, request: RobotRequest, places: Mapping[str, Origin]) -> tuple[AssetFile, Description] | None:
         """A `RobotReader`."""
         if self._sink.full or (self._budget is not None and self._budget.left < 0):
             # Which was reported.
             return None
+        origin = places[request.format]
         file = self._found(request.uri, origin)
         srdf: Srdf = "sibling"
         pairing = origin
         if request.srdf is not None:
-            pairing = entity.child("srdf")
+            pairing = places["srdf"]
             srdf = None if request.srdf == "none" else self._found(request.srdf, pairing)
         folder = None
         if request.package_dir is not None:
-            folder = self._folder(request.package_dir, entity.child("package_dir"))
+            folder = self._folder(request.package_dir, places["package_dir"])
         if file is None or (srdf is None and request.srdf != "none"):
             return None
         if request.package_dir is not None and folder is None:

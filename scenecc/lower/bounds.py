@@ -88,11 +88,11 @@ class BoundedRobots:
         self._sizes: dict[int, tuple[Description, int]] = {}
         self.exhausted = False
 
-    def read(self, request: RobotRequest, origin: Origin, entity: Origin) -> tuple[AssetFile, Description] | None:
+    def read(self, request: RobotRequest, places: Mapping[str, Origin]) -> tuple[AssetFile, Description] | None:
         """A `RobotReader`."""
         if self.exhausted:
             return None
-        found = self._read(request, origin, entity)
+        found = self._read(request, places)
         if found is None:
             return None
         description = found[1]
@@ -104,7 +104,7 @@ class BoundedRobots:
         self.exhausted = True
         message = f"at least {self._held} objects are more than the limit of {self._most}"
         hint = "raise it with --limit objects=N or limits={'objects': N}"
-        self._sink.report("SC604", message, origin, hint=hint)
+        self._sink.report("SC604", message, places[request.format], hint=hint)
         return None
 
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from scenecc.lower.leaves import Leaves
     from scenecc.lower.pending import Pending
     from scenecc.plan import Value
+    from scenecc.values.nodes import Node
     from scenecc.values.reach import Reach
 
 _JUDGED_LATER = "each scene is judged as it is drawn"
@@ -44,7 +45,7 @@ class Doubt:
     certain: bool
 
 
-def is_by_index(node: Computed, drawing: Drawing) -> bool:
+def is_by_index(node: Node, drawing: Drawing) -> bool:
     """Whether the scene's index alone decides what an expression gives, and no seed."""
     return drawing.random.isdisjoint(read_by(node))
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Origin
     from scenecc.lower.leaves import Leaves
+    from scenecc.values.nodes import Node
 
 Found = TypeVar("Found")
 
@@ -123,7 +124,7 @@ _TEXT = Kind(convert=str, fallback="")
 
 def _every_name(node: Computed, origin: Origin, lookup: _Lookup[Any]) -> None:
     """Looks up every text that an expression can give."""
-    names = _outcomes(node, origin, lookup)
+    names = every_outcome(node, origin, lookup.leaves, _UNTOLD, "or write the names in a `choice`")
     if names is None:
         lookup.found.append(None)
         return
@@ -138,12 +139,22 @@ def _every_name(node: Computed, origin: Origin, lookup: _Lookup[Any]) -> None:
                 return
 
 
-def _outcomes(node: Computed, origin: Origin, lookup: _Lookup[Any]) -> Iterable[Any] | None:
-    """All that an expression can give, each once; None where that was reported."""
+_UNTOLD = "it cannot be told which names this expression gives"
+
+
+def every_outcome(node: Node, origin: Origin, leaves: Leaves, untold: str, instead: str) -> Iterable[Any] | None:
+    """All that a node can give, each once; None where that was reported.
+
+    Args:
+        node: an expression, or what draws.
+        origin: of it.
+        leaves: of its object.
+        untold: is said where that cannot be told.
+        instead: what can be written then.
+    """
     from scenecc.values.enumerating import MANY  # noqa: PLC0415 - loaded where something varies
     from scenecc.values.failure import DrawError  # noqa: PLC0415 - likewise
 
-    leaves = lookup.leaves
     try:
         every = leaves.drawing.reader().outcomes(node, leaves.scenes)
     except DrawError as error:
@@ -155,12 +166,8 @@ def _outcomes(node: Computed, origin: Origin, lookup: _Lookup[Any]) -> Iterable[
         return {(one.__class__, repr(one)): one for one in every}.values()
     bounded = leaves.support(node).alternatives
     if bounded is None:
-        message = "it cannot be told which names this expression gives"
-        hint = (
-            f"it may read draws by `choice`, `cycle` or `integers`, of at most {MANY} combinations in all; or write "
-            "the names in a `choice`"
-        )
-        leaves.sink.report("SC317", message, origin, hint=hint)
+        hint = f"it may read draws by `choice`, `cycle` or `integers`, of at most {MANY} combinations in all; {instead}"
+        leaves.sink.report("SC317", untold, origin, hint=hint)
     return bounded
 
 

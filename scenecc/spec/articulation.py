@@ -29,7 +29,7 @@ def _nothing() -> dict[str, Any]:
 class ArticulationKeys(EntityKeys, Copies):
     """Keys of any articulation."""
 
-    fix_root_link: Maybe[Fixed[bool]] = key("Whether the root stays where it is. true for a file, false for a `root`.")
+    fix_root_link: Maybe[Leaf[bool]] = key("Whether the root stays where it is. true for a file, false for a `root`.")
     qpos: Maybe[JointNumbers] = key(
         "Joint positions at the start [m or rad]: a list in SAPIEN's order, or by name. Left out: 0, or the nearest "
         "limit."
@@ -75,11 +75,11 @@ class Urdf(ArticulationKeys):
     """An articulation that a URDF describes."""
 
     urdf: Leaf[Text] = Field(description="The file.", examples=["robots/arm.urdf"])
-    srdf: Maybe[Fixed[Text]] = key(
+    srdf: Maybe[Leaf[Text]] = key(
         "The file with the pairs of links that ignore one another, or `none`. Left out: the one beside the URDF."
     )
-    package_dir: Maybe[Fixed[Text]] = key("The folder in which `package://` of the file looks.")
-    scale: Maybe[Fixed[Positive]] = key("Of all lengths.", default=1)
+    package_dir: Maybe[Leaf[Text]] = key("The folder in which `package://` of the file looks.")
+    scale: Maybe[Leaf[Positive]] = key("Of all lengths.", default=1)
     collision_is_visual: Maybe[Fixed[bool]] = key("Show what collides as well.", default=False)
     load_multiple_collisions: Maybe[Fixed[bool]] = key(
         "The connected parts of a mesh collide one by one, rather than its convex hull.", default=False

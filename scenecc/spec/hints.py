@@ -31,13 +31,9 @@ SETTINGS = "the scenes share one simulation: nothing under `physics` differs bet
 EACH_ITS_OWN = "declare an entity for each value, with `scene_idxs` of its own"
 OF_A_WHOLE_ROBOT = frozenset(
     (
-        "fix_root_link",
         "beyond_limits",
         "disable_self_collisions",
         "sapien_bits",
-        "srdf",
-        "package_dir",
-        "scale",
         "collision_is_visual",
         "load_multiple_collisions",
         "decomposition",

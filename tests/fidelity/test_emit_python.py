@@ -280,6 +280,17 @@ def test_so_do_trees_of_links(tmp_path: Path) -> None:
     assert_same(compile_scene(io.StringIO(TREE)), tmp_path)
 
 
+def test_so_do_robots_that_are_read_otherwise_in_each_scene(tmp_path: Path) -> None:
+    robot = {
+        "urdf": str(ROOT / "tests/scenes/good/articulations/arm.urdf"),
+        "scale": {"cycle": [1, 0.5]},
+        "fix_root_link": "${scene != 2}",
+        "qpos": {"elbow": 0.5},
+        "pose": [0, 0, 1],
+    }
+    assert_same(compile_scene({"scenecc": 1, "num_scenes": 4, "entities": {"arm": robot}}), tmp_path)
+
+
 SEEN_FIRST = """
 scenecc: 1
 num_scenes: 2

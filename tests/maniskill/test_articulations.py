@@ -149,6 +149,18 @@ def test_links_that_differ_are_one_merged_view_in_scene_order() -> None:
     assert view._scene_idxs.tolist() == [0, 1, 2]
 
 
+def test_a_robot_that_is_read_otherwise_in_each_scene_is_one_merged_view() -> None:
+    urdf = "pkg://mani_skill/assets/robots/panda/panda_v2.urdf"
+    arm = {"urdf": urdf, "scale": {"cycle": [1, 0.5]}, "fix_root_link": "${scene < 3}", "qpos": {"panda_joint4": -2}}
+    loaded = scenecc.load_scene({"scenecc": 1, "entities": {"arm": arm}}, scene=new_scene(4))
+    view = loaded.articulations["arm"]
+    assert view.merged
+    roots = [articulation.links[0].get_joint().type for articulation in view._objs]
+    assert roots == ["fixed", "fixed", "fixed", "undefined"]
+    heights = view.links_map["panda_link2"].pose.p[:, 2].tolist()
+    assert heights == pytest.approx([0.333, 0.1665, 0.333, 0.1665])
+
+
 def test_what_is_fastened_holds() -> None:
     weld = {"type": "weld", "parent": "door/panel", "child": "knob"}
     entities = {"door": DOOR, "knob": {"shapes": [{"type": "sphere", "radius": 0.02}], "pose": [0.7, 0, 1]}}

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
+from scenecc.lower.articulations.alternatives import read_alternatives
 from scenecc.lower.articulations.bits import report_colliding
 from scenecc.lower.articulations.effects import report_free, report_idle
 from scenecc.lower.articulations.joints import joint_of, with_said
@@ -17,10 +18,8 @@ from scenecc.lower.articulations.robot import Robots
 from scenecc.lower.articulations.said import Said
 from scenecc.lower.articulations.start import Starts
 from scenecc.lower.articulations.tree import Trees
-from scenecc.lower.forms import place_of
 from scenecc.lower.kinds import Kind, number, vector
 from scenecc.lower.placing.poses import IDENTITY_POSE
-from scenecc.lower.words import read_names
 from scenecc.plan.articulation import ArticulationStructure, Link, Mimic
 from scenecc.plan.bits import ID_BITS
 
@@ -28,7 +27,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.lower.articulations.draft import Draft, DraftJoint, Layer
+    from scenecc.lower.articulations.alternatives import Alternative
+    from scenecc.lower.articulations.draft import Draft, DraftJoint
     from scenecc.lower.articulations.reader import RobotReader
     from scenecc.lower.groups import Bits
     from scenecc.lower.leaves import Leaves
@@ -69,9 +69,13 @@ class Built:
 
 @dataclass(frozen=True, slots=True)
 class _Work:
-    """One articulation as written: the model, its node, its leaves, and the names of all its joints that move.
+    """One articulation as written.
 
-    `still` is the model, as it is of bodies that do not move: without what does nothing to them.
+    Attributes:
+        entity, origin, leaves: the model, its node, and its leaves.
+        still: the model, as it is of bodies that do not move: without what does nothing to them.
+        joints: the names of all its joints that move.
+        one_id: whether all that it is has one number among articulations whose links ignore one another.
     """
 
     entity: Any
@@ -82,6 +86,7 @@ class _Work:
     values: Said
     targets: Targets
     joints: frozenset[str]
+    one_id: bool
 
 
 class Articulations:
@@ -115,7 +120,8 @@ class Articulations:
         self._read = read
         self._sink = sink
         self._matching = Matching()
-        # By entity: robots and bodies of an MJCF have one in common, for its flag `contact` holds between them.
+        # By entity: robots and bodies of an MJCF have one in common, for its flag `contact` holds between them; and so
+        # have alternatives, of which each scene has one.
         self._shared: dict[int, int] = {}
         # The id 0 is what SAPIEN's loader gives to all.
         self._next_id = int(any(getattr(entity, "sapien_bits", None) for entity in entities.values()))
@@ -128,48 +134,56 @@ class Articulations:
         return built
 
     def _built(self, entity: Any, origin: Origin, leaves: Leaves) -> list[Built]:
+        found = read_alternatives(entity, origin, leaves)
+        if found is None:
+            return []
         if "root" in entity.model_fields_set:
             draft = self._trees.draft(entity.root, origin.child("root"), leaves)
-            work = self._work(entity, origin, leaves, [draft])
-            return [Built("", None, (self._structure(draft, work),))]
-        key = "urdf" if "urdf" in entity.model_fields_set else "mjcf"
+            work = self._work(entity, origin, leaves, [draft], one_id=True)
+            each = [replace(draft, fixed=one.values.get("fix_root_link")) for one in found.each]
+            return [Built("", None, tuple(self._structure(one, work) for one in each), found.pick)]
         self._meshes(entity, origin)
-
-        def find(uri: str, place: Origin) -> tuple[AssetFile, Description, Origin] | None:
-            """A file of robots."""
-            options = {name: getattr(entity, name, None) for name in ("srdf", "package_dir")}
-            request = RobotRequest(
-                "urdf" if key == "urdf" else "mjcf",
-                uri,
-                scale=getattr(entity, "scale", None) or 1.0,
-                collision_is_visual=bool(getattr(entity, "collision_is_visual", None)),
-                **options,
-            )
-            found = self._read(request, place, origin)
-            return None if found is None else (*found, place)
-
-        named = read_names(getattr(entity, key), place_of(origin.child(key)), leaves, find)
-        files = [one for one in named.found if one is not None]
-        if len(files) < len(named.found):
+        key = "urdf" if "urdf" in entity.model_fields_set else "mjcf"
+        files = [self._file(key, entity, one) for one in found.each]
+        drafts = [
+            [(robot, self._draft(robot, file[0], entity, one, key, leaves)) for robot in file[1].robots]
+            for file, one in zip(files, found.each, strict=True)
+            if file is not None
+        ]
+        if len(drafts) < len(files):
             return []
-        drafts = [[(robot, self._draft(robot, file, (entity, origin), place, leaves)) for robot in found.robots]
-                  for file, found, place in files]  # fmt: skip
-        work = self._work(entity, origin, leaves, [draft for robots in drafts for _, draft in robots])
-        if len(drafts) > 1:
-            return self._alternatives(drafts, named.value, work, origin.child(key))
+        every = [draft for robots in drafts for _, draft in robots]
+        work = self._work(entity, origin, leaves, every, one_id=key == "mjcf" or found.pick is not None)
+        if found.pick is not None:
+            return self._alternatives(drafts, found.pick, work, origin.child(key))
         self._free(drafts, entity)
         ((alone, *others),) = drafts
         if not others and alone[0].pose == IDENTITY_POSE:
             return [Built("", None, (self._one(*alone, work),))]
         return [Built(draft.links[0].name, robot.pose, (self._one(robot, draft, work),)) for robot, draft in drafts[0]]
 
+    def _file(
+        self, key: Literal["urdf", "mjcf"], entity: Any, one: Alternative
+    ) -> tuple[AssetFile, Description] | None:
+        """A file of robots; None where it was reported."""
+        values = one.values
+        request = RobotRequest(
+            key,
+            values[key],
+            srdf=values.get("srdf"),
+            package_dir=values.get("package_dir"),
+            scale=values.get("scale", 1.0),
+            collision_is_visual=bool(getattr(entity, "collision_is_visual", None)),
+        )
+        return self._read(request, one.places)
+
     def _alternatives(
         self, drafts: list[list[tuple[DescribedRobot, Draft]]], pick: Value, work: _Work, origin: Origin
     ) -> list[Built]:
-        """One structure a file."""
+        """One structure for each way in which a file is read."""
         kinds = {robots[0][0].body_type is None for robots in drafts}
         if len(kinds) > 1 or any(len(robots) > 1 or robots[0][0].pose != IDENTITY_POSE for robots in drafts):
-            message = "of several files each must hold one articulation, or each one body"
+            message = "where scenes differ, each file must hold one articulation, or each one body"
             hint = "several robots of one file are entities of their own"
             self._sink.report("SC327", message, origin, hint=hint)
             return []
@@ -181,15 +195,17 @@ class Articulations:
         if "urdf" in entity.model_fields_set and entity.fix_root_link is None:
             report_free([robots[0] for robots in drafts], self._sink)
 
-    def _draft(self, robot: DescribedRobot, file: AssetFile, whole: Layer, origin: Origin, leaves: Leaves) -> Draft:
-        index = self._tables.files.value(file)
+    def _draft(
+        self, robot: DescribedRobot, file: AssetFile, entity: Any, one: Alternative, key: str, leaves: Leaves
+    ) -> Draft:
+        index, origin = self._tables.files.value(file), one.places[key]
         self._tables.file_origins.setdefault(int(index.numbers()[0]), origin)
-        entity, place = whole
         draft = self._robots.draft(robot, entity, index, origin, leaves)
-        pairing = origin if getattr(entity, "srdf", None) is None else place.child("srdf")
-        return replace(draft, ignored=tuple(map(pairing.into, robot.ignored))) if robot.ignored else draft
+        pairing = one.places.get("srdf", origin)
+        fixed = one.values.get("fix_root_link", draft.fixed)
+        return replace(draft, fixed=fixed is None or fixed, ignored=tuple(map(pairing.into, robot.ignored)))
 
-    def _work(self, entity: Any, origin: Origin, leaves: Leaves, drafts: list[Draft]) -> _Work:
+    def _work(self, entity: Any, origin: Origin, leaves: Leaves, drafts: list[Draft], *, one_id: bool) -> _Work:
         maps = Maps(entity, origin, self._matching, self._sink)
         maps.check(drafts)
         joints = (link.joint for draft in drafts for link in draft.links)
@@ -197,7 +213,7 @@ class Articulations:
         targets = Targets(leaves, self._sink, beyond_limits=bool(entity.beyond_limits))
         # Once: what is said is known by the model that says it.
         still = entity.model_copy(update={"gravity": None})
-        return _Work(entity, still, origin, leaves, maps, Said(self._materials, leaves), targets, names)
+        return _Work(entity, still, origin, leaves, maps, Said(self._materials, leaves), targets, names, one_id)
 
     def _meshes(self, entity: Any, origin: Origin) -> None:
         """What is said of decompositions does something."""
@@ -233,7 +249,6 @@ class Articulations:
 
     def _structure(self, draft: Draft, work: _Work) -> ArticulationStructure:
         entity, origin, maps, values = work.entity, work.origin, work.maps, work.values
-        fixed = _fixed(entity, draft)
         joints: list[DraftJoint | None] = [
             link.joint and with_said(link.joint, maps.layers("joints", link.joint.name), values) for link in draft.links
         ]
@@ -259,11 +274,11 @@ class Articulations:
             report_colliding(draft, [link.body for link in links], bits, alike, self._sink)
         return ArticulationStructure(
             links=tuple(links),
-            fix_root_link=fixed,
+            fix_root_link=bool(draft.fixed),
             mimics=_mimics(joints),
             file=draft.file,
             origin=origin,
-            **self._of_the_whole(entity, origin, fixed=fixed, leaves=work.leaves),
+            **self._of_the_whole(entity, origin, fixed=bool(draft.fixed), leaves=work.leaves),
         )
 
     def _starts(
@@ -281,15 +296,13 @@ class Articulations:
         velocities = starts.velocities(numbers.of(entity.qvel, "qvel"))
         return dict(zip(order, zip(positions, velocities, strict=True), strict=True))
 
-    def _of_the_whole(self, entity: Any, origin: Origin, *, fixed: bool, leaves: Leaves) -> dict[str, Value | None]:
+    @staticmethod
+    def _of_the_whole(entity: Any, origin: Origin, *, fixed: bool, leaves: Leaves) -> dict[str, Value | None]:
         found = {key: leaves.given(getattr(entity, key), kind, origin, key) for key, kind in _SOLVER.items()}
         for key, kind in _VELOCITIES.items():
-            given = getattr(entity, key)
-            if given is not None and fixed:
-                message = f"`{key}` does nothing on a root that is fixed"
-                hint = f"leave `{key}` out, or set fix_root_link: false"
-                self._sink.report("SC115", message, origin.child(key), at="key", hint=hint)
-            found[key] = leaves.given(given, kind, origin, key, reset=True)
+            given = leaves.given(getattr(entity, key), kind, origin, key, reset=True)
+            # A root that is fixed in some scenes only has none in these.
+            found[key] = None if fixed else given
         return found
 
     def _id(self, work: _Work) -> int:
@@ -297,7 +310,7 @@ class Articulations:
         entity = work.entity
         if entity.sapien_bits:
             return 0
-        if "mjcf" in entity.model_fields_set and id(entity) in self._shared:
+        if work.one_id and id(entity) in self._shared:
             return self._shared[id(entity)]
         number = self._next_id
         self._next_id += 1
@@ -308,14 +321,6 @@ class Articulations:
         # Of those that are one too many the scene is not built.
         self._shared[id(entity)] = number if number <= ID_BITS else 0
         return self._shared[id(entity)]
-
-
-def _fixed(entity: Any, draft: Draft) -> bool:
-    if entity.fix_root_link is not None:
-        return entity.fix_root_link
-    if draft.fixed is not None:
-        return draft.fixed
-    return draft.file is not None
 
 
 def _mimics(joints: list[DraftJoint | None]) -> tuple[Mimic, ...]:

@@ -102,7 +102,7 @@ class Draft:
 
     Attributes:
         links: the root first, each after its parent.
-        fixed: whether its file fixes the root to the world; None: it does not say.
+        fixed: whether the root is fixed to the world; None: nothing says it, so that what stands for it is the default.
         file: (·,) index of its file; None: it is the scene's own.
         ignored: for each of the lowest bits of `ignore_bits`, where its file says that two links ignore one another;
             of others there is no such place.

@@ -30,8 +30,13 @@ _OF_MOVING = (
 )
 """What a body has not that stands still."""
 
+_OF_FREE = ("linear_velocity", "angular_velocity")
+_FIXED = "a root that is fixed"
 _BODY = "a body: its file has no joints"
-_HINTS = {"fix_root_link": "say `fix_root_link: false`; a constraint of `type: weld` fastens the body to the world"}
+_HINTS = {
+    (_BODY, "fix_root_link"): "say `fix_root_link: false`; a constraint of `type: weld` fastens the body to the world"
+}
+_OTHERWISE = {_FIXED: ", or set fix_root_link: false"}
 
 
 def report_idle(
@@ -51,7 +56,10 @@ def report_idle(
     untouched = not any(body.collisions for body in bodies)
     if untouched:
         _report(entity, _OF_COLLIDING, "an articulation without a colliding shape", origin, sink)
-    if any(isinstance(structure, ArticulationStructure) for structure in structures):
+    linked = [structure for structure in structures if isinstance(structure, ArticulationStructure)]
+    if linked and len(linked) == len(structures) and all(structure.fix_root_link for structure in linked):
+        _report(entity, _OF_FREE, _FIXED, origin, sink)
+    if linked:
         if entity.qpos is None and not any(
             getattr(drive, "target", None) is not None for drive in entity.drives.values()
         ):
@@ -80,5 +88,5 @@ def report_free(firsts: Iterable[tuple[DescribedRobot, Draft]], sink: Sink) -> N
 def _report(entity: Any, keys: Iterable[str], what: str, origin: Origin, sink: Sink) -> None:
     for key in keys:
         if getattr(entity, key) is not None:
-            hint = _HINTS.get(key, f"leave `{key}` out") if what is _BODY else f"leave `{key}` out"
+            hint = _HINTS.get((what, key)) or f"leave `{key}` out" + _OTHERWISE.get(what, "")
             sink.report("SC115", f"`{key}` does nothing on {what}", origin.child(key), at="key", hint=hint)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -33,6 +33,6 @@ class RobotRequest:
     collision_is_visual: bool = False
 
 
-RobotReader = Callable[[RobotRequest, "Origin", "Origin"], "tuple[AssetFile, Description] | None"]
-"""The file of a request and what it says; None where it was reported. Takes the node that names it, and the entity's.
-"""
+RobotReader = Callable[[RobotRequest, Mapping[str, "Origin"]], "tuple[AssetFile, Description] | None"]
+"""The file of a request and what it says; None where it was reported. Takes where the keys are written that are: the
+format's own, `srdf` and `package_dir`."""
