@@ -92,7 +92,8 @@ ROWS: tuple[Code, ...] = (
         "SC510",
         "error",
         "mass with nothing to scale",
-        "`mass` scales the mass and inertia that follow from the densities, and these are all 0.",
+        "`mass` scales the mass and inertia that follow from the densities, and these are all 0. A link without "
+        "colliding shapes and without an inertia has none either.",
         "scenecc: 1\nentities:\n  cube:\n    mass: 1\n    density: 0\n    shapes:\n" + _BOX,
         "Give a density, or `inertial` in place of `mass`.",
     ),

@@ -56,6 +56,8 @@ def report_idle(
     untouched = not any(body.collisions for body in bodies)
     if untouched:
         _report(entity, _OF_COLLIDING, "an articulation without a colliding shape", origin, sink)
+    if untouched and not any(body.visuals for body in bodies):
+        _report(entity, ("material",), "an articulation without a shape", origin, sink)
     linked = [structure for structure in structures if isinstance(structure, ArticulationStructure)]
     if linked and len(linked) == len(structures) and all(structure.fix_root_link for structure in linked):
         _report(entity, _OF_FREE, _FIXED, origin, sink)

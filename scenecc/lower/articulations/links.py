@@ -80,7 +80,7 @@ class Links:
         bits = self._bits(link, layers, own, ignored, values)
         if bits is not None and (collisions or (groups is not None and groups is link.own)):
             knobs["collision_groups"] = bits
-        mass, inertial = self._weight(link, layers, values)
+        mass, inertial = self._weight(link, layers, values, dense=bool(collisions))
         return BodyStructure(
             body_type="link",
             collisions=collisions,
@@ -110,8 +110,10 @@ class Links:
         bits = (bits[0], bits[1], third, own if third else bits[3])
         return None if layer is None and bits == DEFAULT_BITS else literal(bits, "int64")
 
-    def _weight(self, link: DraftLink, layers: Sequence[Layer], values: Said) -> tuple[Value | None, Inertial | None]:
-        """The mass that scales, and the mass properties that are given."""
+    def _weight(
+        self, link: DraftLink, layers: Sequence[Layer], values: Said, *, dense: bool
+    ) -> tuple[Value | None, Inertial | None]:
+        """The mass that scales, and the mass properties that are given. `dense`: whether shapes give it any."""
         nearest = said(layers, "mass", "inertial")
         if nearest is None:
             return None, link.inertial
@@ -124,6 +126,12 @@ class Links:
                 self._is_real(given, link, nearest)
             return None, given
         mass = values.of(nearest, "mass", _MASS)
+        if not dense and link.inertial is None:
+            message = (
+                f"`{cut(link.name)}` has no colliding shape and no inertia, so there is nothing that `mass` could scale"
+            )
+            hint = "give it `shapes` or `collisions`, or `inertial` in place of `mass`"
+            self._sink.report("SC510", message, nearest[1].child("mass"), hint=hint)
         return (mass, None) if link.inertial is None else (None, _scaled(link.inertial, mass, values))
 
     @staticmethod

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 _JOINT_NUMBERS = ("friction", "damping", "armature")
 _ONLY_MOVING = (*_JOINT_NUMBERS, "axis", "pose_in_child", "limits", "limits_deg", "mimic")
+_OF_COLLIDING = ("density", "patch_radius", "min_patch_radius")
 _DIRECTION = vector(3, "")
 _NO_LIMITS = (-math.inf, math.inf)
 
@@ -68,11 +69,21 @@ class Trees:
             self._sink.report("SC102", f"the link `{link.name}` lacks the key `joint`", origin, at="key")
         elif link.joint is not None:
             joint = self._joint(link.joint, origin.child("joint"), leaves)
+        self._idle(link, origin)
 
         def shaping(touch: Touch) -> tuple[tuple[CollisionShape, ...], tuple[VisualShape, ...]]:
             return self._shaped(link, touch, origin, leaves)
 
         return DraftLink(link.name, origin, shaping, parent, joint, own=(link, origin))
+
+    def _idle(self, link: TreeLink, origin: Origin) -> None:
+        """What a link says for shapes that it has not."""
+        if link.shapes or link.collisions:
+            return
+        for key in _OF_COLLIDING if link.visuals else (*_OF_COLLIDING, "material"):
+            if getattr(link, key) is not None:
+                shape = "shape" if key == "material" else "colliding shape"
+                self._nothing(key, f"a link without a {shape}", origin)
 
     def _shaped(
         self, link: TreeLink, touch: Touch, origin: Origin, leaves: Leaves
