@@ -42,6 +42,7 @@ class Target(str, Enum):
     json = "json"
     glb = "glb"
     mjcf = "mjcf"
+    urdf = "urdf"
     usd = "usd"
 
 
@@ -88,7 +89,8 @@ def emit(
 
     python is a script of plain SAPIEN calls that needs no scenecc; json is the scene's plan. Both hold all scenes.
 
-    mjcf is one scene for MuJoCo; its meshes lie in the folder FILE.assets.
+    mjcf is one scene for MuJoCo, urdf are its articulations, one in FILE.urdf or each in a file in the folder FILE.
+    Meshes lie in the folder FILE.assets.
 
     glb is what is seen of one scene, or of all side by side, in a file that viewers show; usd has bodies, joints and
     what is seen, as text (.usda) or binary (.usdc). What a target cannot hold is told as warnings.
@@ -98,6 +100,7 @@ def emit(
       scenecc emit scenes/tabletop.yaml --to python
       scenecc emit scenes/tabletop.yaml --to json -o tabletop.plan.json
       scenecc emit scenes/tabletop.yaml --to mjcf -o tabletop.xml
+      scenecc emit scenes/robot_arm.yaml --to urdf --entity arm -o arm.urdf
       scenecc emit scenes/variation.yaml --to glb --grid -o variation.glb
       scenecc emit scenes/robot_arm.yaml --to usd -o arm.usda
     """
@@ -127,8 +130,8 @@ def _check(target: Target, output: str, asked: Mapping[str, Any]) -> bool:
     """Whether the output is a folder. Raises typer.BadParameter for options that the target does not take."""
     from scenecc import exporting
 
-    given = [word for word, value in asked.items() if value not in (None, False)]
-    several = target.value == "urdf" and "entity" not in given
+    given = [word for word, value in asked.items() if value is not None and value is not False]
+    several = target is Target.urdf and "entity" not in given
     folder = several and output != STDOUT and Path(output).suffix not in _FILES_OF_ROBOTS
     try:
         exporting.check_choice(target.value, given)

@@ -44,6 +44,7 @@ class Export:
 EXPORTS: dict[str, Export] = {
     "glb": Export("scenecc.emit.glb.write", ".glb", frozenset({"show", "grid"})),
     "mjcf": Export("scenecc.emit.mjcf.write", ".xml"),
+    "urdf": Export("scenecc.emit.urdf.write", ".urdf", frozenset({"entity", "folder"})),
     "usd": Export("scenecc.emit.usd.write", ".usda", frozenset({"show", "binary"})),
 }
 """Target to what writes it."""

@@ -76,11 +76,11 @@ ROWS: tuple[Code, ...] = (
     Code(
         code="SC908",
         severity="error",
-        title="--scenes selects scenes that are not there",
+        title="--scenes or --scene selects scenes that are not there",
         cause=(
-            "`scenecc build --scenes` takes what `scene_idxs` takes in a file: indices and slices, with commas between "
-            "them. This one is no slice, selects a scene twice or none, or goes beyond the number of scenes. So does "
-            "the one index that `--scene` takes."
+            "`build --scenes` and `render --scene` take what `scene_idxs` takes in a file: indices and slices, with "
+            "commas between them; `--scene` of other commands takes one index. This one is none of these, selects a "
+            "scene twice or none, or goes beyond the number of scenes."
         ),
         example="$ scenecc build scene.yaml --num-scenes 4 --scenes 2:9",
         cure="Select scenes from 0 to one less than their number: `--scenes 2:4`, `--scenes 0,3` or `--scenes ::2`.",
@@ -100,5 +100,49 @@ ROWS: tuple[Code, ...] = (
         cause="`--entity` names an entity of the scene, or several by a pattern, and nothing has such a name.",
         example="$ scenecc inspect scenes/tabletop.yaml --entity cub",
         cure="Name an entity as `scenecc inspect` lists it, or write a pattern: `--entity 'leg_*'`.",
+    ),
+    Code(
+        code="SC911",
+        severity="error",
+        title="no such camera, or not in this scene",
+        cause=(
+            "`scenecc render --camera` was given a name that no camera of the file has, or that of a camera which is not "
+            "in a scene that `--scene` selects."
+        ),
+        example="$ scenecc render scene.yaml --camera eye -o eye.png",
+        cure="Name a camera of the file, or leave --camera out: the picture is then of a camera that frames the scene.",
+    ),
+    Code(
+        code="SC912",
+        severity="error",
+        title="a picture that is too large",
+        cause=(
+            "Pictures, and sheets of them, have at most 2²⁶ pixels, and the frames of a film 2²³: the renderer takes "
+            "some 300 bytes for each pixel of a film."
+        ),
+        example="$ scenecc render scene.yaml --num-scenes 4096 --grid -o sheet.png",
+        cure="Select fewer scenes (`--scene 0:64`), or take smaller pictures (`--size 160x120`).",
+    ),
+    Code(
+        code="SC913",
+        severity="error",
+        title="a picture that the camera does not take",
+        cause="SAPIEN's shader packs `minimal` and `trivial` have no picture of normals.",
+        example=(
+            "$ echo 'cameras: {eye: {shader: minimal}}' >> scene.yaml && "
+            "scenecc render scene.yaml --camera eye --what normal -o normal.png"
+        ),
+        cure="Give the camera another `shader`, or leave --camera out.",
+    ),
+    Code(
+        code="SC915",
+        severity="error",
+        title="nothing that can be written as a URDF, or too much for one",
+        cause=(
+            "A URDF is one robot. `--entity` names none that is in the scene, the scene has no articulation, or it has "
+            "several and -o names one file."
+        ),
+        example="$ scenecc emit scenes/tabletop.yaml --to urdf -o table.urdf    # which has no articulation",
+        cure="Name an entity with --entity (a body becomes a robot of one link), or a folder after -o.",
     ),
 )

@@ -1,0 +1,1 @@
+"""Articulations, or single bodies, as URDF."""

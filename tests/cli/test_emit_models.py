@@ -1,0 +1,73 @@
+"""`scenecc emit --to mjcf` and `--to urdf`, as processes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from cli.running import CUBE
+
+TETRA = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+SCENES = Path(__file__).parents[2] / "scenes"
+
+
+def test_a_model_is_written_with_its_meshes_beside(run, tmp_path: Path) -> None:
+    (tmp_path / "part.obj").write_text(TETRA)
+    shape = "{type: convex_mesh, file: part.obj}"
+    (tmp_path / "scene.yaml").write_text(CUBE.replace("{type: box, half_size: [0.1, 0.2, 0.3]}", shape))
+    done = run("emit", "scene.yaml", "--to", "mjcf", "-o", "model.xml")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    text = (tmp_path / "model.xml").read_text()
+    meshes = sorted(path.name for path in (tmp_path / "model.assets").iterdir())
+    assert len(meshes) == 2  # what collides, and what is seen
+    assert all(f'file="{name}"' in text for name in meshes)
+    again = run("emit", "scene.yaml", "--to", "mjcf", "-o", "model.xml")
+    assert again.returncode == 0
+    assert sorted(path.name for path in (tmp_path / "model.assets").iterdir()) == meshes
+
+
+def test_standard_output_takes_one_file(run, cube: Path, tmp_path: Path) -> None:
+    done = run("emit", cube, "--to", "mjcf")
+    assert done.returncode == 0
+    assert done.stdout.startswith("<?xml")
+    (tmp_path / "part.obj").write_text(TETRA)
+    shape = "{type: convex_mesh, file: part.obj}"
+    (tmp_path / "scene.yaml").write_text(CUBE.replace("{type: box, half_size: [0.1, 0.2, 0.3]}", shape))
+    done = run("emit", "scene.yaml", "--to", "mjcf")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "SC904" in done.stderr
+    assert "standard output takes one file, and there are 3" in done.stderr
+
+
+def test_a_scene_that_is_not_there_is_wrong_usage(run, cube: Path) -> None:
+    done = run("emit", cube, "--to", "mjcf", "--scene", "7", "-o", "model.xml")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "SC908" in done.stderr
+
+
+def test_options_of_other_targets_are_wrong_usage(run, cube: Path) -> None:
+    for options, words in (
+        (("--to", "python", "--scene", "0"), "python takes no `scene`"),
+        (("--to", "mjcf", "--grid"), "mjcf takes no `grid`, which is for glb"),
+        (("--to", "mjcf", "--entity", "cube"), "mjcf takes no `entity`, which is for urdf"),
+        (("--to", "urdf", "--show", "collision"), "urdf takes no `show`"),
+    ):
+        done = run("emit", cube, *options)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert words in " ".join(done.stderr.split()), done.stderr
+
+
+def test_robots_go_to_a_file_or_to_a_folder(run, tmp_path: Path) -> None:
+    arms = SCENES / "robot_arm.yaml"
+    done = run("emit", arms, "--to", "urdf", "--entity", "arm", "-o", "arm.urdf")
+    assert done.returncode == 0
+    assert "warning SC740" in done.stderr
+    assert (tmp_path / "arm.urdf").read_text().startswith("<?xml")
+    assert run("emit", arms, "--to", "urdf", "-o", "robots").returncode == 0
+    assert sorted(path.name for path in (tmp_path / "robots").iterdir()) == ["arm.urdf", "tumbling.urdf"]
+    again = run("emit", arms, "--to", "urdf", "-o", "robots")
+    assert again.returncode == 2
+    assert "the folder `robots` is not empty" in again.stderr
+    several = run("emit", arms, "--to", "urdf", "-o", "both.urdf")
+    assert several.returncode == 2
+    assert "SC915" in several.stderr
+    assert not (tmp_path / "both.urdf").exists()
