@@ -126,11 +126,11 @@ def _look(visual: Any, path: Path, images: Images) -> Look:
         suffix = path.suffix.lower()
         plain, metallic = _PLAIN.get(suffix, _WHITE), _METALLIC.get(suffix, 0.0)
         return Look(base_color=plain, specular=_SPECULAR, metallic=metallic)
-    return _of_glossy(material, path.parent, images) if hasattr(material, "glossiness") else _of_pbr(material)
+    return _of_glossy(material, path, images) if hasattr(material, "glossiness") else _of_pbr(material, path)
 
 
-def _of_pbr(material: Any) -> Look:
-    name = str(material.name or "")
+def _of_pbr(material: Any, path: Path) -> Look:
+    name = path.stem
     shared = material.metallicRoughnessTexture
     color, glow = material.baseColorFactor, material.emissiveFactor
     image = image_of(material.baseColorTexture, name, srgb=True)
@@ -148,7 +148,7 @@ def _of_pbr(material: Any) -> Look:
     )
 
 
-def _of_glossy(material: Any, folder: Path, images: Images) -> Look:
+def _of_glossy(material: Any, path: Path, images: Images) -> Look:
     """A material of an OBJ, whose roughness SAPIEN's reader makes of `Ns` and `Ks`.
 
     Raises:
@@ -164,8 +164,8 @@ def _of_glossy(material: Any, folder: Path, images: Images) -> Look:
         emission=_rgb(given.get("ke", (0.0, 0.0, 0.0))),
         specular=_SPECULAR,
         roughness=1 - shine * bright,
-        base_color_image=image_of(material.image, str(material.name), srgb=True),
-        **_maps(given, folder, images),
+        base_color_image=image_of(material.image, path.stem, srgb=True),
+        **_maps(given, path.parent, images),
     )
 
 

@@ -194,7 +194,8 @@ def test_what_is_not_seen_is_not_drawn_and_what_is_faint_is_faint() -> None:
         {"scenecc": 1, "entities": {"gone": {**faint, "visibility": 0}, "mist": {**faint, "visibility": 0.25}}}
     )
     tree = header(data)
-    assert {node["name"] for node in tree["nodes"]} == {"out", "gone", "mist", "mist/sphere"}
+    names = {node["name"] for node in tree["nodes"]} - {"world"}  # of older versions of trimesh
+    assert names == {"out", "gone", "mist", "mist/sphere"}
     assert tree["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"][3] == 0.25
     assert tree["materials"][0]["alphaMode"] == "BLEND"
 
@@ -221,7 +222,7 @@ def test_shapes_that_are_the_same_are_written_once() -> None:
     entities["large"] = {"body_type": "static", "shapes": [{"type": "box", "half_size": [1, 1, 1]}], "pose": [0, 5, 0]}
     tree = header(emitted({"scenecc": 1, "entities": entities})[0])
     assert len(tree["meshes"]) == 1
-    assert len(tree["nodes"]) == 1 + 2 * 21
+    assert len([node for node in tree["nodes"] if node["name"] != "world"]) == 1 + 2 * 21
 
 
 def test_a_robot_is_a_tree_of_links_where_the_engine_has_them() -> None:
