@@ -18,6 +18,9 @@ ShaderName = Literal["default", "minimal", "trivial", "rt", "shadow_catcher"]
 RAY_TRACED: Final = frozenset(("rt", "shadow_catcher"))
 """Those that trace rays, which not every device can."""
 
+WITHOUT_NORMALS: Final = frozenset(("minimal", "trivial"))
+"""Those that have no picture of normals."""
+
 
 @frozen
 class Perspective:

@@ -122,6 +122,25 @@ class SceneBatch:
         self._check_open()
         return {} if self._dress is None else self._dress.cameras
 
+    def framed(self, width: int = 640, height: int = 480) -> CameraBatch:
+        """A new camera that frames each scene as it stands when the first picture of it is taken, and then stays there.
+
+        Sizes are in pixels. Raises ValueError if no renderer makes pictures of this size, RuntimeError once closed.
+        """
+        self._check_open()
+        assert self._dress is not None
+        return self._dress.framed(width, height)
+
+    def show_collision(self) -> None:
+        """Draws bodies as they collide in place of how they look, from now on, in colours by type of body.
+
+        Dynamic ones are blue, kinematic ones orange, static ones grey and links green. Meshes are drawn as the engine
+        has cooked them. Raises RuntimeError if the batch was built without rendering, or is closed.
+        """
+        self._check_open()
+        assert self._dress is not None
+        self._dress.show_collision()
+
     @property
     def constraints(self) -> dict[str, ConstraintBatch]:
         """Constraints by name, in build order. Raises RuntimeError once closed."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 from scenecc.backends.sapien.audit.defaults import present_defaults
 from scenecc.backends.sapien.audit.report import audit as audit_batch
@@ -24,6 +24,12 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.turn import AnyTurn
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
+
+DRIVERS: Final = (
+    "with a GPU, install its Vulkan driver (in a container of NVIDIA's, ask for the capability `graphics`);\n"
+    "without one, Mesa's lavapipe, 24.3 or later, renders on the CPU: `apt-get install mesa-vulkan-drivers libvulkan1`"
+)
+"""How to get a render device, in two lines."""
 
 
 def run(
@@ -92,5 +98,5 @@ def _rendered(*, render: bool | None) -> bool:
     raise EngineFailure(
         "SC803",
         f"visuals were asked for, and there is no render device: {problem}",
-        hint="install a Vulkan driver (Mesa's lavapipe, from 24.3 on, renders on the CPU), or build without rendering",
+        hint=DRIVERS,
     )

@@ -97,6 +97,8 @@ class CameraBatch(HeldBatch):
                 - "segmentation": (B, H, W, 1) int32, ids of entities; `names` says whose. 0: nothing.
                 - "position": (B, H, W, 3) float32 [m] in the frame of SAPIEN's pictures: x right, y up, z backwards;
                   `objs[i].get_model_matrix()` takes it to the world. 0 where there is nothing.
+                - "normal": (B, H, W, 3) float32, where surfaces face, of length 1, in the frame of "position"; 0 where
+                  there is nothing. Only if asked for: not every shader pack has it.
             scene_idxs: which of its scenes, in this order; all by default.
             human: show what the plan hides from sensors.
 
@@ -107,12 +109,28 @@ class CameraBatch(HeldBatch):
             ValueError: there is no such picture.
             KeyError: the camera is in no such scene of this batch.
             RuntimeError: the batch was built without rendering, it is closed, or what the camera is mounted on is
-                taken out of its scene.
+                taken out of its scene, or it was itself.
         """
         wanted = [what] if isinstance(what, str) else list(what)
         rows = self._rows(scene_idxs)
         found = [self._shot(row, wanted, human=human) for row in rows]
         return {name: np.stack([shot[i] for shot in found]) for i, name in enumerate(wanted)}
+
+    def retire(self, scene_idx: int) -> None:
+        """Takes it out of a scene for good, with the memory that its pictures take: some 300 bytes a pixel.
+
+        One of `SceneBatch.framed` comes back with the next picture of the scene, and frames it anew; another takes
+        no more pictures of it.
+
+        Raises:
+            KeyError: the camera is in no such scene of this batch.
+            RuntimeError: the batch was built without rendering, or is closed.
+        """
+        (row,) = self._rows([scene_idx])
+        component = self.objs[row]
+        if component is not None:
+            component.get_entity().remove_component(component)
+            self.objs[row] = None
 
     def names(self, scene_idx: int) -> dict[int, str]:
         """What the ids of a segmentation stand for in a scene: names of entities, and ENTITY/LINK of links.
@@ -138,6 +156,8 @@ class CameraBatch(HeldBatch):
         if self._aim is not None:
             self._aim(row)
         camera = self.objs[row]
+        if camera is None:
+            raise RuntimeError(f"'{self._name}' was taken out of scene {self._scene_idxs[row]}")
         scene = camera.get_entity().get_scene()
         if scene is None:
             raise RuntimeError(f"what '{self._name}' is mounted on is not in scene {self._scene_idxs[row]} now")

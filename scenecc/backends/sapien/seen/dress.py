@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.backends.sapien.resources import Resources
-from scenecc.backends.sapien.seen.batches import CameraBatch, HeldBatch, LightBatch, render_bodies
+from scenecc.backends.sapien.seen.batches import NOT_RENDERED, CameraBatch, HeldBatch, LightBatch, render_bodies
 from scenecc.backends.sapien.seen.cameras import build_camera, new_camera
-from scenecc.backends.sapien.seen.framing import default_camera, framing
+from scenecc.backends.sapien.seen.collision import CollisionShown
+from scenecc.backends.sapien.seen.framing import HEIGHT, NAME, WIDTH, default_camera, framing
 from scenecc.backends.sapien.seen.hold import hold, pose_of
 from scenecc.backends.sapien.seen.lights import build_environment, build_light, has_light
 from scenecc.plan import literal
+from scenecc.plan.fields import PIXELS
 from scenecc.plan.rig import AMBIENT, DIRECTIONS, is_unlit
 from scenecc.values.columns import joined
 from scenecc.values.failure import DrawError
@@ -58,8 +60,9 @@ class Dress:
             camera.name: self._camera(camera, build_camera(camera, standing) if rendered else None)
             for camera in plan.cameras
         }
+        self._framed: list[CameraBatch] = []
         if not plan.cameras:
-            self._add_default(rendered=rendered)
+            self.cameras[NAME] = self.framed()
 
     def _present(self, held: Light | Camera) -> tuple[int, ...]:
         assert self._standing is not None
@@ -87,30 +90,56 @@ class Dress:
     def _camera(self, camera: Camera, objs: list[Any] | None) -> CameraBatch:
         return CameraBatch(camera.name, self._present(camera), objs, self._hidden, self._names, self._light_up)
 
-    def _add_default(self, *, rendered: bool) -> None:
-        """A camera that frames the whole scene. It comes into a scene with its first picture: it takes memory."""
-        camera = default_camera(self._plan.num_scenes)
-        components: list[Any] | None = None
-        if rendered:
-            components = [None] * len(self._present(camera))
-        found = CameraBatch(
-            camera.name, self._present(camera), components, self._hidden, self._names, self._light_up, self._framed
-        )
-        self.cameras[camera.name] = found
+    def framed(self, width: int = WIDTH, height: int = HEIGHT) -> CameraBatch:
+        """A camera that frames each scene as it stands when the first picture of it is taken.
 
-    def _framed(self, number: int) -> None:
+        It comes into a scene with this picture: it takes memory.
+
+        Raises:
+            ValueError: no renderer makes pictures of this size [px].
+        """
+        for size in (width, height):
+            if not PIXELS.allow(size):
+                raise ValueError(f"a picture has {PIXELS.low} to {PIXELS.high} pixels a side, not {size}")
+        camera = default_camera(self._plan.num_scenes, width, height)
+        present = self._present(camera)
+        found = CameraBatch(
+            camera.name,
+            present,
+            [None] * len(present) if self._rendered else None,
+            self._hidden,
+            self._names,
+            self._light_up,
+            lambda number: self._frame(camera, found, number),
+        )
+        self._framed.append(found)
+        return found
+
+    def _frame(self, camera: Camera, batch: CameraBatch, number: int) -> None:
         assert self._standing is not None
-        (batch,) = self.cameras.values()
         if batch.objs[number] is not None:
             return
         scene = self._standing.scenes[number]
         scene.update_render()
-        pose, near, far = framing(scene)
-        camera = default_camera(self._plan.num_scenes)
+        pose, near, far = framing(scene, camera.width, camera.height)
         camera = replace(camera, pose=literal(tuple(pose.tolist())), near=literal(near), far=literal(far))
         component = new_camera(camera, 0)
         hold(component, camera, 0, self._standing, number)
         batch.objs[number] = component
+
+    def show_collision(self) -> None:
+        """Draws bodies as they collide in place of how they look, from now on.
+
+        Raises:
+            RuntimeError: the batch was built without rendering.
+        """
+        assert self._standing is not None
+        if not self._rendered:
+            raise RuntimeError(NOT_RENDERED.format(what="what is seen"))
+        shown = CollisionShown()
+        for index in self._standing.scene_idxs:
+            for _, entity in self._standing.entities(index):
+                shown.show(entity)
 
     def _hidden(self, index: int) -> list[Any]:
         if not self._seen_by_people or self._standing is None:
@@ -153,9 +182,9 @@ class Dress:
 
     def close(self) -> None:
         """Lets go of everything."""
-        for each in (*self.lights.values(), *self.cameras.values()):
+        for each in (*self.lights.values(), *self.cameras.values(), *self._framed):
             each._close()  # noqa: SLF001  # pyright: ignore[reportPrivateUsage]
-        self.lights, self.cameras, self._standing = {}, {}, None
+        self.lights, self.cameras, self._framed, self._standing = {}, {}, [], None
 
 
 def moves_of(held: Light | Camera, found: HeldBatch, batch: Batch) -> Moves:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import radians, sin
+from math import atan, radians, sin, tan
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -26,29 +26,30 @@ FLAT: Final = 1e-4
 """What is thinner than this [m] is ground, or paint."""
 
 
-def default_camera(num_scenes: int) -> Camera:
-    """The camera, at no place yet."""
+def default_camera(num_scenes: int, width: int = WIDTH, height: int = HEIGHT) -> Camera:
+    """The camera, at no place yet. `width`, `height`: of its pictures [px]."""
     return Camera(
         name=NAME,
         scene_idxs=tuple(range(num_scenes)),
         pose=literal((0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)),
-        width=WIDTH,
-        height=HEIGHT,
+        width=width,
+        height=height,
         lens=Perspective(fovy=literal(FOVY)),
         near=literal(0.01),
         far=literal(100.0),
     )
 
 
-def framing(scene: Any) -> tuple[NDArray[np.float64], float, float]:
+def framing(scene: Any, width: int = WIDTH, height: int = HEIGHT) -> tuple[NDArray[np.float64], float, float]:
     """The pose (7,) of a camera that sees all of a scene, with its near and far planes [m].
 
-    The sphere around the boxes of all that is seen fills the picture. What is flat, as the ground is, counts only where
-    there is nothing else.
+    The sphere around the boxes of all that is seen fills the picture in width or height, whichever is less. What is
+    flat, as the ground is, counts only where there is nothing else.
     """
     low, high = _bounds(scene.render_system.render_bodies)
     middle, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 0.05)
-    distance = SPARE * radius / sin(FOVY / 2)
+    half = FOVY / 2 if width >= height else atan(tan(FOVY / 2) * width / height)
+    distance = SPARE * radius / sin(half)
     back = np.array(TOWARDS) / np.linalg.norm(TOWARDS)
     q, _ = rotations.looking(-back[None])
     pose = np.concatenate([middle + distance * back, q[0]])

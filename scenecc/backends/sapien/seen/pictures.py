@@ -48,13 +48,26 @@ def segmentation(camera: Any) -> NDArray[Any]:
     return camera.get_picture("Segmentation")[..., 1:2].astype(np.int32)
 
 
+def normal(camera: Any) -> NDArray[Any]:
+    """(H, W, 3) float32, where surfaces face, of length 1, in the frame of `position`; 0 where there is nothing.
+
+    Raises:
+        ValueError: the camera's shader pack has no such picture.
+    """
+    if "Normal" not in (names := camera.get_picture_names()):
+        raise ValueError(f"no picture 'normal' with this shader; there are {', '.join((*PICTURES, *sorted(names)))}")
+    return np.where(segmentation(camera) == 0, np.float32(0), camera.get_picture("Normal")[..., :3])
+
+
 PICTURES: Final[dict[str, Callable[[Any], NDArray[Any]]]] = {
     "color": color,
     "depth": depth,
     "segmentation": segmentation,
     "position": position,
 }
-"""What may be asked for, beside SAPIEN's own names of pictures."""
+"""What every camera takes, beside SAPIEN's own names of pictures."""
+
+_READERS: Final[dict[str, Callable[[Any], NDArray[Any]]]] = {**PICTURES, "normal": normal}
 
 
 def picture(camera: Any, what: str) -> NDArray[Any]:
@@ -63,7 +76,7 @@ def picture(camera: Any, what: str) -> NDArray[Any]:
     Raises:
         ValueError: there is none of the name.
     """
-    read = PICTURES.get(what)
+    read = _READERS.get(what)
     if read is not None:
         return read(camera)
     names = camera.get_picture_names()
