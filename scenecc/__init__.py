@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         compile_scene,
         emit_scene,
         load_scene,
+        render_scene,
         validate,
     )
     from scenecc.questions import json_schema
@@ -43,6 +44,7 @@ __all__ = [
     "emit_scene",
     "json_schema",
     "load_scene",
+    "render_scene",
     "validate",
 ]
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from scenecc.building import Build, build_scene, inspect_scene
     from scenecc.plan import ScenePlan
     from scenecc.questions import emit_scene
+    from scenecc.rendering import LegendRow, Picture, Rendering, render_scene
     from scenecc.summary import Item, SummaryRow
 
 __all__ = [
@@ -38,6 +39,9 @@ __all__ = [
     "EntityBatch",
     "EntityState",
     "Item",
+    "LegendRow",
+    "Picture",
+    "Rendering",
     "SceneBatch",
     "SceneError",
     "ScenePlan",
@@ -49,6 +53,7 @@ __all__ = [
     "inspect_scene",
     "load_scene",
     "plan_text",
+    "render_scene",
     "validate",
 ]
 
@@ -287,6 +292,7 @@ _BATCHES = ("ArticulationBatch", "ArticulationState", "EntityBatch", "EntityStat
 
 _IN = {
     **dict.fromkeys(("Build", "build_scene", "inspect_scene"), "building"),
+    **dict.fromkeys(("LegendRow", "Picture", "Rendering", "render_scene"), "rendering"),
     "emit_scene": "questions",
     **dict.fromkeys(_BATCHES, "backends.sapien"),
     "ScenePlan": "plan",

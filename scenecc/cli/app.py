@@ -20,6 +20,7 @@ from scenecc.cli.inspect import inspect
 from scenecc.cli.output import print_err
 from scenecc.cli.params import params
 from scenecc.cli.prefabs import prefabs
+from scenecc.cli.render import render
 from scenecc.cli.report import Status
 from scenecc.cli.schema import schema
 from scenecc.cli.validate import validate
@@ -28,6 +29,7 @@ COMMANDS: Final[tuple[Callable[..., Any], ...]] = (
     build,
     validate,
     inspect,
+    render,
     emit,
     diff,
     params,

@@ -108,13 +108,13 @@ def indices(values: Iterable[Any], name: str) -> list[int]:
     return [integer(each, f"an index in {name}", 0) for each in values]
 
 
-def select_scenes(scenes: str, num_scenes: int, sink: Sink) -> tuple[int, ...] | None:
-    """The scenes that a command line selects, in the notation of a file; None where that was reported."""
+def select_scenes(scenes: str, num_scenes: int, sink: Sink, option: str = "--scenes") -> tuple[int, ...] | None:
+    """The scenes that an option selects, in the notation of a file; None where that was reported."""
     from scenecc.spec.selection import select
 
     found = Sink()
     items = [int(item) if _INDEX.fullmatch(item) else item for item in scenes.split(",")]
     chosen = select(items, num_scenes, Origin(None), found)
     for diagnostic in found.diagnostics():
-        sink.report("SC908", diagnostic.message, Location("--scenes"), hint=diagnostic.hint)
+        sink.report("SC908", diagnostic.message, Location(option), hint=diagnostic.hint)
     return chosen

@@ -49,6 +49,7 @@ def blocks() -> list[Block]:
 
 SHELL = [block for block in blocks() if block.language in SHELLS]
 RUN = [block for block in SHELL if not block.mark]
+RENDERED = [block for block in SHELL if block.mark.startswith("render: ")]
 SCENES = [block for block in blocks() if block.language == "yaml" and block.text.startswith("scenecc: 1\n")]
 README = [block for block in blocks() if block.page.name == "README.md"]
 
@@ -59,7 +60,9 @@ def commands(block: Block) -> str:
     return "\n".join(line[2:] for line in lines if line.startswith("$ ")) if "$ " in block.text else block.text
 
 
-def shell(script: str, cwd: Path, environment: dict[str, str]) -> subprocess.CompletedProcess[str]:
+def shell(
+    script: str, cwd: Path, environment: dict[str, str], timeout: float = 100
+) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         ["bash", "-euo", "pipefail", "-c", script],
         cwd=cwd,
@@ -67,7 +70,7 @@ def shell(script: str, cwd: Path, environment: dict[str, str]) -> subprocess.Com
         capture_output=True,
         text=True,
         check=False,
-        timeout=100,
+        timeout=timeout,
     )
 
 
@@ -78,7 +81,7 @@ def test_every_block_says_what_it_is() -> None:
 @pytest.mark.parametrize("block", SHELL, ids=str)
 def test_a_command_is_run_or_says_why_not(block: Block) -> None:
     kind, _, detail = block.mark.partition(": ")
-    assert kind in {"", "command", "not run"}
+    assert kind in {"", "command", "not run", "render"}
     if kind == "command":
         assert f".ci/readme-command {detail}" in (ROOT / ".ci/run").read_text()
     if kind == "not run":
@@ -90,6 +93,16 @@ def test_the_commands_succeed(block: Block, clone: Path, environment: dict[str, 
     assert commands(block).strip()
     done = shell(commands(block), clone, environment)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.render
+@pytest.mark.parametrize("block", RENDERED, ids=str)
+def test_the_commands_succeed_where_a_device_renders(block: Block, clone: Path, environment: dict[str, str]) -> None:
+    done = shell(commands(block), clone, environment, timeout=280)
+    assert done.returncode == 0, done.stderr
+    following = blocks()[blocks().index(block) + 1]
+    if following.page == block.page and following.language == "text":
+        assert done.stdout.startswith(following.text)
 
 
 def test_the_main_job_prints_what_the_readme_shows(clone: Path, environment: dict[str, str]) -> None:

@@ -108,4 +108,21 @@ ROWS: tuple[Code, ...] = (
         "$ python task.py    # which loads a file whose entity has `hidden: true` and `shapes`, which collide",
         "Do what the hint says; bare SAPIEN (`scenecc.load_scene` without `scene=`) builds such a scene as it is.",
     ),
+    Code(
+        "SC812",
+        "error",
+        "the packages that pictures need are missing",
+        "`scenecc render` writes pictures with Pillow, and films with ffmpeg, which come with the extra `pictures`.",
+        "$ scenecc render scene.yaml -o scene.png    # in an environment without Pillow",
+        "`pip install 'scenecc[pictures]'`. `SceneBatch.cameras[name].capture` gives pictures as arrays, without it.",
+    ),
+    Code(
+        "SC814",
+        "error",
+        "a picture cannot be made",
+        "The renderer failed with a picture, for want of memory perhaps, or the encoder with a film; the message has "
+        "their words.",
+        "$ scenecc render scene.yaml -o large.png --size 16384x16384    # on a device with little memory",
+        "Take a smaller picture, or fewer scenes.",
+    ),
 )

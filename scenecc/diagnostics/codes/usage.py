@@ -106,8 +106,8 @@ ROWS: tuple[Code, ...] = (
         severity="error",
         title="no such camera, or not in this scene",
         cause=(
-            "`scenecc render --camera` was given a name that no camera of the file has, or that of a camera which is not "
-            "in a scene that `--scene` selects."
+            "`scenecc render --camera` was given a name that no camera of the file has, or --scene selects a scene that "
+            "the camera is not in."
         ),
         example="$ scenecc render scene.yaml --camera eye -o eye.png",
         cure="Name a camera of the file, or leave --camera out: the picture is then of a camera that frames the scene.",

@@ -1,0 +1,239 @@
+"""`scenecc render`."""
+
+from __future__ import annotations
+
+import re
+import sys
+from enum import Enum
+from typing import TYPE_CHECKING, Annotated, Final, Literal, NoReturn
+
+import typer
+
+from scenecc.cli.arguments import path_faults
+from scenecc.cli.find import STDIN
+from scenecc.cli.options import (
+    AllowOutside,
+    AssetRoots,
+    Format,
+    FormatOption,
+    Limits,
+    NumScenes,
+    Params,
+    SceneArgument,
+    Seed,
+    Steps,
+    at_least,
+    parse_limits,
+    parse_params,
+    shown,
+)
+from scenecc.cli.output import STDOUT, print_err, print_out, write
+from scenecc.cli.progress import progress
+from scenecc.cli.report import of_settings, print_asides, status, usage_error
+from scenecc.cli.table import plain, stage_times, table
+from scenecc.diagnostics.words import index_ranges
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scenecc.api import Rendering
+    from scenecc.diagnostics import Diagnostic
+
+_SIZE: Final = re.compile(r"([1-9][0-9]{0,4})x([1-9][0-9]{0,4})")
+_MOST: Final = 16384
+
+
+class What(str, Enum):
+    """What a picture shows."""
+
+    color = "color"
+    depth = "depth"
+    segmentation = "segmentation"
+    normal = "normal"
+
+
+class Show(str, Enum):
+    """Which shapes are drawn."""
+
+    visual = "visual"
+    collision = "collision"
+
+
+def parse_size(text: str) -> tuple[int, int]:
+    """`640x480`. Raises typer.BadParameter for anything else."""
+    found = _SIZE.fullmatch(text)
+    size = (int(found[1]), int(found[2])) if found else (0, 0)
+    if not found or max(size) > _MOST:
+        raise typer.BadParameter(
+            f"{shown(text)} is no width and height from 1 to {_MOST}, as in 640x480", param_hint="'--size'"
+        )
+    return size
+
+
+Output = Annotated[
+    str | None, typer.Option("--output", "-o", metavar="FILE.png", help="Where to write it; - is standard output.")
+]
+Camera = Annotated[
+    str | None, typer.Option("--camera", metavar="NAME", help="A camera of the file.", show_default="frames the scene")
+]
+Scene = Annotated[
+    str | None,
+    typer.Option("--scene", metavar="IDXS", help="Of which scene, or of which ones (0:4 or 0,2 or ::2), on one sheet."),
+]
+Grid = Annotated[bool, typer.Option("--grid", help="Of all scenes, on one sheet, each under its number.")]
+Size = Annotated[
+    str | None,
+    typer.Option("--size", metavar="WxH", help="Of each picture [px], in place of the camera's."),
+]
+Video = Annotated[
+    str | None,
+    typer.Option("--video", metavar="FILE", help="Film the steps: FILE.mp4 or FILE.gif.", show_default=False),
+]
+Every = Annotated[
+    int | None,
+    typer.Option(
+        "--every", metavar="N", parser=at_least(1), help="Steps a frame.", show_default="about 30 frames a second"
+    ),
+]
+Hidden = Annotated[
+    bool | None,
+    typer.Option(
+        "--hidden/--no-hidden", help="Show what is hidden from sensors.", show_default="only without --camera"
+    ),
+]
+
+
+def render(
+    scene: SceneArgument,
+    *,
+    output: Output = None,
+    camera: Camera = None,
+    which: Scene = None,
+    grid: Grid = False,
+    size: Size = None,
+    what: Annotated[What, typer.Option("--what", help="What the picture shows.")] = What.color,
+    show: Annotated[Show, typer.Option("--show", help="Which shapes are drawn.")] = Show.visual,
+    steps: Steps = 0,
+    video: Video = None,
+    every: Every = None,
+    hidden: Hidden = None,
+    num_scenes: NumScenes = None,
+    seed: Seed = None,
+    params: Params = None,
+    asset_roots: AssetRoots = None,
+    allow_outside_assets: AllowOutside = False,
+    limits: Limits = None,
+    form: FormatOption = Format.text,
+) -> None:
+    """Take a picture of a scene, or film it, with SAPIEN's renderer.
+
+    Without --camera, one that frames the scene takes it. A depth is written in millimetres, 16 bits a pixel; a
+    segmentation as ids with a palette, and what they stand for is printed. Needs a GPU, or Mesa's driver for the CPU,
+    and the extra `pictures`.
+
+    \b
+    Examples:
+      scenecc render scenes/tabletop.yaml -o tabletop.png
+      scenecc render scenes/cameras.yaml --camera main --what depth -o depth.png
+      scenecc render scenes/clutter.yaml --num-scenes 16 --grid -o sheet.png
+      scenecc render scenes/tabletop.yaml --show collision --size 800x600 -o collision.png
+      scenecc render scenes/reset.yaml --steps 200 --video reset.mp4
+    """
+    from scenecc import api
+
+    values, film = parse_params(params), _film(output, video, steps, every)
+    if faults := _path_faults(scene, output, video, form):
+        _finish(faults, form)
+    try:
+        with progress("render") as told:
+            result = api.render_scene(
+                sys.stdin.buffer if scene == STDIN else scene,
+                camera=camera,
+                scenes=which,
+                grid=grid,
+                size=None if size is None else parse_size(size),
+                what=what.value,
+                steps=steps,
+                film=film,
+                every=every,
+                collision=show is Show.collision,
+                hidden=hidden,
+                num_scenes=num_scenes,
+                seed=seed,
+                params=values,
+                asset_roots=asset_roots or (),
+                allow_outside_assets=allow_outside_assets,
+                limits=parse_limits(limits),
+                progress=told,
+            )
+    except api.SceneError as error:
+        _finish(of_settings(error.diagnostics, values), form)
+    _conclude(result, output, video, form)
+
+
+def _film(output: str | None, video: str | None, steps: int, every: int | None) -> Literal["mp4", "gif"] | None:
+    """Which kind of film is asked for. Raises typer.BadParameter where the options do not fit together."""
+    if output is None and video is None:
+        raise typer.BadParameter("say where to write: -o FILE.png, or --video FILE.mp4", param_hint="'-o'")
+    if output not in {None, STDOUT} and not str(output).lower().endswith(".png"):
+        raise typer.BadParameter(f"{shown(str(output))} does not end in .png", param_hint="'-o'")
+    if every is not None and (video is None or every > steps):
+        raise typer.BadParameter("it is for a --video, of at least as many --steps", param_hint="'--every'")
+    if video is None:
+        return None
+    if steps == 0:
+        raise typer.BadParameter("a film is of --steps, at least one", param_hint="'--video'")
+    if video.lower().endswith(".mp4"):
+        return "mp4"
+    if video.lower().endswith(".gif"):
+        return "gif"
+    raise typer.BadParameter(f"{shown(video)} ends neither in .mp4 nor in .gif", param_hint="'--video'")
+
+
+def _path_faults(scene: str, output: str | None, video: str | None, form: Format) -> list[Diagnostic]:
+    faults = path_faults(scene, output, form)
+    # Of the scene's path all was said.
+    return faults or [fault for fault in path_faults(scene, video, form) if fault.code != "SC901"]
+
+
+def _conclude(result: Rendering, output: str | None, video: str | None, form: Format) -> NoReturn:
+    """Writes the files, and says what they are."""
+    diagnostics = list(result.diagnostics)
+    written: list[str] = []
+    for target, content, words in _files(result, output, video):
+        reason = write(target, content)
+        if reason is None:
+            written.append(f"{plain(target)}: {words}")
+        else:
+            diagnostics.append(usage_error("SC904", reason, file=target))
+    if form is Format.text and written:
+        lines = [*_legend(result), *written, stage_times(result.timings)]
+        (print_err if STDOUT in {output, video} else print_out)("\n".join(lines) + "\n")
+    _finish(diagnostics, form)
+
+
+def _files(result: Rendering, output: str | None, video: str | None) -> Iterator[tuple[str, bytes, str]]:
+    """What is written: where, its content, and what it is in words."""
+    scenes = index_ranges([picture.scene_idx for picture in result.pictures])
+    height, width, _ = result.pictures[0].pixels.shape
+    one = len(result.pictures) == 1
+    seen = f"{result.what}, {width} × {height}, scene{'' if one else 's'} {scenes} of {result.plan.num_scenes}"
+    if output is not None:
+        yield output, result.png(), seen
+    if video is not None and result.film is not None:
+        yield video, result.film, f"{seen}, {result.frames} frames, {result.rate:.4g} a second"
+
+
+def _legend(result: Rendering) -> list[str]:
+    """What the ids of a segmentation stand for."""
+    from scenecc.diagnostics.render import wants_color
+
+    rows = [[str(row.id), row.color, plain(row.name), index_ranges(row.scene_idxs)] for row in result.legend()]
+    if not rows:
+        return []
+    return [table(["id", "color", "name", "scenes"], rows, color=wants_color(sys.stdout))]
+
+
+def _finish(diagnostics: list[Diagnostic], form: Format) -> NoReturn:
+    print_asides(diagnostics, form)
+    raise typer.Exit(status(diagnostics))

@@ -1,0 +1,129 @@
+"""`scenecc render` as a process: with a device, and without one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from plugins.films import decoded
+
+SCENE = """\
+scenecc: 1
+num_scenes: 3
+entities:
+  floor: {body_type: static, shapes: [{type: plane}]}
+  cube: {pose: [0, 0, 0.5], shapes: [{type: box, half_size: [0.1, 0.2, 0.3], color: [1, 0, 0]}]}
+cameras:
+  eye: {pose: {p: [-2, 0, 1], look_at: [0, 0, 0.5]}, width: 64, height: 48, scene_idxs: [0, 1]}
+"""
+NOWHERE = {"VK_DRIVER_FILES": "/no/driver.json", "VK_ICD_FILENAMES": "/no/driver.json"}
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    path = tmp_path / "scene.yaml"
+    path.write_text(SCENE)
+    return path
+
+
+def test_without_a_device_it_says_how_to_get_one(run, scene: Path, tmp_path: Path) -> None:
+    done = run("render", scene, "-o", "out.png", **NOWHERE)
+    assert (done.returncode, done.stdout) == (3, "")
+    assert "error SC803: visuals were asked for, and there is no render device" in done.stderr
+    hint = done.stderr.partition("hint: ")[2].splitlines()
+    assert hint[0].startswith("with a GPU, install its Vulkan driver")
+    assert hint[1].strip().startswith("without one, Mesa's lavapipe")
+    assert not (tmp_path / "out.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ([], "say where to write"),
+        (["-o", "out.jpg"], "'out.jpg' does not end in .png"),
+        (["--video", "out.avi", "--steps", "2"], "'out.avi' ends neither in .mp4 nor in .gif"),
+        (["--video", "out.mp4"], "a film is of --steps"),
+        (["-o", "a.png", "--every", "2", "--steps", "4"], "it is for a --video"),
+        (["--video", "a.gif", "--every", "5", "--steps", "4"], "of at least as many --steps"),
+        (["-o", "out.png", "--size", "640"], "'640' is no width and height"),
+        (["-o", "out.png", "--size", "0x5"], "'0x5' is no width and height"),
+        (["-o", "out.png", "--size", "16385x5"], "'16385x5' is no width and height"),
+        (["-o", "out.png", "--camera", "eve"], "SC911"),
+        (["-o", "out.png", "--camera", "eye", "--scene", "2"], "SC911"),
+        (["-o", "out.png", "--scene", "3"], "SC908"),
+        (["-o", "out.png", "--grid", "--size", "16384x16384"], "SC912"),
+        (["--video", "out.mp4", "--steps", "2", "--size", "4096x4096"], "SC912"),
+        (["-o", "no/out.png"], "SC904"),
+        (["--video", "no/out.gif", "--steps", "2"], "SC904"),
+        (["-o", "scene.yaml"], "does not end in .png"),
+    ],
+)
+def test_what_cannot_be_meant_is_wrong_usage(run, scene: Path, arguments: list[str], told: str) -> None:
+    done = run("render", scene, *arguments)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert told in done.stderr
+    assert scene.read_text() == SCENE
+
+
+def test_a_scene_at_fault_is_told_before_a_missing_device(run, scene: Path) -> None:
+    scene.write_text(SCENE.replace("half_size", "half_sizes"))
+    done = run("render", scene, "-o", "out.png", **NOWHERE)
+    assert done.returncode == 1
+    assert "SC101" in done.stderr
+
+
+def test_a_file_that_is_there_stays_where_nothing_is_rendered(run, scene: Path, tmp_path: Path) -> None:
+    (tmp_path / "out.png").write_bytes(b"before")
+    assert run("render", scene, "-o", "out.png", **NOWHERE).returncode == 3
+    assert (tmp_path / "out.png").read_bytes() == b"before"
+
+
+@pytest.mark.render
+def test_a_picture_is_written_and_described(run, scene: Path, tmp_path: Path) -> None:
+    done = run("render", scene, "--camera", "eye", "-o", "out.png", "--scene", "1")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[0] == "out.png: color, 64 × 48, scene 1 of 3"
+    assert done.stdout.splitlines()[1].endswith("in all")
+    picture = np.asarray(Image.open(tmp_path / "out.png"))
+    assert picture.shape == (48, 64, 3)
+    assert picture[24, 32, 0] > 2 * picture[24, 32, 1]
+
+
+@pytest.mark.render
+def test_a_segmentation_comes_with_its_legend(run, scene: Path, tmp_path: Path) -> None:
+    done = run("render", scene, "--camera", "eye", "--what", "segmentation", "-o", "out.png")
+    head, floor, cube, blank, file, _ = done.stdout.splitlines()
+    assert head.split() == ["id", "color", "name", "scenes"]
+    assert [line.split() for line in (floor, cube)] == [["1", "#800000", "floor", "0"], ["2", "#008000", "cube", "0"]]
+    assert (blank, file) == ("", "out.png: segmentation, 64 × 48, scene 0 of 3")
+    image = Image.open(tmp_path / "out.png")
+    assert np.unique(np.asarray(image)).tolist() == [0, 1, 2]
+    assert image.convert("RGB").getpixel((32, 24)) == (0, 128, 0)
+
+
+@pytest.mark.render
+def test_a_sheet_and_a_film_at_once(run, scene: Path, tmp_path: Path) -> None:
+    arguments = ["--camera", "eye", "--grid", "--steps", "9", "--every", "3", "--video", "film.mp4", "-o", "out.png"]
+    done = run("render", scene, *arguments)
+    assert done.returncode == 0, done.stderr
+    first, second, _ = done.stdout.splitlines()
+    assert first == "out.png: color, 64 × 48, scenes 0, 1 of 3"
+    assert second == "film.mp4: color, 64 × 48, scenes 0, 1 of 3, 4 frames, 33.33 a second"
+    sheet = np.asarray(Image.open(tmp_path / "out.png"))
+    _, frames = decoded(tmp_path / "film.mp4")
+    assert [frame.shape for frame in frames] == [sheet.shape] * 4
+
+
+@pytest.mark.render
+def test_a_picture_goes_to_standard_output_and_its_description_beside_it(scene: Path, tmp_path: Path) -> None:
+    import subprocess
+    import sys
+
+    command = [sys.executable, "-m", "scenecc", "render", str(scene), "--size", "8x6", "--what", "depth", "-o", "-"]
+    done = subprocess.run(command, capture_output=True, check=True, timeout=200, cwd=Path(__file__).parents[2])
+    (tmp_path / "out.png").write_bytes(done.stdout)
+    picture = np.asarray(Image.open(tmp_path / "out.png"))
+    assert (picture.shape, picture.dtype) == ((6, 8), np.uint16)
+    assert "-: depth, 8 × 6, scene 0 of 3" in done.stderr.decode()
