@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from numpy.typing import NDArray
 
-    from scenecc.meshes import Shape
+    from scenecc.meshes import Shape, Surface
     from scenecc.plan.measured import MeasuredBody, MeasuredEntity, MeasuredScene
 
 _MARGIN: Final = 0.1
@@ -23,11 +26,26 @@ _SMALLEST: Final = 0.5
 
 @dataclass(frozen=True, slots=True)
 class DrawnBody:
-    """A body, its shapes, and its place in its scene."""
+    """A body and its shapes.
+
+    Attributes:
+        place: (4, 4) in its scene.
+        corners: (·, 3) of boxes around all surfaces that are no planes, in its scene [m].
+    """
 
     body: MeasuredBody
-    place: NDArray[np.float64]
     shapes: tuple[Shape, ...]
+    place: NDArray[np.float64]
+    corners: NDArray[np.float64]
+
+    @staticmethod
+    def of(body: MeasuredBody, shapes: tuple[Shape, ...]) -> DrawnBody:
+        """A body where it was measured."""
+        place = matrix(body.pose)
+        corners = [
+            _corners(part.surface, place, shape) for shape in shapes if shape.kind != "plane" for part in shape.parts
+        ]
+        return DrawnBody(body, shapes, place, np.concatenate([np.zeros((0, 3)), *corners]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,10 +94,9 @@ def matrix(pose: tuple[float, ...]) -> NDArray[np.float64]:
 
 def cell_of(scenes: tuple[DrawnScene, ...]) -> Cell:
     """A room for each scene that holds what any of them has, planes left out."""
-    corners = [points for scene in scenes for points in _points(scene)]
-    if not corners:
+    every = _points(scenes)[:, :2]
+    if not len(every):
         return Cell(np.full(2, -1.0), np.full(2, 1.0))
-    every = np.concatenate(corners)[:, :2]
     low, high = every.min(axis=0), every.max(axis=0)
     margin = np.maximum((high - low) * _MARGIN, _SMALLEST / 2)
     return Cell(low - margin, high + margin)
@@ -87,10 +104,10 @@ def cell_of(scenes: tuple[DrawnScene, ...]) -> Cell:
 
 def reach(scene: DrawnScene, place: NDArray[np.float64]) -> float:
     """Half the side of an endless plane that reaches below all of a scene [m]. `place`: its own."""
-    corners = _points(scene)
-    if not corners:
+    corners = _points([scene])
+    if not len(corners):
         return _SMALLEST
-    far = np.linalg.norm(np.concatenate(corners) - place[:3, 3], axis=1).max()
+    far = np.linalg.norm(corners - place[:3, 3], axis=1).max()
     return max(_SMALLEST, float(far) * (1 + _MARGIN))
 
 
@@ -100,17 +117,14 @@ def cut(shape: Shape, half: float) -> Shape:
     return replace(shape, scale=(x, half, half) if shape.endless else (x, min(y, half), min(z, half)))
 
 
-def _points(scene: DrawnScene) -> list[NDArray[np.float64]]:
-    """The vertices of all shapes that are no planes, in the scene."""
-    return [
-        _placed(part.surface.vertices, body.place @ matrix(shape.pose), shape.scale)
-        for entity in scene.entities
-        for body in entity.bodies
-        for shape in body.shapes
-        if shape.kind != "plane"
-        for part in shape.parts
-    ]
+def _points(scenes: Iterable[DrawnScene]) -> NDArray[np.float64]:
+    """(·, 3) corners of all bodies of scenes, each in its own."""
+    corners = [body.corners for scene in scenes for entity in scene.entities for body in entity.bodies]
+    return np.concatenate([np.zeros((0, 3)), *corners])
 
 
-def _placed(vertices: NDArray[np.float32], place: NDArray[np.float64], scale: tuple[float, ...]) -> NDArray[np.float64]:
-    return (vertices * np.array(scale)) @ place[:3, :3].T + place[:3, 3]
+def _corners(surface: Surface, body: NDArray[np.float64], shape: Shape) -> NDArray[np.float64]:
+    """(8, 3) of the box around a surface along its own axes."""
+    ends = np.array([surface.vertices.min(axis=0), surface.vertices.max(axis=0)], np.float64)
+    place = body @ matrix(shape.pose)
+    return (np.array(list(product(*ends.T))) * shape.scale) @ place[:3, :3].T + place[:3, 3]

@@ -51,7 +51,7 @@ def _drawn(drawer: Drawer, scene: MeasuredScene, choice: Choice) -> DrawnScene:
         for body in entity.bodies:
             seen = choice.show == "visual"
             shapes = drawer.visuals(body.body, entity.row) if seen else drawer.collisions(body)
-            bodies.append(DrawnBody(body, matrix(body.pose), shapes))
+            bodies.append(DrawnBody.of(body, shapes))
         entities.append(DrawnEntity(entity, tuple(bodies)))
     return DrawnScene(scene, tuple(entities))
 
