@@ -48,12 +48,13 @@ def far(written: Any) -> float:
 
 def _least(written: Any) -> Any:
     """How large a number is at least, or each of several; 0 where that is not known, or there is no limit."""
+    if written.__class__ in {tuple, list}:
+        return tuple(map(_least, written))
     parts: tuple[Any, ...]
     match written:
         case int() | float():
             return abs(written) if math.isfinite(written) else 0.0
-        case tuple() | list() | Vector():
-            items: Any = written.items if isinstance(written, Vector) else written
+        case Vector(items):
             return tuple(map(_least, items))
         case PerScene(items) | Cycle(items) | Choice(items):
             parts = items

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -42,7 +43,9 @@ class YamlEnv(BaseEnv):
     def __init__(self, *args: Any, robot_uids: Any = None, **kwargs: Any) -> None:
         noise = NOISE if self.noise is None else self.noise
         self.scene_builder = YamlSceneBuilder(self, self.scene_yaml, noise, **self.scene_options)
-        super().__init__(*args, robot_uids=robot_uids or self.default_robot_uids, **kwargs)  # pyright: ignore[reportUnknownMemberType]
+        uids = robot_uids or self.default_robot_uids
+        self._warn_of_lone_robots(uids)
+        super().__init__(*args, robot_uids=uids, **kwargs)  # pyright: ignore[reportUnknownMemberType]
         if self.agent is None:
             nothing = gym.spaces.Box(-1.0, 1.0, (0,), np.float32)
             self.single_action_space = self._orig_single_action_space = nothing
@@ -69,8 +72,7 @@ class YamlEnv(BaseEnv):
         """The agents: each with the file's robot of its name, or one of ManiSkill's own."""
         self.scene_builder.loaded = None
         uids: Any = self.robot_uids
-        listed: list[Any] = [*uids] if isinstance(uids, tuple) else [uids]  # pyright: ignore[reportUnknownVariableType]
-        names = [uid if len(listed) == 1 else f"{uid}-agent-{number}" for number, uid in enumerate(listed)]
+        listed, names = _agents_of(uids)
         if self.own_robots.isdisjoint(names):
             super()._load_agent(options, *args, **kwargs)  # pyright: ignore[reportUnknownMemberType]
             return
@@ -89,6 +91,19 @@ class YamlEnv(BaseEnv):
         del options
         if self.scene_builder.loaded is None:
             self.scene_builder.build()
+
+    def _warn_of_lone_robots(self, uids: Any) -> None:
+        """Warns where the file has robots that agents could control, and the agents that are asked for bring others."""
+        listed, names = _agents_of(uids)
+        lone = sorted(self.own_robots & agents_by_uid.keys())
+        if not lone or listed in ([], ["none"]) or not self.own_robots.isdisjoint(names):
+            return
+        robots, asked = (", ".join(f"'{name}'" for name in found) for found in (lone, names))
+        warnings.warn(
+            f"no agent controls the robots that the scene has ({robots}): ManiSkill builds {asked} beside them;"
+            " leave them out of the scene, or give their names as `robot_uids`",
+            stacklevel=3,
+        )
 
     def _load_lighting(self, options: dict[str, Any]) -> None:
         if not self.scene_builder.builds_lighting:
@@ -142,6 +157,12 @@ class YamlEnv(BaseEnv):
         found = torch.zeros((self.num_envs, rows.shape[1]), dtype=rows.dtype, device=rows.device)
         found[each._scene_idxs.long()] = rows  # noqa: SLF001
         return found
+
+
+def _agents_of(uids: Any) -> tuple[list[Any], list[str]]:
+    """The agents that are asked for, and what ManiSkill calls their robots."""
+    listed: list[Any] = [*uids] if isinstance(uids, tuple) else [uids]  # pyright: ignore[reportUnknownVariableType]
+    return listed, [uid if len(listed) == 1 else f"{uid}-agent-{number}" for number, uid in enumerate(listed)]
 
 
 def _with_robot(agent: Any, robot: Any) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -141,6 +142,21 @@ ARM = {
     "pose": [-0.615, 0, 0],
     "qpos": [{"uniform": [-0.1, 0.1]}, 0.4, 0, -2, 0, 2.4, 0.8, 0.04, 0.04],
 }
+
+
+def test_robots_of_the_file_that_no_agent_controls_are_told() -> None:
+    ball = [{"type": "sphere", "radius": 0.1}]
+    hand = {"name": "hand", "joint": {"name": "elbow", "type": "revolute"}, "shapes": ball}
+    base = {"name": "base", "shapes": ball, "children": [hand]}
+    for name, warned in (("fetch", 1), ("crane", 0)):
+        document = {"scenecc": 1, "entities": {name: {"root": base, "pose": [2, 0, 0.5]}}}
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            env = make(document, robot_uids="panda", obs_mode="none")
+            env.close()
+        told = [str(one.message) for one in found if "no agent controls" in str(one.message)]
+        assert len(told) == warned, name
+        assert all("('fetch')" in text and "'panda' beside them" in text for text in told)
 
 
 def test_an_articulation_of_the_agents_name_is_its_robot() -> None:

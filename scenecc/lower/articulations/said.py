@@ -46,8 +46,8 @@ class Said:
             self._known[id(keys), key] = found
         return found
 
-    def limits(self, layer: Layer) -> Value:
-        """The limits that a layer says, which has some."""
+    def limits(self, layer: Layer) -> Value | None:
+        """The limits that a layer says; None where it says none."""
         keys, origin = layer
         found = self._known.get((id(keys), "limits"))
         if found is None:

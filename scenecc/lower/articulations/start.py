@@ -163,7 +163,9 @@ class Starts:
             message = f"`{cut(joint.name)}` starts at its limit {nearest:g}, for it cannot start at 0"
             place = self._origin.child("qpos") if told else self._origin
             hint = f"give it a position: `qpos: {{{joint.name}: …}}`"
-            self._sink.report("SC518", message, place, at="key", hint=hint)
+            # One entity, and one thing to mend: the other joints are counted.
+            with self._sink.alike():
+                self._sink.report("SC518", message, place, at="key", hint=hint)
         if limits is None:
             return literal(0.0), False
         if limits.is_constant:
