@@ -71,6 +71,8 @@ entities:
     pose: [0, 0, 0.03]
 ```
 
+![Prefabs that ship: a table, a shelf, stairs, a bin and objects as in ManiSkill's tasks](pictures/prefabs.png)
+
 `scenecc prefabs` lists them. What stands in one is called INSTANCE/NAME: the cube above is the entity `cube/cube`, and
 `prefix: ""` leaves the names as they are. A body of a prefab is called like the prefab, that of `random_clutter`
 `object_0`, `object_1`, …

@@ -12,12 +12,16 @@ from typing import Any
 import numpy as np
 import pytest
 import sapien
+from hypothesis import HealthCheck, given, settings
+from plugins.plan_strategy import plans
 
 import scenecc
-from scenecc.api import inspect_scene
+from scenecc.api import ScenePlan, inspect_scene
+from scenecc.cli.tree import tree_text
 from scenecc.plan.labels import NAMES
 from scenecc.summary import Item
 from scenecc.summary.facts import axis_words, rotation_words
+from scenecc.summary.inspection import scene_item
 
 ROOT = Path(__file__).parents[3]
 SCENES = sorted([*(ROOT / "scenes").glob("*.yaml"), *(ROOT / "scenes/recipes").glob("*.yaml")])
@@ -177,8 +181,6 @@ def test_a_deep_tree_of_links_is_told() -> None:
     scene = {"scenecc": 1, "entities": {"chain": {"root": root}}}
     item = inspect_scene(scene, build=False, limits={"depth": 1000})
     assert len(item.data()["entities"][0]["links"]) == 80
-    from scenecc.cli.tree import tree_text
-
     assert len(tree_text(item).splitlines()) > 160
 
 
@@ -214,3 +216,12 @@ def test_what_is_asked_for_and_not_there_has_a_code() -> None:
         inspect_scene(scene, entity="bull")
     with pytest.raises(scenecc.SceneError, match="SC908"):
         inspect_scene(scene, scene=1)
+
+
+@settings(max_examples=60, suppress_health_check=[*HealthCheck])
+@given(plans(recipes=True, full=True))
+def test_any_plan_is_told(plan: ScenePlan) -> None:
+    for scene in (None, 0, plan.num_scenes - 1):
+        item = scene_item(plan, scene=scene, made={})
+        json.dumps(item.data(), allow_nan=False)
+        assert "\x1b" not in tree_text(item)
