@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -84,8 +85,9 @@ class _Writer:
 
     def file(self) -> bytes:
         """The bytes of the file."""
-        data: Any = self._scene.export(file_type="glb", tree_postprocessor=self._materials.finish)
-        return bytes(data)
+        # `Scene.export` refuses a scene that shows nothing.
+        gltf: Any = import_module("trimesh.exchange.gltf")
+        return bytes(gltf.export_glb(self._scene, tree_postprocessor=self._materials.finish))
 
     def _add_scene(self, scene: DrawnScene, above: str, prefix: str, half: float | None) -> None:
         for entity in scene.entities:

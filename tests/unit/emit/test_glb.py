@@ -200,6 +200,15 @@ def test_what_is_not_seen_is_not_drawn_and_what_is_faint_is_faint() -> None:
     assert tree["materials"][0]["alphaMode"] == "BLEND"
 
 
+def test_what_cameras_do_not_see_is_drawn_and_nothing_is_a_file_too() -> None:
+    ghost = {"body_type": "none", "hidden": True, "visuals": [{"type": "sphere", "radius": 1}]}
+    assert_allclose(
+        bounds(loaded(emitted({"scenecc": 1, "entities": {"out": ghost}})[0]), "out 2"), [[-1] * 3, [1] * 3]
+    )
+    tree = header(emitted({"scenecc": 1, "entities": {}})[0])
+    assert {node["name"] for node in tree["nodes"]} - {"world"} == {"out"}
+
+
 def test_a_mirrored_mesh_is_seen_from_outside(tmp_path: Path) -> None:
     (tmp_path / "gem.stl").write_bytes((ROOT / "assets" / "gem.stl").read_bytes())
     scene = tmp_path / "scene.yaml"
