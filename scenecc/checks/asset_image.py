@@ -5,9 +5,12 @@ from __future__ import annotations
 import io
 import re
 import struct
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import TYPE_CHECKING, BinaryIO
 
+from scenecc.checks.image_exr import MAGIC, exr_size
+from scenecc.checks.image_ktx import MAGICS, ktx_size
+from scenecc.checks.image_size import ImageSize, exactly
 from scenecc.checks.mesh_data import AssetError
 
 if TYPE_CHECKING:
@@ -16,47 +19,37 @@ if TYPE_CHECKING:
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".hdr", ".exr", ".ktx")
 """What SAPIEN's renderer loads as a texture."""
 
+_BY_SUFFIX: dict[str, Callable[[BinaryIO], ImageSize]] = {".exr": exr_size, ".ktx": ktx_size}
+"""What SAPIEN tells by the suffix, written small; the others by what they hold."""
+
 _JPEG_FRAMES = {0xC0, 0xC1, 0xC2}
 _HDR_SIZE = re.compile(rb"\n[-+]([XY]) (\d{1,9}) [-+]([XY]) (\d{1,9})\n")
 
 
-@dataclass(frozen=True, slots=True)
-class ImageSize:
-    """Pixels of an image and bytes of one once it is unpacked."""
-
-    columns: int
-    rows: int
-    pixel_bytes: int = 4
-
-    def __str__(self) -> str:
-        return f"{self.columns} × {self.rows} pixels of {self.pixel_bytes} bytes"
-
-
-def image_size(path: Path) -> ImageSize | None:
-    """The size of an image that `check_image` took; None for the formats whose headers are left to SAPIEN."""
+def image_size(path: Path) -> ImageSize:
+    """The size of an image that `check_image` took."""
     with path.open("rb") as file:
-        return _size(file)
+        return _size(file, path.suffix)
 
 
-def check_image(file: BinaryIO, max_bytes: int) -> None:
+def check_image(file: BinaryIO, max_bytes: int, suffix: str = "") -> None:
     """Checks the header of an image.
 
     Args:
         file: the image, at its start.
         max_bytes: how much it may take once unpacked [bytes].
+        suffix: of its name, by which SAPIEN tells EXR and KTX from all others; "": it is a part of another file.
 
     Raises:
         AssetError: it is no image that SAPIEN loads, cut short, or too large.
     """
     try:
-        size = _size(file)
+        size = _size(file, suffix)
     except (struct.error, EOFError, ValueError) as error:
         raise AssetError("SC420", f"the image cannot be read: {error}", "save it again as PNG or JPEG") from error
-    if size is None:
-        return
     if size.columns < 1 or size.rows < 1:
         raise AssetError("SC420", f"the image has {size.columns} × {size.rows} pixels", "save it again as PNG or JPEG")
-    if size.columns * size.rows * size.pixel_bytes > max_bytes:
+    if sum(size.level_bytes) * size.sides > max_bytes:
         raise AssetError(
             "SC607",
             f"the image has {size.columns} × {size.rows} pixels, unpacked more than {max_bytes} bytes",
@@ -64,8 +57,12 @@ def check_image(file: BinaryIO, max_bytes: int) -> None:
         )
 
 
-def _size(file: BinaryIO) -> ImageSize | None:
-    """The size; None for the formats whose headers are left to SAPIEN."""
+def _size(file: BinaryIO, suffix: str) -> ImageSize:
+    by_suffix = _BY_SUFFIX.get(suffix)
+    return _by_head(file) if by_suffix is None else by_suffix(file)
+
+
+def _by_head(file: BinaryIO) -> ImageSize:
     head = file.read(32)
     if head.startswith(b"\x89PNG\r\n\x1a\n"):
         return _png(file)
@@ -76,8 +73,9 @@ def _size(file: BinaryIO) -> ImageSize | None:
         return ImageSize(columns, abs(rows))
     if head.startswith((b"#?RADIANCE", b"#?RGBE")):
         return _hdr(head + file.read(65536))
-    if head.startswith((b"\x76\x2f\x31\x01", b"\xabKTX 11\xbb", b"\xabKTX 20\xbb")):
-        return None
+    if head.startswith((MAGIC, *MAGICS)):
+        right = ".exr" if head.startswith(MAGIC) else ".ktx"
+        raise ValueError(f"SAPIEN reads what it is in a file of its own whose name ends in `{right}` alone")
     if len(head) >= 18 and head[1] in {0, 1} and head[2] in {1, 2, 3, 9, 10, 11} and head[16] in {8, 15, 16, 24, 32}:
         columns, rows = struct.unpack_from("<HH", head, 12)
         return ImageSize(columns, rows)
@@ -90,11 +88,11 @@ def _png(file: BinaryIO) -> ImageSize:
     size: ImageSize | None = None
     has_data = False
     while True:
-        length, kind = struct.unpack(">I4s", _exactly(file, 8))
+        length, kind = struct.unpack(">I4s", exactly(file, 8))
         if size is None:
             if kind != b"IHDR" or length != 13:
                 raise ValueError("its first chunk is not IHDR")
-            columns, rows, depth = struct.unpack_from(">IIB", _exactly(file, 13))
+            columns, rows, depth = struct.unpack_from(">IIB", exactly(file, 13))
             size = ImageSize(columns, rows, 8 if depth == 16 else 4)
             file.seek(4, io.SEEK_CUR)
         elif kind == b"IEND":
@@ -109,16 +107,16 @@ def _png(file: BinaryIO) -> ImageSize:
 def _jpeg(file: BinaryIO) -> ImageSize:
     file.seek(2)
     while True:
-        if _exactly(file, 1) != b"\xff":
+        if exactly(file, 1) != b"\xff":
             raise ValueError("a JPEG marker is missing")
         marker = 0xFF
         while marker == 0xFF:
-            marker = _exactly(file, 1)[0]
+            marker = exactly(file, 1)[0]
         if marker in {0x01, *range(0xD0, 0xD8)}:
             continue
-        (length,) = struct.unpack(">H", _exactly(file, 2))
+        (length,) = struct.unpack(">H", exactly(file, 2))
         if marker in _JPEG_FRAMES:
-            rows, columns = struct.unpack_from(">HH", _exactly(file, 5), 1)
+            rows, columns = struct.unpack_from(">HH", exactly(file, 5), 1)
             return ImageSize(columns, rows)
         if 0xC0 <= marker <= 0xCF and marker not in {0xC4, 0xC8, 0xCC}:
             raise ValueError("it is a kind of JPEG that SAPIEN does not load (lossless or arithmetic)")
@@ -133,10 +131,3 @@ def _hdr(head: bytes) -> ImageSize:
         raise ValueError("its size is not told")
     first, second = int(match[2]), int(match[4])
     return ImageSize(second, first, 16) if match[1] == b"Y" else ImageSize(first, second, 16)
-
-
-def _exactly(file: BinaryIO, count: int) -> bytes:
-    data = file.read(count)
-    if len(data) < count:
-        raise EOFError("it is cut short")
-    return data

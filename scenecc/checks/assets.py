@@ -118,6 +118,11 @@ def _check_faces(plan: ScenePlan, surroundings: CubeMap, origin: Origin, sink: S
     for side in sides:
         indices = [int(index[0]) if isinstance(index, tuple) else index for index in side]
         sizes = {index: image_size(Path(plan.files[index].path)) for index in dict.fromkeys(indices)}
+        few = next((index for index in indices if not sizes[index].has_all_levels), None)
+        if few is not None:
+            message = f"a side of a cube has levels down to one pixel, or none, and {plan.files[few].uri} has fewer"
+            sink.report("SC553", message, origin)
+            return
         first = indices[0]
         other = next((index for index in indices if sizes[index] != sizes[first]), None)
         if other is not None:
@@ -130,7 +135,12 @@ def _check_sky(plan: ScenePlan, surroundings: SkyMap, origin: Origin, sink: Sink
     """That one picture holds the whole sphere: a turn from left to right, and half a one from top to bottom."""
     for index in _indices(surroundings.file):
         size = image_size(Path(plan.files[index].path))
-        if size is not None and size.columns != 2 * size.rows:
+        if size.levels and not (size.sides == 6 and size.columns == size.rows and size.has_all_levels):
+            what = "a KTX of all directions has six square sides, and levels down to one pixel"
+            hint = "make it with its mipmaps, or take one picture in PNG, HDR or EXR"
+            sink.report("SC554", f"{what}; {plan.files[index].uri} has not", origin, hint=hint)
+            return
+        if not size.levels and size.columns != 2 * size.rows:
             message = f"a map of all directions is twice as wide as it is high, and {plan.files[index].uri} is not"
             sink.report("SC554", f"{message} ({size})", origin, hint="six pictures are written {px: …, nx: …, …}")
             return
@@ -253,7 +263,7 @@ def _check_texture(checker: _Checker, path: Path) -> None:
     _check_size(checker, path)
     try:
         with path.open("rb") as file:
-            check_image(file, checker.max_bytes)
+            check_image(file, checker.max_bytes, path.suffix)
     except OSError as error:
         raise AssetError("SC407", f"{path.name} may not be read: {error.strerror}") from error
 

@@ -166,7 +166,8 @@ ROWS: tuple[Code, ...] = (
         "SC420",
         "error",
         "the image is broken",
-        "The texture is no image, is cut short, or is of a kind that SAPIEN does not load.",
+        "The texture is no image, is cut short, or is of a kind that SAPIEN does not load. EXR and KTX are told by "
+        "their suffix, and of KTX it loads R8G8B8A8 alone.",
         "$ echo hello > checker.png && scenecc validate scene.yaml",
         "Save it again as PNG or JPEG.",
     ),

@@ -48,7 +48,8 @@ ROWS: tuple[Code, ...] = (
         "error",
         "map that does not go all around",
         "One picture of the surroundings holds all directions, a whole turn from left to right and half a turn from "
-        "top to bottom; SAPIEN fails on another with the first picture that a camera takes. (A KTX file holds six.)",
+        "top to bottom; SAPIEN fails on another with the first picture that a camera takes. A KTX holds six "
+        "sides of a cube, with smaller and smaller copies of them down to one pixel.",
         "$ scenecc validate scene.yaml    # environment: {map: square.png}",
         "Take a picture that is twice as wide as it is high, or name six, `{px: …, nx: …, py: …, ny: …, …}`.",
     ),

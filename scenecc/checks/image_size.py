@@ -1,0 +1,46 @@
+"""The size of an image, as its header tells it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import BinaryIO
+
+
+@dataclass(frozen=True, slots=True)
+class ImageSize:
+    """Pixels of an image and bytes of one once it is unpacked.
+
+    Attributes:
+        sides: 6 of a cube.
+        levels: of detail that the file holds, the image itself the first; 0: the format has none.
+    """
+
+    columns: int
+    rows: int
+    pixel_bytes: int = 4
+    sides: int = 1
+    levels: int = 0
+
+    def __str__(self) -> str:
+        return f"{self.columns} × {self.rows} pixels of {self.pixel_bytes} bytes"
+
+    @property
+    def level_bytes(self) -> list[int]:
+        """Bytes of one side at each level, of which the next has half as many columns and rows."""
+        return [
+            max(1, self.columns >> level) * max(1, self.rows >> level) * self.pixel_bytes
+            for level in range(self.levels or 1)
+        ]
+
+    @property
+    def has_all_levels(self) -> bool:
+        """Whether its levels go down to a single pixel, where the format has any."""
+        return self.levels in {0, max(self.columns, self.rows).bit_length()}
+
+
+def exactly(file: BinaryIO, count: int) -> bytes:
+    """The next bytes of a file. Raises EOFError if there are fewer."""
+    data = file.read(count)
+    if len(data) < count:
+        raise EOFError("it is cut short")
+    return data

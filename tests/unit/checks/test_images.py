@@ -1,0 +1,132 @@
+"""EXR and KTX: what is taken, and what SAPIEN's own reader takes."""
+
+from __future__ import annotations
+
+import struct
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from plugins.image_files import GL_RGBA16F, exr, exr_head, ktx, ktx2
+from unit.checks.test_assets import png
+
+from scenecc import validate
+from scenecc.checks.asset_image import image_size
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+GOOD: dict[str, bytes] = {
+    "a.exr": exr(8, 4),
+    "a.ktx": ktx(8, 4),
+    "levels.ktx": ktx(8, 4, levels=4),
+    "cube.ktx": ktx(8, 8, sides=6),
+    "second.ktx": ktx2(8, 4),
+    "packed.ktx": ktx2(8, 4, packed=True),
+}
+BROKEN: dict[str, bytes] = {
+    "png.exr": png(),
+    "png.ktx": png(),
+    "exr.png": exr(8, 4),
+    "ktx.png": ktx(8, 4),
+    "large.EXR": exr(8, 4),
+    "large.KTX": ktx(8, 4),
+    "half.ktx": ktx(8, 4, kind=GL_RGBA16F),
+    "srgb.ktx": ktx2(8, 4, kind=43),
+    "cut.ktx": ktx(8, 4)[:-8],
+    "cut2.ktx": ktx2(8, 4)[:-8],
+    "no_levels.ktx": ktx(8, 4, levels=0),
+}
+UNREAD: dict[str, bytes] = {
+    "empty.exr": b"",
+    "empty.ktx": b"",
+    "deep.exr": exr_head(8, 4, version=2 | 0x800),
+    "old.exr": exr_head(8, 4, version=1),
+    "no_size.exr": exr_head(8, 4)[:60],
+    "nothing.exr": exr_head(0, 4),
+    "order.ktx": ktx(8, 4)[:12] + bytes(100),
+    "smaller.ktx": ktx(8, 4).replace(struct.pack("<2I", 8, 4), struct.pack("<2I", 4, 4)),
+    "deep.ktx": ktx(8, 4).replace(struct.pack("<3I", 8, 4, 0), struct.pack("<3I", 8, 4, 2)),
+    "supercompressed.ktx": ktx2(8, 4)[:44] + b"\1" + ktx2(8, 4)[45:],
+}
+HUGE: dict[str, bytes] = {
+    "stub.exr": exr_head(1 << 31, 1 << 30, left=-(1 << 31)),
+    "wide.exr": exr_head(1 << 20, 1 << 16),
+}
+
+
+def told(folder: Path, name: str, data: bytes, **environment: Any) -> list[str]:
+    path = folder / name
+    path.write_bytes(data)
+    ball = {"visuals": [{"type": "sphere", "radius": 0.1, "material": "paint"}], "body_type": "none"}
+    materials = {"paint": {"visual": {"base_color_texture": str(path)}}}
+    scene = {"scenecc": 1, "entities": {"ball": ball}, "materials": materials, **environment}
+    return [found.code for found in validate(scene, asset_roots=[folder])]
+
+
+@pytest.mark.parametrize("name", GOOD)
+def test_what_is_taken(tmp_path: Path, name: str) -> None:
+    assert told(tmp_path, name, GOOD[name]) == []
+    size = image_size(tmp_path / name)
+    assert (size.columns, size.rows) == ((8, 8) if name == "cube.ktx" else (8, 4))
+
+
+def test_bytes_in_the_other_order(tmp_path: Path) -> None:
+    assert told(tmp_path, "a.ktx", ktx(8, 4, levels=2, order=">")) == []
+
+
+@pytest.mark.parametrize("name", BROKEN | UNREAD)
+def test_what_is_refused(tmp_path: Path, name: str) -> None:
+    assert told(tmp_path, name, (BROKEN | UNREAD)[name]) == ["SC420"]
+
+
+@pytest.mark.parametrize("name", HUGE)
+def test_what_is_too_large(tmp_path: Path, name: str) -> None:
+    assert told(tmp_path, name, HUGE[name]) == ["SC607"]
+    path = tmp_path / name
+    scene = {"scenecc": 1, "entities": {}, "environment": {"map": str(path)}}
+    assert "SC607" in [found.code for found in validate(scene, asset_roots=[tmp_path])]
+
+
+SKIES: dict[str, tuple[bytes, list[str]]] = {
+    "cube.ktx": (ktx(8, 8, sides=6, levels=4), []),
+    "few.ktx": (ktx(8, 8, sides=6, levels=2), ["SC554"]),
+    "flat.ktx": (ktx(8, 4, levels=4), ["SC554"]),
+    "tall.ktx": (ktx(8, 4, sides=6, levels=4), ["SC554"]),
+    "a.exr": (exr(8, 4), []),
+    "square.exr": (exr(8, 8), ["SC554"]),
+}
+
+
+@pytest.mark.parametrize("name", SKIES)
+def test_maps_of_all_directions(tmp_path: Path, name: str) -> None:
+    data, codes = SKIES[name]
+    path = tmp_path / name
+    path.write_bytes(data)
+    scene = {"scenecc": 1, "entities": {}, "environment": {"map": str(path)}}
+    assert [found.code for found in validate(scene, asset_roots=[tmp_path])] == codes
+
+
+@pytest.mark.parametrize(("levels", "codes"), [(4, []), (2, ["SC553"])])
+def test_sides_of_a_cube(tmp_path: Path, levels: int, codes: list[str]) -> None:
+    path = tmp_path / "side.ktx"
+    path.write_bytes(ktx(8, 8, levels=levels))
+    sides = dict.fromkeys(("px", "nx", "py", "ny", "pz", "nz"), str(path))
+    scene = {"scenecc": 1, "entities": {}, "environment": {"map": sides}}
+    assert [found.code for found in validate(scene, asset_roots=[tmp_path])] == codes
+
+
+@pytest.mark.render
+@pytest.mark.parametrize("name", GOOD | BROKEN)
+def test_sapiens_reader_says_the_same(tmp_path: Path, name: str) -> None:
+    from sapien.render import RenderTexture2D
+
+    path = tmp_path / name
+    path.write_bytes((GOOD | BROKEN)[name])
+    if name in BROKEN:
+        with pytest.raises(RuntimeError):
+            RenderTexture2D(str(path))
+        return
+    texture = RenderTexture2D(str(path))
+    size = image_size(path)
+    assert (texture.width, texture.height) == (size.columns, size.rows)
+    assert texture.format == ("R16G16B16A16Sfloat" if name.endswith(".exr") else "R8G8B8A8Unorm")
