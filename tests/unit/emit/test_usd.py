@@ -298,6 +298,16 @@ def test_usd_core_reads_the_physics_that_was_written(tmp_path: Path) -> None:
                 assert description.isValid, path
 
 
+@pytest.mark.parametrize("name", ["materials", "robot_door", "constraints"])
+def test_the_validators_of_usd_core_find_nothing(name: str, tmp_path: Path) -> None:
+    validation: Any = import_module("pxr.UsdValidation")
+    validators = validation.ValidationRegistry().GetOrLoadAllValidators()
+    assert len(validators) > 10
+    stage = opened(emitted(ROOT / "scenes" / f"{name}.yaml")[0], tmp_path)
+    found = validation.ValidationContext(validators).Validate(stage)
+    assert [one.GetMessage() for one in found] == []
+
+
 def test_the_binary_form_says_the_same(tmp_path: Path) -> None:
     (name,) = emitted(TOYS, binary=True)[0]
     assert name == "out.usdc"
