@@ -108,7 +108,7 @@ def _is_finite(*bounds: Any) -> bool:
 
 
 _COLORS: Final = frozenset({"base_color", "emission"})
-_FILES: Final = frozenset({"file", "urdf", "px", "nx", "py", "ny", "pz", "nz"})
+_FILES: Final = frozenset({"file", "px", "nx", "py", "ny", "pz", "nz"})
 
 
 def entity_fields(entity: Entity, plan: ScenePlan) -> Fields:
@@ -151,7 +151,7 @@ def _values(entity: Entity, plan: ScenePlan) -> Iterator[_Found]:
 def _articulation(structure: ArticulationStructure, plan: ScenePlan) -> Iterator[_Found]:
     for name, value in _given(structure):
         if isinstance(value, Value):
-            yield _found("urdf" if name == "file" else name, value)
+            yield _found(name, value)
     for link in structure.links:
         place = f"links{name_place(link.name)}"
         if link.joint is not None:

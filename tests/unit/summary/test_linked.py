@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from plugins.plan_parts import entity, pose, solid
+from plugins.plan_parts import entity, indices, pose, solid
 from plugins.robot_plans import arm, crawler, robots, statue
 from plugins.sample_plans import SAMPLES
 
 from scenecc.backends.sapien import instantiate
 from scenecc.diagnostics import Sink
 from scenecc.plan import (
+    AssetFile,
     AxisDrive,
     AxisLimit,
     Camera,
@@ -56,6 +58,15 @@ def test_its_fields_are_told_by_the_names_of_links() -> None:
     assert fields["links.tail.joint.force_limit"] == "1 | 2"
     fields = {field.field: field.values for field in planned(SAMPLES["links"]())["chest"].varying}
     assert fields["mimics.wheel.multiplier"] == "2 | -1"
+
+
+def test_the_file_of_a_robot_is_told_of_whatever_kind_it_is() -> None:
+    plan = robots()
+    files = (AssetFile("one.xml", Path("one.xml")), AssetFile("two.xml", Path("two.xml")))
+    structure = dataclasses.replace(crawler(), file=indices(0, 1))
+    found = [dataclasses.replace(each, structures=(structure,)) for each in plan.entities if each.name == "crawler"]
+    (row,) = summarize(dataclasses.replace(plan, entities=tuple(found), files=files), None)
+    assert {field.field: field.values for field in row.varying}["file"] == "one.xml | two.xml"
 
 
 def test_what_a_reset_draws_of_a_joint_is_told() -> None:
