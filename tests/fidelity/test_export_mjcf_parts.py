@@ -186,12 +186,63 @@ def test_a_camera_sees_what_it_sees_in_sapien(tmp_path: Path) -> None:
         assert axes[2, 0] == pytest.approx(0, abs=1e-6)
     assert wide.fovy[0] == pytest.approx(50)
     assert model.cam_resolution[pixels.id].tolist() == [320, 240]
-    assert (
-        model.cam_intrinsic[pixels.id][:2] / model.cam_sensorsize[pixels.id] * (320, 240)
-    ).tolist() == pytest.approx([300, 320])
-    assert (
-        model.cam_intrinsic[pixels.id][2:] / model.cam_sensorsize[pixels.id] * (320, 240)
-    ).tolist() == pytest.approx([-10, 10])
+    seen = mujoco.MjvScene(model, 100)
+    view = mujoco.MjvCamera()
+    view.type, view.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, pixels.id
+    mujoco.mjv_updateScene(model, data, mujoco.MjvOption(), None, view, mujoco.mjtCatBit.mjCAT_ALL, seen)
+    # The middle of MuJoCo's two eyes; its frustum is what is seen at the distance `near`.
+    eye = seen.camera[0]
+    width, height = 2 * eye.frustum_width, eye.frustum_top - eye.frustum_bottom
+    left = eye.frustum_center - eye.frustum_width
+    assert [-left / width * 320, eye.frustum_top / height * 240] == pytest.approx([150, 130], rel=1e-4)
+    assert [eye.frustum_near / width * 320, eye.frustum_near / height * 240] == pytest.approx([300, 320], rel=1e-4)
+
+
+def test_a_camera_without_perspective_sees_as_much(tmp_path: Path) -> None:
+    cameras = {"flat": {"pose": [0, 0, 3], "width": 640, "height": 480, "orthographic": {"top": 0.7}}}
+    model, _, _ = compiled(scene({"a": {"shapes": [BOX]}}, cameras=cameras), tmp_path)
+    assert model.cam_projection.tolist() == [int(mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC)]
+    assert model.cam_fovy.tolist() == pytest.approx([1.4])
+
+
+def test_lights_shine_as_they_do_in_sapien(tmp_path: Path) -> None:
+    lights = {
+        "sun": {"type": "directional", "direction": [1, 1, -1], "color": [0.5, 0.6, 0.7]},
+        "bulb": {"type": "point", "position": [1, 2, 3], "color": [1, 2, 3]},
+    }
+    source = scene({"a": {"shapes": [BOX]}}, lights=lights, environment={"ambient_light": [0.1, 0.2, 0.3]})
+    model, data, _ = compiled(source, tmp_path)
+    np.testing.assert_allclose(data.light_xdir[model.light("sun").id], np.array([1, 1, -1]) / math.sqrt(3), atol=1e-6)
+    np.testing.assert_allclose(data.light_xpos[model.light("bulb").id], [1, 2, 3], atol=1e-6)
+    np.testing.assert_allclose(model.light_diffuse, [[0.5, 0.6, 0.7], [1, 2, 3]], rtol=1e-6)
+    np.testing.assert_allclose(model.vis.headlight.ambient, [0.1, 0.2, 0.3], rtol=1e-6)
+    assert model.vis.headlight.diffuse.tolist() == [0, 0, 0]
+
+
+def test_a_plane_that_is_seen_may_move(tmp_path: Path) -> None:
+    seen = {"type": "plane", "half_size": [0.3, 0.2]}
+    entities = {
+        "still": {"body_type": "static", "visuals": [seen]},
+        "moved": {"body_type": "kinematic", "collisions": [BOX], "visuals": [seen]},
+        "thrown": {"collisions": [BOX], "visuals": [seen]},
+    }
+    model, _, _ = compiled(scene(entities), tmp_path)
+    geoms = [g for g in range(model.ngeom) if model.geom_group[g] == 0]
+    kinds = [mujoco.mjtGeom(model.geom_type[g]).name for g in geoms]
+    assert kinds == ["mjGEOM_PLANE", "mjGEOM_PLANE", "mjGEOM_MESH"]
+    mesh = model.geom_dataid[geoms[2]]
+    vertices = model.mesh_vert[model.mesh_vertadr[mesh] :][: model.mesh_vertnum[mesh]]
+    assert sorted(np.ptp(vertices, axis=0).tolist()) == pytest.approx([0, 0.4, 0.6], abs=1e-6)
+
+
+def test_a_joint_that_cannot_move_is_held(tmp_path: Path) -> None:
+    robot = arm(qpos={"turn": 0.5}, joints={"turn": {"limits": [0.5, 0.5]}})
+    model, data, _ = compiled(scene({"arm": robot}), tmp_path)
+    assert (data.ne, model.jnt_limited[0]) == (1, 0)
+    np.testing.assert_allclose(residual(data), 0, atol=1e-6)
+    data.qpos[0] = 0.7
+    mujoco.mj_forward(model, data)
+    np.testing.assert_allclose(residual(data), 0.2, atol=1e-6)
 
 
 def test_colours_are_those_of_the_materials(tmp_path: Path) -> None:

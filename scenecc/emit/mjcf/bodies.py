@@ -51,7 +51,7 @@ def write_entity(model: Model, measured: MeasuredEntity) -> None:
         element.attributes["mocap"] = "true"
     elif body.body_type == "dynamic":
         _write_freedom(model, measured, body, element)
-    _fill(model, measured, body, element)
+    _fill(model, measured, model.bodies[entity.name, None])
 
 
 def _write_articulation(model: Model, measured: MeasuredEntity, structure: ArticulationStructure) -> None:
@@ -68,8 +68,8 @@ def _write_articulation(model: Model, measured: MeasuredEntity, structure: Artic
             _write_free_joint(model, element, name, body, linear, angular)
         elif body.joint is not None:
             write_joint(model, measured, number, element)
-        _fill(model, measured, body, element)
         written.append(model.bodies[name, body.name])
+        _fill(model, measured, written[-1])
     write_mimics(model, measured, structure)
 
 
@@ -101,13 +101,13 @@ def _is_held(measured: MeasuredEntity, body: MeasuredBody, parent: Written | Non
     return body.body_type != "dynamic"
 
 
-def _fill(model: Model, measured: MeasuredEntity, body: MeasuredBody, element: Element) -> None:
+def _fill(model: Model, measured: MeasuredEntity, written: Written) -> None:
     """Its mass and its shapes, and what of it MuJoCo has not."""
-    name = measured.entity.name
+    name, body, element = measured.entity.name, written.measured, written.element
     if body.mass is not None:
         _write_mass(model, name, body, body.mass, element)
     write_collisions(model, name, body, element)
-    write_visuals(model, name, measured.row, body.body, element)
+    write_visuals(model, name, measured.row, body.body, element, held=written.held)
     model.lost.fields(name, body.body, _OF_A_BODY, body.body.origin)
 
 

@@ -118,7 +118,8 @@ def _lens(model: Model, camera: Camera, row: int) -> dict[str, Any]:
             fx, fy, cx, cy, skew = (float(getattr(lens, name).row(row)) for name in ("fx", "fy", "cx", "cy", "skew"))
             if skew:
                 model.lost.leave_out(camera.name, "`skew` of a camera", camera.origin)
-            return _in_pixels(width, height, fx, fy, (cx - width / 2, cy - height / 2))
+            # MuJoCo moves the view: a positive number moves the axis in the picture left, or up.
+            return _in_pixels(width, height, fx, fy, (width / 2 - cx, height / 2 - cy))
 
 
 def _in_pixels(width: int, height: int, fx: float, fy: float, middle: tuple[float, float]) -> dict[str, Any]:

@@ -81,11 +81,11 @@ def _tell(model: Model, name: str, shape: MeasuredShape) -> None:
         lost.leave_out(name, "`restitution` of a shape", plan.origin)
 
 
-def write_visuals(model: Model, name: str, row: int, body: BodyStructure, element: Element) -> None:
-    """Geoms for all that is seen of a body. Raises MeshProblem."""
+def write_visuals(model: Model, name: str, row: int, body: BodyStructure, element: Element, *, held: bool) -> None:
+    """Geoms for all that is seen of a body. `held`: whether nothing moves it. Raises MeshProblem."""
     for shape, plan in zip(model.drawer.visuals(body, row), body.visuals, strict=False):
         parts = baked(shape)
-        native = None if parts[0].look.base_color_image else _native(plan.geometry, row, element)
+        native = None if parts[0].look.base_color_image else _native(plan.geometry, row, held=held)
         if native is not None:
             turn, attributes = native
             _write_seen(
@@ -98,7 +98,7 @@ def write_visuals(model: Model, name: str, row: int, body: BodyStructure, elemen
             _write_seen(model, name, shape, {"type": "mesh", "mesh": mesh, **placed(shape.pose)}, part, element)
 
 
-def _native(geometry: VisualGeometry, row: int, element: Element) -> tuple[Pose7, dict[str, Any]] | None:
+def _native(geometry: VisualGeometry, row: int, *, held: bool) -> tuple[Pose7, dict[str, Any]] | None:
     """A geom's own type for what is seen, and how it is turned there; None: it is drawn of triangles."""
     match geometry:
         case Box(half_size=size):
@@ -108,15 +108,10 @@ def _native(geometry: VisualGeometry, row: int, element: Element) -> tuple[Pose7
         case Capsule(radius=radius, half_length=length) | Cylinder(radius=radius, half_length=length):
             kind = "capsule" if isinstance(geometry, Capsule) else "cylinder"
             return Z_TO_X, {"type": kind, "size": (radius.row(row), length.row(row))}
-        case VisualPlane(half_size=size) if not _moves(element):
+        case VisualPlane(half_size=size) if held:  # MuJoCo has planes on what does not move alone
             return Z_TO_X, {"type": "plane", "size": (*size.row(row), _GRID)}
         case _:
             return None
-
-
-def _moves(element: Element) -> bool:
-    """Whether a body is no part of the world, which alone has planes in MuJoCo."""
-    return any(child.tag in {"joint", "freejoint"} for child in element.children) or "mocap" in element.attributes
 
 
 def _write_seen(
