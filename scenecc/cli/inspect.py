@@ -61,10 +61,10 @@ def inspect(
     limits: Limits = None,
     form: TableFormatOption = TableFormat.text,
 ) -> None:
-    """Show a scene as a tree: sizes, masses, materials, scenes, files and their hashes.
+    """Show what a scene holds, as a tree.
 
-    Values that scenes differ in are told as alternatives or ranges; of one scene, as they are there.
-    Masses are the engine's, which starts for them without a render device.
+    It tells sizes, masses, materials, joints, scenes, and all files with their hashes. Values that scenes
+    differ in are told as alternatives or ranges; of one scene, as they are there. Masses are the engine's, which starts for them without a render device.
 
     \b
     Examples:

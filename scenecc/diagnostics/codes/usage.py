@@ -98,7 +98,7 @@ ROWS: tuple[Code, ...] = (
         severity="error",
         title="no entity of that name is there",
         cause="`--entity` names an entity of the scene, or several by a pattern, and nothing has such a name.",
-        example="$ scenecc inspect scenes/tabletop.yaml --entity cub",
+        example="$ scenecc inspect scene.yaml --entity cub",
         cure="Name an entity as `scenecc inspect` lists it, or write a pattern: `--entity 'leg_*'`.",
     ),
     Code(
