@@ -219,6 +219,25 @@ def test_lights_shine_as_they_do_in_sapien(tmp_path: Path) -> None:
     assert model.vis.headlight.diffuse.tolist() == [0, 0, 0]
 
 
+@pytest.mark.parametrize("thin", [0.02, 0.0003, 0.00001])
+def test_a_flat_body_has_moments_that_mujoco_takes(thin: float, tmp_path: Path) -> None:
+    sizes = [[0.1 + 0.0137 * i, 0.07 + 0.0091 * i, thin] for i in range(20)]
+    entities = {f"b{i}": {"shapes": [BOX | {"half_size": size}]} for i, size in enumerate(sizes)}
+    compare(scene(entities), tmp_path)
+
+
+def test_moments_that_no_body_has_are_lowered_with_a_warning(tmp_path: Path) -> None:
+    inertial = '<inertial><mass value="1"/><inertia ixx=".1" iyy=".1" izz=".4" ixy="0" ixz="0" iyz="0"/></inertial>'
+    joint = '<joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint>'
+    (tmp_path / "arm.urdf").write_text(
+        f'<robot name="r"><link name="a"/><link name="b">{inertial}</link>{joint}</robot>'
+    )
+    source = scene({"arm": {"urdf": str(tmp_path / "arm.urdf")}})
+    model, _, found = compiled(source, tmp_path, allow_outside_assets=True)
+    assert model.body("arm/b").inertia.tolist() == pytest.approx([0.1, 0.1, 0.2])
+    assert [each.code for each in found if "moment of inertia" in each.message] == ["SC731"]
+
+
 def test_a_plane_that_is_seen_may_move(tmp_path: Path) -> None:
     seen = {"type": "plane", "half_size": [0.3, 0.2]}
     entities = {

@@ -106,8 +106,8 @@ ROWS: tuple[Code, ...] = (
         severity="error",
         title="no such camera, or not in this scene",
         cause=(
-            "`scenecc render --camera` was given a name that no camera of the file has, or --scene selects a scene that "
-            "the camera is not in."
+            "`scenecc render --camera` was given a name that no camera of the file has, or --scene selects a scene in "
+            "which the camera is not."
         ),
         example="$ scenecc render scene.yaml --camera eye -o eye.png",
         cure="Name a camera of the file, or leave --camera out: the picture is then of a camera that frames the scene.",
@@ -142,7 +142,7 @@ ROWS: tuple[Code, ...] = (
             "A URDF is one robot. `--entity` names none that is in the scene, the scene has no articulation, or it has "
             "several and -o names one file."
         ),
-        example="$ scenecc emit scenes/tabletop.yaml --to urdf -o table.urdf    # which has no articulation",
+        example="$ scenecc emit scene.yaml --to urdf -o scene.urdf    # which has no articulation",
         cure="Name an entity with --entity (a body becomes a robot of one link), or a folder after -o.",
     ),
 )

@@ -8,7 +8,7 @@ from scenecc.emit.mjcf.joints import write_joint
 from scenecc.emit.mjcf.mimics import write_mimics
 from scenecc.emit.mjcf.model import Start, Written
 from scenecc.emit.mjcf.shapes import write_collisions, write_visuals
-from scenecc.emit.xml import frames
+from scenecc.emit.xml import elements, frames
 from scenecc.emit.xml.frames import IDENTITY
 from scenecc.plan import ArticulationStructure
 
@@ -112,11 +112,11 @@ def _fill(model: Model, measured: MeasuredEntity, written: Written) -> None:
 
 
 def _write_mass(model: Model, name: str, body: MeasuredBody, mass: MeasuredMass, element: Element) -> None:
-    low, middle, high = sorted(mass.inertia)
-    inertia = mass.inertia
+    inertia = tuple(float(elements.number(each)) for each in mass.inertia)  # as MuJoCo reads them
+    low, middle, high = sorted(inertia)
     if high > low + middle:
         # MuJoCo refuses what no body can have; a flat one is at the edge of that, and a rounding brings it over.
-        inertia = tuple(min(each, low + middle) for each in mass.inertia)
+        inertia = tuple(min(each, low + middle) for each in inertia)
         if high > (1 + _BY_ROUNDING) * (low + middle):
             words = "its largest moment of inertia is lowered to the sum of the others, above which no body has one"
             model.lost.change(name, words, body.body.origin)
