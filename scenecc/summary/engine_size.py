@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scenecc.plan.extent import reach
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
@@ -34,29 +36,28 @@ def articulation_size(links: Iterable[Any]) -> Size | None:
         pose = link.entity_pose
         root = pose.inv() if root is None else root
         for shape in link.collision_shapes:
-            corners = _corners(shape)
-            if corners is None:
+            bounds = _bounds(shape, root * pose * shape.local_pose)
+            if bounds is None:
                 return None
-            found.append(_placed(corners, root * pose * shape.local_pose))
+            found.append(bounds)
     return _extents(found) if found else None
 
 
-def _corners(shape: Any) -> NDArray[np.float64] | None:
-    """Points that enclose a shape, in its own frame."""
+def _bounds(shape: Any, pose: Any) -> NDArray[np.float64] | None:
+    """Points that bound a shape as the shape itself does, where it stands; None of a plane."""
     if hasattr(shape, "vertices"):
-        return np.asarray(shape.vertices * shape.scale, dtype=np.float64)
+        return _placed(shape.vertices * shape.scale, pose)
+    frame = pose.to_transformation_matrix()
     if hasattr(shape, "half_size"):
-        half = shape.half_size
+        half = reach("box", tuple(shape.half_size), frame[:3, :3])
+    elif hasattr(shape, "half_length"):
+        solid = "cylinder" if type(shape).__name__.endswith("Cylinder") else "capsule"
+        half = reach(solid, (shape.radius, shape.half_length), frame[:3, :3])
     elif hasattr(shape, "radius"):
-        radius = shape.radius
-        length = getattr(shape, "half_length", 0.0)
-        # A capsule's ends are round, a cylinder's flat; a ball has no length.
-        flat = type(shape).__name__.endswith("Cylinder")
-        half = (length if flat else length + radius, radius, radius)
+        half = reach("sphere", (shape.radius,), frame[:3, :3])
     else:
         return None
-    signs = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T
-    return signs * np.asarray(half, dtype=np.float64)
+    return frame[:3, 3] + np.array([-half, half])
 
 
 def _placed(points: NDArray[Any], pose: Any) -> NDArray[np.float64]:

@@ -19,7 +19,7 @@ import scenecc
 from scenecc.api import ScenePlan, inspect_scene
 from scenecc.cli.tree import tree_text
 from scenecc.plan.labels import NAMES
-from scenecc.summary import Item
+from scenecc.summary import Item, summarize
 from scenecc.summary.facts import axis_words, rotation_words
 from scenecc.summary.inspection import scene_item
 
@@ -225,3 +225,41 @@ def test_any_plan_is_told(plan: ScenePlan) -> None:
         item = scene_item(plan, scene=scene, made={})
         json.dumps(item.data(), allow_nan=False)
         assert "\x1b" not in tree_text(item)
+
+
+TURNED = """
+scenecc: 1
+entities:
+  body:
+    shapes:
+      - {type: sphere, radius: 0.1, pose: {p: [0, 0, 0], rpy_deg: [10, 45, 20]}}
+      - {type: SHAPE, radius: 0.1, half_length: 0.3, axis: z, pose: {p: [0, 0, 0], rpy_deg: [0, 30, 0]}}
+  robot:
+    fix_root_link: true
+    root:
+      name: base
+      shapes: [{type: sphere, radius: 0.1}]
+      children:
+        - name: arm
+          joint: {name: hinge, type: revolute, axis: y, limits_deg: [-90, 90]}
+          shapes:
+            - {type: SHAPE, radius: 0.1, half_length: 0.3, axis: z}
+    qpos: {hinge: 0.5235987755982988}
+"""
+
+
+@pytest.mark.parametrize(
+    ("shape", "x", "z"),
+    [
+        ("capsule", 2 * (0.1 + 0.3 * 0.5), 2 * (0.1 + 0.3 * np.sqrt(0.75))),
+        ("cylinder", 2 * (0.3 * 0.5 + 0.1 * np.sqrt(0.75)), 2 * (0.3 * np.sqrt(0.75) + 0.1 * 0.5)),
+    ],
+)
+def test_a_round_shape_that_is_turned_is_no_larger_for_it(shape: str, x: float, z: float) -> None:
+    text = TURNED.replace("SHAPE", shape)
+    found = {one["name"]: one["size"] for one in told(text)["entities"]}
+    with scenecc.load_scene(io.StringIO(text), render=False) as batch:
+        rows = {row.name: row.size for row in summarize(batch.plan, batch)}
+    for sizes in (found, rows):
+        assert sizes["body"] == pytest.approx([x, 0.2, z], abs=1e-5)
+        assert sizes["robot"] == pytest.approx([x, 0.2, z], abs=1e-5)
