@@ -63,8 +63,9 @@ def inspect(
 ) -> None:
     """Show what a scene holds, as a tree.
 
-    It tells sizes, masses, materials, joints, scenes, and all files with their hashes. Values that scenes
-    differ in are told as alternatives or ranges; of one scene, as they are there. Masses are the engine's, which starts for them without a render device.
+    It tells sizes, masses, materials, joints, scenes, and all files with their hashes. Values that
+    scenes differ in are told as alternatives or ranges; of one scene, as they are there. Masses are
+    the engine's, which starts for them without a render device.
 
     \b
     Examples:
