@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         SceneState,
     )
     from scenecc.building import Build, build_scene, inspect_scene
+    from scenecc.exporting import export_scene
     from scenecc.plan import ScenePlan
     from scenecc.questions import emit_scene
     from scenecc.rendering import LegendRow, Picture, Rendering, render_scene
@@ -50,6 +51,7 @@ __all__ = [
     "build_scene",
     "compile_scene",
     "emit_scene",
+    "export_scene",
     "inspect_scene",
     "load_scene",
     "plan_text",
@@ -294,6 +296,7 @@ _IN = {
     **dict.fromkeys(("Build", "build_scene", "inspect_scene"), "building"),
     **dict.fromkeys(("LegendRow", "Picture", "Rendering", "render_scene"), "rendering"),
     "emit_scene": "questions",
+    "export_scene": "exporting",
     **dict.fromkeys(_BATCHES, "backends.sapien"),
     "ScenePlan": "plan",
     **dict.fromkeys(("Item", "SummaryRow"), "summary"),
