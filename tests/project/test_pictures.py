@@ -76,7 +76,8 @@ def test_the_command_takes_what_the_script_gives_it(script: Any) -> None:
     app.command()(render)
     command = get_command(app)
     for one in arguments(script):
-        command.make_context("render", [*shlex.split(one), "-o", "picture.png"])
+        scene, *_ = asked = [*shlex.split(one), "-o", "picture.png"]
+        assert command.make_context("render", asked).params["scene"] == scene
 
 
 def test_a_depth_is_seen_and_pictures_stand_side_by_side(script: Any, tmp_path: Path) -> None:

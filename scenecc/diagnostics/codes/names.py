@@ -160,8 +160,9 @@ ROWS: tuple[Code, ...] = (
         "error",
         "names that cannot be told",
         "Every file and material that may be named is looked up before anything is drawn, so an expression that names "
-        "one may read draws of alternatives only, of at most 10 000 combinations in all, and must give a text. So it "
-        "is of what an articulation is put together from: `scale` and `fix_root_link` give few values, none of a range.",
+        "one may read draws of alternatives only, of at most 10 000 combinations in all, and must give a text. So "
+        "it is of what an articulation is put together from: `scale` and `fix_root_link` give few values, none of a "
+        "range.",
         "scenecc: 1\ndraws: {x: {uniform: [0, 1]}}\nmaterials:\n  oak: {physical: {density: 700}}\nentities:\n"
         '  cube:\n    material: "oak_${x}"\n' + _CUBE,
         "Read draws made by `choice`, `cycle` or `integers`, or write the names or values in a `choice` themselves.",
@@ -253,8 +254,8 @@ ROWS: tuple[Code, ...] = (
         "SC327",
         "error",
         "files that cannot stand for one another",
-        "Where the file of an entity differs from scene to scene, or how it is read, each must hold one articulation, or "
-        "each one body: what is one entity in one scene cannot be several in another.",
+        "Where the file of an entity differs from scene to scene, or how it is read, each must hold one articulation, "
+        "or each one body: what is one entity in one scene cannot be several in another.",
         "$ scenecc validate scene.yaml   # urdf: {cycle: [arm.urdf, two_arms.urdf]}",
         "Give each robot of such a file a file of its own.",
     ),

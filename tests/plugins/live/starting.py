@@ -27,7 +27,7 @@ def start_from(scene: Any, reference: Facts) -> None:
         link = any(hasattr(component, "articulation") for component in entity.components)
         off = np.abs(ours.astype(np.float64) - theirs)
         if entity.name == facts.name and not link and not off[:3].any() and 0 < off[3:].max() <= LAST_BIT:
-            entity.pose = sapien.Pose(theirs[:3], theirs[3:])
+            entity.pose = sapien.Pose(theirs[:3].tolist(), theirs[3:].tolist())
 
 
 LAST_BIT = float(np.finfo(np.float32).eps) / 2
