@@ -75,9 +75,9 @@ def test_wrong_usage_is_2_and_says_something(run, arguments: tuple[str, ...]) ->
 
 
 def test_an_unknown_code_suggests_one(run) -> None:
-    done = run("explain", "SC90l")
+    done = run("explain", "SC901l")
     assert done.returncode == 2
-    assert "did you mean SC9" in done.stderr
+    assert "did you mean SC901 " in done.stderr
     assert done.stdout == ""
 
 
