@@ -21,6 +21,7 @@ BENCHMARKS = {
     "linear": "benchmarks.linear",
     "robots": "benchmarks.robots",
     "maniskill": "benchmarks.maniskill",
+    "render": "benchmarks.render",
     "process": "benchmarks.process",
 }
 """Name → module with a function `run`."""
