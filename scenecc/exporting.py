@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Literal
 
 from scenecc.api import SceneError, compiled, instantiated
-from scenecc.diagnostics import Location, Sink
-from scenecc.emit import EMITTERS, EXPORTS, export
+from scenecc.diagnostics import Sink
+from scenecc.emit import EXPORTS, export
 from scenecc.emit.choice import Choice
-from scenecc.front import Options, Source
+from scenecc.front import Options, Source, select_scenes
 from scenecc.front.options import integer
 
 if TYPE_CHECKING:
@@ -76,11 +76,15 @@ def export_scene(
     """
     asked = {"scene": scene is not None, "grid": grid, "show": show != "visual"}
     asked |= {"entity": entity is not None, "folder": folder, "binary": binary}
+    if target not in EXPORTS:
+        raise ValueError(f"there is no target {target!r}; there are {', '.join(EXPORTS)}")
+    if show not in {"visual", "collision"}:
+        raise ValueError(f"show is visual or collision, not {show!r}")
     check_choice(target, [word for word, given in asked.items() if given])
     sink = Sink()
     options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
     plan = compiled(source, options, sink).plan
-    chosen = None if grid else [_one_scene(scene or 0, plan, sink)]
+    chosen = None if grid else _one_scene(scene or 0, plan, sink)
     measured = _measured(plan, chosen, sink, progress)
     choice = Choice(name or plan.name, show, grid, entity, folder, binary)
     files = export(plan, measured, target, choice, sink)
@@ -95,31 +99,27 @@ def check_choice(target: str, asked: Collection[str]) -> None:
     """Whether arguments of `export_scene` can be given together.
 
     Args:
-        target: as there.
+        target: as there, or a key of `scenecc.emit.EMITTERS`, which takes none of them.
         asked: names of those among `scene`, `grid`, `show`, `entity`, `folder` and `binary` that are given.
 
     Raises:
-        ValueError: the target is none, or does not take one of them.
+        ValueError: the target does not take one of them.
     """
-    if target not in {*EMITTERS, *EXPORTS}:
-        raise ValueError(f"there is no target {target!r}; there are {', '.join(EXPORTS)}")
     for word in asked:
         takers = [name for name, row in EXPORTS.items() if word == "scene" or word in row.takes]
         if target not in takers:
-            raise ValueError(f"{target} takes no `{word}`, which is for {' and '.join(takers) or 'none'}")
+            raise ValueError(f"{target} takes no `{word}`, which is for {', '.join(takers)}")
     if {"grid", "scene"} <= set(asked):
         raise ValueError("`grid` writes all scenes, and `scene` one of them")
     if {"entity", "folder"} <= set(asked):
         raise ValueError("`entity` writes one file, and `folder` one for each entity")
 
 
-def _one_scene(scene: int, plan: ScenePlan, sink: Sink) -> int:
-    index = integer(scene, "scene", 0)
-    if index >= plan.num_scenes:
-        message = f"there is no scene {index}: there are {plan.num_scenes}, from 0 on"
-        sink.report("SC908", message, Location("--scene"))
+def _one_scene(scene: int, plan: ScenePlan, sink: Sink) -> list[int]:
+    chosen = select_scenes(str(integer(scene, "scene", 0)), plan.num_scenes, sink, "--scene")
+    if chosen is None:
         raise SceneError(sink.diagnostics())
-    return index
+    return list(chosen)
 
 
 def _measured(

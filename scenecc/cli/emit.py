@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping
 from enum import Enum
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -24,6 +25,7 @@ from scenecc.cli.options import (
     at_least,
     parse_limits,
     parse_params,
+    shown,
 )
 from scenecc.cli.output import STDOUT, base_folder, write, write_files
 from scenecc.cli.progress import progress
@@ -54,7 +56,14 @@ class Show(str, Enum):
 
 
 _TEXTS = (Target.python, Target.json)
-_FILES_OF_ROBOTS = (".urdf", ".xml")
+_SUFFIXES = {
+    Target.glb: (".glb",),
+    Target.mjcf: (".xml", ".mjcf"),
+    Target.urdf: (".urdf", ".xml"),
+    Target.usd: (".usda", ".usd", ".usdc"),
+}
+"""Of files that other programs tell by their names."""
+
 _BINARY = (".usd", ".usdc")
 """Suffixes of USD's binary form."""
 
@@ -122,22 +131,27 @@ def emit(
     if target in _TEXTS:
         _write(lambda found: _emit_text(source, target, output, options, found), values, output)
     options |= {"scene": index, "grid": grid, "show": show.value, "entity": entity, "folder": folder}
-    options["binary"] = target is Target.usd and Path(output).suffix in _BINARY
+    options["binary"] = target is Target.usd and Path(output).suffix.lower() in _BINARY
     _write(lambda found: _emit_files(source, target, output, options, found), values, output)
 
 
 def _check(target: Target, output: str, asked: Mapping[str, Any]) -> bool:
-    """Whether the output is a folder. Raises typer.BadParameter for options that the target does not take."""
+    """Whether the output is a folder. Raises typer.BadParameter for options or a file that the target does not take."""
     from scenecc import exporting
 
     given = [word for word, value in asked.items() if value is not None and value is not False]
     several = target is Target.urdf and "entity" not in given
-    folder = several and output != STDOUT and Path(output).suffix not in _FILES_OF_ROBOTS
     try:
         exporting.check_choice(target.value, given)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from None
-    return folder
+    suffix, suffixes = Path(output).suffix.lower(), _SUFFIXES.get(target)
+    if output == STDOUT or suffixes is None or suffix in suffixes:
+        return False
+    several = target is Target.urdf and "entity" not in given
+    if not several or suffix in chain(*_SUFFIXES.values()):
+        raise typer.BadParameter(f"{shown(output)} does not end in {' or '.join(suffixes)}", param_hint="'-o'")
+    return True
 
 
 def _emit_text(

@@ -71,3 +71,19 @@ def test_robots_go_to_a_file_or_to_a_folder(run, tmp_path: Path) -> None:
     assert several.returncode == 2
     assert "SC915" in several.stderr
     assert not (tmp_path / "both.urdf").exists()
+
+
+def test_a_file_has_a_name_that_its_target_reads(run, cube: Path, tmp_path: Path) -> None:
+    for target, name, words in (
+        ("glb", "out.xml", "'out.xml' does not end in .glb"),
+        ("glb", "out", "'out' does not end in .glb"),
+        ("mjcf", "out.urdf", "'out.urdf' does not end in .xml or .mjcf"),
+        ("usd", "out.usdz", "'out.usdz' does not end in .usda or .usd or .usdc"),
+        ("urdf", "out.glb", "'out.glb' does not end in .urdf or .xml"),
+    ):
+        done = run("emit", cube, "--to", target, "-o", name)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert words in " ".join(done.stderr.replace("│", " ").split()), done.stderr
+        assert not (tmp_path / name).exists()
+    assert run("emit", cube, "--to", "urdf", "--entity", "cube", "-o", "cubes").returncode == 2
+    assert run("emit", cube, "--to", "mjcf", "-o", "OUT.XML").returncode == 0

@@ -74,6 +74,6 @@ def test_options_that_do_not_go_together_are_refused(run, tmp_path: Path) -> Non
         ("--to", "usd", "--grid"),
         ("--to", "glb", "--scene", "9"),
     ):
-        done = run("emit", "scene.yaml", *options, "-o", "out")
+        done = run("emit", "scene.yaml", *options, "-o", "out.glb")
         assert done.returncode == 2, done.stderr
-        assert not (tmp_path / "out").exists()
+        assert not (tmp_path / "out.glb").exists()
