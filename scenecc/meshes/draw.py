@@ -81,7 +81,8 @@ class Drawer:
         parts, scale = self._parts(shape.geometry, row, own)
         if visibility != 1 or flat:
             shown = [self._shaded(part.surface, flat=flat) for part in parts]
-            parts = tuple(Part(one, _faded(part.look, visibility)) for one, part in zip(shown, parts, strict=True))
+            looks = [replace(part.look, visibility=visibility) for part in parts]
+            parts = tuple(map(Part, shown, looks))
         mirrored = isinstance(shape.geometry, Mesh) and scale[0] * scale[1] * scale[2] < 0
         turned = shape.front_face is not None and (shape.front_face == "clockwise") != mirrored
         pose = _IDENTITY if shape.pose is None else _pose(shape.pose.row(row))
@@ -152,11 +153,6 @@ _WORDS: Final = {
     TiledPlane: "tiled_plane",
     Mesh: "mesh",
 }
-
-
-def _faded(look: Look, visibility: float) -> Look:
-    red, green, blue, alpha = look.base_color
-    return replace(look, base_color=(red, green, blue, alpha * visibility))
 
 
 def _pose(row: Any) -> Pose7:

@@ -23,7 +23,7 @@ class Looks:
         self._told = told
         self._images = Images()
         self._made: dict[tuple[object, ...], Look] = {}
-        self._left_out: dict[tuple[object, ...], None] = {}
+        self._left_out: set[str] = set()
 
     def look(self, material: Value, row: int) -> Look:
         """What a material is in one row of what has it.
@@ -47,8 +47,8 @@ class Looks:
         except MeshProblem as problem:
             if problem.code == "SC813":
                 raise
-            if (problem.message,) not in self._left_out:
-                self._left_out[problem.message,] = None
+            if problem.message not in self._left_out:
+                self._left_out.add(problem.message)
                 self._told(problem)
             return None
 

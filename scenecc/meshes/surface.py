@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import field
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 from scenecc.diagnostics.frozen import frozen
 
@@ -21,6 +21,8 @@ Pose7 = tuple[float, float, float, float, float, float, float]
 
 Channel = Literal["r", "g", "b"]
 Suffix = Literal[".png", ".jpg"]
+
+_WHITE: Final[Vec4] = (1.0, 1.0, 1.0, 1.0)
 
 
 class MeshProblem(Exception):
@@ -88,11 +90,13 @@ class Look:
 
     Attributes:
         base_color: linear RGBA in 0..1.
+        visibility: of the body that has it.
         emission: linear RGB, its strength multiplied in; an image is multiplied with it.
         specular: SAPIEN's, which reflects 0.08 times as much.
     """
 
     base_color: Vec4 = (1.0, 1.0, 1.0, 1.0)
+    visibility: float = 1.0
     emission: Vec3 = (0.0, 0.0, 0.0)
     specular: float = 0.0
     roughness: float = 1.0
@@ -106,6 +110,12 @@ class Look:
     metallic_image: Image | None = None
     emission_image: Image | None = None
     transmission_image: Image | None = None
+
+    @property
+    def tint(self) -> Vec4:
+        """What is seen of the base colour, linear RGBA: with an image, what multiplies its own."""
+        red, green, blue, alpha = self.base_color if self.base_color_image is None else _WHITE
+        return red, green, blue, alpha * self.visibility
 
 
 @frozen

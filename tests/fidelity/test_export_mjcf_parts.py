@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from fidelity.test_export_mjcf import compare, compiled
+from plugins.plan_parts import ROOT
 
 mujoco = pytest.importorskip("mujoco", reason="mujoco is not installed")
 
@@ -273,6 +274,21 @@ def test_colours_are_those_of_the_materials(tmp_path: Path) -> None:
     np.testing.assert_allclose(model.mat_rgba[material], [0.8, 0.1, 0.2, 0.5], rtol=1e-6)
     assert (model.mat_roughness[material], model.mat_metallic[material]) == pytest.approx((0.3, 0.7))
     assert model.geom_contype[seen] == model.geom_conaffinity[seen] == 0
+
+
+def test_an_image_stands_in_place_of_the_colour_and_is_seen_through_as_its_body(tmp_path: Path) -> None:
+    (tmp_path / "checker.png").write_bytes((ROOT / "assets" / "checker.png").read_bytes())
+    path = tmp_path / "scene.yaml"
+    path.write_text(
+        "scenecc: 1\n"
+        "materials: {paint: {visual: {base_color: [1, 0, 0, 0.2], base_color_texture: checker.png}}}\n"
+        "entities: {a: {body_type: static, material: paint, visibility: 0.5, "
+        "shapes: [{type: box, half_size: [1, 1, 1]}]}}\n"
+    )
+    (tmp_path / "out").mkdir()
+    model, _, _ = compiled(path, tmp_path / "out")
+    (seen,) = (g for g in range(model.ngeom) if model.geom_group[g] == 0)
+    np.testing.assert_allclose(model.mat_rgba[model.geom_matid[seen]], [1, 1, 1, 0.5])
 
 
 def test_what_mujoco_has_not_is_told_where_it_is(tmp_path: Path) -> None:

@@ -197,6 +197,25 @@ def test_a_body_is_a_robot_of_one_link(tmp_path: Path) -> None:
         np.testing.assert_allclose(sorted(theirs.inertia), sorted(ours.inertia), rtol=1e-5)
 
 
+def test_what_is_seen_of_an_image_and_by_whom_is_told(tmp_path: Path) -> None:
+    paint = {"base_color_texture": str(ROOT / "assets" / "checker.png")}
+    body = {"body_type": "none", "hidden": True, "material": "paint", "visibility": 0.5}
+    source = {
+        "scenecc": 1,
+        "materials": {"paint": {"visual": paint}},
+        "entities": {"goal": {**body, "visuals": [{"type": "sphere", "radius": 0.1}]}},
+    }
+    path, found = written(source, tmp_path, "goal", allow_outside_assets=True)
+    assert [each.message for each in found] == [
+        "`goal`: left out: that only people see it",
+        "`goal`: left out: `visibility`",
+    ]
+    (texture,) = ET.parse(path).iter("texture")
+    name = texture.attrib["filename"]
+    assert name.startswith("robot.assets/checker-")
+    assert (tmp_path / name).read_bytes() == (ROOT / "assets" / "checker.png").read_bytes()
+
+
 def test_a_folder_has_a_file_for_each_articulation() -> None:
     files = export_scene(ROOT / "scenes/robot_arm.yaml", "urdf", folder=True)
     assert list(files) == ["arm.urdf", "tumbling.urdf"]

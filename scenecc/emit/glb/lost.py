@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Set as AbstractSet
 
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.meshes import Look
+    from scenecc.meshes import Image, Look
     from scenecc.plan import ScenePlan
 
 _SECTIONS: Final = {"lights": "light", "cameras": "camera"}
@@ -34,6 +34,15 @@ def tell_lost_look(look: Look, origin: Origin | None, sink: Sink) -> None:
         sink.report("SC745", f"`transmission_texture` ({look.transmission_image.name}) is left out", place)
     if look.transmission > 0 and look.transmission_roughness != look.roughness:
         sink.report("SC745", "`transmission_roughness` is left out: `roughness` stands for it", place)
-    for image in (look.base_color_image, look.normal_image, look.roughness_image, look.emission_image):
+    rough, metal = look.roughness_image, look.metallic_image
+    if rough is not None and metal is not None and _sampling(rough) != _sampling(metal):
+        message = f"`metallic_texture` ({metal.name}) is sampled as `roughness_texture` is: glTF has both in one image"
+        sink.report("SC745", message, place)
+        metal = None
+    for image in (look.base_color_image, look.normal_image, rough, metal, look.emission_image):
         if image is not None and image.address_mode == "border":
             sink.report("SC745", f"`address_mode: border` of {image.name} is written as `edge`", place)
+
+
+def _sampling(image: Image) -> tuple[str, str]:
+    return image.filter_mode, image.address_mode

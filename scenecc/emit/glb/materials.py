@@ -95,7 +95,7 @@ def _numbers(look: Look) -> dict[str, Any]:
     """An image stands in place of a number in SAPIEN; glTF multiplies them."""
     packed = look.roughness_image is not None or look.metallic_image is not None
     return {
-        "baseColorFactor": [1.0] * 4 if look.base_color_image is not None else list(look.base_color),
+        "baseColorFactor": list(look.tint),
         "roughnessFactor": 1.0 if packed else look.roughness,
         "metallicFactor": 1.0 if packed else look.metallic,
     }
@@ -124,7 +124,7 @@ def _extensions(look: Look) -> dict[str, Any]:
 
 def _see_through(look: Look) -> bool:
     image = look.base_color_image
-    return look.base_color[3] < 1 if image is None else image.pixels.mode in {"RGBA", "LA", "PA"}
+    return look.tint[3] < 1 or (image is not None and image.pixels.mode in {"RGBA", "LA", "PA"})
 
 
 def _sample(look: Look, material: dict[str, Any], tree: dict[str, Any], samplers: list[dict[str, int]]) -> None:

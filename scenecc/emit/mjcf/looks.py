@@ -23,7 +23,7 @@ def write_look(model: Model, look: Look, shape: Shape, name: str) -> str:
             "material",
             name=model.looks[look],
             texture=None if image is None else _texture(model, image),
-            rgba=look.base_color if image is None else (1, 1, 1, 1),
+            rgba=look.tint,
             emission=emission or None,
             specular=look.specular,
             shininess=1 - look.roughness,
@@ -35,14 +35,14 @@ def write_look(model: Model, look: Look, shape: Shape, name: str) -> str:
 
 def _emission(model: Model, look: Look, shape: Shape, name: str) -> float:
     """What multiplies the colour of a material that shines: MuJoCo has one number."""
-    strongest, brightest = max(look.emission), max(look.base_color[:3])
+    strongest, brightest = max(look.emission), max(look.tint[:3])
     if strongest == 0:
         return 0.0
     if brightest == 0:
         model.lost.leave_out(name, "`emission` of a black material", shape.origin)
         return 0.0
     strength = strongest / brightest
-    if any(abs(strength * own - shines) > 1e-6 for own, shines in zip(look.base_color, look.emission, strict=False)):
+    if any(abs(strength * own - shines) > 1e-6 for own, shines in zip(look.tint, look.emission, strict=False)):
         model.lost.change(name, "`emission` has the colour of the material, as in MuJoCo", shape.origin)
     return strength
 
@@ -63,7 +63,7 @@ def _texture(model: Model, image: Image) -> str:
             buffer = BytesIO()
             image.pixels.save(buffer, "png")
             data = buffer.getvalue()
-        file = model.beside.add(image.name.rpartition(".")[0] or "texture", ".png", data)
+        file = model.beside.add(image.name or "texture", ".png", data)
         name = model.textures[image.digest] = model.name("texture", file.removesuffix(".png"))
         model.sections["asset"].add("texture", name=name, type="2d", file=file)
     return model.textures[image.digest]

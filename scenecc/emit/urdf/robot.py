@@ -41,7 +41,6 @@ _OF_A_BODY: Final = (
     "solver_position_iterations",
     "solver_velocity_iterations",
     "collision_groups",
-    "visibility",
     "shading_mode",
 )
 _OF_AN_ARTICULATION: Final = (
@@ -81,6 +80,8 @@ class Robot:
 def write_robot(robot: Robot) -> None:
     """All links, then all joints. Raises MeshProblem."""
     measured = robot.measured
+    if measured.entity.hidden:
+        robot.lost.leave_out(robot.name, "that only people see it", measured.entity.origin)
     robot.moved = [_moved(robot, body) for body in measured.bodies]
     robot.joints = _joint_names(measured)
     for number, body in enumerate(measured.bodies):

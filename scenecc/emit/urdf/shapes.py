@@ -22,7 +22,7 @@ _LYING: Final[Pose7] = (0.0, 0.0, 0.0, 0.7071067811865476, 0.0, -0.7071067811865
 """From a frame in which a capsule lies along x to one in which it stands along z."""
 
 _OF_A_SHAPE: Final = ("material", "contact_offset", "rest_offset", "patch_radius", "min_patch_radius")
-_SEEN: Final = frozenset({"base_color", "base_color_image"})
+_SEEN: Final = frozenset({"base_color", "base_color_image", "visibility"})
 _PLAIN: Final = Look()
 
 
@@ -102,15 +102,17 @@ def _native(geometry: VisualGeometry, row: int) -> tuple[str, tuple[float, ...]]
 def _material(robot: Robot, look: Look, shape: Shape) -> Element:
     """A colour or an image."""
     lost = [f"`{item.name.replace('_image', '_texture')}`" for item in fields(look) if _is_lost(look, item.name)]
+    if look.visibility < 1 and look.base_color_image is not None:
+        lost.append("`visibility`")
     if lost:
         robot.lost.leave_out(robot.name, ", ".join(lost), shape.origin)
     name = robot.looks.setdefault(look, f"material_{len(robot.looks)}")
     element = Element("material", name=name)
     image = look.base_color_image
     if image is None:
-        element.add("color", rgba=look.base_color)
+        element.add("color", rgba=look.tint)
     else:
-        file = robot.beside.add(image.name.rpartition(".")[0] or "texture", image.suffix, image.data)
+        file = robot.beside.add(image.name or "texture", image.suffix, image.data)
         element.add("texture", filename=f"{robot.beside.folder}/{file}")
     return element
 

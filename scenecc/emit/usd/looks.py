@@ -58,7 +58,7 @@ class Looks:
         shader = stage.shade.Shader.Define(stage.stage, f"{path}/surface")
         shader.CreateIdAttr("UsdPreviewSurface")
         types = stage.sdf.ValueTypeNames
-        red, green, blue, alpha = look.base_color
+        red, green, blue, alpha = look.tint
         # UsdPreviewSurface reflects by `ior`, SAPIEN by `specular`: the same share of what falls on it from the front.
         root = math.sqrt(0.08 * look.specular)
         inputs: dict[str, tuple[Any, Any]] = {
@@ -84,6 +84,8 @@ class Looks:
             found = self._texture(path, "base_color", color)
             self._connect(shader, "diffuseColor", types.Color3f, found, "rgb")
             if color.pixels.mode in {"RGBA", "LA", "PA"}:
+                if look.visibility < 1:
+                    found.CreateInput("scale", types.Float4).Set(self._stage.gf.Vec4f(1, 1, 1, look.visibility))
                 self._connect(shader, "opacity", types.Float, found, "a")
         if look.emission_image is not None:
             found = self._texture(path, "emission", look.emission_image)
@@ -122,6 +124,7 @@ class Looks:
 
     def _tell(self, look: Look, entity: str, place: Origin | None) -> None:
         images = (look.base_color_image, look.normal_image, look.roughness_image, look.metallic_image)
+        images = (*images, look.emission_image)
         if any(image is not None and image.filter_mode == "nearest" for image in images):
             self._stage.lost.leave_out(entity, "`filter_mode: nearest` of a texture", place)
         if look.transmission > 0 or look.transmission_image is not None:

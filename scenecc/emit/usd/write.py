@@ -82,6 +82,8 @@ def _write_entity(
     stage: Stage, entity: MeasuredEntity, bodies: Bodies, paths: dict[tuple[str, str | None], str]
 ) -> None:
     name = entity.entity.name
+    if entity.entity.hidden:
+        stage.lost.leave_out(name, "that only people see it", entity.entity.origin)
     if not isinstance(entity.structure, ArticulationStructure):
         (body,) = entity.bodies
         made = stage.xform(stage.root, name, body.pose)

@@ -27,9 +27,11 @@ Y_UP = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
 """Rows: where x, y and z of a file are in a scene's."""
 
 
-def emitted(source: Any, *, show: Literal["visual", "collision"] = "visual", grid: bool = False) -> Emitted:
+def emitted(
+    source: Any, *, show: Literal["visual", "collision"] = "visual", grid: bool = False, outside: bool = False
+) -> Emitted:
     found: list[Diagnostic] = []
-    files = export_scene(source, "glb", name="out", show=show, grid=grid, found=found)
+    files = export_scene(source, "glb", name="out", show=show, grid=grid, allow_outside_assets=outside, found=found)
     assert list(files) == ["out.glb"]
     return files["out.glb"], found
 
@@ -198,6 +200,49 @@ def test_what_is_not_seen_is_not_drawn_and_what_is_faint_is_faint() -> None:
     assert names == {"out", "gone", "mist", "mist/sphere"}
     assert tree["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"][3] == 0.25
     assert tree["materials"][0]["alphaMode"] == "BLEND"
+
+
+def test_what_is_faint_is_so_with_an_image_too() -> None:
+    paint = {"base_color": [1, 0, 0, 0.5], "base_color_texture": str(ROOT / "assets" / "checker.png")}
+    ball = {"body_type": "kinematic", "material": "paint", "shapes": [{"type": "sphere", "radius": 1}]}
+    data, _ = emitted(
+        {
+            "scenecc": 1,
+            "materials": {"paint": {"visual": paint}},
+            "entities": {"solid": ball, "mist": {**ball, "visibility": 0.25}},
+        },
+        outside=True,
+    )
+    solid, mist = header(data)["materials"]
+    assert solid["pbrMetallicRoughness"]["baseColorFactor"] == [1, 1, 1, 1]
+    assert mist["pbrMetallicRoughness"]["baseColorFactor"] == [1, 1, 1, 0.25]
+    assert ("alphaMode" in solid, mist["alphaMode"]) == (False, "BLEND")
+
+
+def test_two_images_that_gltf_has_in_one_are_sampled_alike_or_told() -> None:
+    wear = str(ROOT / "assets" / "wear.png")
+    for rough, metal, words in (
+        (
+            {},
+            {"filter_mode": "nearest"},
+            ["`metallic_texture` (wear) is sampled as `roughness_texture` is: glTF has both in one image"],
+        ),
+        ({}, {}, []),
+        (None, {"address_mode": "border"}, ["`address_mode: border` of wear is written as `edge`"]),
+    ):
+        visual = {"metallic_texture": {"file": wear, "srgb": False, **metal}}
+        if rough is not None:
+            visual["roughness_texture"] = {"file": wear, "srgb": False, **rough}
+        ball = {"body_type": "static", "material": "worn", "shapes": [{"type": "sphere", "radius": 1}]}
+        scene = {"scenecc": 1, "materials": {"worn": {"visual": visual}}, "entities": {"ball": ball}}
+        _, told = emitted(scene, outside=True)
+        assert [one.message for one in told] == words
+
+
+def test_texts_are_written_by_another_function() -> None:
+    for target in ("python", "json", "stl"):
+        with pytest.raises(ValueError, match=r"there are glb, mjcf, urdf, usd"):
+            export_scene({"scenecc": 1, "entities": {}}, target)
 
 
 def test_what_cameras_do_not_see_is_drawn_and_nothing_is_a_file_too() -> None:

@@ -133,7 +133,7 @@ def test_a_look_is_a_preview_surface_and_its_image_lies_beside(tmp_path: Path) -
         "emission: [1, 0.5, 0, 2]}}\n"
         "  checked: {visual: {base_color_texture: checker.png}}\n"
         "entities:\n  a: {body_type: static, material: paint, shapes: [{type: sphere, radius: 1}]}\n"
-        "  b: {body_type: static, material: checked, shapes: [{type: sphere, radius: 1}]}\n",
+        "  b: {body_type: static, material: checked, shapes: [{type: sphere, radius: 1}], visibility: 0.25}\n",
         encoding="utf-8",
     )
     files, told = emitted(scene)
@@ -153,6 +153,7 @@ def test_a_look_is_a_preview_surface_and_its_image_lies_beside(tmp_path: Path) -
     assert_allclose(paint.GetInput("diffuseColor").Get(), [0.1, 0.2, 0.3])
     assert_allclose(paint.GetInput("emissiveColor").Get(), [2, 1, 0])
     texture, _, _ = surface("/World/b/sphere").GetInput("diffuseColor").GetConnectedSource()
+    assert surface("/World/b/sphere").GetInput("opacity").Get() == 0.25
     file = UsdShade.Shader(texture.GetPrim()).GetInput("file").Get()
     assert Path(file.resolvedPath) == tmp_path / image
 
@@ -328,14 +329,15 @@ def test_what_usd_has_not_is_told_with_its_line(tmp_path: Path) -> None:
     scene.write_text(
         "scenecc: 1\nphysics: {timestep: 0.004}\n"
         "lights:\n  sun: {type: directional, direction: [0, 0, -1], color: [1, 1, 1]}\n"
-        "entities:\n  a:\n    linear_damping: 1\n    shapes: [{type: sphere, radius: 1, contact_offset: 0.1}]\n",
+        "entities:\n  a:\n    linear_damping: 1\n    shapes: [{type: sphere, radius: 1, contact_offset: 0.1}]\n"
+        "  goal: {body_type: none, hidden: true, visuals: [{type: sphere, radius: 1}]}\n",
         encoding="utf-8",
     )
     _, told = emitted(scene)
     assert {(one.code, one.severity) for one in told} == {("SC750", "warning")}
-    assert {one.location.line for one in told} == {2, 4, 7, 8}
+    assert {one.location.line for one in told} == {2, 4, 7, 8, 9}
     words = " ".join(one.message for one in told)
-    for word in ("timestep", "a light", "linear_damping", "contact_offset"):
+    for word in ("timestep", "a light", "linear_damping", "contact_offset", "only people see it"):
         assert word in words
 
 
