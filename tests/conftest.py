@@ -26,6 +26,14 @@ def _can_render() -> bool:
     return subprocess.run([sys.executable, "-c", script], capture_output=True, check=False, timeout=60).returncode == 0
 
 
+@functools.cache
+def _held_renderer() -> object:
+    """A scene that keeps SAPIEN's renderer for as long as the tests run: else each test starts it anew, for seconds."""
+    import sapien
+
+    return sapien.Scene()
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.get_closest_marker("render") and not item.get_closest_marker("timeout"):
@@ -33,8 +41,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    if item.get_closest_marker("render") and not _can_render():
-        pytest.skip("SAPIEN finds no device to render with")
+    if item.get_closest_marker("render"):
+        if not _can_render():
+            pytest.skip("SAPIEN finds no device to render with")
+        _held_renderer()
     if item.get_closest_marker("maniskill") and importlib.util.find_spec("mani_skill") is None:
         pytest.skip("mani_skill is not installed: pip install torch 'scenecc[maniskill]'")
     if item.get_closest_marker("gpu") and not os.environ.get("SCENECC_TEST_GPU"):
