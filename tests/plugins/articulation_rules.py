@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from plugins.scene_nodes import (
     FALLBACK,
+    SHAPE_LISTS,
     Node,
     articulations,
     ascending,
@@ -157,10 +158,18 @@ def link_bodies(document: Node, random: Random) -> None:
             if parent is not None and weighs[id(link)]:
                 weighs[id(parent)] = True
         for link, _ in tree:
-            if not shapes(link, "shapes", "visuals"):
-                drop(link, "visibility")
-            if not colliding(link):
-                drop(link, "collision_bits", "collision_group")
+            _link_keys(link)
+
+
+def _link_keys(link: Node) -> None:
+    if not shapes(link, "shapes", "visuals"):
+        drop(link, "visibility")
+    if not colliding(link):
+        drop(link, "collision_bits", "collision_group", "density", "patch_radius", "min_patch_radius")
+    if not shapes(link, *SHAPE_LISTS):
+        drop(link, "material")
+    if not _weighs(link):
+        drop(link, "mass")
 
 
 def whole(document: Node, random: Random) -> None:
@@ -177,6 +186,13 @@ def whole(document: Node, random: Random) -> None:
             drop(entity, "visibility")
         if tree and not any(map(colliding, tree)):
             drop(entity, *_OF_COLLIDING)
+        if tree and not any(shapes(link, *SHAPE_LISTS) for link in tree):
+            drop(entity, "material")
+
+
+def _weighs(link: Node) -> bool:
+    """Whether a mass has something that it scales."""
+    return bool(colliding(link)) or "inertial" in link
 
 
 _OF_COLLIDING = ("density", "patch_radius", "min_patch_radius", "collision_group", "disable_self_collisions")
@@ -191,9 +207,17 @@ def patterns(document: Node, random: Random) -> None:
             said = entity.pop(section, {})
             if said and names:
                 entity[section] = {_pattern(names, random): keys for keys in said.values()}
-        for keys in entity.get("joints", {}).values():
-            if "limits" in keys:
-                keys["limits"] = ascending(keys["limits"], random)
+        heavy = {link["name"] for link, _ in links(entity) if _weighs(link)}  # of a file's links it is not known
+        for pattern, keys in entity.get("links", {}).items():
+            if any(re.fullmatch(pattern, name) and name not in heavy for name in robot.links):
+                drop(keys, "mass")
+        for pattern, keys in entity.get("joints", {}).items():
+            keep_one(keys, random, ("limits",), ("limits_deg",))
+            slide = any(not joint.is_hinge and re.fullmatch(pattern, joint.name) for joint in robot.joints)
+            if slide:
+                drop(keys, "limits_deg")
+            for key in {"limits", "limits_deg"} & set(keys):
+                keys[key] = ascending(keys[key], random)
 
 
 def _pattern(names: list[str], random: Random) -> str:
@@ -219,8 +243,12 @@ def joint_numbers(document: Node, random: Random) -> None:
 def _limited(joint: Joint, entity: Node) -> Joint:
     """A joint with the limits that patterns give it, the last that has any."""
     for pattern, keys in entity.get("joints", {}).items():
-        if "limits" in keys and re.fullmatch(pattern, joint.name):
+        if not re.fullmatch(pattern, joint.name):
+            continue
+        if "limits" in keys:
             joint = joint._replace(limits=tuple(keys["limits"]))
+        elif "limits_deg" in keys:
+            joint = joint._replace(limits=tuple(map(math.radians, keys["limits_deg"])))
     return joint
 
 

@@ -423,7 +423,8 @@ def _forms(document: dict[str, Any], random: Random) -> None:
             {"choice": [value, copy.deepcopy(value)], "weights": [1, 2]},
             {"per_scene": {"default": value}},
         ]
-        if is_number and not _is_endless(value):
+        of_a_robot = key == "scale" and not {"urdf", "mjcf"}.isdisjoint(owner)  # each value is a robot of its own
+        if is_number and not of_a_robot and not _is_endless(value):
             # Of their own each: a fault in a list that stands at two places is told at the first.
             one, other, mean, low, high = (copy.deepcopy(value) for _ in range(5))
             forms += [{"uniform": [one, other]}, {"normal": [mean, 0], "clip": [low, high]}]
