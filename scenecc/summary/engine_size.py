@@ -22,7 +22,7 @@ def mesh_size(body: Any) -> Size | None:
     shapes = body.collision_shapes
     if not shapes or not all(hasattr(shape, "vertices") for shape in shapes):
         return None
-    return _extents(_placed(shape.vertices * shape.scale, shape.local_pose) for shape in shapes)
+    return _extents(_corners(shape, shape.local_pose) for shape in shapes)
 
 
 def articulation_size(links: Iterable[Any]) -> Size | None:
@@ -44,25 +44,26 @@ def articulation_size(links: Iterable[Any]) -> Size | None:
 
 
 def _bounds(shape: Any, pose: Any) -> NDArray[np.float64] | None:
-    """Points that bound a shape as the shape itself does, where it stands; None of a plane."""
+    """Points (n, 3) that bound a shape as it is turned itself; None for a plane. `pose`: in the frame of the points."""
     if hasattr(shape, "vertices"):
-        return _placed(shape.vertices * shape.scale, pose)
-    frame = pose.to_transformation_matrix()
+        return _corners(shape, pose)
+    matrix = pose.to_transformation_matrix().astype(np.float64)
+    rotation, centre = matrix[:3, :3], matrix[:3, 3]
     if hasattr(shape, "half_size"):
-        half = reach("box", tuple(shape.half_size), frame[:3, :3])
+        half = reach("box", tuple(shape.half_size), rotation)
     elif hasattr(shape, "half_length"):
         solid = "cylinder" if type(shape).__name__.endswith("Cylinder") else "capsule"
-        half = reach(solid, (shape.radius, shape.half_length), frame[:3, :3])
+        half = reach(solid, (shape.radius, shape.half_length), rotation)
     elif hasattr(shape, "radius"):
-        half = reach("sphere", (shape.radius,), frame[:3, :3])
+        half = reach("sphere", (shape.radius,), rotation)
     else:
         return None
-    return frame[:3, 3] + np.array([-half, half])
+    return np.array([centre - half, centre + half])
 
 
-def _placed(points: NDArray[Any], pose: Any) -> NDArray[np.float64]:
+def _corners(mesh: Any, pose: Any) -> NDArray[np.float64]:
     matrix = pose.to_transformation_matrix()
-    return points @ matrix[:3, :3].T + matrix[:3, 3]
+    return np.asarray(mesh.vertices * mesh.scale, np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
 
 
 def _extents(points: Iterable[NDArray[Any]]) -> Size:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from plugins.plan_parts import entity, indices, pose, solid
 from plugins.robot_plans import arm, crawler, robots, statue
 from plugins.sample_plans import SAMPLES
 
+import scenecc
 from scenecc.backends.sapien import instantiate
 from scenecc.diagnostics import Sink
 from scenecc.plan import (
@@ -105,6 +107,24 @@ def test_what_was_built_is_as_large_as_what_of_it_collides() -> None:
     with batch:
         (row,) = summarize(plan, batch)
     assert row.size == pytest.approx((0.24, 0.04, 0.34), abs=1e-6)
+
+
+def test_what_is_round_is_as_large_turned_as_it_is() -> None:
+    shapes = {"capsule": {"radius": 0.05}, "cylinder": {"radius": 0.05}, "box": {}}
+    for kind, sizes in shapes.items():
+        shape = {"type": kind, "half_size": [0.2, 0.05, 0.05]} if kind == "box" else {"type": kind, "half_length": 0.2}
+        rod = {
+            "name": "rod",
+            "joint": {"name": "turn", "type": "revolute", "axis": [0, 1, 0], "limits": [-2, 2]},
+            "shapes": [shape | sizes],
+        }
+        base = {"name": "base", "shapes": [{"type": "sphere", "radius": 0.1}], "children": [rod]}
+        robot = {"root": base, "fix_root_link": True, "qpos": {"turn": math.pi / 4}}
+        source = {"scenecc": 1, "entities": {"robot": robot}}
+        with scenecc.load_scene(source, render=False) as batch:
+            (row,) = summarize(batch.plan, batch)
+        long = 0.2 * math.sqrt(2) + (0.1 if kind == "capsule" else 0.05 * math.sqrt(2))
+        assert row.size == pytest.approx((long, 0.2, long), abs=1e-6), kind
 
 
 def test_what_is_fastened_has_a_row_each_after_the_entities() -> None:
