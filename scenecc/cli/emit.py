@@ -22,6 +22,7 @@ from scenecc.cli.options import (
     Params,
     SceneArgument,
     Seed,
+    Show,
     at_least,
     parse_limits,
     parse_params,
@@ -46,13 +47,6 @@ class Target(str, Enum):
     mjcf = "mjcf"
     urdf = "urdf"
     usd = "usd"
-
-
-class Show(str, Enum):
-    """What bodies look like in a file."""
-
-    visual = "visual"
-    collision = "collision"
 
 
 _TEXTS = (Target.python, Target.json)

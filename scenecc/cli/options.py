@@ -24,6 +24,13 @@ class Format(str, Enum):
     sarif = "sarif"
 
 
+class Show(str, Enum):
+    """Which shapes of bodies are drawn."""
+
+    visual = "visual"
+    collision = "collision"
+
+
 class TableFormat(str, Enum):
     """How a table is printed."""
 

@@ -21,6 +21,7 @@ from scenecc.cli.options import (
     Params,
     SceneArgument,
     Seed,
+    Show,
     Steps,
     at_least,
     parse_limits,
@@ -50,13 +51,6 @@ class What(str, Enum):
     depth = "depth"
     segmentation = "segmentation"
     normal = "normal"
-
-
-class Show(str, Enum):
-    """Which shapes are drawn."""
-
-    visual = "visual"
-    collision = "collision"
 
 
 def parse_size(text: str) -> tuple[int, int]:

@@ -10,6 +10,7 @@ from scenecc.meshes.files import MeshFiles
 from scenecc.meshes.looks import Looks
 from scenecc.meshes.surface import Look, MeshProblem, Part, Shape
 from scenecc.plan import Box, Capsule, Cylinder, Mesh, Sphere, TiledPlane, VisualPlane
+from scenecc.plan.pictured import COLLISION_COLORS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,13 +22,7 @@ if TYPE_CHECKING:
 
 _IDENTITY: Final = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
-_COLLISION_LOOKS: Final = {
-    "static": Look(base_color=(0.35, 0.35, 0.35, 1.0)),
-    "kinematic": Look(base_color=(0.8, 0.4, 0.1, 1.0)),
-    "dynamic": Look(base_color=(0.1, 0.4, 0.8, 1.0)),
-    "link": Look(base_color=(0.1, 0.5, 0.3, 1.0)),
-}
-"""Colours of colliding shapes, by the type of the body."""
+_COLLISION_LOOKS: Final = {kind: Look(base_color=color) for kind, color in COLLISION_COLORS.items()}
 
 _SIZES: Final[dict[type, Callable[[Any, int], tuple[Any, ...]]]] = {
     Box: lambda g, row: (primitives.box(), tuple(g.half_size.row(row))),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from scenecc.plan.body import BodyStructure
 from scenecc.plan.camera import Intrinsic
@@ -14,6 +14,14 @@ if TYPE_CHECKING:
     from scenecc.plan.camera import Camera
     from scenecc.plan.scene import Entity, ScenePlan
     from scenecc.plan.value import Value
+
+COLLISION_COLORS: Final = {
+    "dynamic": (0.0437, 0.2051, 0.6867, 1.0),
+    "kinematic": (0.8879, 0.2705, 0.0242, 1.0),
+    "static": (0.3231, 0.3231, 0.3231, 1.0),
+    "link": (0.1001, 0.3564, 0.0782, 1.0),
+}
+"""What collides, by type of body, wherever it is drawn: blue, orange, grey, green as linear RGBA."""
 
 
 def seen_by(plan: ScenePlan, camera: Camera | None, *, collision: bool) -> ScenePlan:

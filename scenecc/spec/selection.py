@@ -68,7 +68,9 @@ def _indices(item: int | str, num_scenes: int, place: Origin, sink: Sink) -> ran
         return None
     match = _SLICE.match(item)
     if match is None or match[3] in {"0", "-0"} or (match[3] and int(match[3]) == 0):
-        sink.report("SC310", f"{item[:60]!r} is not a slice", place, hint='write "start:stop" or "start:stop:step"')
+        sink.report(
+            "SC310", f"{item[:60]!r} is not a slice", place, hint='write a number, "start:stop" or "start:stop:step"'
+        )
         return None
     start, stop, step = (int(part) if part else None for part in match.groups())
     for bound in (start, stop):

@@ -7,17 +7,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.backends.sapien.engine import physx, render
+from scenecc.plan.pictured import COLLISION_COLORS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-COLORS: Final = {
-    "dynamic": (0.0437, 0.2051, 0.6867, 1.0),
-    "kinematic": (0.8879, 0.2705, 0.0242, 1.0),
-    "static": (0.3231, 0.3231, 0.3231, 1.0),
-    "link": (0.1001, 0.3564, 0.0782, 1.0),
-}
-"""Linear red, green, blue and alpha by type of body: blue, orange, grey, green."""
 
 ENDLESS: Final = 1e4
 """Half the side of a plane [m], as in SAPIEN's viewer."""
@@ -56,7 +49,7 @@ class CollisionShown:
     """Draws bodies as they collide: a material a type of body, for all of them."""
 
     def __init__(self) -> None:
-        self._materials = {kind: render.RenderMaterial(base_color=color) for kind, color in COLORS.items()}
+        self._materials = {kind: render.RenderMaterial(base_color=color) for kind, color in COLLISION_COLORS.items()}
 
     def show(self, entity: Any) -> None:
         """Replaces what is seen of a `sapien.Entity` by its collision shapes; nothing is seen where there are none."""
