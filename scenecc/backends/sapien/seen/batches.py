@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -164,7 +164,13 @@ class CameraBatch(HeldBatch):
         with _out_of_sight([] if human else self._hidden(self._scene_idxs[row]), scene):
             scene.update_render()
             camera.take_picture()
-            return [picture(camera, name) for name in wanted]
+            try:
+                return [picture(camera, name) for name in wanted]
+            except BaseException:
+                # Reading waits for the device: scenes that are cleared while it still draws them end the process.
+                with suppress(RuntimeError):
+                    camera.get_picture(camera.get_picture_names()[0])
+                raise
 
 
 @contextmanager
