@@ -7,6 +7,7 @@ import importlib.util
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 
 import hypothesis
 import pytest
@@ -26,12 +27,16 @@ def _can_render() -> bool:
     return subprocess.run([sys.executable, "-c", script], capture_output=True, check=False, timeout=60).returncode == 0
 
 
-@functools.cache
-def _held_renderer() -> object:
-    """A scene that keeps SAPIEN's renderer for as long as the tests run: else each test starts it anew, for seconds."""
+@pytest.fixture(scope="module")
+def held_renderer() -> Iterator[None]:
+    """Keeps SAPIEN's renderer while the tests of a module run: else each of them starts it anew, for seconds."""
+    if not _can_render():
+        pytest.skip("SAPIEN finds no device to render with")
     import sapien
 
-    return sapien.Scene()
+    scene = sapien.Scene()
+    yield
+    scene.clear()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -41,10 +46,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    if item.get_closest_marker("render"):
-        if not _can_render():
-            pytest.skip("SAPIEN finds no device to render with")
-        _held_renderer()
+    if item.get_closest_marker("render") and not _can_render():
+        pytest.skip("SAPIEN finds no device to render with")
     if item.get_closest_marker("maniskill") and importlib.util.find_spec("mani_skill") is None:
         pytest.skip("mani_skill is not installed: pip install torch 'scenecc[maniskill]'")
     if item.get_closest_marker("gpu") and not os.environ.get("SCENECC_TEST_GPU"):

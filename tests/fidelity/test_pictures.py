@@ -19,7 +19,7 @@ from scenecc.backends.sapien.seen.cameras import shader_folder
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-pytestmark = pytest.mark.render
+pytestmark = [pytest.mark.render, pytest.mark.usefixtures("held_renderer")]
 
 ASSETS = Path(__file__).parents[1] / "scenes" / "good" / "assets"
 LIGHT = ("color", "shadow", "shadow_near", "shadow_far", "shadow_map_size", "name")

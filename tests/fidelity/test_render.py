@@ -17,7 +17,7 @@ from scenecc.api import Rendering, SceneError, load_scene, render_scene
 from scenecc.pictures.encode import ids_of
 from scenecc.pictures.sheet import BAR
 
-pytestmark = pytest.mark.render
+pytestmark = [pytest.mark.render, pytest.mark.usefixtures("held_renderer")]
 
 ASSETS = Path(__file__).parents[2] / "assets"
 WIDTH, HEIGHT = 96, 72

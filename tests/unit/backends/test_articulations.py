@@ -35,10 +35,15 @@ from scenecc.plan import (
 ROOT = Origin("scene.yaml")
 
 
+KEPT: list[Any] = []
+"""Batches whose articulations tests look at: the scenes of one that nobody holds go with it."""
+
+
 def built(plan: ScenePlan, **options: Any) -> SceneBatch:
     sink = Sink()
     batch = instantiate(plan, sink, **{"render": False, "audit": "full", **options})
     assert batch is not None, sink.diagnostics()
+    KEPT.append(batch)
     return batch
 
 
