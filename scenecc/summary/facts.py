@@ -206,10 +206,16 @@ def mount_words(mount: Mount | None) -> str:
     return mount.entity if mount.link is None else f"{mount.entity}/{mount.link}"
 
 
+TINY = 1e-300
+"""A length below which a quotient by it may be no number."""
+
+
 def rotation_words(q: list[float]) -> str:
     """A rotation [w, x, y, z] as an angle from 0° to 180° and an axis."""
     w, *v = q if q[0] >= 0 else [-component for component in q]
     length = math.hypot(*v)
+    if length < TINY:
+        return "0°"
     angle = math.degrees(2 * math.atan2(length, w))
     return f"{angle:.4g}° about {axis_words([component / length for component in v])}"
 
