@@ -135,6 +135,7 @@ def _whole(
     find = scene_loader(scope, limits, sink)
 
     def load(reference: str, owner: SceneDocument, place: Origin) -> SceneDocument | None:
+        """Finds a file or prefab, and remembers its document and who uses it."""
         found = find(reference, owner, place)
         if found is not None:
             documents[found.name] = found.document
