@@ -76,18 +76,25 @@ def export_scene(
     """
     asked = {"scene": scene is not None, "grid": grid, "show": show != "visual"}
     asked |= {"entity": entity is not None, "folder": folder, "binary": binary}
-    if target not in EXPORTS:
-        raise ValueError(f"there is no target {target!r}; there are {', '.join(EXPORTS)}")
-    if show not in {"visual", "collision"}:
-        raise ValueError(f"show is visual or collision, not {show!r}")
-    check_choice(target, [word for word, given in asked.items() if given])
+    _check(target, show, [word for word, given in asked.items() if given])
     sink = Sink()
     options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
     plan = compiled(source, options, sink).plan
     chosen = None if grid else _one_scene(scene or 0, plan, sink)
-    measured = _measured(plan, chosen, sink, progress)
     choice = Choice(name or plan.name, show, grid, entity, folder, binary)
-    files = export(plan, measured, target, choice, sink)
+    return _written(export(plan, _measured(plan, chosen, sink, progress), target, choice, sink), sink, found)
+
+
+def _check(target: str, show: str, asked: Collection[str]) -> None:
+    if target not in EXPORTS:
+        raise ValueError(f"there is no target {target!r}; there are {', '.join(EXPORTS)}")
+    if show not in {"visual", "collision"}:
+        raise ValueError(f"show is visual or collision, not {show!r}")
+    check_choice(target, asked)
+
+
+def _written(files: dict[str, bytes] | None, sink: Sink, found: list[Diagnostic] | None) -> dict[str, bytes]:
+    """The files, once it is clear that nothing stopped them."""
     if files is None or sink.failed:
         raise SceneError(sink.diagnostics())
     if found is not None:
