@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.diagnostics import Location
-from scenecc.emit.glb.layout import DrawnBody, DrawnEntity, DrawnScene, cell_of, cut, matrix, reach
 from scenecc.emit.glb.lost import tell_lost, tell_lost_look
 from scenecc.emit.glb.materials import Materials
 from scenecc.meshes import Drawer, MeshProblem
+from scenecc.meshes.layout import cell_of, cut, draw_scene, matrix, reach
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Origin, Sink
     from scenecc.emit.choice import Choice
-    from scenecc.emit.glb.layout import Cell
     from scenecc.meshes import Look, Shape, Surface
+    from scenecc.meshes.layout import Cell, DrawnBody, DrawnScene
     from scenecc.plan import ScenePlan
-    from scenecc.plan.measured import Measured, MeasuredScene
+    from scenecc.plan.measured import Measured
 
 _Y_UP: Final = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 """From a frame with z up to glTF's, in which y is up: a quarter turn about x."""
@@ -31,7 +31,7 @@ def write(plan: ScenePlan, measured: Measured, choice: Choice, sink: Sink) -> di
     """The file; None after an error, which `sink` then tells."""
     drawer = Drawer(plan, lambda problem, origin: _tell(problem, origin, sink))
     try:
-        drawn = tuple(_drawn(drawer, scene, choice) for scene in measured.scenes)
+        drawn = tuple(draw_scene(drawer, scene, choice.show) for scene in measured.scenes)
     except MeshProblem as problem:
         _tell(problem, drawer.at, sink)
         return None
@@ -43,18 +43,6 @@ def write(plan: ScenePlan, measured: Measured, choice: Choice, sink: Sink) -> di
 
 def _tell(problem: MeshProblem, origin: Origin | None, sink: Sink) -> None:
     sink.report(problem.code, problem.message, origin or Location(None), hint=problem.hint)
-
-
-def _drawn(drawer: Drawer, scene: MeasuredScene, choice: Choice) -> DrawnScene:
-    entities: list[DrawnEntity] = []
-    for entity in scene.entities:
-        bodies: list[DrawnBody] = []
-        for body in entity.bodies:
-            seen = choice.show == "visual"
-            shapes = drawer.visuals(body.body, entity.row) if seen else drawer.collisions(body)
-            bodies.append(DrawnBody.of(body, shapes))
-        entities.append(DrawnEntity(entity, tuple(bodies)))
-    return DrawnScene(scene, tuple(entities))
 
 
 class _Writer:

@@ -1,11 +1,11 @@
-"""Where shapes stand in a file: in one scene or in several side by side, planes cut to what there is to stand on."""
+"""Where shapes stand: in one scene or in several side by side, planes cut to what there is to stand on."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.meshes import Shape, Surface
+    from scenecc.meshes.draw import Drawer
+    from scenecc.meshes.surface import Shape, Surface
     from scenecc.plan.measured import MeasuredBody, MeasuredEntity, MeasuredScene
 
 _MARGIN: Final = 0.1
@@ -77,6 +78,22 @@ class Cell:
         row, column = np.divmod(np.arange(count), columns)
         x, y = self.high - self.low
         return np.stack([column * x, -row * y, np.zeros(count)], axis=1)
+
+
+def draw_scene(drawer: Drawer, scene: MeasuredScene, show: Literal["visual", "collision"]) -> DrawnScene:
+    """A scene's bodies as they are seen, or as they collide.
+
+    Raises:
+        MeshProblem: a file cannot be shown, or a package is missing. `Drawer.at` is the shape that has it.
+    """
+    entities: list[DrawnEntity] = []
+    for entity in scene.entities:
+        bodies: list[DrawnBody] = []
+        for body in entity.bodies:
+            shapes = drawer.visuals(body.body, entity.row) if show == "visual" else drawer.collisions(body)
+            bodies.append(DrawnBody.of(body, shapes))
+        entities.append(DrawnEntity(entity, tuple(bodies)))
+    return DrawnScene(scene, tuple(entities))
 
 
 def matrix(pose: tuple[float, ...]) -> NDArray[np.float64]:
