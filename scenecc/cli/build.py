@@ -27,12 +27,11 @@ from scenecc.cli.options import (
 )
 from scenecc.cli.output import STDOUT, base_folder, print_err, print_out, write
 from scenecc.cli.progress import counted, progress
-from scenecc.cli.report import of_settings, print_asides, status, usage_error
+from scenecc.cli.report import end, of_settings, usage_error
 from scenecc.cli.table import built, plain, planned, stage_times
 
 if TYPE_CHECKING:
     from scenecc.api import Build, SceneBatch
-    from scenecc.diagnostics import Diagnostic
 
 
 class Backend(str, Enum):
@@ -96,7 +95,7 @@ def build(
     checked_limits, values = parse_limits(limits), parse_params(params)
     faults = path_faults(scene, output, form)
     if faults:
-        _finish(faults, form)
+        end(faults, form)
     try:
         with progress("build") as show:
             result = api.build_scene(
@@ -115,7 +114,7 @@ def build(
                 progress=show,
             )
     except api.SceneError as error:
-        _finish(of_settings(error.diagnostics, values), form)
+        end(of_settings(error.diagnostics, values), form)
     _conclude(result, steps, output, form)
 
 
@@ -134,7 +133,7 @@ def _conclude(result: Build, steps: int, output: str | None, form: Format) -> No
             diagnostics.append(usage_error("SC904", reason, file=output))
     if form is Format.text:
         (print_err if output == STDOUT else print_out)(_summary(result, timings))
-    _finish(diagnostics, form)
+    end(diagnostics, form)
 
 
 def _step(batch: SceneBatch, steps: int) -> dict[str, float]:
@@ -169,8 +168,3 @@ def _totals(result: Build) -> str:
 
 def _count(count: int, what: str) -> str:
     return f"{count} {what}{'' if count == 1 else 's'}"
-
-
-def _finish(diagnostics: list[Diagnostic], form: Format) -> NoReturn:
-    print_asides(diagnostics, form)
-    raise typer.Exit(status(diagnostics))

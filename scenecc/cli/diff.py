@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -26,7 +26,7 @@ from scenecc.cli.options import (
     parse_params,
 )
 from scenecc.cli.output import print_out
-from scenecc.cli.report import Status, of_settings, print_asides, status
+from scenecc.cli.report import Status, end, of_settings, print_asides
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
@@ -63,7 +63,7 @@ def diff(
         raise typer.BadParameter("standard input holds one scene only", param_hint="'B'")
     faults = [*path_faults(first, None), *path_faults(second, None)]
     if faults:
-        _refuse(faults)
+        end(faults, least=Status.usage)  # 1 is the status of scenes that differ
     found: list[Diagnostic] = []
     try:
         differences = questions.compare_scenes(
@@ -78,7 +78,7 @@ def diff(
             found=found,
         )
     except api.SceneError as error:
-        _refuse(of_settings(error.diagnostics, values))
+        end(of_settings(error.diagnostics, values), least=Status.usage)
     print_asides(found, Format.text)
     if form is TableFormat.json:
         rows = [asdict(difference) for difference in differences]
@@ -88,9 +88,3 @@ def diff(
 
         print_out(differences_text(differences, color=wants_color(sys.stdout)))
     raise typer.Exit(Status.scene if differences else Status.fine)
-
-
-def _refuse(diagnostics: list[Diagnostic]) -> NoReturn:
-    """Ends with another status than that of scenes which differ."""
-    print_asides(diagnostics, Format.text)
-    raise typer.Exit(max(status(diagnostics), Status.usage))

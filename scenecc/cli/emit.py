@@ -30,11 +30,9 @@ from scenecc.cli.options import (
 )
 from scenecc.cli.output import STDOUT, base_folder, write, write_files
 from scenecc.cli.progress import progress
-from scenecc.cli.report import of_settings, print_asides, status, usage_error
+from scenecc.cli.report import end, of_settings, print_asides, usage_error
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from scenecc.diagnostics import Diagnostic
 
 
@@ -112,7 +110,7 @@ def emit(
     checked_limits, values = parse_limits(limits), parse_params(params)
     faults = path_faults(scene, output, folder=folder)
     if faults:
-        _refuse(faults)
+        end(faults)
     options: dict[str, Any] = {
         "num_scenes": num_scenes,
         "seed": seed,
@@ -177,13 +175,8 @@ def _write(make: Callable[[list[Diagnostic]], str | None], values: Mapping[str, 
     try:
         reason = make(warnings)
     except api.SceneError as error:
-        _refuse(of_settings(error.diagnostics, values))
+        end(of_settings(error.diagnostics, values))
     print_asides(warnings, Format.text)
     if reason is not None:
-        _refuse([usage_error("SC904", reason, file=output)])
+        end([usage_error("SC904", reason, file=output)])
     raise typer.Exit
-
-
-def _refuse(diagnostics: Sequence[Diagnostic]) -> NoReturn:
-    print_asides(diagnostics, Format.text)
-    raise typer.Exit(status(diagnostics))

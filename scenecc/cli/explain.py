@@ -6,9 +6,8 @@ from typing import Annotated
 
 import typer
 
-from scenecc.cli.options import Format
 from scenecc.cli.output import print_out
-from scenecc.cli.report import print_asides, status, usage_error
+from scenecc.cli.report import end, usage_error
 
 
 def explain(
@@ -34,8 +33,7 @@ def explain(
         near = nearest_codes(code)
         hint = f"did you mean {' or '.join(near)}?" if near else "`scenecc explain` without a code lists them all"
         unknown = usage_error("SC905", f"there is no code `{code}`", file="scenecc", hint=hint)
-        print_asides([unknown], Format.text)
-        raise typer.Exit(status([unknown]))
+        end([unknown])
     print_out(text)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -27,7 +27,7 @@ from scenecc.cli.options import (
 )
 from scenecc.cli.output import print_out
 from scenecc.cli.progress import progress
-from scenecc.cli.report import of_settings, print_asides, status
+from scenecc.cli.report import end, of_settings, print_asides
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
@@ -79,7 +79,7 @@ def inspect(
     checked_limits, values = parse_limits(limits), parse_params(params)
     faults = path_faults(scene, None)
     if faults:
-        _refuse(faults)
+        end(faults)
     warnings: list[Diagnostic] = []
     try:
         with progress("build") as show:
@@ -99,7 +99,7 @@ def inspect(
                 progress=show,
             )
     except api.SceneError as error:
-        _refuse(of_settings(error.diagnostics, values))
+        end(of_settings(error.diagnostics, values))
     print_asides(warnings, Format.text)
     if form is TableFormat.json:
         print_out(json.dumps(item.data(), indent=2, ensure_ascii=False) + "\n")
@@ -107,8 +107,3 @@ def inspect(
         from scenecc.cli.tree import tree_text
 
         print_out(tree_text(item))
-
-
-def _refuse(diagnostics: list[Diagnostic]) -> NoReturn:
-    print_asides(diagnostics, Format.text)
-    raise typer.Exit(status(diagnostics))

@@ -7,14 +7,11 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-import typer
-
 from scenecc.cli.arguments import path_faults
 from scenecc.cli.find import STDIN
 from scenecc.cli.options import (
     AllowOutside,
     AssetRoots,
-    Format,
     Limits,
     SceneArgument,
     TableFormat,
@@ -22,7 +19,7 @@ from scenecc.cli.options import (
     parse_limits,
 )
 from scenecc.cli.output import print_out
-from scenecc.cli.report import print_asides, status
+from scenecc.cli.report import end
 from scenecc.cli.table import plain, table
 
 if TYPE_CHECKING:
@@ -62,8 +59,7 @@ def params(
         except api.SceneError as error:
             faults = error.diagnostics
     if faults:
-        print_asides(faults, Format.text)
-        raise typer.Exit(status(faults))
+        end(faults)
     if form is TableFormat.json:
         print_out(json.dumps({"parameters": params_data(rows)}, indent=2, ensure_ascii=False) + "\n")
     else:

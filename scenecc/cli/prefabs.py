@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from scenecc.cli.options import Format, TableFormat, TableFormatOption
+from scenecc.cli.options import TableFormat, TableFormatOption
 from scenecc.cli.output import print_out
 from scenecc.cli.params import params_data, params_table
-from scenecc.cli.report import print_asides, status, usage_error
+from scenecc.cli.report import end, usage_error
 from scenecc.cli.table import plain, table
 
 if TYPE_CHECKING:
@@ -53,15 +53,14 @@ def prefabs(
         print_out(f"{rows[0].name}: {rows[0].description}\n{_editions(rows[0])}\n{params_table(rows[0].params)}")
 
 
-def _refuse(name: str, known: list[str]) -> None:
+def _refuse(name: str, known: list[str]) -> NoReturn:
     from scenecc.diagnostics.words import cut, nearest
 
     # What all names start with would make any word look like them.
     near = nearest(name.removeprefix(_SHIPPED), [other.removeprefix(_SHIPPED) for other in known])
     hint = f"known here: {', '.join(known)}" if near is None else f"did you mean `{_SHIPPED}{near}`?"
     unknown = usage_error("SC909", f"no prefab `{cut(name)}` ships with scenecc", file="scenecc", hint=hint)
-    print_asides([unknown], Format.text)
-    raise typer.Exit(status([unknown]))
+    end([unknown])
 
 
 def _table(rows: Sequence[PrefabRow]) -> str:

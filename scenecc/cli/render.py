@@ -30,7 +30,7 @@ from scenecc.cli.options import (
 )
 from scenecc.cli.output import STDOUT, print_err, print_out, write
 from scenecc.cli.progress import progress
-from scenecc.cli.report import of_settings, print_asides, status, usage_error
+from scenecc.cli.report import end, of_settings, usage_error
 from scenecc.cli.table import plain, stage_times, table
 from scenecc.diagnostics.words import index_ranges
 
@@ -137,7 +137,7 @@ def render(
 
     values, film = parse_params(params), _film(output, video, steps, every)
     if faults := _path_faults(scene, output, video, form):
-        _finish(faults, form)
+        end(faults, form)
     try:
         with progress("render") as told:
             result = api.render_scene(
@@ -161,7 +161,7 @@ def render(
                 progress=told,
             )
     except api.SceneError as error:
-        _finish(of_settings(error.diagnostics, values), form)
+        end(of_settings(error.diagnostics, values), form)
     _conclude(result, output, video, form)
 
 
@@ -203,7 +203,7 @@ def _conclude(result: Rendering, output: str | None, video: str | None, form: Fo
     if form is Format.text and written:
         lines = [*_legend(result), *written, stage_times(result.timings)]
         (print_err if STDOUT in {output, video} else print_out)("\n".join(lines) + "\n")
-    _finish(diagnostics, form)
+    end(diagnostics, form)
 
 
 def _files(result: Rendering, output: str | None, video: str | None) -> Iterator[tuple[str, bytes, str]]:
@@ -226,8 +226,3 @@ def _legend(result: Rendering) -> list[str]:
     if not rows:
         return []
     return [table(["id", "color", "name", "scenes"], rows, color=wants_color(sys.stdout))]
-
-
-def _finish(diagnostics: list[Diagnostic], form: Format) -> NoReturn:
-    print_asides(diagnostics, form)
-    raise typer.Exit(status(diagnostics))

@@ -5,7 +5,9 @@ from __future__ import annotations
 import sys
 from collections.abc import Container, Iterable, Sequence
 from enum import IntEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
+
+import typer
 
 from scenecc.cli.options import Format
 from scenecc.cli.output import print_err, print_out
@@ -77,6 +79,12 @@ def print_asides(diagnostics: Sequence[Diagnostic], form: Format) -> None:
         from scenecc.diagnostics.render import render, wants_color
 
         print_err(render(diagnostics, color=wants_color(sys.stderr)))
+
+
+def end(diagnostics: Sequence[Diagnostic], form: Format = Format.text, *, least: Status = Status.fine) -> NoReturn:
+    """Ends the command: prints diagnostics beside its result, and exits with their status, `least` or above."""
+    print_asides(diagnostics, form)
+    raise typer.Exit(max(status(diagnostics), least))
 
 
 def usage_error(code: str, message: str, *, file: str | None = None, hint: str | None = None) -> Diagnostic:
