@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
     from scenecc.api import Audit, Backend
     from scenecc.backends.sapien import SceneBatch
-    from scenecc.expand.listing import ParamRow
     from scenecc.front import Compiled
     from scenecc.plan import Entity, ScenePlan
     from scenecc.summary import Item, SummaryRow
@@ -144,6 +143,7 @@ def inspect_scene(
     Raises:
         SceneError: the scene, the engine or the machine is at fault; there is no such scene or entity.
     """
+    from scenecc.front.listing import compiled_params
     from scenecc.summary.inspection import entities_item, scene_item
 
     sink = Sink()
@@ -155,7 +155,7 @@ def inspect_scene(
     if entity is not None:
         item = entities_item(chosen, plan, scene=scene, made=made)
     else:
-        listed, files = _listed(done, options), _files(done)
+        listed, files = compiled_params(done, options.limits), _files(done)
         item = scene_item(plan, scene=scene, made=made, params=listed, given=params, files=files)
     if found is not None:
         found += sink.diagnostics()
@@ -203,21 +203,6 @@ def _made(
         for one in at.entities
         if first.get(one.entity.name) == at.index
     }
-
-
-def _listed(done: Compiled, options: Options) -> list[ParamRow]:
-    """The parameters of a scene; a plan has none any more."""
-    from scenecc.expand.documents import scene_loader
-    from scenecc.expand.listing import list_params
-
-    if done.document is None or not done.document.data:
-        return []
-    sink = Sink()
-    load = scene_loader(done.scope, options.limits, sink)
-    params = list_params(done.document, load=load, limits=options.limits, sink=sink)
-    if params is None:
-        raise SceneError(sink.diagnostics())
-    return params
 
 
 def _files(done: Compiled) -> tuple[Item, ...]:

@@ -13,7 +13,7 @@ from scenecc.diagnostics.collector import collector_paused
 from scenecc.diagnostics.frozen import frozen
 from scenecc.front.files import named_resolver, resolver
 from scenecc.front.inputs import Input, as_plan, read_input
-from scenecc.source.paths import AssetScope, Resolved
+from scenecc.source.paths import AssetScope, Memory, Resolved
 
 if TYPE_CHECKING:
     from scenecc.expand.documents import SceneDocument
@@ -61,7 +61,9 @@ class _Clock:
 
 
 @collector_paused()  # a stage makes containers by the hundred thousand, and all of them stay
-def compile_source(source: Source, options: Options, sink: Sink, *, drawn: bool = True) -> Compiled | None:
+def compile_source(
+    source: Source, options: Options, sink: Sink, *, drawn: bool = True, memory: Memory | None = None
+) -> Compiled | None:
     """The plan of a source; None where an error was reported.
 
     Args:
@@ -69,15 +71,16 @@ def compile_source(source: Source, options: Options, sink: Sink, *, drawn: bool 
         options: what overrides it, and what it may use.
         sink: takes the diagnostics.
         drawn: whether what expressions give in each scene is computed and checked; nothing is drawn otherwise.
+        memory: takes what was looked up, for those who want to know it also where the source is at fault.
 
     Raises:
         TypeError: the source is nothing that can hold a scene.
     """
-    clock = _Clock()
+    clock, memory = _Clock(), memory or Memory()
     plan = as_plan(source)
     if plan is not None:
         # A plan that comes as an object has found its files already.
-        scope = AssetScope(None, options.asset_roots, allow_outside=True)
+        scope = AssetScope(None, options.asset_roots, allow_outside=True, memory=memory)
         return _settled(plan, options, scope, sink, clock)
     found = read_input(source, options.limits, sink)
     clock.lap("read")
@@ -85,7 +88,7 @@ def compile_source(source: Source, options: Options, sink: Sink, *, drawn: bool 
         return None
     sink.locate = found.document.locate
     root = found.document.path.parent if found.document.path else None
-    scope = AssetScope(root, options.asset_roots, options.allow_outside_assets)
+    scope = AssetScope(root, options.asset_roots, options.allow_outside_assets, memory)
     if found.plan_text is not None:
         plan = _decoded(found, scope, options.limits, sink)
         clock.lap("decode")

@@ -72,6 +72,11 @@ class Cell:
     low: NDArray[np.float64]
     high: NDArray[np.float64]
 
+    @property
+    def half(self) -> float:
+        """Of its shorter side [m]."""
+        return float((self.high - self.low).min()) / 2
+
     def origins(self, count: int) -> NDArray[np.float64]:
         """(count, 3) where the origins of as many scenes are: row by row, as one reads, seen from above [m]."""
         columns = math.ceil(math.sqrt(count))
@@ -132,6 +137,20 @@ def cut(shape: Shape, half: float) -> Shape:
     """A plane with sides of at most twice `half` [m]."""
     x, y, z = shape.scale
     return replace(shape, scale=(x, half, half) if shape.endless else (x, min(y, half), min(z, half)))
+
+
+def bounded(shape: Shape, body: DrawnBody, scene: DrawnScene, half: float | None) -> Shape:
+    """The shape; of a plane as much as there is room for.
+
+    Args:
+        shape: of the body.
+        body: in the scene.
+        scene: as it was drawn.
+        half: of the side of the scene's cell [m]; None: it has none, and only endless planes are cut.
+    """
+    if shape.kind != "plane" or (half is None and not shape.endless):
+        return shape
+    return cut(shape, reach(scene, body.place @ matrix(shape.pose)) if half is None else half)
 
 
 def _points(scenes: Iterable[DrawnScene]) -> NDArray[np.float64]:

@@ -64,11 +64,13 @@ class Memory:
 
     Attributes:
         named: every file that is used, by its path.
+        missing: where a file was looked for and is none.
     """
 
     def __init__(self) -> None:
         self.found: dict[tuple[str, str], Resolved | Refusal] = {}
         self.named: dict[Path, Naming] = {}
+        self.missing: set[Path] = set()
         self.packages: dict[str, _Package | Refusal] = {}
         self.trees: tuple[Path, ...] | None = None
         self.near = NearNames()
@@ -94,7 +96,7 @@ class AssetScope:
     root: Path | None = None
     asset_roots: tuple[Path, ...] = ()
     allow_outside: bool = False
-    memory: Memory = field(default_factory=Memory, init=False, repr=False, compare=False)
+    memory: Memory = field(default_factory=Memory, repr=False, compare=False)
 
 
 def asset_roots(
@@ -250,6 +252,7 @@ def _unreachable(error: OSError, joined: Path, written: str, scope: AssetScope) 
     if error.errno == errno.ELOOP:
         return Refusal("SC407", f"`{shown(written)}` is a link to itself", "mend the link")
     if error.errno in {errno.ENOENT, errno.ENOTDIR}:
+        scope.memory.missing.add(_real(joined))
         return Refusal("SC401", f"there is no file `{shown(written)}`", scope.memory.near.hint(_real(joined)))
     if error.errno == errno.ENAMETOOLONG:
         return Refusal("SC401", f"there is no file `{shown(written)}`", "no file name is this long")

@@ -10,8 +10,9 @@ import numpy as np
 from scenecc.diagnostics import Location
 from scenecc.emit.glb.lost import tell_lost, tell_lost_look
 from scenecc.emit.glb.materials import Materials
+from scenecc.emit.glb.part import geometry
 from scenecc.meshes import Drawer, MeshProblem
-from scenecc.meshes.layout import cell_of, cut, draw_scene, matrix, reach
+from scenecc.meshes.layout import bounded, cell_of, draw_scene, matrix
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -64,12 +65,11 @@ class _Writer:
             for scene in scenes:
                 self._add_scene(scene, self._root, "", None)
             return
-        half = float((cell.high - cell.low).min()) / 2
         for scene, origin in zip(scenes, cell.origins(len(scenes)), strict=True):
             place = np.eye(4)
             place[:3, 3] = origin
             name = f"scene {scene.scene.index}"
-            self._add_scene(scene, self._node(name, self._root, place), f"{name}/", half)
+            self._add_scene(scene, self._node(name, self._root, place), f"{name}/", cell.half)
 
     def file(self) -> bytes:
         """The bytes of the file."""
@@ -95,17 +95,13 @@ class _Writer:
 
     def _bounded(self, shape: Shape, body: DrawnBody, scene: DrawnScene, half: float | None) -> Shape:
         """The shape; of a plane as much as there is room for."""
-        if shape.kind != "plane":
-            return shape
-        if half is None and not shape.endless:
-            return shape
-        bounded = cut(shape, reach(scene, body.place @ matrix(shape.pose)) if half is None else half)
-        if bounded.scale != shape.scale:
+        seen = bounded(shape, body, scene, half)
+        if seen.scale != shape.scale:
             word = "endless plane" if shape.endless else "plane"
-            _, y, z = bounded.scale
+            _, y, z = seen.scale
             message = f"this {word} is drawn {2 * y:.3g} m by {2 * z:.3g} m"
             self._sink.report("SC746", message, shape.origin or Location(None))
-        return bounded
+        return seen
 
     def _add_shape(self, shape: Shape, above: str) -> None:
         place = matrix(shape.pose) @ np.diag([*shape.scale, 1.0])
@@ -125,24 +121,8 @@ class _Writer:
             if part.look not in self._materials.looks:
                 tell_lost_look(part.look, shape.origin, self._sink)
             self._meshes[key] = f"mesh {len(self._meshes)}"
-            self._scene.geometry[self._meshes[key]] = self._made(part.surface, part.look, turned=shape.turned)
+            self._scene.geometry[self._meshes[key]] = geometry(part, self._materials, turned=shape.turned)
         return self._meshes[key]
-
-    def _made(self, surface: Surface, look: Look, *, turned: bool) -> Any:
-        from trimesh import Trimesh
-        from trimesh.visual import TextureVisuals
-
-        # trimesh counts v from the bottom of an image.
-        uv = np.zeros((len(surface.vertices), 2)) if surface.uvs is None else surface.uvs * (1, -1) + (0, 1)
-        sign = -1 if turned else 1
-        return Trimesh(
-            vertices=surface.vertices,
-            faces=surface.faces[:, ::-1] if turned else surface.faces,
-            vertex_normals=None if surface.normals is None else surface.normals * sign,
-            visual=TextureVisuals(uv=uv, material=self._materials.material(look)),
-            process=False,
-            validate=False,
-        )
 
     def _node(self, name: str, above: str | None, place: NDArray[np.float64], mesh: str | None = None) -> str:
         """Adds a node by a name that no other has, which is returned."""
