@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
 from scenecc.api import SceneError, compiled, instantiated
-from scenecc.diagnostics import Sink
+from scenecc.diagnostics import Location, Sink
 from scenecc.emit import EXPORTS, export
 from scenecc.emit.choice import Choice
 from scenecc.front import Options, Source, select_scenes
@@ -78,6 +79,7 @@ def export_scene(
     asked |= {"entity": entity is not None, "folder": folder, "binary": binary}
     _check(target, show, [word for word, given in asked.items() if given])
     sink = Sink()
+    _need(target, sink)
     options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
     plan = compiled(source, options, sink).plan
     chosen = None if grid else _one_scene(scene or 0, plan, sink)
@@ -91,6 +93,20 @@ def _check(target: str, show: str, asked: Collection[str]) -> None:
     if show not in {"visual", "collision"}:
         raise ValueError(f"show is visual or collision, not {show!r}")
     check_choice(target, asked)
+
+
+def _need(target: str, sink: Sink) -> None:
+    """Raises SceneError where what every file of a target takes cannot be loaded: before the work, and not after it."""
+    needs = EXPORTS[target].needs
+    if needs is None:
+        return
+    module, package = needs
+    try:
+        import_module(module)
+    except ImportError as error:
+        message = f"`{target}` is written by {package}: {error}"
+        sink.report("SC813", message, Location(None), hint='run `pip install "scenecc[export]"`')
+        raise SceneError(sink.diagnostics()) from error
 
 
 def _written(files: dict[str, bytes] | None, sink: Sink, found: list[Diagnostic] | None) -> dict[str, bytes]:

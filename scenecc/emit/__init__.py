@@ -34,18 +34,21 @@ class Export:
         module: its `write(plan, measured, choice, sink)` makes the files; None after an error.
         suffix: of the file.
         takes: fields of `Choice` that mean something to it, beside `name`.
+        needs: a module that every file takes, and the package of the extra `export` that brings it; None where only
+            some scenes need one.
     """
 
     module: str
     suffix: str
     takes: frozenset[str] = frozenset()
+    needs: tuple[str, str] | None = None
 
 
 EXPORTS: dict[str, Export] = {
     "glb": Export("scenecc.emit.glb.write", ".glb", frozenset({"show", "grid"})),
     "mjcf": Export("scenecc.emit.mjcf.write", ".xml"),
     "urdf": Export("scenecc.emit.urdf.write", ".urdf", frozenset({"entity", "folder"})),
-    "usd": Export("scenecc.emit.usd.write", ".usda", frozenset({"show", "binary"})),
+    "usd": Export("scenecc.emit.usd.write", ".usda", frozenset({"show", "binary"}), ("pxr.Usd", "usd-core")),
 }
 """Target to what writes it."""
 

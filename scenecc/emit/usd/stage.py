@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.meshes import MeshProblem
-
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
@@ -30,13 +28,7 @@ class Stage:
     """
 
     def __init__(self, name: str, lost: Lost) -> None:
-        """Raises MeshProblem where usd-core is missing."""
-        try:
-            self.usd: Any = import_module("pxr.Usd")
-        except ImportError as error:
-            raise MeshProblem(
-                "SC813", f"USD is written by usd-core: {error}", 'run `pip install "scenecc[export]"`'
-            ) from error
+        self.usd: Any = import_module("pxr.Usd")
         self.geom: Any = import_module("pxr.UsdGeom")
         self.physics: Any = import_module("pxr.UsdPhysics")
         self.shade: Any = import_module("pxr.UsdShade")

@@ -341,10 +341,11 @@ def test_what_usd_has_not_is_told_with_its_line(tmp_path: Path) -> None:
         assert word in words
 
 
-def test_without_usd_core_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_usd_core_it_says_what_to_install_before_it_reads_anything(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pxr.Usd", None)
     with pytest.raises(scenecc.SceneError) as failure:
-        emitted(TOYS)
+        emitted(Path("no_such_file.yaml"))
     (error,) = failure.value.diagnostics
     assert error.code == "SC813"
+    assert "usd-core" in error.message
     assert error.hint == 'run `pip install "scenecc[export]"`'
