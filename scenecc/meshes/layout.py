@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
+from scenecc.plan.extent import pose_matrix
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
@@ -42,7 +44,7 @@ class DrawnBody:
     @staticmethod
     def of(body: MeasuredBody, shapes: tuple[Shape, ...]) -> DrawnBody:
         """A body where it was measured."""
-        place = matrix(body.pose)
+        place = pose_matrix(body.pose)
         corners = [
             _corners(part.surface, place, shape) for shape in shapes if shape.kind != "plane" for part in shape.parts
         ]
@@ -101,22 +103,9 @@ def draw_scene(drawer: Drawer, scene: MeasuredScene, show: Literal["visual", "co
     return DrawnScene(scene, tuple(entities))
 
 
-def matrix(pose: tuple[float, ...]) -> NDArray[np.float64]:
-    """A pose, p then a unit quaternion wxyz, as (4, 4)."""
-    w, x, y, z = pose[3:]
-    made = np.eye(4)
-    made[:3, :3] = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    made[:3, 3] = pose[:3]
-    return made
-
-
 def cell_of(scenes: tuple[DrawnScene, ...]) -> Cell:
     """A room for each scene that holds what any of them has, planes left out."""
-    every = _points(scenes)[:, :2]
+    every = corners_of(scenes)[:, :2]
     if not len(every):
         return Cell(np.full(2, -1.0), np.full(2, 1.0))
     low, high = every.min(axis=0), every.max(axis=0)
@@ -126,7 +115,7 @@ def cell_of(scenes: tuple[DrawnScene, ...]) -> Cell:
 
 def reach(scene: DrawnScene, place: NDArray[np.float64]) -> float:
     """Half the side of an endless plane that reaches below all of a scene [m]. `place`: its own."""
-    corners = _points([scene])
+    corners = corners_of([scene])
     if not len(corners):
         return _SMALLEST
     far = np.linalg.norm(corners - place[:3, 3], axis=1).max()
@@ -150,11 +139,11 @@ def bounded(shape: Shape, body: DrawnBody, scene: DrawnScene, half: float | None
     """
     if shape.kind != "plane" or (half is None and not shape.endless):
         return shape
-    return cut(shape, reach(scene, body.place @ matrix(shape.pose)) if half is None else half)
+    return cut(shape, reach(scene, body.place @ pose_matrix(shape.pose)) if half is None else half)
 
 
-def _points(scenes: Iterable[DrawnScene]) -> NDArray[np.float64]:
-    """(·, 3) corners of all bodies of scenes, each in its own."""
+def corners_of(scenes: Iterable[DrawnScene]) -> NDArray[np.float64]:
+    """(·, 3) corners of all bodies of scenes, each in its own [m]. Planes have none."""
     corners = [body.corners for scene in scenes for entity in scene.entities for body in entity.bodies]
     return np.concatenate([np.zeros((0, 3)), *corners])
 
@@ -162,5 +151,5 @@ def _points(scenes: Iterable[DrawnScene]) -> NDArray[np.float64]:
 def _corners(surface: Surface, body: NDArray[np.float64], shape: Shape) -> NDArray[np.float64]:
     """(8, 3) of the box around a surface along its own axes."""
     ends = np.array([surface.vertices.min(axis=0), surface.vertices.max(axis=0)], np.float64)
-    place = body @ matrix(shape.pose)
+    place = body @ pose_matrix(shape.pose)
     return (np.array(list(product(*ends.T))) * shape.scale) @ place[:3, :3].T + place[:3, 3]

@@ -10,7 +10,7 @@ import numpy as np
 from scenecc.plan.geometry import Box, Capsule, Cylinder, Plane, Sphere, TiledPlane, VisualPlane
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
@@ -85,3 +85,11 @@ def rotation_matrix(q: NDArray[np.float64]) -> NDArray[np.float64]:
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
     )
+
+
+def pose_matrix(pose: Sequence[float]) -> NDArray[np.float64]:
+    """A pose, p then a unit quaternion wxyz, as (4, 4)."""
+    made = np.eye(4)
+    made[:3, :3] = rotation_matrix(np.array(pose[3:]))
+    made[:3, 3] = pose[:3]
+    return made

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenecc.plan.extent import reach, rotation_matrix
+from scenecc.plan.extent import pose_matrix, reach
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from numpy.typing import NDArray
 
-    from scenecc.plan.measured import MeasuredBody, MeasuredShape, Pose7
+    from scenecc.plan.measured import MeasuredBody, MeasuredShape
 
 Size = tuple[float, float, float]
 
@@ -26,12 +26,12 @@ def measured_size(bodies: Iterable[MeasuredBody]) -> Size | None:
     found: list[NDArray[np.float64]] = []
     root: NDArray[np.float64] | None = None
     for body in bodies:
-        frame = _matrix(body.pose)
-        root = np.linalg.inv(frame) if root is None else root
+        frame = pose_matrix(body.pose)
+        root = np.array(np.linalg.inv(frame), np.float64) if root is None else root
         for shape in body.shapes:
             if shape.kind == "plane":
                 return None
-            found.append(_bounds(shape, root @ frame @ _matrix(shape.pose)))
+            found.append(_bounds(shape, root @ frame @ pose_matrix(shape.pose)))
     if not found:
         return None
     x, y, z = np.ptp(np.concatenate(found), axis=0).tolist()
@@ -48,10 +48,3 @@ def _bounds(shape: MeasuredShape, frame: NDArray[np.float64]) -> NDArray[np.floa
     assert shape.kind != "triangle_mesh"
     half = reach(shape.kind, shape.sizes, rotation)
     return np.array([centre - half, centre + half])
-
-
-def _matrix(pose: Pose7) -> NDArray[Any]:
-    matrix = np.eye(4)
-    matrix[:3, :3] = rotation_matrix(np.array(pose[3:]))
-    matrix[:3, 3] = pose[:3]
-    return matrix

@@ -12,7 +12,8 @@ from scenecc.emit.glb.lost import tell_lost, tell_lost_look
 from scenecc.emit.glb.materials import Materials
 from scenecc.emit.glb.part import geometry
 from scenecc.meshes import Drawer, MeshProblem
-from scenecc.meshes.layout import bounded, cell_of, draw_scene, matrix
+from scenecc.meshes.layout import bounded, cell_of, draw_scene
+from scenecc.plan.extent import pose_matrix
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -104,7 +105,7 @@ class _Writer:
         return seen
 
     def _add_shape(self, shape: Shape, above: str) -> None:
-        place = matrix(shape.pose) @ np.diag([*shape.scale, 1.0])
+        place = pose_matrix(shape.pose) @ np.diag([*shape.scale, 1.0])
         name = f"{above}/{shape.name or shape.kind}"
         if len(shape.parts) == 1:
             self._node(name, above, place, self._mesh(shape, 0))
