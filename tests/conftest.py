@@ -11,6 +11,7 @@ from collections.abc import Iterator
 
 import hypothesis
 import pytest
+from plugins import browser
 
 pytest_plugins = ["plugins.diagnostics"]
 
@@ -50,5 +51,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
         pytest.skip("SAPIEN finds no device to render with")
     if item.get_closest_marker("maniskill") and importlib.util.find_spec("mani_skill") is None:
         pytest.skip("mani_skill is not installed: pip install torch 'scenecc[maniskill]'")
+    if item.get_closest_marker("browser") and (reason := browser.missing()):
+        pytest.skip(reason)
     if item.get_closest_marker("gpu") and not os.environ.get("SCENECC_TEST_GPU"):
         pytest.skip("tests on a GPU run where SCENECC_TEST_GPU is set")
