@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from scenecc.questions import emit_scene
     from scenecc.rendering import LegendRow, Picture, Rendering, render_scene
     from scenecc.summary import Item, SummaryRow
+    from scenecc.viewing import Look, Place, export_page, view_scene
 
 __all__ = [
     "ArticulationBatch",
@@ -41,7 +42,9 @@ __all__ = [
     "EntityState",
     "Item",
     "LegendRow",
+    "Look",
     "Picture",
+    "Place",
     "Rendering",
     "SceneBatch",
     "SceneError",
@@ -51,12 +54,14 @@ __all__ = [
     "build_scene",
     "compile_scene",
     "emit_scene",
+    "export_page",
     "export_scene",
     "inspect_scene",
     "load_scene",
     "plan_text",
     "render_scene",
     "validate",
+    "view_scene",
 ]
 
 Backend = Literal["cpu", "cuda"]
@@ -294,6 +299,7 @@ _BATCHES = ("ArticulationBatch", "ArticulationState", "EntityBatch", "EntityStat
 
 _IN = {
     **dict.fromkeys(("Build", "build_scene", "inspect_scene"), "building"),
+    **dict.fromkeys(("Look", "Place", "export_page", "view_scene"), "viewing"),
     **dict.fromkeys(("LegendRow", "Picture", "Rendering", "render_scene"), "rendering"),
     "emit_scene": "questions",
     "export_scene": "exporting",

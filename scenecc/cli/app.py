@@ -24,12 +24,14 @@ from scenecc.cli.render import render
 from scenecc.cli.report import Status
 from scenecc.cli.schema import schema
 from scenecc.cli.validate import validate
+from scenecc.cli.view import view
 
 COMMANDS: Final[tuple[Callable[..., Any], ...]] = (
     build,
     validate,
     inspect,
     render,
+    view,
     emit,
     diff,
     params,

@@ -21,20 +21,6 @@ _ENDLESS: Final = 10**6
 _INLINE: Final = frozenset({"shapes", "links", "variants", "joint"})
 """Groups whose items stand right below what has them."""
 
-_LABELS: Final = {
-    "num_scenes": "scenes",
-    "description": "",
-    "scene_idxs": "scenes",
-    "pose.p": "at",
-    "pose.q": "turned",
-    "link_count": "links",
-    "roles": "",
-    "number": "",
-    "defaults": "",
-    "bytes": "",
-}
-"""How facts are introduced to people, where not by their names."""
-
 
 def tree_text(item: Item) -> str:
     """A tree as standard output takes it: with colours and as wide as the terminal, where it is one."""
@@ -101,8 +87,7 @@ def _line(item: Item, name: str = "") -> Text:
     told = [fact for fact in item.facts if fact.words]
     for number, fact in enumerate(told):
         line.append("  " if number == 0 else " · ", "dim")
-        label = _LABELS.get(fact.name, fact.name)
-        line.append(f"{plain(label)} " if label else "", "dim")
+        line.append(f"{plain(fact.label)} " if fact.label else "", "dim")
         line.append(plain(fact.words))
     if item.hidden:
         line.append(f"  … {item.hidden} more below", "dim")

@@ -143,6 +143,12 @@ class Sink:
         self._is_alike = False
         self._alike: dict[tuple[str, Origin | Location], dict[str, None]] = {}
 
+    def another(self) -> Sink:
+        """A sink without findings, which leads back to the same documents."""
+        made = Sink(self.locate)
+        made.trace, made.given = self.trace, self.given
+        return made
+
     @property
     def failed(self) -> bool:
         """Whether any error was reported."""

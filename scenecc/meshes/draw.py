@@ -11,16 +11,15 @@ from scenecc.meshes.looks import Looks
 from scenecc.meshes.surface import Look, MeshProblem, Part, Shape
 from scenecc.plan import Box, Capsule, Cylinder, Mesh, Sphere, TiledPlane, VisualPlane
 from scenecc.plan.pictured import COLLISION_COLORS
+from scenecc.plan.pose import IDENTITY_POSE, Pose7
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from scenecc.diagnostics import Origin
-    from scenecc.meshes.surface import Pose7, Surface, Vec3
+    from scenecc.meshes.surface import Surface, Vec3
     from scenecc.plan import BodyStructure, ScenePlan, VisualShape
     from scenecc.plan.measured import MeasuredBody, MeasuredShape
-
-_IDENTITY: Final = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 _COLLISION_LOOKS: Final = {kind: Look(base_color=color) for kind, color in COLLISION_COLORS.items()}
 
@@ -80,7 +79,7 @@ class Drawer:
             parts = tuple(map(Part, shown, looks))
         mirrored = isinstance(shape.geometry, Mesh) and scale[0] * scale[1] * scale[2] < 0
         turned = shape.front_face is not None and (shape.front_face == "clockwise") != mirrored
-        pose = _IDENTITY if shape.pose is None else _pose(shape.pose.row(row))
+        pose = IDENTITY_POSE if shape.pose is None else _pose(shape.pose.row(row))
         kind = _WORDS[type(shape.geometry)]
         return Shape(shape.name or "", kind, parts, pose, scale, turned, origin=shape.origin)
 

@@ -13,11 +13,10 @@ if TYPE_CHECKING:
     from PIL.Image import Image as Pixels
 
     from scenecc.diagnostics import Origin
+    from scenecc.plan.pose import Pose7
 
 Vec3 = tuple[float, float, float]
 Vec4 = tuple[float, float, float, float]
-Pose7 = tuple[float, float, float, float, float, float, float]
-"""p [m] then q (wxyz)."""
 
 Channel = Literal["r", "g", "b"]
 Suffix = Literal[".png", ".jpg"]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from scenecc.plan.geometry import Box, Capsule, Cylinder, Plane, Sphere, TiledPlane, VisualPlane
+from scenecc.plan.pose import IDENTITY_POSE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -65,7 +66,7 @@ def extent(structure: BodyStructure, row: int = 0) -> tuple[float, float, float]
             if seen_plane and isinstance(shape.geometry, Plane):
                 continue
             return None
-        pose = np.array([0, 0, 0, 1, 0, 0, 0.0]) if shape.pose is None else shape.pose.row(row)
+        pose = np.array(IDENTITY_POSE) if shape.pose is None else shape.pose.row(row)
         half = reach(*measure(shape.geometry, row), rotation_matrix(pose[3:]))
         corners += [pose[:3] - half, pose[:3] + half]
     if not corners:

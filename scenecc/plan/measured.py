@@ -17,11 +17,10 @@ if TYPE_CHECKING:
 
     from scenecc.plan.articulation import ArticulationStructure, DriveMode, Joint, JointType
     from scenecc.plan.body import BodyStructure, BodyType, CollisionShape
+    from scenecc.plan.pose import Pose7
     from scenecc.plan.scene import Entity
 
 Vec3 = tuple[float, float, float]
-Pose7 = tuple[float, float, float, float, float, float, float]
-"""p [m] then q (wxyz), of unit length."""
 
 ShapeKind = Literal["box", "sphere", "capsule", "cylinder", "plane", "convex_mesh", "triangle_mesh"]
 

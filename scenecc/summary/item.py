@@ -2,9 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Final
 
 from scenecc.diagnostics.frozen import frozen
+
+_LABELS: Final = {
+    "num_scenes": "scenes",
+    "description": "",
+    "scene_idxs": "scenes",
+    "pose.p": "at",
+    "pose.q": "turned",
+    "link_count": "links",
+    "roles": "",
+    "number": "",
+    "defaults": "",
+    "bytes": "",
+}
+"""How facts are introduced to people, where not by their names."""
 
 
 @frozen
@@ -21,6 +35,11 @@ class Fact:
     name: str
     value: Any
     words: str
+
+    @property
+    def label(self) -> str:
+        """What introduces it to people; "" where its words do so themselves."""
+        return _LABELS.get(self.name, self.name)
 
 
 @frozen

@@ -12,6 +12,7 @@ from scenecc.backends.sapien.engine import physx, sapien
 from scenecc.plan import Connection, Distance, Drive, Gear, Weld, literal
 from scenecc.plan.constraint import WELD_SWING
 from scenecc.plan.fields import LARGEST
+from scenecc.plan.pose import IDENTITY_POSE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -28,7 +29,7 @@ _COMPONENTS: dict[type, Any] = {
     Distance: physx.PhysxDistanceJointComponent,
     Gear: physx.PhysxGearComponent,
 }
-IDENTITY = literal((0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
+IDENTITY = literal(IDENTITY_POSE)
 STILL = literal((0.0, 0.0, 0.0))
 _NOTHING = literal(0.0)
 _NO_LIMIT = literal(LARGEST)

@@ -14,6 +14,7 @@ import numpy as np
 from scenecc.backends.sapien.columns import Column, poses, scalars, taken, vectors
 from scenecc.backends.sapien.engine import physx, render
 from scenecc.plan.knobs import knobs_of
+from scenecc.plan.pose import IDENTITY_POSE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -69,13 +70,11 @@ def knob_steps(knob: Knob, value: Value, rows: NDArray[np.intp]) -> list[Step]:
     return [] if is_default(data, knob.default) else [(knob.set, knob.convert(data))]
 
 
-IDENTITY = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
-
 _Shape = physx.PhysxCollisionShape
 _Body = physx.PhysxRigidDynamicComponent
 
-SHAPE_POSE = Knob(_Shape.set_local_pose, "local_pose", poses, IDENTITY)
-VISUAL_POSE = Knob(render.RenderShape.set_local_pose, "local_pose", poses, IDENTITY)
+SHAPE_POSE = Knob(_Shape.set_local_pose, "local_pose", poses, IDENTITY_POSE)
+VISUAL_POSE = Knob(render.RenderShape.set_local_pose, "local_pose", poses, IDENTITY_POSE)
 """`pose` of a shape, colliding or seen."""
 
 GROUPS = Knob(_Shape.set_collision_groups, "collision_groups", scalars, (1, 1, 0, 0))

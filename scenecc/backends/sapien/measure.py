@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 
     from scenecc.backends.sapien.batch import SceneBatch
     from scenecc.plan import BodyStructure, Entity, Joint
-    from scenecc.plan.measured import Pose7, ShapeKind
+    from scenecc.plan.measured import ShapeKind
+    from scenecc.plan.pose import Pose7
 
 _KINDS: Final[dict[Any, tuple[ShapeKind, Callable[[Any], tuple[float, ...]]]]] = {
     physx.PhysxCollisionShapeBox: ("box", lambda shape: _floats(shape.half_size)),

@@ -18,6 +18,7 @@ from scenecc.diagnostics.codes import (
     reading,
     robots,
     usage,
+    viewing,
 )
 from scenecc.diagnostics.codes.row import Code
 
@@ -54,6 +55,7 @@ CODES: dict[str, Code] = {
         export_meshes,
         engine,
         export_extra,
+        viewing,
         usage,
     )
     for row in module.ROWS

@@ -11,6 +11,7 @@ from scenecc.diagnostics import Location
 from scenecc.emit.glb.lost import tell_lost, tell_lost_look
 from scenecc.emit.glb.materials import Materials
 from scenecc.emit.glb.part import geometry
+from scenecc.emit.problems import tell_problem
 from scenecc.meshes import Drawer, MeshProblem
 from scenecc.meshes.layout import bounded, cell_of, draw_scene
 from scenecc.plan.extent import pose_matrix
@@ -18,7 +19,7 @@ from scenecc.plan.extent import pose_matrix
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
     from scenecc.emit.choice import Choice
     from scenecc.meshes import Look, Shape, Surface
     from scenecc.meshes.layout import Cell, DrawnBody, DrawnScene
@@ -31,20 +32,16 @@ _Y_UP: Final = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 
 
 def write(plan: ScenePlan, measured: Measured, choice: Choice, sink: Sink) -> dict[str, bytes] | None:
     """The file; None after an error, which `sink` then tells."""
-    drawer = Drawer(plan, lambda problem, origin: _tell(problem, origin, sink))
+    drawer = Drawer(plan, lambda problem, origin: tell_problem(problem, origin, sink))
     try:
         drawn = tuple(draw_scene(drawer, scene, choice.show) for scene in measured.scenes)
     except MeshProblem as problem:
-        _tell(problem, drawer.at, sink)
+        tell_problem(problem, drawer.at, sink)
         return None
     tell_lost(plan, {scene.index for scene in measured.scenes}, sink)
     writer = _Writer(choice.name, sink)
     writer.add(drawn, cell_of(drawn) if choice.grid else None)
     return {f"{choice.name}.glb": writer.file()}
-
-
-def _tell(problem: MeshProblem, origin: Origin | None, sink: Sink) -> None:
-    sink.report(problem.code, problem.message, origin or Location(None), hint=problem.hint)
 
 
 class _Writer:

@@ -9,8 +9,8 @@ from scenecc.emit.mjcf.mimics import write_mimics
 from scenecc.emit.mjcf.model import Start, Written
 from scenecc.emit.mjcf.shapes import write_collisions, write_visuals
 from scenecc.emit.xml import elements, frames
-from scenecc.emit.xml.frames import IDENTITY
 from scenecc.plan import ArticulationStructure
+from scenecc.plan.pose import IDENTITY_POSE
 
 if TYPE_CHECKING:
     from scenecc.emit.mjcf.model import Model
@@ -84,8 +84,8 @@ def _start_body(
     element = (model.world if parent is None else parent.element).add(
         "body",
         name=name,
-        pos=None if pose[:3] == IDENTITY[:3] else pose[:3],
-        quat=None if pose[3:] == IDENTITY[3:] else pose[3:],
+        pos=None if pose[:3] == IDENTITY_POSE[:3] else pose[:3],
+        quat=None if pose[3:] == IDENTITY_POSE[3:] else pose[3:],
         gravcomp=gravity or None,
     )
     held = _is_held(measured, body, parent)

@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from scenecc.emit.xml.meshes import Beside
     from scenecc.meshes import Drawer, Look
     from scenecc.plan import Mount, ScenePlan
-    from scenecc.plan.measured import MeasuredBody, MeasuredScene, Pose7
+    from scenecc.plan.measured import MeasuredBody, MeasuredScene
+    from scenecc.plan.pose import Pose7
 
 SECTIONS = ("asset", "worldbody", "contact", "equality", "tendon", "actuator", "keyframe")
 

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.emit.mjcf.looks import write_look
 from scenecc.emit.xml import frames
-from scenecc.emit.xml.frames import IDENTITY, Z_TO_X
+from scenecc.emit.xml.frames import Z_TO_X
 from scenecc.emit.xml.meshes import obj
 from scenecc.meshes import baked
 from scenecc.plan import Box, Capsule, Cylinder, Sphere, VisualPlane
+from scenecc.plan.pose import IDENTITY_POSE, Pose7
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from scenecc.emit.xml.elements import Element
     from scenecc.meshes import Baked, Shape
     from scenecc.plan import BodyStructure, VisualGeometry
-    from scenecc.plan.measured import MeasuredBody, MeasuredMesh, MeasuredShape, Pose7
+    from scenecc.plan.measured import MeasuredBody, MeasuredMesh, MeasuredShape
 
 COLLIDING, SEEN = 3, 0
 
@@ -102,9 +103,9 @@ def _native(geometry: VisualGeometry, row: int, *, held: bool) -> tuple[Pose7, d
     """A geom's own type for what is seen, and how it is turned there; None: it is drawn of triangles."""
     match geometry:
         case Box(half_size=size):
-            return IDENTITY, {"type": "box", "size": size.row(row)}
+            return IDENTITY_POSE, {"type": "box", "size": size.row(row)}
         case Sphere(radius=radius):
-            return IDENTITY, {"type": "sphere", "size": radius.row(row)}
+            return IDENTITY_POSE, {"type": "sphere", "size": radius.row(row)}
         case Capsule(radius=radius, half_length=length) | Cylinder(radius=radius, half_length=length):
             kind = "capsule" if isinstance(geometry, Capsule) else "cylinder"
             return Z_TO_X, {"type": kind, "size": (radius.row(row), length.row(row))}
@@ -141,8 +142,8 @@ def _mesh_asset(model: Model, stem: str, data: bytes) -> str:
 def placed(pose: Pose7) -> dict[str, Sequence[float] | None]:
     """A pose as attributes, those of the identity left out."""
     return {
-        "pos": None if pose[:3] == IDENTITY[:3] else pose[:3],
-        "quat": None if pose[3:] == IDENTITY[3:] else pose[3:],
+        "pos": None if pose[:3] == IDENTITY_POSE[:3] else pose[:3],
+        "quat": None if pose[3:] == IDENTITY_POSE[3:] else pose[3:],
     }
 
 

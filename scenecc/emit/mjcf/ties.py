@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 from scenecc.emit.mjcf.joints import FAR
 from scenecc.emit.mjcf.shapes import placed
 from scenecc.emit.xml import frames
-from scenecc.emit.xml.frames import IDENTITY
 from scenecc.plan import Connection, Distance, Drive, Gear, Weld
+from scenecc.plan.pose import IDENTITY_POSE, Pose7
 
 if TYPE_CHECKING:
     from scenecc.emit.mjcf.model import Model
     from scenecc.plan import Constraint, Value
-    from scenecc.plan.measured import Pose7
 
 _POINT = 0.005
 """Size of a site where it is drawn [m]."""
@@ -104,5 +103,5 @@ def _sites(model: Model, constraint: Constraint, row: int) -> tuple[tuple[str, P
         name = model.name("site", f"{constraint.name}/{word}")
         element = model.world if body is None else body.element
         element.add("site", name=name, **placed(pose), size=(_POINT,), group=_HIDDEN)
-        found.append((name, frames.compose(IDENTITY if body is None else body.pose, pose)))
+        found.append((name, frames.compose(IDENTITY_POSE if body is None else body.pose, pose)))
     return found[0], found[1]

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scenecc.diagnostics import Location
 from scenecc.emit.mjcf.bodies import write_entity
 from scenecc.emit.mjcf.contacts import write_contacts
 from scenecc.emit.mjcf.model import SECTIONS, Model
 from scenecc.emit.mjcf.seen import write_cameras, write_lights
 from scenecc.emit.mjcf.ties import write_ties
+from scenecc.emit.problems import tell_problem
 from scenecc.emit.xml.elements import Element, document
-from scenecc.emit.xml.lost import Lost
+from scenecc.emit.xml.lost import SETTINGS_OF_PHYSX, Lost
 from scenecc.emit.xml.meshes import Beside
 from scenecc.meshes import Drawer, MeshProblem
 
@@ -20,25 +20,6 @@ if TYPE_CHECKING:
     from scenecc.emit.choice import Choice
     from scenecc.plan import ScenePlan
     from scenecc.plan.measured import Measured
-
-_OF_THE_ENGINE = (
-    "bounce_threshold",
-    "enable_pcm",
-    "enable_tgs",
-    "enable_ccd",
-    "enable_enhanced_determinism",
-    "enable_friction_every_iteration",
-    "cpu_workers",
-    "contact_offset",
-    "rest_offset",
-    "solver_position_iterations",
-    "solver_velocity_iterations",
-    "sleep_threshold",
-    "sdf",
-    "scene_spacing",
-    "gpu_memory",
-)
-"""Settings of PhysX, or of scenes side by side."""
 
 
 def write(plan: ScenePlan, measured: Measured, choice: Choice, sink: Sink) -> dict[str, bytes] | None:
@@ -51,13 +32,13 @@ def write(plan: ScenePlan, measured: Measured, choice: Choice, sink: Sink) -> di
         for entity in model.scene.entities:
             write_entity(model, entity)
     except MeshProblem as problem:
-        sink.report(problem.code, str(problem), drawer.at or Location(None), hint=problem.hint)
+        tell_problem(problem, drawer.at, sink)
         return None
     write_contacts(model)
     write_ties(model)
     write_lights(model)
     write_cameras(model)
-    lost.fields("physics", plan.physics, _OF_THE_ENGINE, plan.physics.origin)
+    lost.fields("physics", plan.physics, SETTINGS_OF_PHYSX, plan.physics.origin)
     lost.tell()
     return {f"{choice.name}.xml": document(_whole(model)), **beside.files}
 

@@ -6,11 +6,11 @@ from math import atan2, hypot
 from typing import TYPE_CHECKING, Final
 
 from scenecc.emit.xml import frames
-from scenecc.emit.xml.frames import IDENTITY
+from scenecc.plan.pose import IDENTITY_POSE, Pose7
 
 if TYPE_CHECKING:
     from scenecc.emit.xml.elements import Element
-    from scenecc.plan.measured import Pose7, Vec3
+    from scenecc.plan.measured import Vec3
 
 _UPRIGHT: Final = 1e-6
 """How near x may come to ±z for the turns about x and z to be told apart."""
@@ -18,7 +18,7 @@ _UPRIGHT: Final = 1e-6
 
 def origin(element: Element, pose: Pose7) -> None:
     """Adds where something is; nothing for the identity."""
-    if pose != IDENTITY:
+    if pose != IDENTITY_POSE:
         element.add("origin", xyz=pose[:3], rpy=rpy(pose))
 
 

@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Final
 from scenecc.emit.urdf.origins import origin
 from scenecc.emit.urdf.shapes import write_collisions, write_visuals
 from scenecc.emit.xml import frames
-from scenecc.emit.xml.frames import IDENTITY
 from scenecc.emit.xml.names import Names
 from scenecc.plan import ArticulationStructure
+from scenecc.plan.pose import IDENTITY_POSE, Pose7
 
 if TYPE_CHECKING:
     from scenecc.emit.xml.elements import Element
     from scenecc.emit.xml.lost import Lost
     from scenecc.emit.xml.meshes import Beside
     from scenecc.meshes import Drawer, Look
-    from scenecc.plan.measured import MeasuredBody, MeasuredEntity, MeasuredJoint, Pose7
+    from scenecc.plan.measured import MeasuredBody, MeasuredEntity, MeasuredJoint
 
 FAR: Final = 1e10
 """Where a limit is written that the joint has not, of a kind that URDF has two of, or asks for."""
@@ -103,10 +103,10 @@ def _joint_names(measured: MeasuredEntity) -> dict[int, str]:
 def _moved(robot: Robot, body: MeasuredBody) -> Pose7:
     """A link that turns has its frame on its joint's axis in a URDF."""
     joint = body.joint
-    if joint is None or joint.type in {"fixed", "prismatic"} or joint.pose_in_child[:3] == IDENTITY[:3]:
-        return IDENTITY
+    if joint is None or joint.type in {"fixed", "prismatic"} or joint.pose_in_child[:3] == IDENTITY_POSE[:3]:
+        return IDENTITY_POSE
     robot.lost.change(robot.name, f"the frame of the link `{body.name}` is at its joint", joint.joint.origin)
-    return (*joint.pose_in_child[:3], *IDENTITY[3:])
+    return (*joint.pose_in_child[:3], *IDENTITY_POSE[3:])
 
 
 def _write_link(robot: Robot, number: int, body: MeasuredBody) -> None:

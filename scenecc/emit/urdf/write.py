@@ -6,6 +6,7 @@ import re
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics import Location
+from scenecc.emit.problems import tell_problem
 from scenecc.emit.urdf.robot import Robot, write_robot
 from scenecc.emit.xml.elements import Element, document
 from scenecc.emit.xml.lost import Lost
@@ -36,7 +37,7 @@ def write(plan: ScenePlan, measured: Measured, choice: Choice, sink: Sink) -> di
         try:
             write_robot(robot)
         except MeshProblem as problem:
-            sink.report(problem.code, str(problem), drawer.at or Location(None), hint=problem.hint)
+            tell_problem(problem, drawer.at, sink)
             return None
         files[f"{name}.urdf"] = document(robot.root)
         beside |= robot.beside.files

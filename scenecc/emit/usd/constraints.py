@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from scenecc.emit.usd.joints import IDENTITY, connect
+from scenecc.emit.usd.joints import connect
 from scenecc.plan import Connection, Distance, Drive, Weld
+from scenecc.plan.pose import IDENTITY_POSE
 
 if TYPE_CHECKING:
     from scenecc.emit.usd.stage import Prim, Stage
@@ -45,7 +46,7 @@ def write_constraint(stage: Stage, constraint: Constraint, row: int, paths: dict
     made = getattr(stage.physics, kind).Define(stage.stage, path)
     parent = None if constraint.parent is None else paths[constraint.parent.entity, constraint.parent.link]
     in_parent, in_child = (
-        IDENTITY if pose is None else tuple(map(float, pose.row(row)))
+        IDENTITY_POSE if pose is None else tuple(map(float, pose.row(row)))
         for pose in (constraint.pose_in_parent, constraint.pose_in_child)
     )
     connect(stage, made, parent, paths[constraint.child.entity, constraint.child.link], in_parent, in_child)
@@ -68,7 +69,7 @@ def _write_drive(stage: Stage, made: Prim, constraint: Constraint, joint: Drive,
             constraint.name, limit, ("stiffness", "damping"), constraint.origin, f" of the limit of {limit.axis}"
         )
     targets = _targets(joint, row)
-    if joint.target is not None and not np.allclose(np.abs(joint.target.row(row)[3:]), IDENTITY[3:], atol=1e-6):
+    if joint.target is not None and not np.allclose(np.abs(joint.target.row(row)[3:]), IDENTITY_POSE[3:], atol=1e-6):
         stage.lost.leave_out(constraint.name, "the rotation of `target`", constraint.origin)
     if joint.angular_velocity_target is not None and joint.angular_velocity_target.row(row).any():
         stage.lost.leave_out(constraint.name, "`angular` of `velocity_target`", constraint.origin)

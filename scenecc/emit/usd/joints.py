@@ -6,12 +6,11 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from scenecc.plan import ArticulationStructure
+from scenecc.plan.pose import IDENTITY_POSE
 
 if TYPE_CHECKING:
     from scenecc.emit.usd.stage import Prim, Stage
-    from scenecc.plan.measured import MeasuredBody, MeasuredEntity, MeasuredJoint, Pose7
-
-IDENTITY: Final[Pose7] = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+    from scenecc.plan.measured import MeasuredBody, MeasuredEntity, MeasuredJoint
 
 _NOT_OF_A_JOINT: Final = ("friction", "armature", "max_velocity", "qvel")
 _NOT_OF_AN_ARTICULATION: Final = (
@@ -31,7 +30,7 @@ def write_joints(stage: Stage, entity: MeasuredEntity, above: str, links: list[s
     stage.physics.ArticulationRootAPI.Apply(stage.stage.GetPrimAtPath(above))
     if structure.fix_root_link:
         fixed = stage.physics.FixedJoint.Define(stage.stage, stage.path(above, "fix_root_link"))
-        connect(stage, fixed, None, links[0], entity.bodies[0].pose, IDENTITY)
+        connect(stage, fixed, None, links[0], entity.bodies[0].pose, IDENTITY_POSE)
     for body, link, planned in zip(entity.bodies, links, structure.links, strict=True):
         if body.joint is not None and body.parent is not None and planned.joint is not None:
             _write_joint(stage, body, body.joint, above, (links[body.parent], link))

@@ -8,60 +8,39 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from scenecc.diagnostics import Location
+from scenecc.emit.problems import tell_problem
 from scenecc.emit.usd.bodies import Bodies
 from scenecc.emit.usd.constraints import write_constraint
 from scenecc.emit.usd.joints import write_joints
 from scenecc.emit.usd.looks import Looks
 from scenecc.emit.usd.stage import Stage
-from scenecc.emit.xml.lost import Lost
+from scenecc.emit.xml.lost import SETTINGS_OF_PHYSX, Lost
 from scenecc.meshes import Drawer, MeshProblem
 from scenecc.plan import ArticulationStructure
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
     from scenecc.emit.choice import Choice
     from scenecc.plan import ScenePlan
     from scenecc.plan.measured import Measured, MeasuredEntity, MeasuredScene
 
-_NOT_OF_PHYSICS: Final = (
-    "timestep",
-    "bounce_threshold",
-    "enable_pcm",
-    "enable_tgs",
-    "enable_ccd",
-    "enable_enhanced_determinism",
-    "enable_friction_every_iteration",
-    "cpu_workers",
-    "contact_offset",
-    "rest_offset",
-    "solver_position_iterations",
-    "solver_velocity_iterations",
-    "sleep_threshold",
-    "sdf",
-    "scene_spacing",
-    "gpu_memory",
-)
+_NOT_OF_PHYSICS: Final = ("timestep", *SETTINGS_OF_PHYSX)
 """Settings of a simulation, which UsdPhysics leaves to the program that simulates."""
 
 
 def write(plan: ScenePlan, measured: Measured, choice: Choice, sink: Sink) -> dict[str, bytes] | None:
     """The file and its images; None after an error, which `sink` then tells."""
     lost = Lost(sink, left_out="SC750", otherwise="SC750")
-    drawer = Drawer(plan, lambda problem, origin: _report(problem, origin, sink))
+    drawer = Drawer(plan, lambda problem, origin: tell_problem(problem, origin, sink))
     try:
         stage = Stage(choice.name, lost)
         _fill(stage, plan, measured.scenes[0], Bodies(stage, drawer, Looks(stage), choice.show))
     except MeshProblem as problem:
-        _report(problem, drawer.at, sink)
+        tell_problem(problem, drawer.at, sink)
         return None
     _tell(stage, plan, measured.scenes[0].index)
     suffix = ".usdc" if choice.binary else ".usda"
     return {f"{choice.name}{suffix}": _bytes(stage, suffix), **stage.files}
-
-
-def _report(problem: MeshProblem, place: Origin | None, sink: Sink) -> None:
-    sink.report(problem.code, problem.message, place or Location(None), hint=problem.hint)
 
 
 def _fill(stage: Stage, plan: ScenePlan, scene: MeasuredScene, bodies: Bodies) -> None:

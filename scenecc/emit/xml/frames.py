@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.plan.pose import IDENTITY_POSE, Pose7
 from scenecc.values import rotations
 
 if TYPE_CHECKING:
     from scenecc.plan import Value
-    from scenecc.plan.measured import Pose7, Vec3
-
-IDENTITY: Final[Pose7] = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+    from scenecc.plan.measured import Vec3
 
 Z_TO_X: Final[Pose7] = (0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.5)
 """Turns z to x, x to y and y to z: from a frame in which things lie along z to one in which they lie along x."""
@@ -49,7 +48,7 @@ def turn(pose: Pose7, vector: Vec3) -> Vec3:
 
 def of(value: Value | None, row: int) -> Pose7:
     """A pose of the plan in a row; the identity where it says none."""
-    return IDENTITY if value is None else plain(value.row(row))
+    return IDENTITY_POSE if value is None else plain(value.row(row))
 
 
 def plain(row: Any) -> Pose7:

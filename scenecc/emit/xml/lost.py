@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from scenecc.diagnostics import Location
 from scenecc.plan.labels import NAMES
@@ -11,6 +11,25 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from scenecc.diagnostics import Origin, Sink
+
+SETTINGS_OF_PHYSX: Final = (
+    "bounce_threshold",
+    "enable_pcm",
+    "enable_tgs",
+    "enable_ccd",
+    "enable_enhanced_determinism",
+    "enable_friction_every_iteration",
+    "cpu_workers",
+    "contact_offset",
+    "rest_offset",
+    "solver_position_iterations",
+    "solver_velocity_iterations",
+    "sleep_threshold",
+    "sdf",
+    "scene_spacing",
+    "gpu_memory",
+)
+"""Fields of `Physics` that are PhysX's own, or for scenes side by side: no other program has them."""
 
 
 class Lost:

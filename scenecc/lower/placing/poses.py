@@ -8,14 +8,11 @@ from typing import TYPE_CHECKING, Any
 from scenecc.lower.placing import rotations
 from scenecc.lower.placing.rotations import IDENTITY, Quat, Vec3
 from scenecc.lower.turns import doubt
+from scenecc.plan.pose import IDENTITY_POSE, Pose7
 from scenecc.spec.pose import AxisAngle, PoseMapping
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Path, Sink
-
-Pose7 = tuple[float, float, float, float, float, float, float]
-
-IDENTITY_POSE: Pose7 = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 UNTOUCHED, NORMALISED = 1e-5, 1e-3
 """How far from 1 a quaternion's length may be: to be passed on as it is, and to be used at all (LANGUAGE, Poses)."""

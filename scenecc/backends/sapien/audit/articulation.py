@@ -17,6 +17,7 @@ from scenecc.backends.sapien.columns import plain_row
 from scenecc.backends.sapien.joints import FORCE_LIMIT, JOINT_KNOBS, NO_LIMITS
 from scenecc.backends.sapien.knobs import ARTICULATION_KNOBS, ROOT_KNOBS
 from scenecc.backends.sapien.turn import Part
+from scenecc.plan.pose import IDENTITY_POSE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.turn import ArticulationTurn
     from scenecc.plan import ArticulationStructure, Joint, Value
 
-_IDENTITY = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+_IDENTITY = np.array(IDENTITY_POSE)
 
 _OF_EVERY_AXIS = ("armature", "drive_target", "drive_velocity_target")
 """What SAPIEN gives back as an array."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenecc.backends.sapien.columns import taken
+from scenecc.plan.pose import IDENTITY_POSE
 from scenecc.values.rotations import compose
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ def _rows(pose: Value | None, rows: NDArray[np.intp]) -> Floats:
 
 
 def _identity(count: int) -> Floats:
-    return np.tile([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], (count, 1))
+    return np.tile(IDENTITY_POSE, (count, 1))
 
 
 def _unit(poses: Floats) -> Floats:

@@ -23,6 +23,7 @@ from scenecc.plan import (
     SpotLight,
     TexturedLight,
 )
+from scenecc.plan.pose import IDENTITY_POSE
 from scenecc.plan.shadows import shadow_numbers
 
 if TYPE_CHECKING:
@@ -111,11 +112,10 @@ def _stands(held: Light | Camera, component: Any, row: int, standing: Standing, 
     if entity is None or entity.get_scene() != standing.scenes[number]:
         yield Difference("scene", "its own", "another" if entity and entity.get_scene() else "none")
         return
-    nowhere = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
     yield from _different(
         ("entity.name", held.name, entity.name),
         ("entity.pose", held.pose.row(row), entity.get_pose()),
-        ("local_pose", nowhere, component.local_pose),
+        ("local_pose", IDENTITY_POSE, component.local_pose),
     )
 
 

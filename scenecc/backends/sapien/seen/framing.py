@@ -9,6 +9,7 @@ import numpy as np
 
 from scenecc.backends.sapien.engine import render
 from scenecc.plan import Camera, Perspective, literal
+from scenecc.plan.pose import IDENTITY_POSE
 from scenecc.values import rotations
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def default_camera(num_scenes: int, width: int = WIDTH, height: int = HEIGHT) ->
     return Camera(
         name=NAME,
         scene_idxs=tuple(range(num_scenes)),
-        pose=literal((0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)),
+        pose=literal(IDENTITY_POSE),
         width=width,
         height=height,
         lens=Perspective(fovy=literal(FOVY)),

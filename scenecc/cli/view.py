@@ -1,0 +1,151 @@
+"""`scenecc view`."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Annotated, Any, Final, NoReturn
+
+import typer
+
+from scenecc.cli.arguments import path_faults
+from scenecc.cli.find import STDIN
+from scenecc.cli.options import (
+    AllowOutside,
+    AssetRoots,
+    Format,
+    Limits,
+    NumScenes,
+    Params,
+    SceneArgument,
+    Seed,
+    Show,
+    at_least,
+    parse_limits,
+    parse_params,
+    shown,
+)
+from scenecc.cli.output import STDOUT, print_err, print_out, write
+from scenecc.cli.progress import progress
+from scenecc.cli.report import end, of_settings, print_asides, usage_error
+from scenecc.cli.table import plain
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Diagnostic
+
+_LAST_PORT: Final = 65535
+
+Scene = Annotated[
+    int, typer.Option("--scene", metavar="K", parser=at_least(0), help="The scene that is shown at first.")
+]
+Grid = Annotated[bool, typer.Option("--grid", help="Show all scenes at first, side by side.")]
+Export = Annotated[
+    str | None,
+    typer.Option("--export", metavar="FILE.html", help="Write one page that needs no server, and end."),
+]
+Steps = Annotated[
+    int, typer.Option("--steps", metavar="N", parser=at_least(0), help="Of an exported page: what it plays.")
+]
+Host = Annotated[str, typer.Option("--host", metavar="ADDRESS", help="Where to listen; 0.0.0.0 lets everybody in.")]
+Port = Annotated[
+    int | None,
+    typer.Option(
+        "--port",
+        metavar="N",
+        parser=at_least(0, digits=5),
+        help="At which port; 0 is any that is free.",
+        show_default="8080, or the next that is free",
+    ),
+]
+Open = Annotated[bool, typer.Option("--open", help="Open the page in the browser.")]
+
+
+def view(
+    scene: SceneArgument,
+    *,
+    index: Scene = 0,
+    grid: Grid = False,
+    show: Annotated[Show, typer.Option("--show", help="Which shapes are drawn at first.")] = Show.visual,
+    export: Export = None,
+    steps: Steps = 0,
+    host: Host = "127.0.0.1",
+    port: Port = None,
+    open_it: Open = False,
+    num_scenes: NumScenes = None,
+    seed: Seed = None,
+    params: Params = None,
+    asset_roots: AssetRoots = None,
+    allow_outside_assets: AllowOutside = False,
+    limits: Limits = None,
+) -> None:
+    """Show a scene in the browser, and show it again whenever a file of it changes.
+
+    The page has the objects, what they weigh and are made of, the simulation, and the parameters of the file. An error
+    is shown over the last scene that had none. No GPU is needed. Ctrl-C ends it.
+
+    \b
+    Examples:
+      scenecc view scenes/tabletop.yaml
+      scenecc view scenes/clutter.yaml --num-scenes 16 --grid --port 0
+      scenecc view scenes/tabletop.yaml --export tabletop.html --steps 200
+    """
+    from scenecc import api
+
+    values, checked_limits = parse_params(params), parse_limits(limits)
+    _check(export, steps, port, open_it=open_it)
+    if faults := path_faults(scene, export):
+        end(faults)
+    given: dict[str, Any] = {
+        "look": api.Look(index, grid, visual=show is Show.visual, collision=show is Show.collision),
+        "num_scenes": num_scenes,
+        "seed": seed,
+        "params": values,
+        "asset_roots": asset_roots or (),
+        "allow_outside_assets": allow_outside_assets,
+        "limits": checked_limits,
+    }
+    source = sys.stdin.buffer if scene == STDIN else scene
+    try:
+        if export is None:
+            api.view_scene(
+                source,
+                place=api.Place(host, port),
+                ready=lambda url: _ready(url, open_it=open_it),
+                told=lambda found: print_asides(of_settings(found, values), Format.text),
+                **given,
+            )
+        else:
+            found: list[Diagnostic] = []
+            with progress("view") as told:
+                page = api.export_page(source, steps=steps, found=found, progress=told, **given)
+            _write(export, page, found)
+    except api.SceneError as error:
+        end(of_settings(error.diagnostics, values))
+
+
+def _check(export: str | None, steps: int, port: int | None, *, open_it: bool) -> None:
+    """Raises typer.BadParameter where options do not fit together."""
+    if export is None and steps:
+        raise typer.BadParameter("it is for an --export; a page that is served has a button", param_hint="'--steps'")
+    if export is not None and open_it:
+        raise typer.BadParameter("an --export is written, and served nowhere", param_hint="'--open'")
+    if export not in {None, STDOUT} and not str(export).lower().endswith((".html", ".htm")):
+        raise typer.BadParameter(f"{shown(str(export))} does not end in .html", param_hint="'--export'")
+    if port is not None and port > _LAST_PORT:
+        raise typer.BadParameter(f"{port} is above {_LAST_PORT}", param_hint="'--port'")
+
+
+def _ready(url: str, *, open_it: bool) -> None:
+    print_out(f"{url}\n")
+    print_err("Ctrl-C ends it.\n")
+    if open_it:
+        import webbrowser
+
+        webbrowser.open(url)
+
+
+def _write(target: str, page: str, found: list[Diagnostic]) -> NoReturn:
+    if (reason := write(target, page)) is not None:
+        end([*found, usage_error("SC904", reason, file=target)])
+    if target != STDOUT:
+        print_out(f"{plain(target)}: {len(page.encode()) / 1e6:.2f} MB\n")
+    end(found)

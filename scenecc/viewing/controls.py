@@ -1,0 +1,79 @@
+"""Parameters of a file as controls of a page."""
+
+from __future__ import annotations
+
+import json
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics import Sink
+from scenecc.source import read_value
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import viser
+
+    from scenecc.expand.listing import ParamRow
+
+_STEPS = 200
+"""Of a slider, from one end of its range to the other."""
+
+
+def add_control(gui: viser.GuiApi, row: ParamRow, value: Any, changed: Callable[[Any], None]) -> Any:
+    """Adds the control of a parameter, and returns viser's handle of it.
+
+    Args:
+        gui: where.
+        row: the parameter.
+        value: that it has; None where it has none yet.
+        changed: takes a new value, from a thread of viser's.
+    """
+    hint = "\n".join(filter(None, (row.description, f"{row.type}, {row.range}" if row.range else row.type))) or None
+    if row.type == "boolean":
+        handle: Any = gui.add_checkbox(row.name, initial_value=bool(value), hint=hint)
+        read: Callable[[Any], Any] = bool
+    elif row.type == "choice":
+        options = {_written(option): option for option in row.options}
+        handle = gui.add_dropdown(row.name, list(options), initial_value=_written(value), hint=hint)
+        read = options.__getitem__
+    elif row.type in {"number", "integer"} and _is_number(value):
+        handle = _number(gui, row, value, hint)
+        read = int if row.type == "integer" else float
+    else:
+        handle = gui.add_text(row.name, initial_value="" if value is None else _written(value), hint=hint)
+        read = partial(read_text, kind=row.type)
+
+    def update(event: Any) -> None:
+        del event
+        changed(read(handle.value))
+
+    handle.on_update(update)
+    return handle
+
+
+def read_text(text: str, kind: str) -> Any:
+    """What somebody typed as the value of a parameter: YAML on one line, or the text itself where a text is wanted."""
+    if kind in {"string", "file"}:
+        return text
+    sink = Sink()
+    value = read_value(text, sink)
+    return text if sink.failed else value
+
+
+def _number(gui: viser.GuiApi, row: ParamRow, value: float, hint: str | None) -> Any:
+    whole = row.type == "integer"
+    if _is_number(row.low) and _is_number(row.high) and row.low < row.high:
+        step = 1 if whole else (row.high - row.low) / _STEPS
+        inside = min(max(value, row.low), row.high)
+        return gui.add_slider(row.name, min=row.low, max=row.high, step=step, initial_value=inside, hint=hint)
+    ends = {"min": row.low, "max": row.high}
+    return gui.add_number(row.name, initial_value=value, step=1 if whole else None, hint=hint, **ends)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _written(value: Any) -> str:
+    return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)

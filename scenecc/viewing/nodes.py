@@ -1,0 +1,192 @@
+"""What a page shows, as data: frames, meshes and names by their paths."""
+
+from __future__ import annotations
+
+from hashlib import sha256
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from scenecc.diagnostics.frozen import frozen
+from scenecc.emit.glb.part import part_file
+from scenecc.meshes.layout import bounded, cell_of, corners_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from scenecc.meshes import Part, Shape, Surface
+    from scenecc.meshes.layout import DrawnBody, DrawnEntity, DrawnScene
+    from scenecc.meshes.surface import Look as Material
+    from scenecc.viewing.look import Look
+
+Vec3 = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+Key = tuple[int, str, int]
+"""A body: index of its scene, name of its entity, and its own number among the entity's."""
+
+_UNTURNED: Final[Quaternion] = (1.0, 0.0, 0.0, 0.0)
+
+_SLASH: Final = "\N{DIVISION SLASH}"
+"""Stands for the slash of a name: what is below a path on the page moves with it."""
+
+
+@frozen
+class Frame:
+    """A frame below that of the path above it. `axes`: whether they are shown."""
+
+    position: Vec3
+    wxyz: Quaternion
+    axes: bool = False
+
+
+@frozen
+class Mesh:
+    """A surface of a body.
+
+    Attributes:
+        digest: of its file, see `Files`.
+        position, wxyz: in the body's frame. scale: along its own axes.
+        body: that has it.
+    """
+
+    digest: str
+    position: Vec3
+    wxyz: Quaternion
+    scale: Vec3
+    body: Key
+
+
+@frozen
+class Name:
+    """A text at the origin of the frame above it."""
+
+    text: str
+
+
+Node = Frame | Mesh | Name
+
+
+@frozen
+class Picture:
+    """All that is shown.
+
+    Attributes:
+        nodes: by path, what is above others before these.
+        bodies: the path of each.
+        corners: (N, 3) around everything but planes [m].
+    """
+
+    nodes: dict[str, Node]
+    bodies: dict[Key, str]
+    corners: NDArray[np.float64]
+
+
+class Files:
+    """Surfaces as files. What was made once is kept as long as something shown uses it."""
+
+    def __init__(self) -> None:
+        self._digests: dict[tuple[str, Material, bool], str] = {}
+        self._surfaces: dict[Surface, str] = {}
+        self.contents: dict[str, bytes] = {}
+
+    def digest(self, part: Part, *, turned: bool) -> str:
+        """The digest of a part's file, which is in `contents`."""
+        key = (self._surface(part.surface), part.look, turned)
+        if key not in self._digests:
+            content = part_file(part, turned=turned)
+            digest = sha256(content).hexdigest()
+            self._digests[key] = digest
+            self.contents[digest] = content
+        return self._digests[key]
+
+    def keep(self, used: set[str]) -> None:
+        """Forgets every file that is not among these."""
+        self._surfaces = {}
+        self._digests = {key: digest for key, digest in self._digests.items() if digest in used}
+        self.contents = {digest: content for digest, content in self.contents.items() if digest in used}
+
+    def _surface(self, surface: Surface) -> str:
+        if surface not in self._surfaces:
+            digest = sha256()
+            for array in (surface.vertices, surface.faces, surface.normals, surface.uvs):
+                digest.update(b"-" if array is None else b"%d:" % array.size + array.tobytes())
+            self._surfaces[surface] = digest.hexdigest()
+        return self._surfaces[surface]
+
+
+def picture(
+    seen: tuple[DrawnScene, ...], colliding: tuple[DrawnScene, ...] | None, look: Look, files: Files
+) -> Picture:
+    """All that is shown.
+
+    Args:
+        seen: the scenes with what is seen of bodies.
+        colliding: the same scenes with what collides; None: it is not shown.
+        look: what is shown of them.
+        files: takes the surfaces.
+    """
+    painter = _Painter(look, files)
+    cell = cell_of(seen) if look.grid else None
+    origins = np.zeros((len(seen), 3)) if cell is None else cell.origins(len(seen))
+    half = None if cell is None else cell.half
+    for number, (scene, origin) in enumerate(zip(seen, origins, strict=True)):
+        root = f"/scene {scene.scene.index}"
+        x, y, z = map(float, origin)
+        painter.nodes[root] = Frame((x, y, z), _UNTURNED)
+        painter.scene(root, scene, "visual", half, show=look.visual)
+        if colliding is not None:
+            painter.scene(root, colliding[number], "collision", half, show=True)
+    corners = [corners_of([scene]) + origin for scene, origin in zip(seen, origins, strict=True)]
+    return Picture(painter.nodes, painter.bodies, np.concatenate(corners))
+
+
+class _Painter:
+    def __init__(self, look: Look, files: Files) -> None:
+        self._look = look
+        self._files = files
+        self.nodes: dict[str, Node] = {}
+        self.bodies: dict[Key, str] = {}
+
+    def scene(self, root: str, scene: DrawnScene, role: str, half: float | None, *, show: bool) -> None:
+        for entity in scene.entities:
+            for key, path, name, body in _bodies(root, scene, entity):
+                self.bodies[key] = path
+                self.nodes[path] = Frame(*_placed(body.body.pose), axes=self._look.frames)
+                if self._look.names:
+                    self.nodes[f"{path}/name"] = Name(name)
+                shapes = body.shapes if show else ()
+                for number, shape in enumerate(shapes):
+                    self._shape(f"{path}/{role} {number}", bounded(shape, body, scene, half), key)
+
+    def _shape(self, path: str, shape: Shape, key: Key) -> None:
+        place = _placed(shape.pose)
+        for number, part in enumerate(shape.parts):
+            # Parts of one shape: one path each.
+            own = path if len(shape.parts) == 1 else f"{path}.{number}"
+            digest = self._files.digest(part, turned=shape.turned)
+            self.nodes[own] = Mesh(digest, *place, shape.scale, key)
+
+
+def _bodies(root: str, scene: DrawnScene, entity: DrawnEntity) -> Iterator[tuple[Key, str, str, DrawnBody]]:
+    """The bodies of an entity: key, path and name. Links lie below their articulation, which moves none of them."""
+    name = entity.measured.entity.name
+    path = f"{root}/{escaped(name)}"
+    for number, body in enumerate(entity.bodies):
+        key = (scene.scene.index, name, number)
+        if body.body.name == name and len(entity.bodies) == 1:
+            yield key, path, name, body
+        else:
+            yield key, f"{path}/{escaped(body.body.name)}", f"{name}/{body.body.name}", body
+
+
+def escaped(name: str) -> str:
+    """A name as one step of a path."""
+    return name.replace("/", _SLASH)
+
+
+def _placed(pose: tuple[float, ...]) -> tuple[Vec3, Quaternion]:
+    x, y, z, qw, qx, qy, qz = pose
+    return (x, y, z), (qw, qx, qy, qz)

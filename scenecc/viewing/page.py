@@ -1,0 +1,124 @@
+"""The three-dimensional half of a page: viser's nodes, kept as a picture says."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.viewing.nodes import Frame, Mesh
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    import viser
+    from numpy.typing import NDArray
+
+    from scenecc.viewing.nodes import Key, Node, Picture
+
+_AXES_LENGTH, _AXES_RADIUS = 0.1, 0.003
+"""Of the axes of a body [m]."""
+
+
+class Page:
+    """What a server shows. Only what differs from before is sent, and nothing moves the camera of a browser."""
+
+    def __init__(self, server: viser.ViserServer, clicked: Callable[[Key], None] | None = None) -> None:
+        """`clicked` is told, from a thread of viser's, which body somebody clicks on."""
+        self._server = server
+        self._clicked = clicked
+        self._nodes: dict[str, Node] = {}
+        self._handles: dict[str, Any] = {}
+        self._bodies: Mapping[Key, str] = {}
+
+    @property
+    def digests(self) -> set[str]:
+        """Of the files that are shown."""
+        return {node.digest for node in self._nodes.values() if isinstance(node, Mesh)}
+
+    def show(self, picture: Picture, contents: Mapping[str, bytes]) -> None:
+        """Shows a picture in place of the one before. `contents`: of its files, by digest."""
+        with self._server.atomic():
+            for path in [path for path in self._nodes if path not in picture.nodes]:
+                self._remove(path)
+            for path, node in picture.nodes.items():
+                self._put(path, node, contents)
+        self._bodies = picture.bodies
+        self._server.flush()
+
+    def move(self, keys: Sequence[Key], poses: NDArray[np.float32]) -> None:
+        """Puts bodies elsewhere. `poses`: (N, 7) p [m] then q (wxyz), in their scenes."""
+        with self._server.atomic():
+            for key, pose in zip(keys, poses.tolist(), strict=True):
+                handle = self._handles[self._bodies[key]]
+                handle.position, handle.wxyz = pose[:3], pose[3:]
+        self._server.flush()
+
+    def stand(self, position: NDArray[np.float64], look_at: NDArray[np.float64]) -> None:
+        """Where the camera of a browser stands that comes from now on [m]."""
+        camera = self._server.initial_camera
+        camera.position, camera.look_at = position, look_at
+
+    def _remove(self, path: str) -> None:
+        handle = self._handles.pop(path)
+        del self._nodes[path]
+        # What is below a node goes with it.
+        if self._server.scene.get_handle_by_name(path) is handle:
+            handle.remove()
+
+    def _put(self, path: str, node: Node, contents: Mapping[str, bytes]) -> None:
+        before = self._nodes.get(path)
+        if before == node:
+            # A body may have moved since.
+            if isinstance(node, Frame):
+                self._handles[path].position, self._handles[path].wxyz = node.position, node.wxyz
+            return
+        if isinstance(node, Frame) and isinstance(before, Frame):
+            handle = self._handles[path]
+            handle.position, handle.wxyz, handle.show_axes = node.position, node.wxyz, node.axes
+        elif (
+            isinstance(node, Mesh)
+            and isinstance(before, Mesh)
+            and (before.digest, before.body)
+            == (
+                node.digest,
+                node.body,
+            )
+        ):
+            handle = self._handles[path]
+            handle.position, handle.wxyz, handle.scale = node.position, node.wxyz, node.scale
+        else:
+            handle = self._added(path, node, contents)
+        self._nodes[path], self._handles[path] = node, handle
+
+    def _added(self, path: str, node: Node, contents: Mapping[str, bytes]) -> Any:
+        scene = self._server.scene
+        if isinstance(node, Frame):
+            return scene.add_frame(
+                path,
+                show_axes=node.axes,
+                axes_length=_AXES_LENGTH,
+                axes_radius=_AXES_RADIUS,
+                position=node.position,
+                wxyz=node.wxyz,
+            )
+        if not isinstance(node, Mesh):
+            return scene.add_label(path, node.text)
+        handle = scene.add_glb(path, contents[node.digest], scale=node.scale, position=node.position, wxyz=node.wxyz)
+        if self._clicked is not None:
+            clicked, body = self._clicked, node.body
+            handle.on_click(lambda _: clicked(body))
+        return handle
+
+
+def overview(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Where a camera stands that sees all of these points (N, 3), and what it looks at [m]: as SAPIEN's pictures do."""
+    low, high = (corners.min(axis=0), corners.max(axis=0)) if len(corners) else (np.full(3, -0.5), np.full(3, 0.5))
+    middle, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 0.05)
+    back = np.array(_TOWARDS) / np.linalg.norm(_TOWARDS)
+    return middle + _DISTANCE * radius * back, middle
+
+
+_TOWARDS = (1.0, 0.75, 0.75)
+_DISTANCE = 1.3 / np.sin(np.radians(75 / 2))
+"""Of radii: viser's camera sees 75° from top to bottom."""

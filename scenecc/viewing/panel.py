@@ -1,0 +1,235 @@
+"""The controls of a page. They know nothing of scenes: what is done with them is posted to whoever has these."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Protocol
+
+from scenecc.viewing import html
+from scenecc.viewing.controls import add_control
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    import viser
+
+    from scenecc.expand.listing import ParamRow
+    from scenecc.viewing.look import Look
+    from scenecc.viewing.mail import Mail
+    from scenecc.viewing.nodes import Key
+
+_RED, _AMBER = "#e03131", "#f08c00"
+_TREE_WIDTH = 300
+_MOST_LISTED = 64
+"""Scenes whose objects are listed: a browser draws a button for each."""
+
+
+class Actions(Protocol):
+    """What can be asked for on a page."""
+
+    def look_at(self, look: Look) -> None:
+        """Shows something else."""
+        ...
+
+    def play(self) -> None:
+        """Lets the simulation run, or stops it."""
+        ...
+
+    def step(self, n: int) -> None:
+        """Simulates some steps."""
+        ...
+
+    def reset(self, seed: int) -> None:
+        """Puts everything back to its start."""
+        ...
+
+    def rebuild(self, seed: int) -> None:
+        """Builds everything anew."""
+        ...
+
+    def give(self, name: str, value: Any) -> None:
+        """Gives a parameter a value."""
+        ...
+
+    def select(self, key: Key) -> None:
+        """Tells what is known of a body."""
+        ...
+
+
+class Panel:
+    """Controls, and texts beside them."""
+
+    def __init__(self, server: viser.ViserServer, mail: Mail, actions: Actions, look: Look, seed: int) -> None:
+        self._gui = server.gui
+        self._mail = mail
+        self._actions = actions
+        self._look = look
+        self._scenes = 0
+        self._params: tuple[ParamRow, ...] = ()
+        self._objects: Mapping[int, Sequence[tuple[str, tuple[str, ...]]]] = {}
+        self._made: dict[str, list[Any]] = {"scenes": [], "params": [], "objects": []}
+        self._problem = self._add_problem()
+        self._add_simulation(seed)
+        self._scene_folder = self._gui.add_folder("Scenes", order=10, visible=False)
+        self._add_shown()
+        self._param_folder = self._gui.add_folder("Parameters", order=30, visible=False)
+        self._warnings = self._gui.add_html("", order=40, visible=False)
+        self._add_tree()
+
+    def tell_fault(self, text: str) -> None:
+        """Shows an error over whatever else is shown; "" takes it away."""
+        self._fault.content = html.message(text, color=_RED) if text else ""
+        if self._problem.visible != bool(text):
+            self._problem.visible = bool(text)
+
+    def tell_warnings(self, text: str) -> None:
+        """Shows warnings and notes; "" takes them away."""
+        self._warnings.content = html.message(text, color=_AMBER) if text else ""
+        self._warnings.visible = bool(text)
+
+    def tell_time(self, seconds: float, steps: int) -> None:
+        """Shows how long was simulated."""
+        self._time.content = html.line(f"{seconds:.3f} s, {steps} steps")
+
+    def tell_playing(self, *, playing: bool) -> None:
+        """Shows whether the simulation runs."""
+        self._play.label = "Pause" if playing else "Play"
+        self._step.disabled = playing
+
+    def tell_facts(self, content: str) -> None:
+        """Shows what is known of a body, as HTML."""
+        self._facts.content = content
+
+    def set_scenes(self, count: int, left_out: int) -> None:
+        """How many scenes there are, and how many of them are not shown side by side."""
+        if self._scenes != count:
+            self._scenes = count
+            self._clear("scenes")
+            self._scene_folder.visible = count > 1
+            if count > 1:
+                with self._scene_folder:
+                    self._made["scenes"] = self._add_scenes(count)
+        if self._made["scenes"]:
+            note = self._made["scenes"][-1]
+            note.content = html.line(f"{left_out} more scenes have too many bodies for a browser") if left_out else ""
+
+    def set_params(self, rows: tuple[ParamRow, ...], given: Mapping[str, Any], *, afresh: bool = False) -> None:
+        """The parameters. Controls of the same ones stay as somebody has set them, but `afresh`: then as `given`."""
+        if rows == self._params and not afresh:
+            return
+        self._params = rows
+        self._clear("params")
+        self._param_folder.visible = bool(rows)
+        with self._param_folder:
+            self._made["params"] = [
+                add_control(self._gui, row, given.get(row.name, row.value), self._giver(row.name)) for row in rows
+            ]
+
+    def set_objects(self, scenes: Mapping[int, Sequence[tuple[str, tuple[str, ...]]]]) -> None:
+        """The tree of objects: by scene, entities and the links of those that have some."""
+        if self._objects == scenes:
+            return
+        self._objects = scenes
+        self._clear("objects")
+        made = self._made["objects"]
+        for index, entities in [*scenes.items()][:_MOST_LISTED]:
+            with self._tree:
+                folder = self._gui.add_folder(f"Scene {index} ({len(entities)})", expand_by_default=len(scenes) == 1)
+            made.append(folder)
+            with folder:
+                for name, links in entities:
+                    made.append(self._add_object(index, name, links))
+        if len(scenes) > _MOST_LISTED:
+            with self._tree:
+                made.append(self._gui.add_html(html.line(f"and {len(scenes) - _MOST_LISTED} more scenes")))
+
+    def _add_object(self, index: int, name: str, links: tuple[str, ...]) -> Any:
+        if not links:
+            return self._button(name, (index, name, 0))
+        folder = self._gui.add_folder(name, expand_by_default=False)
+        with folder:
+            for number, link in enumerate(links):
+                self._button(link, (index, name, number))
+        return folder
+
+    def _button(self, label: str, key: Key) -> Any:
+        button = self._gui.add_button(label, color="gray")
+        button.on_click(lambda _: self._mail.post("select", lambda: self._actions.select(key)))
+        return button
+
+    def _add_problem(self) -> Any:
+        panel = self._gui.add_panel(visible=False)
+        with panel.add_tab("Error"):
+            self._fault = self._gui.add_html("")
+        panel.float(x=15, y=15, width=640)
+        return panel
+
+    def _add_tree(self) -> None:
+        panel = self._gui.add_panel()
+        self._tree = panel.add_tab("Objects")
+        with panel.add_tab("Selected"):
+            self._facts = self._gui.add_html(html.line("Click on a body, or on its name."))
+        panel.dock_left()
+        panel.set_width(_TREE_WIDTH)
+
+    def _add_simulation(self, seed: int) -> None:
+        with self._gui.add_folder("Simulation", order=0):
+            self._time = self._gui.add_html(html.line("0.000 s, 0 steps"))
+            self._play = self._gui.add_button("Play")
+            self._play.on_click(lambda _: self._mail.post("play", self._actions.play))
+            self._step = self._gui.add_button("Step")
+            self._step.on_click(lambda _: self._mail.post(object(), lambda: self._actions.step(1)))
+            self._seed = self._gui.add_number("Seed", initial_value=seed, min=0, step=1)
+            again = self._gui.add_button("Reset", hint="Back to the start, drawn with this seed where a reset draws")
+            again.on_click(lambda _: self._post_seed("reset", self._actions.reset))
+            anew = self._gui.add_button("Rebuild", hint="Build the scene anew, everything drawn with this seed")
+            anew.on_click(lambda _: self._post_seed("rebuild", self._actions.rebuild))
+
+    def _post_seed(self, key: str, action: Callable[[int], None]) -> None:
+        seed = int(self._seed.value)
+        self._mail.post(key, lambda: action(seed))
+
+    def _add_scenes(self, count: int) -> list[Any]:
+        scene = min(self._look.scene, count - 1)
+        slider = self._gui.add_slider("Scene", min=0, max=count - 1, step=1, initial_value=scene)
+        slider.disabled = self._look.grid
+        grid = self._gui.add_checkbox("Side by side", initial_value=self._look.grid)
+        note = self._gui.add_html("")
+
+        def change(_: object) -> None:
+            slider.disabled = grid.value
+            self._show(replace(self._look, scene=int(slider.value), grid=grid.value))
+
+        slider.on_update(change)
+        grid.on_update(change)
+        return [slider, grid, note]
+
+    def _add_shown(self) -> None:
+        with self._gui.add_folder("Shown", order=20):
+            boxes = {
+                name: self._gui.add_checkbox(label, initial_value=getattr(self._look, name))
+                for name, label in (
+                    ("visual", "Visual shapes"),
+                    ("collision", "Collision shapes"),
+                    ("frames", "Frames"),
+                    ("names", "Names"),
+                )
+            }
+
+        def change(_: object) -> None:
+            self._show(replace(self._look, **{name: box.value for name, box in boxes.items()}))
+
+        for box in boxes.values():
+            box.on_update(change)
+
+    def _show(self, look: Look) -> None:
+        self._look = look
+        self._mail.post("look", lambda: self._actions.look_at(look))
+
+    def _giver(self, name: str) -> Callable[[Any], None]:
+        return lambda value: self._mail.post(("give", name), lambda: self._actions.give(name, value))
+
+    def _clear(self, part: str) -> None:
+        for handle in self._made[part]:
+            handle.remove()
+        self._made[part] = []

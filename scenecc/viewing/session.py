@@ -1,0 +1,249 @@
+"""What happens on a page: one thread has the engine, and does what browsers and watched files ask for."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.api import SceneError
+from scenecc.diagnostics import Diagnostic, Location
+from scenecc.diagnostics.render import render
+from scenecc.viewing import html
+from scenecc.viewing.loading import load
+from scenecc.viewing.mail import Mail
+from scenecc.viewing.nodes import Files
+from scenecc.viewing.page import Page, overview
+from scenecc.viewing.panel import Panel
+from scenecc.viewing.watch import Watch
+from scenecc.viewing.world import World, check_scene
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    import viser
+
+    from scenecc.front import Options, Source
+    from scenecc.viewing.loading import Loading
+    from scenecc.viewing.look import Look
+    from scenecc.viewing.nodes import Key
+
+_FRAME: Final = 1 / 30
+"""How long a picture of a running simulation is shown [s]."""
+
+_BEHIND: Final = 0.25
+"""A simulation that is further behind the clock [s] runs slower than it: it does not catch up."""
+
+
+class Session:
+    """A file on a page, until it is closed."""
+
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        source: Callable[[], Source],
+        options: Options,
+        look: Look,
+        *,
+        path: Path | None,
+        told: Callable[[Sequence[Diagnostic]], None],
+    ) -> None:
+        """`path`: of the source, where it is a file that may change. `told` takes what is found, again and again.
+
+        `source` is asked for before each compilation: a stream can be read once only.
+        """
+        self._source, self._options, self._path, self._told = source, options, path, told
+        self._look = look
+        self._given: dict[str, Any] = {}
+        self._seed = 0 if options.seed is None else options.seed
+        self._mail = Mail()
+        self._files = Files()
+        self._page = Page(server, lambda key: self._mail.post("select", lambda: self.select(key)))
+        self._panel = Panel(server, self._mail, self, look, self._seed)
+        self._watch = Watch(lambda: self._mail.post("reload", self.reload))
+        self._watched: frozenset[Path] = frozenset()
+        self._world: World | None = None
+        self._selected: Key | None = None
+        self._playing = False
+        self._shown_at = 0.0
+        self._poses = np.zeros((0, 7), np.float32)
+
+    def start(self) -> None:
+        """Shows the scene, or what is wrong with it. Raises SceneError if it has no such scene as is to be shown."""
+        loading = load(self._source(), self._options, {})
+        if loading.loaded is not None:
+            check_scene(self._look, loading.loaded.plan)
+        self._see(loading)
+        self._try(lambda: self._take(loading))
+
+    def run(self) -> None:
+        """Does what is asked for, until the thread is interrupted."""
+        while True:
+            task = self._mail.take(self._shown_at + _FRAME - time.monotonic() if self._playing else None)
+            if task is not None:
+                self._try(task)
+            elif self._playing:
+                self._try(self._advance)
+
+    def close(self) -> None:
+        """Ends the watch, and frees the engine's objects."""
+        self._watch.close()
+        if self._world is not None:
+            self._world.close()
+            self._world = None
+
+    def reload(self) -> None:
+        """Compiles and builds the file as it is now; on an error, the scene before stays."""
+        loading = load(self._source(), self._options, self._given)
+        self._see(loading)
+        afresh = loading.loaded is None and bool(self._given)
+        if afresh:
+            # What was given by hand may no longer fit to a file that has changed.
+            plain = load(self._source(), self._options, {})
+            if plain.loaded is not None:
+                loading, self._given = plain, {}
+        self._take(loading, afresh=afresh)
+
+    def give(self, name: str, value: Any) -> None:
+        """Builds the scene with another value of a parameter."""
+        self._given = {**self._given, name: value}
+        loading = load(self._source(), self._options, self._given)
+        self._see(loading)
+        self._take(loading)
+
+    def rebuild(self, seed: int) -> None:
+        """Builds the scene with another seed."""
+        self._options, self._seed = replace(self._options, seed=seed), seed
+        self.reload()
+
+    def reset(self, seed: int) -> None:
+        """Puts all bodies back to their start."""
+        if self._world is None:
+            return
+        try:
+            self._world.reset(seed)
+        except ValueError as error:
+            self._fault([Diagnostic("SC817", "error", str(error), Location(None))])
+            return
+        self._panel.tell_fault("")
+        self._show_poses()
+        self._tell_time()
+
+    def look_at(self, look: Look) -> None:
+        """Shows something else of the scene; other scenes are built for it."""
+        before, self._look = self._look, look
+        if self._world is None:
+            return
+        if (before.scene, before.grid) != (look.scene, look.grid):
+            self._show(World(self._world.loaded, look))
+        else:
+            self._paint(self._world)
+            self._show_poses()
+
+    def play(self) -> None:
+        """Lets the simulation run, or stops it."""
+        self._playing = not self._playing and self._world is not None
+        self._shown_at = time.monotonic()
+        self._panel.tell_playing(playing=self._playing)
+
+    def step(self, n: int) -> None:
+        """Simulates some steps."""
+        if self._world is not None:
+            self._world.step(n)
+            self._show_poses()
+            self._tell_time()
+
+    def select(self, key: Key) -> None:
+        """Tells what is known of a body and of what it belongs to."""
+        self._selected = key
+        item = self._world and self._world.facts(key)
+        if item is not None:
+            self._panel.tell_facts(html.facts(item))
+
+    def _try(self, task: Callable[[], None]) -> None:
+        try:
+            task()
+        except SceneError as error:
+            self._fault(error.diagnostics)
+
+    def _advance(self) -> None:
+        """Simulates as long as the last picture was shown."""
+        assert self._world is not None
+        now = time.monotonic()
+        passed = min(now - self._shown_at, _BEHIND)
+        self._shown_at = now
+        until = now + _BEHIND
+        for _ in range(max(1, round(passed / self._world.timestep))):
+            self._world.step()
+            if time.monotonic() > until:
+                break
+        self._show_poses()
+        self._tell_time()
+
+    def _see(self, loading: Loading) -> None:
+        """Watches what a scene used; of one that is at fault, what the one before used, too."""
+        if self._path is None:
+            return
+        files = loading.files | {self._path}
+        if loading.loaded is None:
+            files |= self._watched
+        self._watched = files
+        self._watch.see(files)
+
+    def _take(self, loading: Loading, *, afresh: bool = False) -> None:
+        if loading.loaded is None:
+            self._fault(loading.diagnostics)
+            return
+        self._show(World(loading.loaded, self._look))
+        self._panel.set_params(loading.loaded.params, loading.loaded.given, afresh=afresh)
+
+    def _show(self, world: World) -> None:
+        """Shows scenes in place of those before, once nothing can go wrong any more."""
+        first = self._world is None
+        try:
+            picture = world.picture(self._look, self._files)
+        except BaseException:
+            world.close()
+            raise
+        if self._world is not None:
+            self._world.close()
+        self._world = world
+        self._panel.tell_fault("")
+        if first:
+            self._page.stand(*overview(picture.corners))
+        self._page.show(picture, self._files.contents)
+        self._files.keep(self._page.digests)
+        self._poses = world.poses()
+        self._panel.set_scenes(world.loaded.plan.num_scenes, world.left_out)
+        self._panel.set_objects(world.entities())
+        diagnostics = world.loaded.sink.diagnostics()
+        self._panel.tell_warnings(render(diagnostics))
+        self._told(diagnostics)
+        self._tell_time()
+        if self._selected is not None:
+            self.select(self._selected)
+
+    def _paint(self, world: World) -> None:
+        self._page.show(world.picture(self._look, self._files), self._files.contents)
+        self._files.keep(self._page.digests)
+        self._poses = np.full_like(self._poses, np.nan)
+
+    def _show_poses(self) -> None:
+        """Sends the poses of bodies that have moved."""
+        assert self._world is not None
+        poses = self._world.poses()
+        moved = np.flatnonzero((poses != self._poses).any(axis=1))
+        if len(moved):
+            self._page.move([self._world.keys[number] for number in moved], poses[moved])
+        self._poses = poses
+
+    def _tell_time(self) -> None:
+        assert self._world is not None
+        self._panel.tell_time(self._world.time, self._world.steps)
+
+    def _fault(self, diagnostics: Sequence[Diagnostic]) -> None:
+        self._panel.tell_fault(render(diagnostics))
+        self._told(diagnostics)

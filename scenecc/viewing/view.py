@@ -1,0 +1,185 @@
+"""A scene on a page, live or as a file."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from importlib.util import find_spec
+from io import BytesIO, StringIO
+from os import PathLike, fspath
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from scenecc.api import SceneError
+from scenecc.diagnostics import Location, Sink
+from scenecc.front import Options
+from scenecc.front.options import integer
+from scenecc.viewing.loading import load
+from scenecc.viewing.look import Look, Place
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+
+    import viser
+
+    from scenecc.diagnostics import Diagnostic
+    from scenecc.front import Source
+
+
+def view_scene(
+    source: Source,
+    *,
+    look: Look | None = None,
+    place: Place | None = None,
+    ready: Callable[[str], None] | None = None,
+    told: Callable[[Sequence[Diagnostic]], None] | None = None,
+    num_scenes: int | None = None,
+    seed: int | None = None,
+    params: Mapping[str, Any] | None = None,
+    draws: Mapping[str, Any] | None = None,
+    asset_roots: Iterable[str | PathLike[str]] = (),
+    allow_outside_assets: bool = False,
+    limits: Mapping[str, int] | None = None,
+) -> None:
+    """Shows a scene on a page in the browser until it is interrupted, and again whenever its file changes.
+
+    A scene that is at fault when it starts is shown as the text of its errors, and as a scene once they are mended.
+    Other arguments are those of `validate`.
+
+    Args:
+        source: as for `validate`; a path is watched, with every file that it uses.
+        look: what is shown at first.
+        place: where the page is served.
+        ready: told the address of the page once somebody can open it.
+        told: told what was found, whenever the scene was compiled or built.
+        num_scenes: in place of the file's.
+        seed: in place of the file's.
+        params: as for `validate`.
+        draws: as for `validate`.
+        asset_roots: as for `validate`.
+        allow_outside_assets: as for `validate`.
+        limits: as for `validate`.
+
+    Raises:
+        SceneError: the page cannot be served: a package is missing, or the address cannot be had.
+        ValueError: an argument is out of its range.
+    """
+    _need_packages()
+    from scenecc.viewing.session import Session
+
+    look, place = look or Look(), place or Place()
+    options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
+    path = Path(fspath(source)).absolute() if isinstance(source, str | PathLike) else None
+    label = "scenecc" if path is None else f"scenecc: {path.stem}"
+    with _served(place, label) as server:
+        session = Session(server, _again(source), options, look, path=path, told=told or _untold)
+        try:
+            session.start()
+            if ready is not None:
+                ready(address(place, server.get_port()))
+            session.run()
+        finally:
+            session.close()
+
+
+def export_page(
+    source: Source,
+    *,
+    look: Look | None = None,
+    steps: int = 0,
+    found: list[Diagnostic] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    num_scenes: int | None = None,
+    seed: int | None = None,
+    params: Mapping[str, Any] | None = None,
+    draws: Mapping[str, Any] | None = None,
+    asset_roots: Iterable[str | PathLike[str]] = (),
+    allow_outside_assets: bool = False,
+    limits: Mapping[str, int] | None = None,
+) -> str:
+    """A scene as one page of HTML that needs nothing else, no network and no server. Other arguments: as `validate`.
+
+    Args:
+        source: as for `validate`.
+        look: what is shown.
+        steps: of the simulation, which the page plays; 0: the scene stands still.
+        found: takes the warnings and notes.
+        progress: called with (scenes done, scenes in all) while the engine builds, and with steps after that.
+        num_scenes: in place of the file's.
+        seed: in place of the file's.
+        params: as for `validate`.
+        draws: as for `validate`.
+        asset_roots: as for `validate`.
+        allow_outside_assets: as for `validate`.
+        limits: as for `validate`.
+
+    Raises:
+        SceneError: the scene, the engine or the machine is at fault, or there is no such scene.
+        ValueError: an argument is out of its range.
+    """
+    _need_packages()
+    from scenecc.viewing.recording import record
+    from scenecc.viewing.world import World, check_scene
+
+    look = look or Look()
+    steps = integer(steps, "steps", 0)
+    options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
+    loading = load(source, options, {})
+    if loading.loaded is None:
+        raise SceneError(loading.diagnostics)
+    check_scene(look, loading.loaded.plan)
+    world = World(loading.loaded, look, progress)
+    try:
+        # viser writes a page from what a server shows; nobody is told of this one.
+        with _served(Place(port=0), loading.loaded.plan.name) as server:
+            page = record(server, world, look, steps, progress)
+    finally:
+        world.close()
+    if found is not None:
+        found += loading.loaded.sink.diagnostics()
+    return page
+
+
+@contextmanager
+def _served(place: Place, label: str) -> Generator[viser.ViserServer]:
+    from scenecc.viewing.server import close_server, open_server
+
+    try:
+        server = open_server(place, label)
+    except OSError as error:
+        where = place.host if place.port is None else f"{place.host}, port {place.port}"
+        sink = Sink()
+        hint = "take another with `--port`, or leave it out for one that is free"
+        sink.report("SC815", f"no page can be served at {where}: {error.strerror or error}", Location(None), hint=hint)
+        raise SceneError(sink.diagnostics()) from error
+    try:
+        yield server
+    finally:
+        close_server(server)
+
+
+def address(place: Place, port: int) -> str:
+    """What a browser on this machine opens."""
+    host = "localhost" if place.host in {"0.0.0.0", "::"} else f"[{place.host}]" if ":" in place.host else place.host  # noqa: S104 - compared
+    return f"http://{host}:{port}"
+
+
+def _again(source: Source) -> Callable[[], Source]:
+    """The source as often as it is wanted: a stream is read once."""
+    if not hasattr(source, "read"):
+        return lambda: source
+    stream: Any = source
+    content = stream.read()
+    return lambda: BytesIO(content) if isinstance(content, bytes) else StringIO(content)
+
+
+def _need_packages() -> None:
+    lacking = [name for name in ("viser", "watchfiles") if find_spec(name) is None]
+    if lacking:
+        sink = Sink()
+        message = f"a page needs {' and '.join(lacking)}, not installed here"
+        sink.report("SC816", message, Location(None), hint='run `pip install "scenecc[view]"`')
+        raise SceneError(sink.diagnostics())
+
+
+def _untold(diagnostics: Sequence[Diagnostic]) -> None:
+    """What nobody is told."""
