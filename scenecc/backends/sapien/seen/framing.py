@@ -9,6 +9,7 @@ import numpy as np
 
 from scenecc.backends.sapien.engine import render
 from scenecc.plan import Camera, Perspective, literal
+from scenecc.plan.pictured import FLAT, TOWARDS
 from scenecc.plan.pose import IDENTITY_POSE
 from scenecc.values import rotations
 
@@ -19,12 +20,7 @@ if TYPE_CHECKING:
 
 NAME: Final = "default"
 WIDTH, HEIGHT, FOVY = 640, 480, radians(60)
-TOWARDS: Final = (1.0, 0.75, 0.75)
-"""Where it stands from the middle of the scene: before it, to the left and above."""
-
 SPARE: Final = 1.1
-FLAT: Final = 1e-4
-"""What is thinner than this [m] is ground, or paint."""
 
 
 def default_camera(num_scenes: int, width: int = WIDTH, height: int = HEIGHT) -> Camera:
