@@ -14,7 +14,16 @@ if TYPE_CHECKING:
     from scenecc.front import Source
     from scenecc.plan.compare import Difference
 
-__all__ = ["check_limits", "compare_scenes", "emit_scene", "json_schema", "list_params", "list_prefabs", "read_setting"]
+__all__ = [
+    "check_limits",
+    "compare_scenes",
+    "emit_scene",
+    "json_schema",
+    "largest_picture",
+    "list_params",
+    "list_prefabs",
+    "read_setting",
+]
 
 
 def json_schema() -> dict[str, Any]:
@@ -84,6 +93,13 @@ def check_limits(limits: Mapping[str, int] | None) -> None:
     from scenecc.source import make_limits
 
     make_limits(limits)
+
+
+def largest_picture() -> int:
+    """How many pixels wide and high a picture can be."""
+    from scenecc.plan.fields import PIXELS
+
+    return int(PIXELS.high)
 
 
 def read_setting(text: str) -> tuple[str, Any]:

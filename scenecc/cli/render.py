@@ -41,7 +41,6 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
 
 _SIZE: Final = re.compile(r"([1-9][0-9]{0,4})x([1-9][0-9]{0,4})")
-_MOST: Final = 16384
 
 
 class What(str, Enum):
@@ -55,11 +54,13 @@ class What(str, Enum):
 
 def parse_size(text: str) -> tuple[int, int]:
     """`640x480`. Raises typer.BadParameter for anything else."""
-    found = _SIZE.fullmatch(text)
+    from scenecc import questions
+
+    found, most = _SIZE.fullmatch(text), questions.largest_picture()
     size = (int(found[1]), int(found[2])) if found else (0, 0)
-    if not found or max(size) > _MOST:
+    if not found or max(size) > most:
         raise typer.BadParameter(
-            f"{shown(text)} is no width and height from 1 to {_MOST}, as in 640x480", param_hint="'--size'"
+            f"{shown(text)} is no width and height from 1 to {most}, as in 640x480", param_hint="'--size'"
         )
     return size
 
