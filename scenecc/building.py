@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.api import SceneError, compiled, instantiated
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.front import Options, Source, select_scenes
+from scenecc.front.options import integer
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -142,6 +143,7 @@ def inspect_scene(
 
     Raises:
         SceneError: the scene, the engine or the machine is at fault; there is no such scene or entity.
+        ValueError: an argument is out of its range.
     """
     from scenecc.front.listing import compiled_params
     from scenecc.summary.inspection import entities_item, scene_item
@@ -168,10 +170,10 @@ def _chosen(plan: ScenePlan, scene: int | None, entity: str | None, sink: Sink) 
     from scenecc.diagnostics.words import cut, suggest
     from scenecc.summary.inspection import matching
 
-    if scene is not None and not 0 <= scene < plan.num_scenes:
-        message = f"there is no scene {scene}"
-        sink.report("SC908", message, Location("--scene"), hint=f"the scenes are 0 to {plan.num_scenes - 1}")
-        raise SceneError(sink.diagnostics())
+    if scene is not None:
+        select_scenes(str(integer(scene, "scene", 0)), plan.num_scenes, sink, "--scene")
+        if sink.failed:
+            raise SceneError(sink.diagnostics())
     chosen = matching(plan, entity, scene)
     if entity is not None and not chosen:
         where = "" if scene is None else f" in scene {scene}"

@@ -214,8 +214,10 @@ def test_what_is_asked_for_and_not_there_has_a_code() -> None:
     scene = {"scenecc": 1, "entities": {"ball": {"shapes": [{"type": "sphere", "radius": 1}]}}}
     with pytest.raises(scenecc.SceneError, match="SC910"):
         inspect_scene(scene, entity="bull")
-    with pytest.raises(scenecc.SceneError, match="SC908"):
+    with pytest.raises(scenecc.SceneError, match="SC908: there is no scene 1: the only scene is 0"):
         inspect_scene(scene, scene=1)
+    with pytest.raises(ValueError, match="scene must be at least 0"):
+        inspect_scene(scene, scene=-1)
 
 
 @settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
