@@ -38,6 +38,9 @@ Scene = Annotated[
     int, typer.Option("--scene", metavar="K", parser=at_least(0), help="The scene that is shown at first.")
 ]
 Grid = Annotated[bool, typer.Option("--grid", help="Show all scenes at first, side by side.")]
+Shadows = Annotated[
+    bool, typer.Option("--shadows/--no-shadows", help="Draw them; a browser without a GPU is slow at it.")
+]
 Export = Annotated[
     str | None,
     typer.Option("--export", metavar="FILE.html", help="Write one page that needs no server, and end."),
@@ -65,6 +68,7 @@ def view(
     index: Scene = 0,
     grid: Grid = False,
     show: Annotated[Show, typer.Option("--show", help="Which shapes are drawn at first.")] = Show.visual,
+    shadows: Shadows = True,
     export: Export = None,
     steps: Steps = 0,
     host: Host = "127.0.0.1",
@@ -95,7 +99,7 @@ def view(
     if faults := path_faults(scene, export):
         end(faults)
     given: dict[str, Any] = {
-        "look": api.Look(index, grid, visual=show is Show.visual, collision=show is Show.collision),
+        "look": api.Look(index, grid, visual=show is Show.visual, collision=show is Show.collision, shadows=shadows),
         "num_scenes": num_scenes,
         "seed": seed,
         "params": values,

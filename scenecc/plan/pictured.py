@@ -24,6 +24,13 @@ COLLISION_COLORS: Final = {
 """What collides, by type of body, wherever it is drawn: blue, orange, grey, green as linear RGBA."""
 
 
+TOWARDS: Final = (1.0, 0.75, 0.75)
+"""Where a camera that frames a scene stands from the middle of it: before it, to the left and above."""
+
+FLAT: Final = 1e-4
+"""What is thinner than this [m] is ground, or paint: it counts for such a camera where there is nothing else."""
+
+
 def seen_by(plan: ScenePlan, camera: Camera | None, *, collision: bool) -> ScenePlan:
     """The plan with this camera alone, or none.
 

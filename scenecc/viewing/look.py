@@ -16,6 +16,7 @@ class Look:
         collision: show what of them collides.
         frames: show the axes of each body and link.
         names: show their names.
+        shadows: draw shadows: what a browser that draws without a GPU takes longest for.
     """
 
     scene: int = 0
@@ -24,6 +25,7 @@ class Look:
     collision: bool = False
     frames: bool = False
     names: bool = False
+    shadows: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from hashlib import sha256
 from typing import TYPE_CHECKING, Final
 
@@ -9,10 +10,11 @@ import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.emit.glb.part import part_file
-from scenecc.meshes.layout import bounded, cell_of, corners_of
+from scenecc.meshes.layout import bounded, cell_of
+from scenecc.plan.pictured import FLAT
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from numpy.typing import NDArray
 
@@ -28,6 +30,9 @@ Key = tuple[int, str, int]
 """A body: index of its scene, name of its entity, and its own number among the entity's."""
 
 _UNTURNED: Final[Quaternion] = (1.0, 0.0, 0.0, 0.0)
+
+_FAINT: Final = 0.5
+"""How visible what collides is, over what is seen."""
 
 _SLASH: Final = "\N{DIVISION SLASH}"
 """Stands for the slash of a name: what is below a path on the page moves with it."""
@@ -76,12 +81,14 @@ class Picture:
     Attributes:
         nodes: by path, what is above others before these.
         bodies: the path of each.
-        corners: (N, 3) around everything but planes [m].
+        corners: (N, 3) around everything but the ground [m].
+        shadows: whether there are any.
     """
 
     nodes: dict[str, Node]
     bodies: dict[Key, str]
     corners: NDArray[np.float64]
+    shadows: bool
 
 
 class Files:
@@ -139,8 +146,22 @@ def picture(
         painter.scene(root, scene, "visual", half, show=look.visual)
         if colliding is not None:
             painter.scene(root, colliding[number], "collision", half, show=True)
-    corners = [corners_of([scene]) + origin for scene, origin in zip(seen, origins, strict=True)]
-    return Picture(painter.nodes, painter.bodies, np.concatenate(corners))
+    places = [(*pair,) for pair in zip(seen, origins, strict=True)]
+    corners = _corners(places, solid=True)
+    corners = corners if len(corners) else _corners(places, solid=False)
+    return Picture(painter.nodes, painter.bodies, corners, look.shadows)
+
+
+def _corners(places: Iterable[tuple[DrawnScene, NDArray[np.float64]]], *, solid: bool) -> NDArray[np.float64]:
+    """(N, 3) around all bodies but planes, or around those that are `solid`: not flat as the ground is."""
+    found = [
+        body.corners + origin
+        for scene, origin in places
+        for entity in scene.entities
+        for body in entity.bodies
+        if len(body.corners) and not (solid and np.ptp(body.corners, axis=0).min() <= FLAT)
+    ]
+    return np.concatenate([np.zeros((0, 3)), *found])
 
 
 class _Painter:
@@ -158,12 +179,16 @@ class _Painter:
                 if self._look.names:
                     self.nodes[f"{path}/name"] = Name(name)
                 shapes = body.shapes if show else ()
+                # What collides lies mostly where something is seen.
+                see_through = role == "collision" and self._look.visual
                 for number, shape in enumerate(shapes):
-                    self._shape(f"{path}/{role} {number}", bounded(shape, body, scene, half), key)
+                    fitted = bounded(shape, body, scene, half)
+                    self._shape(f"{path}/{role} {number}", fitted, key, see_through=see_through)
 
-    def _shape(self, path: str, shape: Shape, key: Key) -> None:
+    def _shape(self, path: str, shape: Shape, key: Key, *, see_through: bool) -> None:
         place = _placed(shape.pose)
-        for number, part in enumerate(shape.parts):
+        parts = [_seen_through(part) for part in shape.parts] if see_through else shape.parts
+        for number, part in enumerate(parts):
             # Parts of one shape: one path each.
             own = path if len(shape.parts) == 1 else f"{path}.{number}"
             digest = self._files.digest(part, turned=shape.turned)
@@ -180,6 +205,10 @@ def _bodies(root: str, scene: DrawnScene, entity: DrawnEntity) -> Iterator[tuple
             yield key, path, name, body
         else:
             yield key, f"{path}/{escaped(body.body.name)}", f"{name}/{body.body.name}", body
+
+
+def _seen_through(part: Part) -> Part:
+    return replace(part, look=replace(part.look, visibility=_FAINT))
 
 
 def escaped(name: str) -> str:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.plan.pictured import TOWARDS
 from scenecc.viewing.nodes import Frame, Mesh
 
 if TYPE_CHECKING:
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
 
 _AXES_LENGTH, _AXES_RADIUS = 0.1, 0.003
 """Of the axes of a body [m]."""
+
+_DISTANCE: Final = 1.3 / np.sin(np.radians(75 / 2))
+"""Of a camera, in radii of what it sees: viser's camera sees 75° from top to bottom, and panels cover some of it."""
 
 
 class Page:
@@ -38,6 +42,7 @@ class Page:
 
     def show(self, picture: Picture, contents: Mapping[str, bytes]) -> None:
         """Shows a picture in place of the one before. `contents`: of its files, by digest."""
+        self._server.scene.configure_default_lights(cast_shadow=picture.shadows)
         with self._server.atomic():
             for path in [path for path in self._nodes if path not in picture.nodes]:
                 self._remove(path)
@@ -115,10 +120,5 @@ def overview(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray
     """Where a camera stands that sees all of these points (N, 3), and what it looks at [m]: as SAPIEN's pictures do."""
     low, high = (corners.min(axis=0), corners.max(axis=0)) if len(corners) else (np.full(3, -0.5), np.full(3, 0.5))
     middle, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 0.05)
-    back = np.array(_TOWARDS) / np.linalg.norm(_TOWARDS)
+    back = np.array(TOWARDS) / np.linalg.norm(TOWARDS)
     return middle + _DISTANCE * radius * back, middle
-
-
-_TOWARDS = (1.0, 0.75, 0.75)
-_DISTANCE = 1.3 / np.sin(np.radians(75 / 2))
-"""Of radii: viser's camera sees 75° from top to bottom."""

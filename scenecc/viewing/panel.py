@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from scenecc.viewing.nodes import Key
 
 _RED, _AMBER = "#e03131", "#f08c00"
-_TREE_WIDTH = 300
+_WIDTH = 300
 _MOST_LISTED = 64
 """Scenes whose objects are listed: a browser draws a button for each."""
 
@@ -170,7 +170,9 @@ class Panel:
         with panel.add_tab("Selected"):
             self._facts = self._gui.add_html(html.line("Click on a body, or on its name."))
         panel.dock_left()
-        panel.set_width(_TREE_WIDTH)
+        panel.set_width(_WIDTH)
+        self._gui.main_panel.dock_right()
+        self._gui.main_panel.set_width(_WIDTH)
 
     def _add_simulation(self, seed: int) -> None:
         with self._gui.add_folder("Simulation", order=0):
@@ -213,6 +215,7 @@ class Panel:
                     ("collision", "Collision shapes"),
                     ("frames", "Frames"),
                     ("names", "Names"),
+                    ("shadows", "Shadows"),
                 )
             }
 
