@@ -216,7 +216,7 @@ def _files(result: Rendering, output: str | None, video: str | None) -> Iterator
     if output is not None:
         yield output, result.png(), seen
     if video is not None and result.film is not None:
-        yield video, result.film, f"{seen}, {result.frames} frames, {result.rate:.4g} a second"
+        yield video, result.film, f"{seen}, {result.frames} pictures, {result.rate:.4g} a second"
 
 
 def _legend(result: Rendering) -> list[str]:

@@ -64,7 +64,8 @@ class Rendering:
         grid: whether they are written as one sheet.
         pictures: one a scene, by ascending index, as it is after the simulation.
         film: the bytes of the film's file; None: none was taken.
-        frames, rate: how many pictures the film has, and how many a second [1/s]; 0 without one.
+        frames, rate: how many pictures the film shows, and how many a second [1/s]; 0 without one. Equal pictures in a
+            row are one frame of a GIF's file, which lasts as long as all of them.
         diagnostics: warnings and notes.
         timings: stage → seconds, in order.
     """

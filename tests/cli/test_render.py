@@ -110,7 +110,7 @@ def test_a_sheet_and_a_film_at_once(run, scene: Path, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     first, second, _ = done.stdout.splitlines()
     assert first == "out.png: color, 64 × 48, scenes 0, 1 of 3"
-    assert second == "film.mp4: color, 64 × 48, scenes 0, 1 of 3, 4 frames, 33.33 a second"
+    assert second == "film.mp4: color, 64 × 48, scenes 0, 1 of 3, 4 pictures, 33.33 a second"
     sheet = np.asarray(Image.open(tmp_path / "out.png"))
     _, frames = decoded(tmp_path / "film.mp4")
     assert [frame.shape for frame in frames] == [sheet.shape] * 4

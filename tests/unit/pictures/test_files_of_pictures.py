@@ -124,6 +124,18 @@ def test_a_gif_has_its_frames_and_lasts_as_long(rate: float) -> None:
         assert frame.convert("RGB").getpixel((3 * number + 1, 10)) == (200, 100, 50)
 
 
+@pytest.mark.parametrize("rate", [10.0, 100 / 3, 62.5])
+@pytest.mark.parametrize(("numbers", "lengths"), [([0] * 9, [9]), ([0, 0, 1, 2, 2, 2, 0], [2, 1, 3, 1])])
+def test_equal_pictures_in_a_row_are_one_frame_of_a_gif_that_lasts_as_long(
+    numbers: list[int], lengths: list[int], rate: float
+) -> None:
+    every = list(frames(3))
+    image = opened(gif((every[number] for number in numbers), rate, len(numbers)))
+    lasts = [frame.info["duration"] for frame in ImageSequence.Iterator(image)]
+    assert lasts == [pytest.approx(1000 * length / rate, abs=10) for length in lengths]
+    assert sum(lasts) == pytest.approx(1000 * len(numbers) / rate, abs=5)
+
+
 def test_an_mp4_has_its_frames(tmp_path: Path) -> None:
     (tmp_path / "film.mp4").write_bytes(mp4(frames(20), 100 / 3))
     rate, found = decoded(tmp_path / "film.mp4")
