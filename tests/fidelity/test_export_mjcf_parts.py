@@ -220,6 +220,15 @@ def test_lights_shine_as_they_do_in_sapien(tmp_path: Path) -> None:
     assert model.vis.headlight.diffuse.tolist() == [0, 0, 0]
 
 
+def test_a_spot_light_that_is_as_bright_up_to_its_edge_loses_nothing(tmp_path: Path) -> None:
+    spot = {"type": "spot", "position": [0, 0, 3], "direction": [0, 0, -1], "color": [1, 1, 1], "outer_fov_deg": 60}
+    lights = {"hard": spot | {"inner_fov_deg": 60}, "soft": spot | {"inner_fov_deg": 40}}
+    model, _, found = compiled(scene({"a": {"shapes": [BOX]}}, lights=lights), tmp_path)
+    assert model.light_cutoff.tolist() == pytest.approx([30, 30])
+    assert model.light_exponent[model.light("hard").id] == 0
+    assert [(each.code, each.message) for each in found] == [("SC730", "`soft`: left out: `inner_fov` of a light")]
+
+
 @pytest.mark.parametrize("thin", [0.02, 0.0003, 0.00001])
 def test_a_flat_body_has_moments_that_mujoco_takes(thin: float, tmp_path: Path) -> None:
     sizes = [[0.1 + 0.0137 * i, 0.07 + 0.0091 * i, thin] for i in range(20)]

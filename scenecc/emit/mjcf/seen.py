@@ -65,7 +65,10 @@ def _write_light(model: Model, light: Light, row: int) -> None:
             shone = {"type": "point", "attenuation": (0, 0, 1)}
         case SpotLight() | TexturedLight():
             shone = {"type": "spot", "attenuation": (0, 0, 1), "cutoff": degrees(float(kind.outer_fov.row(row)) / 2)}
-            lost.leave_out(light.name, "`inner_fov` of a light", light.origin)
+            if float(kind.inner_fov.row(row)) == float(kind.outer_fov.row(row)):
+                shone["exponent"] = 0  # as bright up to the edge; MuJoCo's own light is darker there
+            else:
+                lost.leave_out(light.name, "`inner_fov` of a light", light.origin)
     if isinstance(kind, TexturedLight):
         lost.change(light.name, "the picture that it throws is left out, and it is a spot light", light.origin)
     _holder(model, light).add(
