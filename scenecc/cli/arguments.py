@@ -22,6 +22,9 @@ def path_faults(
     faults: list[Diagnostic] = []
     if scene != STDIN and not os.path.lexists(scene):
         faults.append(usage_error("SC901", f"there is no file `{scene}`", file=scene))
+    elif scene != STDIN and Path(scene).is_dir():
+        message = f"`{scene}` is a folder, and one file is read"
+        faults.append(usage_error("SC901", message, file=scene, hint="name a scene file in it"))
     if output is None:
         return faults
     if output == STDOUT and form is not Format.text:

@@ -137,6 +137,7 @@ def test_a_bad_scene_is_told_on_standard_error_and_writes_nothing(run, tmp_path:
     ("arguments", "code"),
     [
         (("gone.yaml",), "SC901"),
+        ((".",), "SC901"),
         (("scene.yaml", "-o", "."), "SC904"),
         (("scene.yaml", "-o", "no/plan.json"), "SC904"),
         (("scene.yaml", "-o", "p" * 300), "SC904"),

@@ -123,6 +123,7 @@ def test_a_scene_by_standard_input(run, scenes: Path) -> None:
         (("a.yaml", "bad.yaml"), "SC101"),
         (("bad.yaml", "bad.yaml"), "SC101"),
         (("a.yaml", "gone.yaml"), "SC901"),
+        ((".", "a.yaml"), "SC901"),
         (("-", "-"), "standard input"),
         (("a.yaml",), "B"),
         (("a.yaml", "same.yaml", "--set", "x"), "name=value"),

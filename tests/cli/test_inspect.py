@@ -159,6 +159,7 @@ def test_a_plan_and_standard_input_are_told_as_well(run, scene: Path) -> None:
         (("scene.yaml", "--entity", "rod", "--scene", "1"), "SC910", 2),
         (("scene.yaml", "--scene", "3"), "SC908", 2),
         (("nosuch.yaml",), "SC901", 2),
+        ((".",), "SC901", 2),
         (("parts.yaml", "--set", "n=1"), "SC", 2),
         (("broken.yaml",), "SC101", 1),
     ],

@@ -6,8 +6,11 @@ ROWS: tuple[Code, ...] = (
     Code(
         code="SC901",
         severity="error",
-        title="a path given to the command does not exist",
-        cause="The command was told to read a file or folder that is not there. Nothing was read in its place.",
+        title="a path given to the command is not there, or is a folder and no file",
+        cause=(
+            "The command was told to read a file or folder that is not there. Nothing was read in its place. Folders "
+            "are for `scenecc validate` alone: the other commands read one file."
+        ),
         example="$ scenecc validate no_such_scene.yaml",
         cure="Correct the path. It is relative to the folder in which the command runs.",
     ),
