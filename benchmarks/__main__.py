@@ -22,6 +22,7 @@ BENCHMARKS = {
     "robots": "benchmarks.robots",
     "maniskill": "benchmarks.maniskill",
     "render": "benchmarks.render",
+    "view": "benchmarks.view",
     "process": "benchmarks.process",
 }
 """Name → module with a function `run`."""

@@ -34,6 +34,7 @@ class Page:
         self._nodes: dict[str, Node] = {}
         self._handles: dict[str, Any] = {}
         self._bodies: Mapping[Key, str] = {}
+        self._overview = overview(np.zeros((0, 3)))
 
     @property
     def digests(self) -> set[str]:
@@ -49,6 +50,7 @@ class Page:
             for path, node in picture.nodes.items():
                 self._put(path, node, contents)
         self._bodies = picture.bodies
+        self._overview = overview(picture.corners)
         self._server.flush()
 
     def move(self, keys: Sequence[Key], poses: NDArray[np.float32]) -> None:
@@ -59,10 +61,10 @@ class Page:
                 handle.position, handle.wxyz = pose[:3], pose[3:]
         self._server.flush()
 
-    def stand(self, position: NDArray[np.float64], look_at: NDArray[np.float64]) -> None:
-        """Where the camera of a browser stands that comes from now on [m]."""
-        camera = self._server.initial_camera
-        camera.position, camera.look_at = position, look_at
+    def frame(self, browser: viser.ClientHandle | None = None) -> None:
+        """Puts a browser's camera where it sees all that is shown. None: that of those that come from now on."""
+        camera = self._server.initial_camera if browser is None else browser.camera
+        camera.position, camera.look_at = self._overview
 
     def _remove(self, path: str) -> None:
         handle = self._handles.pop(path)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from scenecc.viewing.look import Look
     from scenecc.viewing.mail import Mail
     from scenecc.viewing.nodes import Key
+    from scenecc.viewing.page import Page
 
 _RED, _AMBER = "#e03131", "#f08c00"
 _WIDTH = 300
@@ -59,10 +60,13 @@ class Actions(Protocol):
 class Panel:
     """Controls, and texts beside them."""
 
-    def __init__(self, server: viser.ViserServer, mail: Mail, actions: Actions, look: Look, seed: int) -> None:
+    def __init__(
+        self, server: viser.ViserServer, mail: Mail, actions: Actions, page: Page, look: Look, seed: int
+    ) -> None:
         self._gui = server.gui
         self._mail = mail
         self._actions = actions
+        self._page = page
         self._look = look
         self._scenes = 0
         self._params: tuple[ParamRow, ...] = ()
@@ -89,7 +93,7 @@ class Panel:
 
     def tell_time(self, seconds: float, steps: int) -> None:
         """Shows how long was simulated."""
-        self._time.content = html.line(f"{seconds:.3f} s, {steps} steps")
+        self._time.content = html.line(_time_words(seconds, steps))
 
     def tell_playing(self, *, playing: bool) -> None:
         """Shows whether the simulation runs."""
@@ -161,22 +165,25 @@ class Panel:
         panel = self._gui.add_panel(visible=False)
         with panel.add_tab("Error"):
             self._fault = self._gui.add_html("")
-        panel.float(x=15, y=15, width=640)
+        # viser's own notices stand at the top.
+        panel.float(x=15, y=-15, width=640)
         return panel
 
     def _add_tree(self) -> None:
         panel = self._gui.add_panel()
         self._tree = panel.add_tab("Objects")
-        with panel.add_tab("Selected"):
-            self._facts = self._gui.add_html(html.line("Click on a body, or on its name."))
         panel.dock_left()
         panel.set_width(_WIDTH)
+        told = self._gui.add_panel()
+        with told.add_tab("Selected"):
+            self._facts = self._gui.add_html(html.line("Click on a body, or on its name."))
+        told.dock_below(panel)
         self._gui.main_panel.dock_right()
         self._gui.main_panel.set_width(_WIDTH)
 
     def _add_simulation(self, seed: int) -> None:
         with self._gui.add_folder("Simulation", order=0):
-            self._time = self._gui.add_html(html.line("0.000 s, 0 steps"))
+            self._time = self._gui.add_html(html.line(_time_words(0, 0)))
             self._play = self._gui.add_button("Play")
             self._play.on_click(lambda _: self._mail.post("play", self._actions.play))
             self._step = self._gui.add_button("Step")
@@ -219,11 +226,18 @@ class Panel:
                 )
             }
 
+            everything = self._gui.add_button("See all", hint="Move the camera to where it sees everything")
+            everything.on_click(self._see_all)
+
         def change(_: object) -> None:
             self._show(replace(self._look, **{name: box.value for name, box in boxes.items()}))
 
         for box in boxes.values():
             box.on_update(change)
+
+    def _see_all(self, event: viser.GuiEvent[Any]) -> None:
+        if event.client is not None:
+            self._page.frame(event.client)
 
     def _show(self, look: Look) -> None:
         self._look = look
@@ -236,3 +250,7 @@ class Panel:
         for handle in self._made[part]:
             handle.remove()
         self._made[part] = []
+
+
+def _time_words(seconds: float, steps: int) -> str:
+    return f"{seconds:.3f} s, {steps} step{'' if steps == 1 else 's'}"

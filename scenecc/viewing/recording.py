@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from html import escape
 from typing import TYPE_CHECKING, Final
 
 from scenecc.viewing.nodes import Files
-from scenecc.viewing.page import Page, overview
+from scenecc.viewing.page import Page
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -32,8 +33,8 @@ def record(
     """
     files, page = Files(), Page(server)
     picture = world.picture(look, files)
-    page.stand(*overview(picture.corners))
     page.show(picture, files.contents)
+    page.frame()
     recording = server.get_scene_serializer()
     stride = max(1, round(1 / (_FRAMES_A_SECOND * world.timestep)))
     for done in range(0, steps, stride):
@@ -43,4 +44,5 @@ def record(
         world.step(taken)
         recording.insert_sleep(taken * world.timestep)
         page.move(world.keys, world.poses())
-    return recording.as_html()
+    title = f"<title>{escape(world.loaded.plan.name)}</title>"
+    return recording.as_html().replace("<title>Viser</title>", title, 1)

@@ -15,7 +15,7 @@ from scenecc.viewing import html
 from scenecc.viewing.loading import load
 from scenecc.viewing.mail import Mail
 from scenecc.viewing.nodes import Files
-from scenecc.viewing.page import Page, overview
+from scenecc.viewing.page import Page
 from scenecc.viewing.panel import Panel
 from scenecc.viewing.watch import Watch
 from scenecc.viewing.world import World, check_scene
@@ -62,17 +62,20 @@ class Session:
         self._mail = Mail()
         self._files = Files()
         self._page = Page(server, lambda key: self._mail.post("select", lambda: self.select(key)))
-        self._panel = Panel(server, self._mail, self, look, self._seed)
+        self._panel = Panel(server, self._mail, self, self._page, look, self._seed)
         self._watch = Watch(lambda: self._mail.post("reload", self.reload))
         self._watched: frozenset[Path] = frozenset()
         self._world: World | None = None
         self._selected: Key | None = None
+        self._broken = ""
         self._playing = False
         self._shown_at = 0.0
         self._poses = np.zeros((0, 7), np.float32)
 
     def start(self) -> None:
         """Shows the scene, or what is wrong with it. Raises SceneError if it has no such scene as is to be shown."""
+        if self._path is not None:
+            self._watch.see([self._path])
         loading = load(self._source(), self._options, {})
         if loading.loaded is not None:
             check_scene(self._look, loading.loaded.plan)
@@ -126,9 +129,8 @@ class Session:
         try:
             self._world.reset(seed)
         except ValueError as error:
-            self._fault([Diagnostic("SC817", "error", str(error), Location(None))])
-            return
-        self._panel.tell_fault("")
+            raise SceneError([Diagnostic("SC817", "error", str(error), Location(None))]) from error
+        self._panel.tell_fault(self._broken)
         self._show_poses()
         self._tell_time()
 
@@ -167,7 +169,7 @@ class Session:
         try:
             task()
         except SceneError as error:
-            self._fault(error.diagnostics)
+            self._fault(error.diagnostics, self._broken)
 
     def _advance(self) -> None:
         """Simulates as long as the last picture was shown."""
@@ -195,33 +197,40 @@ class Session:
 
     def _take(self, loading: Loading, *, afresh: bool = False) -> None:
         if loading.loaded is None:
-            self._fault(loading.diagnostics)
+            self._break(loading.diagnostics)
             return
-        self._show(World(loading.loaded, self._look))
+        try:
+            world = World(loading.loaded, self._look)
+            self._broken = ""
+            self._show(world)
+        except SceneError as error:
+            self._break(error.diagnostics)
+            return
         self._panel.set_params(loading.loaded.params, loading.loaded.given, afresh=afresh)
 
     def _show(self, world: World) -> None:
         """Shows scenes in place of those before, once nothing can go wrong any more."""
-        first = self._world is None
+        before = self._world
         try:
             picture = world.picture(self._look, self._files)
         except BaseException:
             world.close()
             raise
-        if self._world is not None:
-            self._world.close()
+        if before is not None:
+            before.close()
         self._world = world
-        self._panel.tell_fault("")
-        if first:
-            self._page.stand(*overview(picture.corners))
+        self._panel.tell_fault(self._broken)
         self._page.show(picture, self._files.contents)
+        if before is None:
+            self._page.frame()
         self._files.keep(self._page.digests)
         self._poses = world.poses()
         self._panel.set_scenes(world.loaded.plan.num_scenes, world.left_out)
         self._panel.set_objects(world.entities())
-        diagnostics = world.loaded.sink.diagnostics()
-        self._panel.tell_warnings(render(diagnostics))
-        self._told(diagnostics)
+        if before is None or before.loaded is not world.loaded:
+            diagnostics = world.loaded.sink.diagnostics()
+            self._panel.tell_warnings(render(diagnostics))
+            self._told(diagnostics)
         self._tell_time()
         if self._selected is not None:
             self.select(self._selected)
@@ -244,6 +253,12 @@ class Session:
         assert self._world is not None
         self._panel.tell_time(self._world.time, self._world.steps)
 
-    def _fault(self, diagnostics: Sequence[Diagnostic]) -> None:
-        self._panel.tell_fault(render(diagnostics))
+    def _break(self, diagnostics: Sequence[Diagnostic]) -> None:
+        """Tells what is wrong with the file, from now on until it is mended."""
+        self._broken = render(diagnostics)
+        self._fault(diagnostics)
+
+    def _fault(self, diagnostics: Sequence[Diagnostic], before: str = "") -> None:
+        """Tells what is wrong, after what was wrong before."""
+        self._panel.tell_fault("\n".join(filter(None, (before, render(diagnostics)))))
         self._told(diagnostics)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import threading
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from watchfiles import watch
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
+    from pathlib import Path
 
 _TOGETHER: Final = 400
 """How long changes are gathered at most [ms], where one follows the other."""
@@ -18,29 +18,38 @@ _QUIET: Final = 20
 """How long nothing may follow a change before it is told [ms]: an editor writes a file in several steps."""
 
 _ASK: Final = 200
-"""How often it is asked whether to stop [ms]."""
+"""How often files are looked at where nothing is told [ms]: a network drive tells nothing."""
+
+_Stamp = tuple[int, int, int] | None
+"""Time of the last change [ns], size and inode of a file; None where there is none."""
 
 
 class Watch:
-    """Watches files, also such as are not there yet, by the folders that they are in."""
+    """Watches files, also such as are not there yet. What tells of a change is the file, whoever says it changed."""
 
     def __init__(self, changed: Callable[[], None]) -> None:
         """`changed` is called from a thread of its own."""
         self._changed = changed
-        self._files: frozenset[Path] = frozenset()
+        self._stamps: dict[Path, _Stamp] = {}
+        self._folders: frozenset[Path] = frozenset()
+        self._lock = threading.Lock()
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
 
     def see(self, files: Iterable[Path]) -> None:
-        """Watches these files in place of those before."""
-        wanted = frozenset(files)
-        if wanted == self._files:
-            return
-        before = self._folders()
-        self._files = wanted
-        if self._folders() != before:
+        """Watches these files in place of those before; of new ones, changes from now on."""
+        with self._lock:
+            before = self._stamps
+            self._stamps = {file: before[file] if file in before else _stamp(file) for file in files}
+            folders = frozenset(_nearest(file.parent) for file in self._stamps)
+        if folders != self._folders:
             self.close()
-            self._start()
+            self._folders = folders
+            self._stop = threading.Event()
+            self._thread = threading.Thread(
+                target=self._run, args=(folders, self._stop), name="scenecc watch", daemon=True
+            )
+            self._thread.start()
 
     def close(self) -> None:
         """Ends the watch."""
@@ -49,34 +58,35 @@ class Watch:
             self._thread.join()
         self._thread = None
 
-    def _folders(self) -> set[Path]:
-        return {_nearest(file.parent) for file in self._files}
-
-    def _start(self) -> None:
-        folders = self._folders()
-        if not folders:
-            return
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, args=(folders, self._stop), name="scenecc watch", daemon=True)
-        self._thread.start()
-
-    def _run(self, folders: set[Path], stop: threading.Event) -> None:
-        def counts(change: object, path: str) -> bool:
-            del change
-            # A folder on the way to a file that is missing counts, too.
-            return any(file == Path(path) or Path(path) in file.parents for file in self._files)
-
+    def _run(self, folders: frozenset[Path], stop: threading.Event) -> None:
         for _ in watch(
             *folders,
-            watch_filter=counts,
+            watch_filter=None,
             debounce=_TOGETHER,
             step=_QUIET,
             stop_event=stop,
             rust_timeout=_ASK,
+            yield_on_timeout=True,
             raise_interrupt=False,
             recursive=False,
         ):
-            self._changed()
+            if self._have_changed():
+                self._changed()
+
+    def _have_changed(self) -> bool:
+        with self._lock:
+            now = {file: _stamp(file) for file in self._stamps}
+            changed = now != self._stamps
+            self._stamps = now
+        return changed
+
+
+def _stamp(file: Path) -> _Stamp:
+    try:
+        status = file.stat()
+    except OSError:
+        return None
+    return status.st_mtime_ns, status.st_size, status.st_ino
 
 
 def _nearest(folder: Path) -> Path:

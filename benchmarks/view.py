@@ -1,0 +1,95 @@
+"""`scenecc view`: from a save to the page, against a start of the process. The page is any client of its WebSocket."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Generator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+from benchmarks.paired import Row, alternating, best, ratios
+
+OBJECTS = 200
+WHAT = f"view: from a save to the page with {OBJECTS} objects / from the start of the process"
+_TIMEOUT = 20
+
+
+def run(repetitions: int) -> list[Row]:
+    """A cold start and a reload in turn, each of a file that nobody has seen before."""
+    if lacking := [name for name in ("viser", "watchfiles") if find_spec(name) is None]:
+        return [Row("view", WHAT, (), 0.3, note=f"not installed: {', '.join(lacking)}")]
+    numbers = count()
+    with tempfile.TemporaryDirectory() as folder:
+        saved, fresh = Path(folder, "saved.yaml"), Path(folder, "fresh.yaml")
+        saved.write_text(_text(next(numbers)))
+        with _page(saved) as page:
+            _wait_for(page, 0)
+
+            def reload() -> float:
+                number = next(numbers)
+                started = time.perf_counter()
+                saved.write_text(_text(number))
+                _wait_for(page, number)
+                return time.perf_counter() - started
+
+            def start() -> float:
+                number = next(numbers)
+                fresh.write_text(_text(number))
+                started = time.perf_counter()
+                with _page(fresh) as cold:
+                    _wait_for(cold, number)
+                    return time.perf_counter() - started
+
+            rounds = alternating([reload, start], repetitions)
+    return [Row("view", WHAT, ratios(rounds, 0, 1), 0.3, note=f"{best(rounds, 0)}, {best(rounds, 1)} from the start")]
+
+
+def _text(number: int) -> str:
+    """Boxes of many sizes and colours, and one whose name is new each time, the last to be shown."""
+    lines = ["scenecc: 1", "entities:", "  ground: {body_type: static, shapes: [{type: plane}]}"]
+    for index in range(OBJECTS - 1):
+        place = [0.3 * (index % 20), 0.3 * (index // 20), 0.1 + 0.01 * (number % 7)]
+        color = [round(index / OBJECTS, 3), 0.5, 0.5]
+        size = [0.05, 0.05, round(0.05 + 0.0001 * index, 4)]
+        lines.append(f"  box_{index}: {{pose: {place}, color: {color}, shapes: [{{type: box, half_size: {size}}}]}}")
+    lines.append(f"  last_{number}: {{pose: [0, 0, 2], shapes: [{{type: sphere, radius: 0.1}}]}}")
+    return "\n".join(lines) + "\n"
+
+
+@contextmanager
+def _page(scene: Path) -> Generator[Any]:
+    """What a browser is told of a scene, message by message."""
+    import viser
+    from websockets.sync.client import connect
+    from websockets.typing import Subprotocol
+
+    command = [sys.executable, "-m", "scenecc", "view", str(scene), "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
+        try:
+            assert process.stdout is not None
+            address = process.stdout.readline().strip().replace("http", "ws")
+            protocol = Subprotocol(f"viser-v{viser.__version__}")
+            with connect(address, subprotocols=[protocol], max_size=None, compression=None) as page:
+                yield page
+        finally:
+            process.send_signal(signal.SIGINT)
+
+
+def _wait_for(page: Any, number: int) -> None:
+    """Reads until the last object of a file is shown."""
+    import zstandard
+
+    wanted = f"/scene 0/last_{number}/visual 0".encode()
+    while True:
+        message = page.recv(_TIMEOUT)
+        # viser's messages: two lengths of 8 bytes, then what is compressed, then arrays.
+        length = int.from_bytes(message[8:16], "little")
+        if wanted in zstandard.ZstdDecompressor().decompress(message[16 : 16 + length]):
+            return
