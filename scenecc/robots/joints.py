@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -130,8 +130,8 @@ def _axis(row: JointRow, findings: Findings) -> Vector3 | None:
 def _frame(x: float, y: float, z: float) -> PoseNumbers:
     """A frame whose x is the axis; y and z are those that SAPIEN's loader chooses."""
     axis: NDArray[np.float64] = np.array((x, y, z))
-    beside = [0, 0, 1] if abs(axis @ [1, 0, 0]) > 0.9 else [1, 0, 0]
-    second: Any = np.cross(axis, beside)
+    beside: NDArray[np.float64] = np.array((0.0, 0.0, 1.0) if abs(x) > 0.9 else (1.0, 0.0, 0.0))
+    second: NDArray[np.float64] = np.array(np.cross(axis, beside), np.float64)
     second /= np.linalg.norm(second)
     matrix: NDArray[np.float64] = np.eye(4)
     matrix[:3, 0] = axis

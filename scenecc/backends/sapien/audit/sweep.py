@@ -127,7 +127,7 @@ def _unequal(expected: list[Any], found: list[Any]) -> list[int]:
     """Which of the values read differ from that of their own, rounded here, all at once."""
     if isinstance(found[0], sapien.Pose):
         poses = zip(expected, found, strict=True)
-        return [i for i, (value, pose) in enumerate(poses) if not same_local_pose(np.asarray(value), pose)]
+        return [i for i, (value, pose) in enumerate(poses) if not same_local_pose(np.array(value, np.float64), pose)]
     if isinstance(found[0], (float, list, np.ndarray)):
         wanted = np.array(expected)
         with np.errstate(over="ignore"):

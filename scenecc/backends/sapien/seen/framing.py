@@ -59,7 +59,8 @@ def _bounds(bodies: Iterable[Any]) -> tuple[NDArray[np.float64], NDArray[np.floa
     solid = [box for box in boxes if (box[1] - box[0]).min() > FLAT] or boxes
     if not solid:
         return np.full(3, -0.5), np.full(3, 0.5)
-    return np.min([box[0] for box in solid], axis=0), np.max([box[1] for box in solid], axis=0)
+    corners = np.stack(solid)
+    return corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
 
 
 def _has_bounds(body: Any) -> bool:
