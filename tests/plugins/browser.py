@@ -21,6 +21,9 @@ from cli.running import plain_environment
 
 Value = TypeVar("Value")
 
+ELSEWHERE = "elsewhere.test"
+"""A host that the browser takes for another one, and that is this one."""
+
 _PACKAGES = ("selenium", "viser", "watchfiles")
 _FLAGS = (
     "--headless=new",
@@ -32,7 +35,7 @@ _FLAGS = (
     "--enable-unsafe-swiftshader",
     "--ignore-gpu-blocklist",
     # No other host than this one: a page that asked one would have an error.
-    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
+    f"--host-resolver-rules=MAP {ELSEWHERE} 127.0.0.1, MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
     "--no-proxy-server",
     "--disable-quic",
     "--disable-background-networking",
