@@ -139,8 +139,8 @@ def _check(export: str | None, steps: int, port: int | None, *, open_it: bool) -
 
 
 def _ready(url: str, *, open_it: bool) -> None:
-    print_out(f"{url}\n")
     print_err("Ctrl-C ends it.\n")
+    print_out(f"{url}\n")
     if open_it:
         import webbrowser
 

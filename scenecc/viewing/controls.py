@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from functools import partial
+from math import floor, log10
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Sink
@@ -16,8 +17,8 @@ if TYPE_CHECKING:
 
     from scenecc.expand.listing import ParamRow
 
-_STEPS = 200
-"""Of a slider, from one end of its range to the other."""
+_PARTS_OF_A_RANGE, _PARTS_OF_A_NUMBER = 100, 10000
+"""Into so many parts at least a slider divides its range, and a field its number: viser keeps whole steps alone."""
 
 
 def add_control(gui: viser.GuiApi, row: ParamRow, value: Any, changed: Callable[[Any], None]) -> Any:
@@ -64,11 +65,17 @@ def read_text(text: str, kind: str) -> Any:
 def _number(gui: viser.GuiApi, row: ParamRow, value: float, hint: str | None) -> Any:
     whole = row.type == "integer"
     if _is_number(row.low) and _is_number(row.high) and row.low < row.high:
-        step = 1 if whole else (row.high - row.low) / _STEPS
+        step = 1 if whole else _step((row.high - row.low) / _PARTS_OF_A_RANGE)
         inside = min(max(value, row.low), row.high)
         return gui.add_slider(row.name, min=row.low, max=row.high, step=step, initial_value=inside, hint=hint)
     ends = {"min": row.low, "max": row.high}
-    return gui.add_number(row.name, initial_value=value, step=1 if whole else None, hint=hint, **ends)
+    step = 1 if whole else _step((value or 1) / _PARTS_OF_A_NUMBER)
+    return gui.add_number(row.name, initial_value=value, step=step, hint=hint, **ends)
+
+
+def _step(size: float) -> float:
+    """The next lower power of ten."""
+    return 10.0 ** floor(log10(abs(size)))
 
 
 def _is_number(value: Any) -> bool:

@@ -140,26 +140,25 @@ class Panel:
             with self._tree:
                 folder = self._gui.add_folder(f"Scene {index} ({len(entities)})", expand_by_default=len(scenes) == 1)
             made.append(folder)
+            # What is in a folder goes with it.
             with folder:
                 for name, links in entities:
-                    made.append(self._add_object(index, name, links))
+                    self._add_object(index, name, links)
         if len(scenes) > _MOST_LISTED:
             with self._tree:
                 made.append(self._gui.add_html(html.line(f"and {len(scenes) - _MOST_LISTED} more scenes")))
 
-    def _add_object(self, index: int, name: str, links: tuple[str, ...]) -> Any:
+    def _add_object(self, index: int, name: str, links: tuple[str, ...]) -> None:
         if not links:
-            return self._button(name, (index, name, 0))
-        folder = self._gui.add_folder(name, expand_by_default=False)
-        with folder:
+            self._add_button(name, (index, name, 0))
+            return
+        with self._gui.add_folder(name, expand_by_default=False):
             for number, link in enumerate(links):
-                self._button(link, (index, name, number))
-        return folder
+                self._add_button(link, (index, name, number))
 
-    def _button(self, label: str, key: Key) -> Any:
+    def _add_button(self, label: str, key: Key) -> None:
         button = self._gui.add_button(label, color="gray")
         button.on_click(lambda _: self._mail.post("select", lambda: self._actions.select(key)))
-        return button
 
     def _add_problem(self) -> Any:
         panel = self._gui.add_panel(visible=False)

@@ -30,6 +30,7 @@ FILES = {
     "export_meshes": "7",
     "engine": "8",
     "export_extra": "8",
+    "viewing": "8",
     "usage": "9",
 }
 """Which band a file of rows holds."""

@@ -1,0 +1,129 @@
+"""`scenecc view` as a process; what its page shows is seen by tests/browser."""
+
+from __future__ import annotations
+
+import re
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+from urllib.request import urlopen
+
+import pytest
+from cli.running import CUBE, plain_environment
+
+pytest.importorskip("viser", reason="needs the extra `view`")
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    path = tmp_path / "scene.yaml"
+    path.write_text(CUBE)
+    return path
+
+
+def started(*arguments: str, given: str | None = None, folder: Path) -> subprocess.Popen[str]:
+    pipe = subprocess.PIPE
+    process = subprocess.Popen(
+        [sys.executable, "-m", "scenecc", "view", *arguments],
+        stdin=pipe,
+        stdout=pipe,
+        stderr=pipe,
+        text=True,
+        cwd=folder,
+        env=plain_environment(),
+    )
+    assert process.stdin is not None
+    process.stdin.write(given or "")
+    process.stdin.close()
+    return process
+
+
+def ended(process: subprocess.Popen[str]) -> tuple[int, str, str]:
+    """Exit status, output and errors after Ctrl-C."""
+    with process:
+        process.send_signal(signal.SIGINT)
+        status = process.wait(30)
+        assert process.stdout is not None
+        assert process.stderr is not None
+        return status, process.stdout.read(), process.stderr.read()
+
+
+def test_it_serves_a_page_until_it_is_interrupted(scene: Path, tmp_path: Path) -> None:
+    process = started(scene.name, "--port", "0", folder=tmp_path)
+    assert process.stdout is not None
+    url = process.stdout.readline().strip()
+    assert re.fullmatch(r"http://127\.0\.0\.1:\d+", url)
+    with urlopen(url, timeout=20) as page:
+        assert b"<html" in page.read()[:500]
+    assert ended(process) == (130, "", "Ctrl-C ends it.\n")
+
+
+@pytest.mark.parametrize(("text", "told"), [(CUBE.replace("box", "bx"), "SC105"), ("scenecc: [", "SC00")])
+def test_a_scene_at_fault_is_told_and_waited_for(scene: Path, tmp_path: Path, text: str, told: str) -> None:
+    scene.write_text(text)
+    process = started(scene.name, "--port", "0", folder=tmp_path)
+    assert process.stdout is not None
+    assert process.stdout.readline().startswith("http://")
+    status, output, errors = ended(process)
+    assert (status, output) == (130, "")
+    assert told in errors
+    assert "Traceback" not in errors
+
+
+def test_a_scene_may_come_from_standard_input(tmp_path: Path) -> None:
+    process = started("-", "--port", "0", given=CUBE, folder=tmp_path)
+    assert process.stdout is not None
+    assert process.stdout.readline().startswith("http://")
+    assert ended(process)[::2] == (130, "Ctrl-C ends it.\n")
+
+
+def test_an_export_is_one_file(run, scene: Path, tmp_path: Path) -> None:
+    done = run("view", scene, "--export", "page.html", "--steps", "5")
+    assert done.returncode == 0, done.stderr
+    assert re.fullmatch(r"page\.html: \d+\.\d\d MB\n", done.stdout)
+    assert "<title>scene</title>" in (tmp_path / "page.html").read_text()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["page.html", "scene.yaml"]
+
+
+def test_an_export_of_a_scene_at_fault_writes_nothing(run, scene: Path, tmp_path: Path) -> None:
+    scene.write_text(CUBE.replace("box", "bx"))
+    done = run("view", scene, "--export", "page.html")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "SC105" in done.stderr
+    assert not (tmp_path / "page.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--steps", "5"], "it is for an --export"),
+        (["--export", "page.txt"], "'page.txt' does not end in .html"),
+        (["--export", "page.html", "--open"], "served nowhere"),
+        (["--export", "no/page.html"], "SC904"),
+        (["--port", "65536"], "65536 is above 65535"),
+        (["--scene", "1", "--port", "0"], "SC908"),
+        (["--scene", "1", "--export", "page.html"], "SC908"),
+        (["--set", "size"], "is not name=value"),
+    ],
+)
+def test_wrong_usage_is_2(run, scene: Path, tmp_path: Path, arguments: list[str], told: str) -> None:
+    done = run("view", scene, *arguments)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert told in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_file_that_is_not_there_is_2(run) -> None:
+    done = run("view", "nowhere.yaml")
+    assert done.returncode == 2
+    assert "SC901" in done.stderr
+
+
+def test_a_port_in_use_is_3(run, scene: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        done = run("view", scene, "--port", port)
+    assert (done.returncode, done.stdout) == (3, "")
+    assert f"error SC815: no page can be served at 127.0.0.1, port {port}" in done.stderr

@@ -1,0 +1,238 @@
+"""What happens on a page, without a browser: what a server shows is asked of the server."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("viser", reason="needs the extra `view`")
+
+import viser
+
+import scenecc
+from scenecc.diagnostics import Diagnostic
+from scenecc.front import Options
+from scenecc.viewing.look import Look, Place
+from scenecc.viewing.server import close_server, open_server
+from scenecc.viewing.session import Session
+
+SCENE = """\
+scenecc: 1
+num_scenes: 2
+params:
+  size: {default: 0.1, min: 0.05, max: 0.5}
+entities:
+  ball: {pose: {p: [0, 0, {uniform: [1, 2]}]}, shapes: [{type: sphere, radius: "${size}"}]}
+"""
+MORE = "  more: {pose: [1, 0, 0.5], shapes: [{type: box, half_size: [0.1, 0.1, 0.1]}]}\n"
+BALL = "/scene 0/ball"
+
+
+class Shown:
+    """A session, and what its page shows."""
+
+    def __init__(
+        self, server: viser.ViserServer, path: Path, look: Look | None = None, seed: int | None = None
+    ) -> None:
+        self.server, self.path = server, path
+        self.told: list[list[str]] = []
+        options = Options.of(None, seed, None, None, (), False, None)
+        self.session = Session(server, lambda: str(path), options, look or Look(), path=path, told=self._hear)
+
+    def _hear(self, diagnostics: Any) -> None:
+        found: list[Diagnostic] = list(diagnostics)
+        self.told.append([one.code for one in found])
+
+    def node(self, path: str) -> Any:
+        return self.server.scene.get_handle_by_name(path)
+
+    def texts(self) -> str:
+        """All texts of the panels."""
+        panel = self.session._panel
+        return "\n".join(each.content for each in (panel._fault, panel._warnings, panel._time, panel._facts))
+
+
+@pytest.fixture
+def server() -> Iterator[viser.ViserServer]:
+    made = open_server(Place(port=0), "test")
+    yield made
+    close_server(made)
+
+
+@pytest.fixture
+def shown(server: viser.ViserServer, tmp_path: Path) -> Iterator[Shown]:
+    path = tmp_path / "scene.yaml"
+    path.write_text(SCENE)
+    made = Shown(server, path)
+    made.session.start()
+    yield made
+    made.session.close()
+
+
+def test_a_save_shows_what_is_new_and_leaves_the_rest(shown: Shown) -> None:
+    ball = shown.node(f"{BALL}/visual 0")
+    shown.path.write_text(SCENE + MORE)
+    shown.session.reload()
+    assert shown.node("/scene 0/more/visual 0") is not None
+    assert shown.node(f"{BALL}/visual 0") is ball, "nothing of it changed"
+    shown.path.write_text(SCENE)
+    shown.session.reload()
+    assert shown.node("/scene 0/more") is None
+    assert shown.node("/scene 0/more/visual 0") is None
+    assert shown.told == [[], [], []]
+
+
+def test_a_mistake_is_told_over_the_last_good_scene_until_it_is_mended(shown: Shown) -> None:
+    shown.path.write_text(SCENE.replace("sphere", "spere") + MORE)
+    shown.session.reload()
+    assert "scene.yaml:6:" in shown.texts()
+    assert "SC105" in shown.texts()
+    assert shown.node(f"{BALL}/visual 0") is not None
+    assert shown.node("/scene 0/more") is None
+    # What is done with the last good scene hides no mistake.
+    shown.session.step(3)
+    shown.session.reset(5)
+    shown.session.look_at(Look(scene=1))
+    assert "SC105" in shown.texts()
+    assert shown.node("/scene 1/ball") is not None
+    shown.path.write_text(SCENE + MORE)
+    shown.session.reload()
+    assert "SC105" not in shown.texts()
+    assert shown.node("/scene 1/more") is not None
+    assert shown.told == [[], ["SC105"], []]
+
+
+def test_a_file_that_is_broken_at_first_is_shown_once_it_is_mended(server: viser.ViserServer, tmp_path: Path) -> None:
+    path = tmp_path / "scene.yaml"
+    path.write_text("scenecc: [")
+    shown = Shown(server, path)
+    shown.session.start()
+    for action in (shown.session.play, lambda: shown.session.step(1), lambda: shown.session.reset(0)):
+        action()
+    shown.session.look_at(Look(grid=True))
+    shown.session.select((0, "ball", 0))
+    assert "SC00" in shown.texts()
+    path.write_text(SCENE)
+    shown.session.reload()
+    assert shown.node(BALL) is not None
+    assert shown.node("/scene 1/ball") is not None
+    shown.session.close()
+
+
+def test_a_parameter_builds_the_scene_anew(shown: Shown) -> None:
+    assert shown.node(f"{BALL}/visual 0").scale == (0.1, 0.1, 0.1)
+    shown.session.give("size", 0.3)
+    assert shown.node(f"{BALL}/visual 0").scale == (0.3, 0.3, 0.3)
+    # A save leaves what was given.
+    shown.path.write_text(SCENE + MORE)
+    shown.session.reload()
+    assert shown.node(f"{BALL}/visual 0").scale == (0.3, 0.3, 0.3)
+    # It no longer fits to what the file says: the file counts.
+    shown.path.write_text(SCENE.replace("max: 0.5", "max: 0.2"))
+    shown.session.reload()
+    assert shown.node(f"{BALL}/visual 0").scale == (0.1, 0.1, 0.1)
+    shown.session.give("size", 0.4)
+    assert "SC215" in shown.texts() or "0.2" in shown.texts()
+    shown.session.give("size", 0.2)
+    assert shown.node(f"{BALL}/visual 0").scale == (0.2, 0.2, 0.2)
+
+
+def test_steps_and_resets_move_what_is_shown(shown: Shown) -> None:
+    start = shown.node(BALL).position[2]
+    shown.session.step(20)
+    fallen = shown.node(BALL).position[2]
+    assert fallen < start - 0.1
+    assert "20 steps" in shown.texts()
+    shown.session.reset(0)
+    assert shown.node(BALL).position[2] == pytest.approx(start)
+    assert "0 steps" in shown.texts()
+    shown.session.reset(1)
+    other = shown.node(BALL).position[2]
+    assert other != pytest.approx(start)
+    with scenecc.load_scene(str(shown.path), scene_idxs=[0], render=False) as batch:
+        batch.reset(1)
+        assert other == pytest.approx(float(batch.entities["ball"].pose[0, 2]), abs=0)
+
+
+def test_what_is_shown_of_it_changes_nothing_of_the_simulation(shown: Shown) -> None:
+    shown.session.step(20)
+    place = shown.node(BALL).position.copy()
+    shown.session.look_at(Look(frames=True, names=True, collision=True))
+    assert shown.node(BALL).show_axes
+    assert shown.node(f"{BALL}/name").text == "ball"
+    assert shown.node(f"{BALL}/collision 0") is not None
+    assert (shown.node(BALL).position == place).all()
+    shown.session.look_at(Look(visual=False))
+    assert not shown.node(BALL).show_axes
+    assert shown.node(f"{BALL}/name") is None
+    assert shown.node(f"{BALL}/visual 0") is None
+
+
+def test_a_body_is_told_and_told_anew_after_a_save(shown: Shown) -> None:
+    shown.session.select((0, "ball", 0))
+    assert "ball" in shown.texts()
+    before = shown.texts()
+    shown.path.write_text(SCENE.replace("ball: {", "ball: {mass: 12.5, "))
+    shown.session.reload()
+    assert "12.5 kg" in shown.texts()
+    assert "12.5 kg" not in before
+
+
+def test_a_seed_builds_everything_anew(shown: Shown) -> None:
+    start = shown.node(BALL).position[2]
+    shown.session.rebuild(7)
+    assert shown.node(BALL).position[2] != pytest.approx(start)
+    with scenecc.load_scene(str(shown.path), seed=7, scene_idxs=[0], render=False) as batch:
+        assert shown.node(BALL).position[2] == pytest.approx(float(batch.entities["ball"].pose[0, 2]), abs=0)
+
+
+def test_a_scene_that_is_not_there_is_refused(server: viser.ViserServer, tmp_path: Path) -> None:
+    path = tmp_path / "scene.yaml"
+    path.write_text(SCENE)
+    shown = Shown(server, path, Look(scene=2))
+    with pytest.raises(scenecc.SceneError):
+        shown.session.start()
+    shown.session.close()
+
+
+def test_it_runs_until_it_is_interrupted_and_follows_the_clock_and_the_file(shown: Shown) -> None:
+    class Interrupted(Exception):
+        """As Ctrl-C does, in the thread that runs."""
+
+    def interrupt() -> None:
+        raise Interrupted
+
+    ended: list[bool] = []
+
+    def run() -> None:
+        try:
+            shown.session.run()
+        except Interrupted:
+            ended.append(True)
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    mail = shown.session._mail
+    mail.post("play", shown.session.play)
+    soon(lambda: shown.node(BALL).position[2] < 0)
+    mail.post("play", shown.session.play)
+    shown.path.write_text(SCENE + MORE)
+    soon(lambda: shown.node("/scene 0/more") is not None)
+    mail.post("look", lambda: shown.session.look_at(replace(Look(), grid=True)))
+    soon(lambda: shown.node("/scene 1/more") is not None)
+    mail.post("interrupt", interrupt)
+    thread.join(10)
+    assert ended == [True]
+
+
+def soon(ask: Callable[[], bool], within: float = 20) -> None:
+    end = time.monotonic() + within
+    while not ask():
+        assert time.monotonic() < end
+        time.sleep(0.02)

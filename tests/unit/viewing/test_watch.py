@@ -1,0 +1,97 @@
+"""Files that are watched."""
+
+from __future__ import annotations
+
+import queue
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("watchfiles", reason="needs the extra `view`")
+
+from scenecc.viewing.watch import Watch
+
+WITHIN, NOTHING_WITHIN = 10, 0.6
+
+
+class Told:
+    """A watch, and when it tells of a change."""
+
+    def __init__(self) -> None:
+        self._changes: queue.Queue[None] = queue.Queue()
+        self.watch = Watch(lambda: self._changes.put(None))
+
+    def of_a_change(self, within: float = WITHIN) -> bool:
+        try:
+            self._changes.get(timeout=within)
+        except queue.Empty:
+            return False
+        return True
+
+
+@pytest.fixture
+def told() -> Iterator[Told]:
+    made = Told()
+    yield made
+    made.watch.close()
+
+
+def test_a_file_that_is_written_right_after(told: Told, tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text("a")
+    told.watch.see([file])
+    file.write_text("bc")
+    assert told.of_a_change()
+    assert not told.of_a_change(NOTHING_WITHIN)
+
+
+def test_a_file_that_another_takes_the_place_of_and_one_that_goes(told: Told, tmp_path: Path) -> None:
+    file, other = tmp_path / "scene.yaml", tmp_path / "part"
+    file.write_text("a")
+    told.watch.see([file])
+    other.write_text("b")
+    other.replace(file)
+    assert told.of_a_change()
+    file.unlink()
+    assert told.of_a_change()
+
+
+def test_a_file_that_comes_in_a_folder_that_comes(told: Told, tmp_path: Path) -> None:
+    file = tmp_path / "parts" / "deep" / "mesh.obj"
+    told.watch.see([file])
+    assert not told.of_a_change(NOTHING_WITHIN)
+    file.parent.mkdir(parents=True)
+    file.write_text("v")
+    assert told.of_a_change()
+
+
+def test_other_files_tell_nothing(told: Told, tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text("a")
+    told.watch.see([file])
+    (tmp_path / "other.yaml").write_text("b")
+    assert not told.of_a_change(NOTHING_WITHIN)
+
+
+def test_what_is_watched_can_change(told: Told, tmp_path: Path) -> None:
+    before, after = tmp_path / "a" / "scene.yaml", tmp_path / "b" / "scene.yaml"
+    for file in (before, after):
+        file.parent.mkdir()
+        file.write_text("a")
+    told.watch.see([before])
+    told.watch.see([after])
+    before.write_text("bc")
+    assert not told.of_a_change(NOTHING_WITHIN)
+    after.write_text("bc")
+    assert told.of_a_change()
+
+
+def test_a_change_between_two_orders_is_told(told: Told, tmp_path: Path) -> None:
+    file, other = tmp_path / "scene.yaml", tmp_path / "other" / "mesh.obj"
+    file.write_text("a")
+    told.watch.see([file])
+    # A scene is compiled meanwhile, and is found to use another file.
+    file.write_text("bc")
+    told.watch.see([file, other])
+    assert told.of_a_change()

@@ -1,0 +1,198 @@
+"""Live scenes that are looked at, and what is shown of them, held against SAPIEN's own scenes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import scenecc
+from scenecc.front import Options
+from scenecc.viewing.loading import Loading, load
+from scenecc.viewing.look import Look
+from scenecc.viewing.nodes import Files, Frame, Mesh, Name
+from scenecc.viewing.world import World, check_scene
+
+BALL = {"type": "sphere", "radius": 0.1, "color": [1, 0, 0]}
+BOX = {"type": "box", "half_size": [0.1, 0.2, 0.3], "pose": [0, 0, 0.5]}
+ARM = {
+    "pose": [1, 0, 0],
+    "root": {
+        "name": "base",
+        "shapes": [BOX],
+        "children": [{"name": "tip", "joint": {"type": "revolute", "name": "turn"}, "shapes": [BALL]}],
+    },
+}
+SCENE: dict[str, Any] = {
+    "scenecc": 1,
+    "num_scenes": 3,
+    "params": {"mass": {"default": 2, "min": 1, "max": 5}},
+    "entities": {
+        "ground": {"body_type": "static", "shapes": [{"type": "plane"}]},
+        "ball": {"pose": [0, 0, 1], "mass": "${mass}", "shapes": [BALL]},
+        "other": {"pose": {"p": [{"per_scene": [1, 2]}, 2, 0.4]}, "shapes": [BOX], "scene_idxs": [1, 2]},
+        "arm": ARM,
+    },
+}
+
+
+def loaded(scene: dict[str, Any] = SCENE, **given: Any) -> Loading:
+    return load(scene, Options.of(None, None, None, None, (), False, None), given)
+
+
+def world(look: Look | None = None, scene: dict[str, Any] = SCENE, **given: Any) -> World:
+    found = loaded(scene, **given)
+    assert found.loaded is not None, found.diagnostics
+    return World(found.loaded, look or Look())
+
+
+def test_a_scene_is_shown_as_its_entities_say() -> None:
+    made, files = world(Look(scene=1)), Files()
+    assert made.scene_idxs == (1,)
+    picture = made.picture(Look(scene=1), files)
+    assert [*picture.nodes] == [
+        "/scene 1",
+        "/scene 1/ground",
+        "/scene 1/ground/visual 0",
+        "/scene 1/ball",
+        "/scene 1/ball/visual 0",
+        "/scene 1/other",
+        "/scene 1/other/visual 0",
+        "/scene 1/arm/base",
+        "/scene 1/arm/base/visual 0",
+        "/scene 1/arm/tip",
+        "/scene 1/arm/tip/visual 0",
+    ]
+    ball, other = picture.nodes["/scene 1/ball"], picture.nodes["/scene 1/other/visual 0"]
+    assert isinstance(ball, Frame)
+    assert isinstance(other, Mesh)
+    assert ball.position == (0, 0, 1)
+    assert (other.position, other.scale) == ((0, 0, 0.5), (0.1, 0.2, 0.3))
+    assert picture.bodies[1, "arm", 1] == "/scene 1/arm/tip"
+    # Balls are one surface, boxes another, the ground a third.
+    assert len(files.contents) == 3
+    assert all(content.startswith(b"glTF") for content in files.contents.values())
+    made.close()
+
+
+def test_what_is_shown_follows_the_look() -> None:
+    made, files = world(), Files()
+    plain = made.picture(Look(), files)
+    named = made.picture(Look(names=True, frames=True), files)
+    both = made.picture(Look(collision=True), files)
+    colliding = made.picture(Look(collision=True, visual=False), files)
+    assert named.nodes["/scene 0/arm/tip/name"] == Name("arm/tip")
+    frame = plain.nodes["/scene 0/arm/tip"]
+    assert isinstance(frame, Frame)
+    assert named.nodes["/scene 0/arm/tip"] == replace(frame, axes=True)
+    assert set(both.nodes) - set(plain.nodes) == {path for path in both.nodes if "/collision" in path}
+    assert set(colliding.nodes) == {path for path in both.nodes if "/visual" not in path}
+    one, other = (each.nodes["/scene 0/ball/collision 0"] for each in (both, colliding))
+    assert isinstance(one, Mesh)
+    assert isinstance(other, Mesh)
+    assert one.digest != other.digest, "over what is seen, it can be seen through"
+    made.close()
+
+
+def test_scenes_side_by_side_are_apart() -> None:
+    look = Look(grid=True)
+    made = world(look)
+    assert (made.scene_idxs, made.left_out) == ((0, 1, 2), 0)
+    picture = made.picture(look, Files())
+    origins = []
+    for index in range(3):
+        frame = picture.nodes[f"/scene {index}"]
+        assert isinstance(frame, Frame)
+        origins.append(frame.position)
+    assert len({*origins}) == 3
+    assert "/scene 0/other" not in picture.nodes
+    assert {key[0] for key in picture.bodies} == {0, 1, 2}
+    assert np.ptp(picture.corners, axis=0).max() > 4
+    made.close()
+
+
+def test_scenes_with_too_many_bodies_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scenecc.viewing.world._MOST_BODIES", 9)
+    made = world(Look(grid=True))
+    # Four bodies in scene 0 and five in scene 1.
+    assert (made.scene_idxs, made.left_out) == ((0, 1), 1)
+    made.close()
+
+
+def test_it_simulates_as_a_batch_does() -> None:
+    made = world(Look(scene=2))
+    with scenecc.load_scene(SCENE, scene_idxs=[2], render=False) as batch:
+        assert made.timestep == batch.timestep
+        for steps in (0, 1, 60):
+            made.step(steps)
+            batch.step(steps)
+            found = dict(zip(made.keys, made.poses(), strict=True))
+            assert np.array_equal(found[2, "ball", 0], batch.entities["ball"].pose[0])
+            tip = batch.articulations["arm"].links["tip"][0].entity_pose
+            assert np.array_equal(found[2, "arm", 1], np.concatenate([tip.p, tip.q]))
+            assert (2, "ground", 0) not in found, "it cannot move"
+    assert made.steps == 61
+    assert made.time == pytest.approx(0.61)
+    made.reset(0)
+    assert (made.steps, made.poses()[0][2]) == (0, 1)
+    made.close()
+
+
+def test_facts_are_those_of_inspect() -> None:
+    made = world(Look(scene=1), mass=3)
+    facts = made.facts((1, "ball", 0))
+    assert facts is not None
+    assert facts.data()["mass"] == 3
+    assert made.facts((0, "ball", 0)) is None, "that scene is not built"
+    assert made.facts((1, "nobody", 0)) is None
+    assert made.entities() == {1: [("ground", ()), ("ball", ()), ("other", ()), ("arm", ("base", "tip"))]}
+    made.close()
+
+
+def test_a_scene_that_is_not_there_is_refused() -> None:
+    found = loaded()
+    assert found.loaded is not None
+    with pytest.raises(scenecc.SceneError) as caught:
+        check_scene(Look(scene=3), found.loaded.plan)
+    assert caught.value.diagnostics[0].code == "SC908"
+    check_scene(Look(scene=2), found.loaded.plan)
+
+
+def test_loading_tells_what_was_used_and_looked_for(tmp_path: Any) -> None:
+    (tmp_path / "part.yaml").write_text("scenecc: 1\nentities: {cube: {shapes: [{type: sphere, radius: 0.1}]}}\n")
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(
+        "scenecc: 1\ninclude: [part.yaml]\nentities:\n  a: {shapes: [{type: convex_mesh, file: no.obj}]}\n"
+    )
+    options = Options.of(None, None, None, None, (), False, None)
+    found = load(str(scene), options, {})
+    assert found.loaded is None
+    assert [one.code for one in found.diagnostics] == ["SC401"]
+    assert found.files == {(tmp_path / name).resolve() for name in ("part.yaml", "no.obj")}
+
+
+def test_files_are_forgotten_when_nothing_shows_them() -> None:
+    made, files = world(), Files()
+    picture = made.picture(Look(), files)
+    used = {node.digest for node in picture.nodes.values() if isinstance(node, Mesh)}
+    assert set(files.contents) == used
+    files.keep(set())
+    assert not files.contents
+    again = made.picture(Look(), files)
+    assert again.nodes == picture.nodes
+    assert set(files.contents) == used
+    made.close()
+
+
+def test_a_name_with_a_slash_is_one_step_of_a_path() -> None:
+    """What is below a path on the page would move with it."""
+    scene = {"scenecc": 1, "entities": {"desk": {"use": "scenecc:cube", "pose": [1, 0, 0]}}}
+    made = world(scene=scene)
+    picture = made.picture(Look(), Files())
+    names = [name for name, _ in made.entities()[0]]
+    assert any("/" in name for name in names)
+    assert {path.count("/") for path, node in picture.nodes.items() if isinstance(node, Frame)} == {1, 2}
+    assert len(picture.bodies) == len(names)
+    made.close()
