@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from functools import partial
 from math import floor, log10
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics import Sink
 from scenecc.source import read_value
@@ -17,8 +17,18 @@ if TYPE_CHECKING:
 
     from scenecc.expand.listing import ParamRow
 
+_TEXTS: Final = frozenset({"string", "file"})
+"""Types whose values are typed as they are."""
+
 _PARTS_OF_A_RANGE, _PARTS_OF_A_NUMBER = 100, 10000
 """Into so many parts at least a slider divides its range, and a field its number: viser keeps whole steps alone."""
+
+
+class AsWritten:
+    """Stands for a value that is not given: the file's own counts."""
+
+
+AS_WRITTEN: Final = AsWritten()
 
 
 def add_control(gui: viser.GuiApi, row: ParamRow, value: Any, changed: Callable[[Any], None]) -> Any:
@@ -28,9 +38,9 @@ def add_control(gui: viser.GuiApi, row: ParamRow, value: Any, changed: Callable[
         gui: where.
         row: the parameter.
         value: that it has; None where it has none yet.
-        changed: takes a new value, from a thread of viser's.
+        changed: takes a new value or `AS_WRITTEN`, from a thread of viser's.
     """
-    hint = "\n".join(filter(None, (row.description, f"{row.type}, {row.range}" if row.range else row.type))) or None
+    hint = _hint(row)
     if row.type == "boolean":
         handle: Any = gui.add_checkbox(row.name, initial_value=bool(value), hint=hint)
         read: Callable[[Any], Any] = bool
@@ -42,7 +52,9 @@ def add_control(gui: viser.GuiApi, row: ParamRow, value: Any, changed: Callable[
         handle = _number(gui, row, value, hint)
         read = int if row.type == "integer" else float
     else:
-        handle = gui.add_text(row.name, initial_value="" if value is None else _written(value), hint=hint)
+        # The text of an expression is no value that can be given.
+        unsaid = value is None or (value == row.value and row.type not in _TEXTS and _is_expression(value))
+        handle = gui.add_text(row.name, initial_value="" if unsaid else _written(value), hint=hint)
         read = partial(read_text, kind=row.type)
 
     def update(event: Any) -> None:
@@ -54,8 +66,13 @@ def add_control(gui: viser.GuiApi, row: ParamRow, value: Any, changed: Callable[
 
 
 def read_text(text: str, kind: str) -> Any:
-    """What somebody typed as the value of a parameter: YAML on one line, or the text itself where a text is wanted."""
-    if kind in {"string", "file"}:
+    """What somebody typed as the value of a parameter: YAML on one line, or the text itself where a text is wanted.
+
+    Nothing is no value, but where a text is wanted that may be empty.
+    """
+    if not text.strip() and kind != "string":
+        return AS_WRITTEN
+    if kind in _TEXTS:
         return text
     sink = Sink()
     value = read_value(text, sink)
@@ -76,6 +93,16 @@ def _number(gui: viser.GuiApi, row: ParamRow, value: float, hint: str | None) ->
 def _step(size: float) -> float:
     """The next lower power of ten."""
     return 10.0 ** floor(log10(abs(size)))
+
+
+def _hint(row: ParamRow) -> str:
+    default = None if row.default is None else f"{row.default} in the file"
+    words = (row.description, f"{row.type}, {row.range}" if row.range else row.type, default)
+    return "\n".join(filter(None, words))
+
+
+def _is_expression(value: Any) -> bool:
+    return "${" in _written(value)
 
 
 def _is_number(value: Any) -> bool:

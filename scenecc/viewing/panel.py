@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from scenecc.viewing.page import Page
 
 _RED, _AMBER = "#e03131", "#f08c00"
+_LARGEST = 2**53 - 1
+"""Of the numbers that a browser tells apart."""
+
 _WIDTH = 300
 _MOST_LISTED = 64
 """Scenes whose objects are listed: a browser draws a button for each."""
@@ -49,7 +52,11 @@ class Actions(Protocol):
         ...
 
     def give(self, name: str, value: Any) -> None:
-        """Gives a parameter a value."""
+        """Gives a parameter a value; `AS_WRITTEN`: the file's own."""
+        ...
+
+    def give_nothing(self) -> None:
+        """Gives all parameters the values that the file says."""
         ...
 
     def select(self, key: Key) -> None:
@@ -60,9 +67,7 @@ class Actions(Protocol):
 class Panel:
     """Controls, and texts beside them."""
 
-    def __init__(
-        self, server: viser.ViserServer, mail: Mail, actions: Actions, page: Page, look: Look, seed: int
-    ) -> None:
+    def __init__(self, server: viser.ViserServer, mail: Mail, actions: Actions, page: Page, look: Look) -> None:
         self._gui = server.gui
         self._mail = mail
         self._actions = actions
@@ -73,7 +78,7 @@ class Panel:
         self._objects: Mapping[int, Sequence[tuple[str, tuple[str, ...]]]] = {}
         self._made: dict[str, list[Any]] = {"scenes": [], "params": [], "objects": []}
         self._problem = self._add_problem()
-        self._add_simulation(seed)
+        self._add_simulation()
         self._scene_folder = self._gui.add_folder("Scenes", order=10, visible=False)
         self._add_shown()
         self._param_folder = self._gui.add_folder("Parameters", order=30, visible=False)
@@ -94,6 +99,10 @@ class Panel:
     def tell_time(self, seconds: float, steps: int) -> None:
         """Shows how long was simulated."""
         self._time.content = html.line(_time_words(seconds, steps))
+
+    def tell_seed(self, seed: int) -> None:
+        """Shows the seed with which everything was drawn."""
+        self._seed.value = min(seed, _LARGEST)
 
     def tell_playing(self, *, playing: bool) -> None:
         """Shows whether the simulation runs."""
@@ -128,6 +137,10 @@ class Panel:
             self._made["params"] = [
                 add_control(self._gui, row, given.get(row.name, row.value), self._giver(row.name)) for row in rows
             ]
+            if rows:
+                button = self._gui.add_button("As in the file", hint="All parameters as the file says")
+                button.on_click(lambda _: self._mail.post("give nothing", self._actions.give_nothing))
+                self._made["params"].append(button)
 
     def set_objects(self, scenes: Mapping[int, Sequence[tuple[str, tuple[str, ...]]]]) -> None:
         """The tree of objects: by scene, entities and the links of those that have some."""
@@ -180,14 +193,14 @@ class Panel:
         self._gui.main_panel.dock_right()
         self._gui.main_panel.set_width(_WIDTH)
 
-    def _add_simulation(self, seed: int) -> None:
+    def _add_simulation(self) -> None:
         with self._gui.add_folder("Simulation", order=0):
             self._time = self._gui.add_html(html.line(_time_words(0, 0)))
             self._play = self._gui.add_button("Play")
             self._play.on_click(lambda _: self._mail.post("play", self._actions.play))
             self._step = self._gui.add_button("Step")
             self._step.on_click(lambda _: self._mail.post(object(), lambda: self._actions.step(1)))
-            self._seed = self._gui.add_number("Seed", initial_value=seed, min=0, step=1)
+            self._seed = self._gui.add_number("Seed", initial_value=0, min=0, max=_LARGEST, step=1)
             again = self._gui.add_button("Reset", hint="Back to the start, drawn with this seed where a reset draws")
             again.on_click(lambda _: self._post_seed("reset", self._actions.reset))
             anew = self._gui.add_button("Rebuild", hint="Build the scene anew, everything drawn with this seed")

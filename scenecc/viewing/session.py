@@ -12,6 +12,7 @@ from scenecc.api import SceneError
 from scenecc.diagnostics import Diagnostic, Location
 from scenecc.diagnostics.render import render
 from scenecc.viewing import html
+from scenecc.viewing.controls import AsWritten
 from scenecc.viewing.loading import load
 from scenecc.viewing.mail import Mail
 from scenecc.viewing.nodes import Files
@@ -58,11 +59,10 @@ class Session:
         self._source, self._options, self._path, self._told = source, options, path, told
         self._look = look
         self._given: dict[str, Any] = {}
-        self._seed = 0 if options.seed is None else options.seed
         self._mail = Mail()
         self._files = Files()
         self._page = Page(server, lambda key: self._mail.post("select", lambda: self.select(key)))
-        self._panel = Panel(server, self._mail, self, self._page, look, self._seed)
+        self._panel = Panel(server, self._mail, self, self._page, look)
         self._watch = Watch(lambda: self._mail.post("reload", self.reload))
         self._watched: frozenset[Path] = frozenset()
         self._world: World | None = None
@@ -111,15 +111,23 @@ class Session:
         self._take(loading, afresh=afresh)
 
     def give(self, name: str, value: Any) -> None:
-        """Builds the scene with another value of a parameter."""
-        self._given = {**self._given, name: value}
+        """Builds the scene with another value of a parameter; `AS_WRITTEN`: the file's own."""
+        kept = {known: given for known, given in self._given.items() if known != name}
+        self._given = kept if isinstance(value, AsWritten) else {**kept, name: value}
         loading = load(self._source(), self._options, self._given)
         self._see(loading)
         self._take(loading)
 
+    def give_nothing(self) -> None:
+        """Builds the scene with the file's own values of all parameters."""
+        self._given = {}
+        loading = load(self._source(), self._options, {})
+        self._see(loading)
+        self._take(loading, afresh=True)
+
     def rebuild(self, seed: int) -> None:
         """Builds the scene with another seed."""
-        self._options, self._seed = replace(self._options, seed=seed), seed
+        self._options = replace(self._options, seed=seed)
         self.reload()
 
     def reset(self, seed: int) -> None:
@@ -231,6 +239,7 @@ class Session:
             diagnostics = world.loaded.sink.diagnostics()
             self._panel.tell_warnings(render(diagnostics))
             self._told(diagnostics)
+            self._panel.tell_seed(world.loaded.plan.seed)
         self._tell_time()
         if self._selected is not None:
             self.select(self._selected)

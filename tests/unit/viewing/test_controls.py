@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from scenecc.expand.listing import ParamRow
-from scenecc.viewing.controls import add_control, read_text
+from scenecc.viewing.controls import AS_WRITTEN, add_control, read_text
 
 
 class Gui:
@@ -46,6 +46,9 @@ def row(kind: str, **given: Any) -> ParamRow:
         (row("vector"), [1, 2], "text", "[1, 2]", "[3, 4.5]", [3, 4.5]),
         (row("color"), "#ff0000", "text", "#ff0000", "'#00ff00'", "#00ff00"),
         (row("number"), None, "text", "", "0.25", 0.25),
+        (row("number"), "${size / 20}", "text", "${size / 20}", "", AS_WRITTEN),
+        (row("number", value="${size / 20}"), "${size / 20}", "text", "", "0.2", 0.2),
+        (row("string", value="${name}_1"), "${name}_1", "text", "${name}_1", "", ""),
     ],
 )
 def test_a_control_shows_a_value_and_gives_others(
@@ -54,7 +57,7 @@ def test_a_control_shows_a_value_and_gives_others(
     gui, given = Gui(), list[Any]()
     handle = add_control(gui, param, value, given.append)  # pyright: ignore[reportArgumentType]
     assert (gui.kind, gui.label, gui.arguments["initial_value"]) == (kind, "size", shown)
-    assert gui.arguments["hint"].startswith("how large")
+    assert gui.arguments["hint"].startswith("how large\n" + param.type)
     handle.value = typed
     handle.update(None)
     assert given == [becomes]

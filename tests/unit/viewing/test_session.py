@@ -18,6 +18,7 @@ import viser
 import scenecc
 from scenecc.diagnostics import Diagnostic
 from scenecc.front import Options
+from scenecc.viewing.controls import AS_WRITTEN
 from scenecc.viewing.look import Look, Place
 from scenecc.viewing.server import close_server, open_server
 from scenecc.viewing.session import Session
@@ -37,12 +38,10 @@ BALL = "/scene 0/ball"
 class Shown:
     """A session, and what its page shows."""
 
-    def __init__(
-        self, server: viser.ViserServer, path: Path, look: Look | None = None, seed: int | None = None
-    ) -> None:
+    def __init__(self, server: viser.ViserServer, path: Path, look: Look | None = None) -> None:
         self.server, self.path = server, path
         self.told: list[list[str]] = []
-        options = Options.of(None, seed, None, None, (), False, None)
+        options = Options.of(None, None, None, None, (), False, None)
         self.session = Session(server, lambda: str(path), options, look or Look(), path=path, told=self._hear)
 
     def _hear(self, diagnostics: Any) -> None:
@@ -138,9 +137,14 @@ def test_a_parameter_builds_the_scene_anew(shown: Shown) -> None:
     shown.session.reload()
     assert shown.node(f"{BALL}/visual 0").scale == (0.1, 0.1, 0.1)
     shown.session.give("size", 0.4)
-    assert "SC215" in shown.texts() or "0.2" in shown.texts()
+    assert "must be at most 0.2, not 0.4" in shown.texts()
     shown.session.give("size", 0.2)
     assert shown.node(f"{BALL}/visual 0").scale == (0.2, 0.2, 0.2)
+    shown.session.give("size", AS_WRITTEN)
+    assert shown.node(f"{BALL}/visual 0").scale == (0.1, 0.1, 0.1)
+    shown.session.give("size", 0.15)
+    shown.session.give_nothing()
+    assert shown.node(f"{BALL}/visual 0").scale == (0.1, 0.1, 0.1)
 
 
 def test_steps_and_resets_move_what_is_shown(shown: Shown) -> None:
@@ -236,3 +240,15 @@ def soon(ask: Callable[[], bool], within: float = 20) -> None:
     while not ask():
         assert time.monotonic() < end
         time.sleep(0.02)
+
+
+def test_the_seed_is_the_files_until_another_is_asked_for(shown: Shown) -> None:
+    field = shown.session._panel._seed
+    assert field.value == 0
+    shown.path.write_text(SCENE.replace("num_scenes: 2", "num_scenes: 2\nseed: 12"))
+    shown.session.reload()
+    assert field.value == 12
+    shown.session.rebuild(7)
+    assert field.value == 7
+    shown.session.reload()
+    assert field.value == 7
