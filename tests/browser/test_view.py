@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import http.server
+import json
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from cli.running import plain_environment
 from plugins.browser import ELSEWHERE, Viewer, console_errors, hosts_asked, soon
 from plugins.command import scenecc
 from plugins.page import Page
@@ -45,11 +47,13 @@ def viewer(view: Callable[..., Viewer], file: Path) -> Viewer:
 
 
 @pytest.fixture(scope="module")
-def opened(browser: Any, viewer: Viewer) -> Page:
+def opened(browser: Any, viewer: Viewer) -> Iterator[Page]:
     page = Page(browser, viewer.url)
     # A page that was loaded again would have forgotten it.
     page.run("window.loadedOnce = true")
-    return page
+    yield page
+    # It would look for its server after that has ended.
+    browser.get("about:blank")
 
 
 @pytest.fixture
@@ -132,6 +136,31 @@ def test_a_click_tells_mass_and_materials(page: Page, save: Callable[..., None],
         assert "static_friction 0.6" in facts
 
 
+def test_facts_go_with_what_they_are_about(page: Page, save: Callable[..., None]) -> None:
+    save(FALLING, {"Scene 0 (1)": ["cube"]})
+    page.press("cube")
+    soon(page.facts, lambda facts: facts.startswith("cube"))
+    save(FALLING.replace("cube:", "block:"), {"Scene 0 (1)": ["block"]})
+    soon(page.text, lambda text: "Click on a body" in text)
+    assert page.facts() == ""
+
+
+def test_what_a_file_says_is_text_and_nothing_else(page: Page, save: Callable[..., None]) -> None:
+    markup = "<img src=nowhere onerror='window.ran = true'>"
+    shape = {"type": "box", "half_size": [1, 1, 1], "name": markup}
+    text = {"type": "string", "default": markup, "description": markup}
+    said = {"params": {"text": text}, "entities": {"cube": {"shapes": [shape]}, "${text}": {}}}
+    save(FALLING, {"Scene 0 (1)": ["cube"]})
+    save(json.dumps({"scenecc": 1, **said}), {"Scene 0 (1)": ["cube"]})
+    # The second entity's name is an error that quotes it.
+    soon(page.text, lambda text: markup in text)
+    del said["entities"]["${text}"]
+    save(json.dumps({"scenecc": 1, **said, "name": "a"}), {"Scene 0 (1)": ["cube"]})
+    page.press("cube")
+    soon(page.facts, lambda facts: markup in facts)
+    assert page.run("return document.querySelector(`img[src='nowhere']`) === null && window.ran === undefined")
+
+
 def test_time_runs_stands_and_goes_by_steps(page: Page, save: Callable[..., None]) -> None:
     save(FALLING, {"Scene 0 (1)": ["cube"]})
     soon(page.steps, (0).__eq__)
@@ -192,12 +221,15 @@ def test_parameters_build_the_scene_anew(page: Page, save: Callable[..., None]) 
     # So small a table has no ball.
     soon(page.objects, {"Scene 0 (3)": ["ground", "table", "block"]}.__eq__)
     soon(page.nodes, lambda nodes: "/scene 0/ball" not in nodes)
-    page.write("height", "1.2")
-    page.await_at("/scene 0/table", (0, 0, 1.2))
+    page.write("height", "1.25")
+    page.await_at("/scene 0/table", (0, 0, 1.25))
     page.write("color", "no colour")
     soon(page.text, lambda text: "no colour" in text)
     page.write("color", "'#00ff00'")
     soon(page.text, lambda text: "no colour" not in text)
+    page.press("As in the file")
+    soon(page.objects, {"Scene 0 (4)": ["ground", "table", "block", "ball"]}.__eq__)
+    page.await_at("/scene 0/table", (0, 0, 0.7))
 
 
 def test_shapes_that_collide_are_shown_where_asked_for(page: Page, save: Callable[..., None]) -> None:
@@ -254,8 +286,13 @@ def test_a_page_of_another_site_cannot_talk_to_the_viewer(browser: Any, viewer: 
 
 
 def test_an_exported_page_needs_no_server(browser: Any, tmp_path: Path) -> None:
-    done = scenecc(["view", str(SCENES / "tabletop.yaml"), "--export", "page.html"], cwd=tmp_path, stdin=b"", env={})
+    (tmp_path / "demo.yaml").write_text(TABLETOP + BALL.replace("0.05]\n", "1]\n"))
+    arguments = ["view", "demo.yaml", "--export", "page.html", "--steps", "60"]
+    done = scenecc(arguments, cwd=tmp_path, stdin=b"", env=plain_environment())
     assert done.returncode == 0, done.stderr
     page = Page(browser, (tmp_path / "page.html").as_uri())
     page.await_at("/scene 0/cube", (-0.1, 0, 0.02))
     assert soon(page.colours, lambda colours: colours > 20)
+    # It plays by itself, again and again.
+    soon(lambda: page.place("/scene 0/ball"), lambda place: 0.04 < place[2] < 0.9)
+    soon(lambda: page.place("/scene 0/ball"), lambda place: place[2] > 0.95)

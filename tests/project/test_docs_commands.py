@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import signal
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -49,6 +50,7 @@ def blocks() -> list[Block]:
 
 SHELL = [block for block in blocks() if block.language in SHELLS]
 RUN = [block for block in SHELL if not block.mark]
+SERVED = [block for block in SHELL if block.mark.startswith("serves: ")]
 RENDERED = [block for block in SHELL if block.mark.startswith("render: ")]
 SCENES = [block for block in blocks() if block.language == "yaml" and block.text.startswith("scenecc: 1\n")]
 README = [block for block in blocks() if block.page.name == "README.md"]
@@ -81,7 +83,7 @@ def test_every_block_says_what_it_is() -> None:
 @pytest.mark.parametrize("block", SHELL, ids=str)
 def test_a_command_is_run_or_says_why_not(block: Block) -> None:
     kind, _, detail = block.mark.partition(": ")
-    assert kind in {"", "command", "not run", "render"}
+    assert kind in {"", "command", "not run", "render", "serves"}
     if kind == "command":
         assert f".ci/readme-command {detail}" in (ROOT / ".ci/run").read_text()
     if kind == "not run":
@@ -93,6 +95,20 @@ def test_the_commands_succeed(block: Block, clone: Path, environment: dict[str, 
     assert commands(block).strip()
     done = shell(commands(block), clone, environment)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("block", SERVED, ids=str)
+def test_the_commands_serve_until_they_are_interrupted(block: Block, clone: Path, environment: dict[str, str]) -> None:
+    for command in commands(block).splitlines():
+        with subprocess.Popen(
+            ["bash", "-c", f"exec {command}"], cwd=clone, env=environment, stdout=subprocess.PIPE, text=True
+        ) as process:
+            assert process.stdout is not None
+            try:
+                assert process.stdout.readline().startswith("http://127.0.0.1:")
+            finally:
+                process.send_signal(signal.SIGINT)
+            assert process.wait(30) == 130
 
 
 @pytest.mark.render
