@@ -2,18 +2,23 @@
 
     python assets/make_pictures.py [NAME …]
 
-Needs the extra `pictures`, ManiSkill for some of them, and a device that SAPIEN renders with; Mesa's lavapipe is one.
+Needs the extra `test`, ManiSkill for some of them, and a device that SAPIEN renders with; Mesa's lavapipe is one. Pages
+need Chromium and its driver, too.
 The scenes in `docs/pictures/` give examples of `scenes/` light and a camera. Another driver shades a little otherwise.
 """
 
 from __future__ import annotations
 
+import io
 import shlex
+import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from PIL import Image, ImageDraw
@@ -47,15 +52,23 @@ SHEETS: Final = {
 }
 """Pictures side by side, under a word each."""
 
+PAGES: Final = {"view.png": ("scenes/clutter.yaml --port 0", ["things/object_0"])}
+"""Pages in the browser: the arguments of `scenecc view`, and what is clicked on."""
+
 _TITLE: Final = 20
 """Height of a word above a picture [px]."""
+
+_DRAWN: Final = 15
+"""After so long a browser has drawn everything on a CPU [s]."""
 
 
 def main(names: list[str]) -> None:
     """Makes the pictures of these names, or all."""
-    for name in names or [*PICTURES, *SHEETS]:
+    for name in names or [*PICTURES, *SHEETS, *PAGES]:
         if name in PICTURES:
             picture = render(PICTURES[name])
+        elif name in PAGES:
+            picture = page(*PAGES[name])
         else:
             picture = side_by_side({word: render(arguments) for word, arguments in SHEETS[name].items()})
         save(picture, FOLDER / name)
@@ -70,6 +83,38 @@ def render(arguments: str) -> Image.Image:
         subprocess.run(command, cwd=ROOT, check=True)  # noqa: S603 - our own command
         with Image.open(path) as picture:
             return seen(picture)
+
+
+def page(arguments: str, clicked: list[str]) -> Image.Image:
+    """What a browser shows of `scenecc view`, after some buttons were clicked on."""
+    command = [sys.executable, "-m", "scenecc", "view", *shlex.split(arguments)]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as viewer:  # noqa: S603 - our own command
+        assert viewer.stdout is not None
+        browser = _browser()
+        try:
+            browser.get(viewer.stdout.readline().strip())
+            time.sleep(_DRAWN)
+            # Software that draws is told of at the top of the page.
+            for notice in browser.find_elements("css selector", ".mantine-Notification-closeButton"):
+                notice.click()
+            for text in clicked:
+                browser.find_element("xpath", f"//button[normalize-space()='{text}']").click()
+            time.sleep(_DRAWN)
+            return Image.open(io.BytesIO(browser.get_screenshot_as_png())).convert("RGB")
+        finally:
+            browser.quit()
+            viewer.send_signal(signal.SIGINT)
+
+
+def _browser() -> Any:
+    from selenium import webdriver  # noqa: PLC0415 - for pages alone
+
+    options = webdriver.ChromeOptions()
+    for flag in ("headless=new", "no-sandbox", "window-size=1280,840", "use-angle=swiftshader"):
+        options.add_argument(f"--{flag}")
+    options.add_argument("--enable-unsafe-swiftshader")
+    options.binary_location = shutil.which("chromium") or ""
+    return webdriver.Chrome(options=options, service=webdriver.ChromeService(shutil.which("chromedriver")))
 
 
 def seen(picture: Image.Image) -> Image.Image:

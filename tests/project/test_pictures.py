@@ -49,7 +49,7 @@ def test_what_a_page_shows_is_there_and_says_what_it_shows(script: Any) -> None:
 
 def test_every_picture_is_small_is_shown_and_is_made_by_the_script(script: Any) -> None:
     names = {path.name for path in FOLDER.glob("*.png")}
-    assert names == {*script.PICTURES, *script.SHEETS}
+    assert names == {*script.PICTURES, *script.SHEETS, *script.PAGES}
     assert names == {Path(target).name for _, _, target in shown()}
     for name in names:
         data = (FOLDER / name).read_bytes()
@@ -58,7 +58,7 @@ def test_every_picture_is_small_is_shown_and_is_made_by_the_script(script: Any) 
 
 
 def test_what_the_script_renders_is_a_scene_without_fault(script: Any) -> None:
-    scenes = {shlex.split(one)[0] for one in arguments(script)}
+    scenes = {shlex.split(one)[0] for one in [*arguments(script), *(one for one, _ in script.PAGES.values())]}
     for scene in sorted(scenes):
         if "maniskill" in scene and importlib.util.find_spec("mani_skill") is None:
             continue
@@ -66,18 +66,21 @@ def test_what_the_script_renders_is_a_scene_without_fault(script: Any) -> None:
         assert [one for one in found if one.severity != "note"] == [], scene
 
 
-def test_the_command_takes_what_the_script_gives_it(script: Any) -> None:
+def test_the_commands_take_what_the_script_gives_them(script: Any) -> None:
     import typer
     from typer.main import get_command
 
     from scenecc.cli.render import render
+    from scenecc.cli.view import view
 
-    app = typer.Typer()
-    app.command()(render)
-    command = get_command(app)
-    for one in arguments(script):
-        scene, *_ = asked = [*shlex.split(one), "-o", "picture.png"]
-        assert command.make_context("render", asked).params["scene"] == scene
+    pages = [one for one, _ in script.PAGES.values()]
+    for function, given in ((render, [f"{one} -o picture.png" for one in arguments(script)]), (view, pages)):
+        app = typer.Typer()
+        app.command()(function)
+        command = get_command(app)
+        for one in given:
+            scene, *_ = asked = shlex.split(one)
+            assert command.make_context(function.__name__, asked).params["scene"] == scene
 
 
 def test_a_depth_is_seen_and_pictures_stand_side_by_side(script: Any, tmp_path: Path) -> None:
