@@ -145,19 +145,18 @@ def test_facts_go_with_what_they_are_about(page: Page, save: Callable[..., None]
     assert page.facts() == ""
 
 
-def test_what_a_file_says_is_text_and_nothing_else(page: Page, save: Callable[..., None]) -> None:
+def test_what_a_file_says_is_text_and_nothing_else(page: Page, file: Path, save: Callable[..., None]) -> None:
     markup = "<img src=nowhere onerror='window.ran = true'>"
     shape = {"type": "box", "half_size": [1, 1, 1], "name": markup}
-    text = {"type": "string", "default": markup, "description": markup}
-    said = {"params": {"text": text}, "entities": {"cube": {"shapes": [shape]}, "${text}": {}}}
-    save(FALLING, {"Scene 0 (1)": ["cube"]})
-    save(json.dumps({"scenecc": 1, **said}), {"Scene 0 (1)": ["cube"]})
-    # The second entity's name is an error that quotes it.
-    soon(page.text, lambda text: markup in text)
-    del said["entities"]["${text}"]
-    save(json.dumps({"scenecc": 1, **said, "name": "a"}), {"Scene 0 (1)": ["cube"]})
-    page.press("cube")
+    params = {"text": {"type": "string", "default": markup, "description": markup}}
+    save(
+        json.dumps({"scenecc": 1, "params": params, "entities": {"box": {"shapes": [shape]}}}), {"Scene 0 (1)": ["box"]}
+    )
+    page.press("box")
     soon(page.facts, lambda facts: markup in facts)
+    # An error, too, quotes what it is about.
+    file.write_text(json.dumps({"scenecc": 1, "entities": {markup: {"shapes": [shape]}}}))
+    soon(page.text, lambda text: f"error SC107: {markup!r}" in text)
     assert page.run("return document.querySelector(`img[src='nowhere']`) === null && window.ran === undefined")
 
 
