@@ -81,10 +81,11 @@ def view(
     allow_outside_assets: AllowOutside = False,
     limits: Limits = None,
 ) -> None:
-    """Show a scene in the browser, and show it again whenever a file of it changes.
+    """Show a scene in the browser, live while you edit it.
 
-    The page has the objects, what they weigh and are made of, the simulation, and the parameters of the file. An error
-    is shown over the last scene that had none. No GPU is needed. Ctrl-C ends it.
+    It is shown anew whenever a file of it changes. The page has the objects, what they weigh and are made of, the
+    simulation, and the parameters of the file. An error is shown over the last scene that had none. No GPU is needed.
+    Ctrl-C ends it.
 
     \b
     Examples:

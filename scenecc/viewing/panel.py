@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     import viser
 
     from scenecc.expand.listing import ParamRow
+    from scenecc.summary import Item
     from scenecc.viewing.look import Look
     from scenecc.viewing.mail import Mail
     from scenecc.viewing.nodes import Key
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 _RED, _AMBER = "#e03131", "#f08c00"
 _LARGEST = 2**53 - 1
 """Of the numbers that a browser tells apart."""
+
+_UNSELECTED = "Click on a body, or on its name."
 
 _WIDTH = 300
 _MOST_LISTED = 64
@@ -109,9 +112,9 @@ class Panel:
         self._play.label = "Pause" if playing else "Play"
         self._step.disabled = playing
 
-    def tell_facts(self, content: str) -> None:
-        """Shows what is known of a body, as HTML."""
-        self._facts.content = content
+    def tell_facts(self, item: Item | None) -> None:
+        """Shows what is known of something; None: nothing is selected."""
+        self._facts.content = html.line(_UNSELECTED) if item is None else html.facts(item)
 
     def set_scenes(self, count: int, left_out: int) -> None:
         """How many scenes there are, and how many of them are not shown side by side."""
@@ -188,7 +191,7 @@ class Panel:
         panel.set_width(_WIDTH)
         told = self._gui.add_panel()
         with told.add_tab("Selected"):
-            self._facts = self._gui.add_html(html.line("Click on a body, or on its name."))
+            self._facts = self._gui.add_html(html.line(_UNSELECTED))
         told.dock_below(panel)
         self._gui.main_panel.dock_right()
         self._gui.main_panel.set_width(_WIDTH)

@@ -11,7 +11,6 @@ import numpy as np
 from scenecc.api import SceneError
 from scenecc.diagnostics import Diagnostic, Location
 from scenecc.diagnostics.render import render
-from scenecc.viewing import html
 from scenecc.viewing.controls import AsWritten
 from scenecc.viewing.loading import load
 from scenecc.viewing.mail import Mail
@@ -101,13 +100,14 @@ class Session:
     def reload(self) -> None:
         """Compiles and builds the file as it is now; on an error, the scene before stays."""
         loading = load(self._source(), self._options, self._given)
-        self._see(loading)
         afresh = loading.loaded is None and bool(self._given)
         if afresh:
             # What was given by hand may no longer fit to a file that has changed.
-            plain = load(self._source(), self._options, {})
+            fitting = self._fitting()
+            plain = load(self._source(), self._options, fitting)
             if plain.loaded is not None:
-                loading, self._given = plain, {}
+                loading, self._given = plain, fitting
+        self._see(loading)
         self._take(loading, afresh=afresh)
 
     def give(self, name: str, value: Any) -> None:
@@ -168,10 +168,17 @@ class Session:
 
     def select(self, key: Key) -> None:
         """Tells what is known of a body and of what it belongs to."""
-        self._selected = key
         item = self._world and self._world.facts(key)
-        if item is not None:
-            self._panel.tell_facts(html.facts(item))
+        self._selected = None if item is None else key
+        self._panel.tell_facts(item)
+
+    def _fitting(self) -> dict[str, Any]:
+        """Those of the values that were given by hand that the file takes."""
+        kept: dict[str, Any] = {}
+        for name, value in self._given.items():
+            if load(self._source(), self._options, {**kept, name: value}).loaded is not None:
+                kept[name] = value
+        return kept
 
     def _try(self, task: Callable[[], None]) -> None:
         try:

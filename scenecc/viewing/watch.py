@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
 from watchfiles import watch
@@ -59,26 +60,30 @@ class Watch:
         self._thread = None
 
     def _run(self, folders: frozenset[Path], stop: threading.Event) -> None:
-        for _ in watch(
-            *folders,
-            watch_filter=None,
-            debounce=_TOGETHER,
-            step=_QUIET,
-            stop_event=stop,
-            rust_timeout=_ASK,
-            yield_on_timeout=True,
-            raise_interrupt=False,
-            recursive=False,
-        ):
-            if self._have_changed():
-                self._changed()
+        # A folder may be gone by now or not be readable, and the system watches so many folders and no more.
+        with suppress(OSError, RuntimeError):
+            for _ in watch(
+                *folders,
+                watch_filter=None,
+                debounce=_TOGETHER,
+                step=_QUIET,
+                stop_event=stop,
+                rust_timeout=_ASK,
+                yield_on_timeout=True,
+                raise_interrupt=False,
+                recursive=False,
+            ):
+                self._look()
+        while not stop.wait(_ASK / 1000):
+            self._look()
 
-    def _have_changed(self) -> bool:
+    def _look(self) -> None:
         with self._lock:
             now = {file: _stamp(file) for file in self._stamps}
             changed = now != self._stamps
             self._stamps = now
-        return changed
+        if changed:
+            self._changed()
 
 
 def _stamp(file: Path) -> _Stamp:

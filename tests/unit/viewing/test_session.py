@@ -188,6 +188,25 @@ def test_a_body_is_told_and_told_anew_after_a_save(shown: Shown) -> None:
     assert "12.5 kg" not in before
 
 
+def test_what_is_gone_is_no_longer_told(shown: Shown) -> None:
+    shown.session.select((0, "ball", 0))
+    shown.path.write_text(SCENE.replace("ball", "other"))
+    shown.session.reload()
+    assert "Click on a body" in shown.texts()
+
+
+def test_of_values_given_by_hand_those_stay_that_the_file_takes(shown: Shown) -> None:
+    two = SCENE.replace("entities:", "  height: 1\nentities:").replace("{uniform: [1, 2]}", '"${height}"')
+    shown.path.write_text(two)
+    shown.session.reload()
+    shown.session.give("size", 0.3)
+    shown.session.give("height", 3)
+    shown.path.write_text(two.replace("max: 0.5", "max: 0.2"))
+    shown.session.reload()
+    assert shown.node(f"{BALL}/visual 0").scale == (0.1, 0.1, 0.1)
+    assert shown.node(BALL).position[2] == 3
+
+
 def test_a_seed_builds_everything_anew(shown: Shown) -> None:
     start = shown.node(BALL).position[2]
     shown.session.rebuild(7)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import queue
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -84,6 +85,32 @@ def test_what_is_watched_can_change(told: Told, tmp_path: Path) -> None:
     before.write_text("bc")
     assert not told.of_a_change(NOTHING_WITHIN)
     after.write_text("bc")
+    assert told.of_a_change()
+
+
+def test_without_the_systems_help_files_are_looked_at(
+    told: Told, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(*folders: object, **options: object) -> None:
+        raise OSError("OS file watch limit reached")
+
+    monkeypatch.setattr("scenecc.viewing.watch.watch", refused)
+    file = tmp_path / "scene.yaml"
+    file.write_text("a")
+    told.watch.see([file])
+    file.write_text("bc")
+    assert told.of_a_change()
+
+
+def test_a_folder_that_goes_and_comes_again(told: Told, tmp_path: Path) -> None:
+    file = tmp_path / "folder" / "scene.yaml"
+    file.parent.mkdir()
+    file.write_text("a")
+    told.watch.see([file])
+    shutil.rmtree(file.parent)
+    assert told.of_a_change()
+    file.parent.mkdir()
+    file.write_text("bc")
     assert told.of_a_change()
 
 
