@@ -292,6 +292,7 @@ def test_an_exported_page_needs_no_server(browser: Any, tmp_path: Path) -> None:
     page = Page(browser, (tmp_path / "page.html").as_uri())
     page.await_at("/scene 0/cube", (-0.1, 0, 0.02))
     assert soon(page.colours, lambda colours: colours > 20)
-    # It plays by itself, again and again.
-    soon(lambda: page.place("/scene 0/ball"), lambda place: 0.04 < place[2] < 0.9)
-    soon(lambda: page.place("/scene 0/ball"), lambda place: place[2] > 0.95)
+    # It plays by itself.
+    heights: set[float] = set()
+    soon(lambda: heights.add(page.place("/scene 0/ball")[2]) or heights, lambda heights: len(heights) > 2)
+    assert max(heights) - min(heights) > 0.05
