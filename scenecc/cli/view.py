@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import signal
 import sys
+from contextlib import suppress
 from typing import TYPE_CHECKING, Annotated, Any, Final, NoReturn
 
 import typer
@@ -111,6 +113,8 @@ def view(
     source = sys.stdin.buffer if scene == STDIN else scene
     try:
         if export is None:
+            # A browser that goes away closes a pipe, and ends no viewer by it.
+            signal.signal(signal.SIGPIPE, signal.SIG_IGN)
             api.view_scene(
                 source,
                 place=api.Place(host, port),
@@ -141,7 +145,8 @@ def _check(export: str | None, steps: int, port: int | None, *, open_it: bool) -
 
 def _ready(url: str, *, open_it: bool) -> None:
     print_err("Ctrl-C ends it.\n")
-    print_out(f"{url}\n")
+    with suppress(BrokenPipeError):
+        print_out(f"{url}\n")
     if open_it:
         import webbrowser
 

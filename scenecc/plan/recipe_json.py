@@ -23,8 +23,13 @@ def _members(node: Any) -> dict[str, Any]:
     return {
         item.name: _data(value)
         for item, value in given
-        if value is not None and (item.default is MISSING or value != item.default)
+        if value is not None and (item.default is MISSING or not _is_same(value, item.default))
     }
+
+
+def _is_same(value: Any, default: Any) -> bool:
+    """To the bit: 0 and -0.0 are equal to 0.0, and others."""
+    return type(value) is type(default) and repr(value) == repr(default)
 
 
 def _data(item: Any) -> Any:

@@ -31,14 +31,15 @@ class AsWritten:
 AS_WRITTEN: Final = AsWritten()
 
 
-def add_control(gui: viser.GuiApi, row: ParamRow, value: Any, changed: Callable[[Any], None]) -> Any:
+def add_control(gui: viser.GuiApi, row: ParamRow, value: Any, changed: Callable[[Callable[[], Any]], None]) -> Any:
     """Adds the control of a parameter, and returns viser's handle of it.
 
     Args:
         gui: where.
         row: the parameter.
         value: that it has; None where it has none yet.
-        changed: takes a new value or `AS_WRITTEN`, from a thread of viser's.
+        changed: told that there is a new value, from a thread of viser's. What it is given says it: a value of the
+            type, as far as somebody typed one, or `AS_WRITTEN`.
     """
     hint = _hint(row)
     if row.type == "boolean":
@@ -59,7 +60,7 @@ def add_control(gui: viser.GuiApi, row: ParamRow, value: Any, changed: Callable[
 
     def update(event: Any) -> None:
         del event
-        changed(read(handle.value))
+        changed(lambda: read(handle.value))
 
     handle.on_update(update)
     return handle

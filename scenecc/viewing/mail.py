@@ -2,11 +2,35 @@
 
 from __future__ import annotations
 
+import signal
 import threading
-from typing import TYPE_CHECKING
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Generator
+
+
+@contextmanager
+def interrupts_kept(mail: Mail) -> Generator[None]:
+    """Posts each Ctrl-C as well as letting it happen at once: some imports swallow whatever is raised in them.
+
+    Signals arrive in the main thread only; in another one, nothing is changed.
+    """
+    handler = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(handler):
+        yield
+        return
+
+    def keep(number: int, frame: Any) -> None:
+        mail.post("interrupt", lambda: handler(number, frame))
+        handler(number, frame)
+
+    signal.signal(signal.SIGINT, keep)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
 
 
 class Mail:

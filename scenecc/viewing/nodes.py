@@ -11,6 +11,7 @@ import numpy as np
 from scenecc.diagnostics.frozen import frozen
 from scenecc.emit.glb.part import part_file
 from scenecc.meshes.layout import bounded, cell_of
+from scenecc.plan import ArticulationStructure
 from scenecc.plan.pictured import FLAT
 
 if TYPE_CHECKING:
@@ -103,7 +104,7 @@ class Files:
         """The digest of a part's file, which is in `contents`."""
         key = (self._surface(part.surface), part.look, turned)
         if key not in self._digests:
-            content = part_file(part, turned=turned)
+            content = part_file(_shaded(part), turned=turned)
             digest = sha256(content).hexdigest()
             self._digests[key] = digest
             self.contents[digest] = content
@@ -173,6 +174,9 @@ class _Painter:
 
     def scene(self, root: str, scene: DrawnScene, role: str, half: float | None, *, show: bool) -> None:
         for entity in scene.entities:
+            if isinstance(entity.measured.structure, ArticulationStructure):
+                # Its links stand below it and not below one another, so that it moves none of them.
+                self.nodes[f"{root}/{escaped(entity.measured.entity.name)}"] = Frame((0.0, 0.0, 0.0), _UNTURNED)
             for key, path, name, body in _bodies(root, scene, entity):
                 self.bodies[key] = path
                 self.nodes[path] = Frame(*_placed(body.body.pose), axes=self._look.frames)
@@ -196,15 +200,31 @@ class _Painter:
 
 
 def _bodies(root: str, scene: DrawnScene, entity: DrawnEntity) -> Iterator[tuple[Key, str, str, DrawnBody]]:
-    """The bodies of an entity: key, path and name. Links lie below their articulation, which moves none of them."""
+    """The bodies of an entity: key, path and name."""
     name = entity.measured.entity.name
     path = f"{root}/{escaped(name)}"
     for number, body in enumerate(entity.bodies):
         key = (scene.scene.index, name, number)
-        if body.body.name == name and len(entity.bodies) == 1:
-            yield key, path, name, body
-        else:
+        if isinstance(entity.measured.structure, ArticulationStructure):
             yield key, f"{path}/{escaped(body.body.name)}", f"{name}/{body.body.name}", body
+        else:
+            yield key, path, name, body
+
+
+def _shaded(part: Part) -> Part:
+    """A part as viser shades it as SAPIEN does.
+
+    viser computes normals itself, by all triangles that have a vertex; where the file gives normals, it writes over
+    them, and over the places of vertices, too, where both are the same numbers, as of a ball. So none are given, and a
+    triangle that is flat has vertices of its own.
+    """
+    surface = part.surface
+    if surface.normals is not None:
+        return replace(part, surface=replace(surface, normals=None))
+    corners = surface.faces.ravel()
+    uvs = None if surface.uvs is None else surface.uvs[corners]
+    apart = replace(surface, vertices=surface.vertices[corners], faces=np.arange(len(corners)).reshape(-1, 3), uvs=uvs)
+    return replace(part, surface=apart)
 
 
 def _seen_through(part: Part) -> Part:

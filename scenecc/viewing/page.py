@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.backends.sapien.interrupt import interrupts_wait
 from scenecc.plan.pictured import TOWARDS
 from scenecc.viewing.nodes import Frame, Mesh
 
@@ -25,7 +26,10 @@ _DISTANCE: Final = 1.3 / np.sin(np.radians(75 / 2))
 
 
 class Page:
-    """What a server shows. Only what differs from before is sent, and nothing moves the camera of a browser."""
+    """What a server shows. Only what differs from before is sent, and nothing moves the camera of a browser.
+
+    Ctrl-C waits for the end of each function: what viser was half told would not be what is kept here.
+    """
 
     def __init__(self, server: viser.ViserServer, clicked: Callable[[Key], None] | None = None) -> None:
         """`clicked` is told, from a thread of viser's, which body somebody clicks on."""
@@ -41,6 +45,7 @@ class Page:
         """Of the files that are shown."""
         return {node.digest for node in self._nodes.values() if isinstance(node, Mesh)}
 
+    @interrupts_wait()
     def show(self, picture: Picture, contents: Mapping[str, bytes]) -> None:
         """Shows a picture in place of the one before. `contents`: of its files, by digest."""
         self._server.scene.configure_default_lights(cast_shadow=picture.shadows)
@@ -53,6 +58,7 @@ class Page:
         self._overview = overview(picture.corners)
         self._server.flush()
 
+    @interrupts_wait()
     def move(self, keys: Sequence[Key], poses: NDArray[np.float32]) -> None:
         """Puts bodies elsewhere. `poses`: (N, 7) p [m] then q (wxyz), in their scenes."""
         with self._server.atomic():
@@ -61,6 +67,7 @@ class Page:
                 handle.position, handle.wxyz = pose[:3], pose[3:]
         self._server.flush()
 
+    @interrupts_wait()
     def frame(self, browser: viser.ClientHandle | None = None) -> None:
         """Puts a browser's camera where it sees all that is shown. None: that of those that come from now on."""
         camera = self._server.initial_camera if browser is None else browser.camera

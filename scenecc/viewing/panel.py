@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Protocol
 
+from scenecc.backends.sapien.interrupt import interrupts_wait
 from scenecc.viewing import html
 from scenecc.viewing.controls import add_control
 
@@ -68,8 +69,9 @@ class Actions(Protocol):
 
 
 class Panel:
-    """Controls, and texts beside them."""
+    """Controls, and texts beside them. Ctrl-C waits for the end of each function, as in `Page`."""
 
+    @interrupts_wait()
     def __init__(self, server: viser.ViserServer, mail: Mail, actions: Actions, page: Page, look: Look) -> None:
         self._gui = server.gui
         self._mail = mail
@@ -88,34 +90,41 @@ class Panel:
         self._warnings = self._gui.add_html("", order=40, visible=False)
         self._add_tree()
 
+    @interrupts_wait()
     def tell_fault(self, text: str) -> None:
         """Shows an error over whatever else is shown; "" takes it away."""
         self._fault.content = html.message(text, color=_RED) if text else ""
         if self._problem.visible != bool(text):
             self._problem.visible = bool(text)
 
+    @interrupts_wait()
     def tell_warnings(self, text: str) -> None:
         """Shows warnings and notes; "" takes them away."""
         self._warnings.content = html.message(text, color=_AMBER) if text else ""
         self._warnings.visible = bool(text)
 
+    @interrupts_wait()
     def tell_time(self, seconds: float, steps: int) -> None:
         """Shows how long was simulated."""
         self._time.content = html.line(_time_words(seconds, steps))
 
+    @interrupts_wait()
     def tell_seed(self, seed: int) -> None:
         """Shows the seed with which everything was drawn."""
         self._seed.value = min(seed, _LARGEST)
 
+    @interrupts_wait()
     def tell_playing(self, *, playing: bool) -> None:
         """Shows whether the simulation runs."""
         self._play.label = "Pause" if playing else "Play"
         self._step.disabled = playing
 
+    @interrupts_wait()
     def tell_facts(self, item: Item | None) -> None:
         """Shows what is known of something; None: nothing is selected."""
         self._facts.content = html.line(_UNSELECTED) if item is None else html.facts(item)
 
+    @interrupts_wait()
     def set_scenes(self, count: int, left_out: int) -> None:
         """How many scenes there are, and how many of them are not shown side by side."""
         if self._scenes != count:
@@ -129,6 +138,7 @@ class Panel:
             note = self._made["scenes"][-1]
             note.content = html.line(f"{left_out} more scenes have too many bodies for a browser") if left_out else ""
 
+    @interrupts_wait()
     def set_params(self, rows: tuple[ParamRow, ...], given: Mapping[str, Any], *, afresh: bool = False) -> None:
         """The parameters. Controls of the same ones stay as somebody has set them, but `afresh`: then as `given`."""
         if rows == self._params and not afresh:
@@ -145,6 +155,7 @@ class Panel:
                 button.on_click(lambda _: self._mail.post("give nothing", self._actions.give_nothing))
                 self._made["params"].append(button)
 
+    @interrupts_wait()
     def set_objects(self, scenes: Mapping[int, Sequence[tuple[str, tuple[str, ...]]]]) -> None:
         """The tree of objects: by scene, entities and the links of those that have some."""
         if self._objects == scenes:
@@ -219,18 +230,13 @@ class Panel:
         slider.disabled = self._look.grid
         grid = self._gui.add_checkbox("Side by side", initial_value=self._look.grid)
         note = self._gui.add_html("")
-
-        def change(_: object) -> None:
-            slider.disabled = grid.value
-            self._show(replace(self._look, scene=int(slider.value), grid=grid.value))
-
-        slider.on_update(change)
-        grid.on_update(change)
+        slider.on_update(self._change)
+        grid.on_update(self._change)
         return [slider, grid, note]
 
     def _add_shown(self) -> None:
         with self._gui.add_folder("Shown", order=20):
-            boxes = {
+            self._boxes = {
                 name: self._gui.add_checkbox(label, initial_value=getattr(self._look, name))
                 for name, label in (
                     ("visual", "Visual shapes"),
@@ -240,26 +246,31 @@ class Panel:
                     ("shadows", "Shadows"),
                 )
             }
-
+            for box in self._boxes.values():
+                box.on_update(self._change)
             everything = self._gui.add_button("See all", hint="Move the camera to where it sees everything")
             everything.on_click(self._see_all)
-
-        def change(_: object) -> None:
-            self._show(replace(self._look, **{name: box.value for name, box in boxes.items()}))
-
-        for box in boxes.values():
-            box.on_update(change)
 
     def _see_all(self, event: viser.GuiEvent[Any]) -> None:
         if event.client is not None:
             self._page.frame(event.client)
 
-    def _show(self, look: Look) -> None:
-        self._look = look
-        self._mail.post("look", lambda: self._actions.look_at(look))
+    def _change(self, event: object) -> None:
+        """Asks for what the controls say when it is their turn: several threads of viser's may come here at once."""
+        del event
+        self._mail.post("look", self._look_at)
 
-    def _giver(self, name: str) -> Callable[[Any], None]:
-        return lambda value: self._mail.post(("give", name), lambda: self._actions.give(name, value))
+    def _look_at(self) -> None:
+        found: dict[str, Any] = {name: box.value for name, box in self._boxes.items()}
+        if self._made["scenes"]:
+            slider, grid, _ = self._made["scenes"]
+            slider.disabled = grid.value
+            found |= {"scene": int(slider.value), "grid": grid.value}
+        self._look = replace(self._look, **found)
+        self._actions.look_at(self._look)
+
+    def _giver(self, name: str) -> Callable[[Callable[[], Any]], None]:
+        return lambda read: self._mail.post(("give", name), lambda: self._actions.give(name, read()))
 
     def _clear(self, part: str) -> None:
         for handle in self._made[part]:

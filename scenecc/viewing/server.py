@@ -13,6 +13,8 @@ from unittest.mock import patch
 import viser
 import websockets.asyncio.server as below
 
+from scenecc.backends.sapien.interrupt import interrupts_wait
+
 if TYPE_CHECKING:
     from collections.abc import Generator
 
@@ -43,7 +45,7 @@ def open_server(place: Place, label: str) -> viser.ViserServer:
 
 def close_server(server: viser.ViserServer) -> None:
     """Stops it; viser would print that."""
-    with _quiet():
+    with interrupts_wait(), _quiet():
         server.stop()
 
 

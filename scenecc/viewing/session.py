@@ -13,7 +13,7 @@ from scenecc.diagnostics import Diagnostic, Location
 from scenecc.diagnostics.render import render
 from scenecc.viewing.controls import AsWritten
 from scenecc.viewing.loading import load
-from scenecc.viewing.mail import Mail
+from scenecc.viewing.mail import Mail, interrupts_kept
 from scenecc.viewing.nodes import Files
 from scenecc.viewing.page import Page
 from scenecc.viewing.panel import Panel
@@ -68,8 +68,15 @@ class Session:
         self._selected: Key | None = None
         self._broken = ""
         self._playing = False
-        self._shown_at = 0.0
+        self._shown_at = self._owed = 0.0
         self._poses = np.zeros((0, 7), np.float32)
+
+    def serve(self, ready: Callable[[], None]) -> None:
+        """Starts, says that it is ready, and runs until the thread is interrupted. Raises SceneError, as `start`."""
+        with interrupts_kept(self._mail):
+            self.start()
+            ready()
+            self.run()
 
     def start(self) -> None:
         """Shows the scene, or what is wrong with it. Raises SceneError if it has no such scene as is to be shown."""
@@ -156,7 +163,7 @@ class Session:
     def play(self) -> None:
         """Lets the simulation run, or stops it."""
         self._playing = not self._playing and self._world is not None
-        self._shown_at = time.monotonic()
+        self._shown_at, self._owed = time.monotonic(), 0.0
         self._panel.tell_playing(playing=self._playing)
 
     def step(self, n: int) -> None:
@@ -187,16 +194,15 @@ class Session:
             self._fault(error.diagnostics, self._broken)
 
     def _advance(self) -> None:
-        """Simulates as long as the last picture was shown."""
+        """Simulates as long as the last picture was shown, in whole steps: what is left over counts for the next."""
         assert self._world is not None
         now = time.monotonic()
-        passed = min(now - self._shown_at, _BEHIND)
+        self._owed = min(self._owed + now - self._shown_at, _BEHIND)
         self._shown_at = now
-        until = now + _BEHIND
-        for _ in range(max(1, round(passed / self._world.timestep))):
+        until, timestep = now + _BEHIND, self._world.timestep
+        while self._owed >= timestep and time.monotonic() < until:
             self._world.step()
-            if time.monotonic() > until:
-                break
+            self._owed -= timestep
         self._show_poses()
         self._tell_time()
 

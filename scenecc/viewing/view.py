@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from importlib.util import find_spec
 from io import BytesIO, StringIO
 from os import PathLike, fspath
@@ -70,15 +70,11 @@ def view_scene(
     options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
     path = Path(fspath(source)).absolute() if isinstance(source, str | PathLike) else None
     label = "scenecc" if path is None else f"scenecc: {path.stem}"
-    with _served(place, label) as server:
-        session = Session(server, _again(source), options, look, path=path, told=told or _untold)
-        try:
-            session.start()
-            if ready is not None:
-                ready(address(place, server.get_port()))
-            session.run()
-        finally:
-            session.close()
+    with (
+        _served(place, label) as server,
+        closing(Session(server, _again(source), options, look, path=path, told=told or _untold)) as session,
+    ):
+        session.serve(lambda: (ready or _untold)(address(place, server.get_port())))
 
 
 def export_page(
@@ -141,20 +137,32 @@ def export_page(
 
 @contextmanager
 def _served(place: Place, label: str) -> Generator[viser.ViserServer]:
-    from scenecc.viewing.server import close_server, open_server
+    from scenecc.backends.sapien.interrupt import interrupts_wait
+    from scenecc.viewing.server import close_server
+
+    server: viser.ViserServer | None = None
+    try:
+        # Half of a server is nothing that could be stopped.
+        with interrupts_wait():
+            server = _opened(place, label)
+        yield server
+    finally:
+        if server is not None:
+            close_server(server)
+
+
+def _opened(place: Place, label: str) -> viser.ViserServer:
+    """Raises SceneError if the address or the port cannot be had."""
+    from scenecc.viewing.server import open_server
 
     try:
-        server = open_server(place, label)
+        return open_server(place, label)
     except OSError as error:
         where = place.host if place.port is None else f"{place.host}, port {place.port}"
         sink = Sink()
         hint = "take another with `--port`, or leave it out for one that is free"
         sink.report("SC815", f"no page can be served at {where}: {error.strerror or error}", Location(None), hint=hint)
         raise SceneError(sink.diagnostics()) from error
-    try:
-        yield server
-    finally:
-        close_server(server)
 
 
 def address(place: Place, port: int) -> str:
@@ -181,5 +189,6 @@ def _need_packages() -> None:
         raise SceneError(sink.diagnostics())
 
 
-def _untold(diagnostics: Sequence[Diagnostic]) -> None:
+def _untold(what: object) -> None:
     """What nobody is told."""
+    del what

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 from watchfiles import watch
 
+from scenecc.backends.sapien.interrupt import interrupts_wait
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from pathlib import Path
@@ -37,6 +39,7 @@ class Watch:
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
 
+    @interrupts_wait()
     def see(self, files: Iterable[Path]) -> None:
         """Watches these files in place of those before; of new ones, changes from now on."""
         with self._lock:
@@ -52,6 +55,7 @@ class Watch:
             )
             self._thread.start()
 
+    @interrupts_wait()
     def close(self) -> None:
         """Ends the watch."""
         self._stop.set()

@@ -6,8 +6,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Final, Literal
 
 from scenecc.api import SceneError, instantiated
-from scenecc.backends.sapien.measure import measure
-from scenecc.backends.sapien.moving import Moving
 from scenecc.diagnostics import Sink
 from scenecc.front import select_scenes
 from scenecc.meshes import MeshProblem
@@ -59,6 +57,10 @@ class World:
             audit="fast",
             progress=progress,
         )
+        # With the engine, which is known to be there now.
+        from scenecc.backends.sapien.measure import measure
+        from scenecc.backends.sapien.moving import Moving
+
         self._measured = measure(self._batch)
         self._moving = Moving(self._batch)
         self.keys = self._moving.keys

@@ -5,15 +5,17 @@ from __future__ import annotations
 import re
 import signal
 import socket
+import struct
 import subprocess
 import sys
+import time
 from pathlib import Path
 from urllib.request import urlopen
 
 import pytest
 from cli.running import CUBE, plain_environment
 
-pytest.importorskip("viser", reason="needs the extra `view`")
+viser = pytest.importorskip("viser", reason="needs the extra `view`")
 
 
 @pytest.fixture
@@ -58,6 +60,36 @@ def test_it_serves_a_page_until_it_is_interrupted(scene: Path, tmp_path: Path) -
     with urlopen(url, timeout=20) as page:
         assert b"<html" in page.read()[:500]
     assert ended(process) == (130, "", "Ctrl-C ends it.\n")
+
+
+def test_a_browser_that_goes_away_ends_no_viewer(scene: Path, tmp_path: Path) -> None:
+    process = started(scene.name, "--port", "0", folder=tmp_path)
+    assert process.stdout is not None
+    url = process.stdout.readline().strip()
+    for _ in range(8):
+        client = socket.create_connection(("127.0.0.1", int(url.rpartition(":")[2])))
+        client.sendall(
+            b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n"
+            b"Sec-WebSocket-Protocol: viser-v" + viser.__version__.encode() + b"\r\n\r\n"
+        )
+        client.recv(1)
+        # A reset in place of a farewell.
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        client.close()
+    with urlopen(url, timeout=20) as page:
+        assert page.status == 200
+    assert ended(process)[0] == 130
+
+
+@pytest.mark.parametrize("after", [0.2, 0.7, 1.2])
+def test_an_interruption_at_any_time_ends_it_in_peace(scene: Path, tmp_path: Path, after: float) -> None:
+    process = started(scene.name, "--port", "0", folder=tmp_path)
+    time.sleep(after)
+    status, _, errors = ended(process)
+    # Before Python runs our own code, the signal is Python's.
+    assert status in {130, -signal.SIGINT}
+    assert status != 130 or errors in {"", "Ctrl-C ends it.\n"}
 
 
 @pytest.mark.parametrize(("text", "told"), [(CUBE.replace("box", "bx"), "SC105"), ("scenecc: [", "SC00")])

@@ -6,6 +6,7 @@ import re
 from importlib import import_module
 from typing import TYPE_CHECKING, Literal
 
+from scenecc.backends.sapien.interrupt import interrupts_wait
 from scenecc.backends.sapien.selected import scene_indices
 from scenecc.diagnostics import Location
 
@@ -103,7 +104,9 @@ def _chosen(plan: ScenePlan, scene_idxs: Sequence[int] | None) -> tuple[int, ...
 def _engine_problem() -> tuple[str, str] | None:
     """Why SAPIEN cannot be used here: a message and a hint; None where it can."""
     try:
-        from scenecc.backends.sapien.engine import sapien
+        # Interrupted, its import fails as if it were not there.
+        with interrupts_wait():
+            from scenecc.backends.sapien.engine import sapien
     except ImportError as error:
         return f"SAPIEN cannot be imported: {error}", INSTALL
     found = str(sapien.__version__)

@@ -55,7 +55,7 @@ def test_a_control_shows_a_value_and_gives_others(
     param: ParamRow, value: Any, kind: str, shown: Any, typed: Any, becomes: Any
 ) -> None:
     gui, given = Gui(), list[Any]()
-    handle = add_control(gui, param, value, given.append)  # pyright: ignore[reportArgumentType]
+    handle = add_control(gui, param, value, lambda read: given.append(read()))  # pyright: ignore[reportArgumentType]
     assert (gui.kind, gui.label, gui.arguments["initial_value"]) == (kind, "size", shown)
     assert gui.arguments["hint"].startswith("how large\n" + param.type)
     handle.value = typed

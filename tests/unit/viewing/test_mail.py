@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+import signal
 import threading
 import time
 
-from scenecc.viewing.mail import Mail
+import pytest
+
+from scenecc.viewing.mail import Mail, interrupts_kept
 
 
 def test_tasks_come_in_order_and_the_last_of_a_key_counts() -> None:
@@ -21,6 +25,28 @@ def test_it_waits_for_a_task_no_longer_than_asked() -> None:
     started = time.monotonic()
     assert Mail().take(0.05) is None
     assert 0.04 < time.monotonic() - started < 5
+
+
+def test_an_interruption_that_is_swallowed_comes_again() -> None:
+    mail, came = Mail(), list[int]()
+
+    def interrupt(number: int, frame: object) -> None:
+        came.append(number)
+        raise RuntimeError
+
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        with interrupts_kept(mail):
+            with contextlib.suppress(RuntimeError):
+                signal.raise_signal(signal.SIGINT)
+            task = mail.take(0)
+            assert task is not None
+            with pytest.raises(RuntimeError):
+                task()
+        assert signal.getsignal(signal.SIGINT) is interrupt
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert came == [signal.SIGINT, signal.SIGINT]
 
 
 def test_a_task_wakes_who_waits() -> None:

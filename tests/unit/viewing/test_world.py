@@ -60,6 +60,7 @@ def test_a_scene_is_shown_as_its_entities_say() -> None:
         "/scene 1/ball/visual 0",
         "/scene 1/other",
         "/scene 1/other/visual 0",
+        "/scene 1/arm",
         "/scene 1/arm/base",
         "/scene 1/arm/base/visual 0",
         "/scene 1/arm/tip",
