@@ -50,7 +50,12 @@ Export = Annotated[
 Steps = Annotated[
     int, typer.Option("--steps", metavar="N", parser=at_least(0), help="Of an exported page: what it plays.")
 ]
-Host = Annotated[str, typer.Option("--host", metavar="ADDRESS", help="Where to listen; 0.0.0.0 lets everybody in.")]
+Host = Annotated[
+    str | None,
+    typer.Option(
+        "--host", metavar="ADDRESS", help="Where to listen; 0.0.0.0 lets everybody in.", show_default="127.0.0.1"
+    ),
+]
 Port = Annotated[
     int | None,
     typer.Option(
@@ -73,7 +78,7 @@ def view(
     shadows: Shadows = True,
     export: Export = None,
     steps: Steps = 0,
-    host: Host = "127.0.0.1",
+    host: Host = None,
     port: Port = None,
     open_it: Open = False,
     num_scenes: NumScenes = None,
@@ -98,7 +103,7 @@ def view(
     from scenecc import api
 
     values, checked_limits = parse_params(params), parse_limits(limits)
-    _check(export, steps, port, open_it=open_it)
+    _check(export, steps, port, served=open_it or host is not None or port is not None)
     if faults := path_faults(scene, export):
         end(faults)
     given: dict[str, Any] = {
@@ -117,7 +122,7 @@ def view(
             signal.signal(signal.SIGPIPE, signal.SIG_IGN)
             api.view_scene(
                 source,
-                place=api.Place(host, port),
+                place=api.Place(host or api.Place().host, port),
                 ready=lambda url: _ready(url, open_it=open_it),
                 told=lambda found: print_asides(of_settings(found, values), Format.text),
                 **given,
@@ -131,12 +136,13 @@ def view(
         end(of_settings(error.diagnostics, values))
 
 
-def _check(export: str | None, steps: int, port: int | None, *, open_it: bool) -> None:
+def _check(export: str | None, steps: int, port: int | None, *, served: bool) -> None:
     """Raises typer.BadParameter where options do not fit together."""
     if export is None and steps:
         raise typer.BadParameter("it is for an --export; a page that is served has a button", param_hint="'--steps'")
-    if export is not None and open_it:
-        raise typer.BadParameter("an --export is written, and served nowhere", param_hint="'--open'")
+    if export is not None and served:
+        message = "it is written, and served nowhere: it goes without --open, --host and --port"
+        raise typer.BadParameter(message, param_hint="'--export'")
     if export not in {None, STDOUT} and not str(export).lower().endswith((".html", ".htm")):
         raise typer.BadParameter(f"{shown(str(export))} does not end in .html", param_hint="'--export'")
     if port is not None and port > _LAST_PORT:

@@ -15,7 +15,7 @@ from scenecc.plan import ArticulationStructure
 from scenecc.plan.pictured import FLAT
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -91,6 +91,15 @@ class Picture:
     corners: NDArray[np.float64]
     shadows: bool
 
+    def moved(self, keys: Sequence[Key], poses: NDArray[np.float32]) -> Picture:
+        """The same with some bodies elsewhere. `poses`: (N, 7) p [m] then q (wxyz), in their scenes."""
+        nodes = dict(self.nodes)
+        for key, pose in zip(keys, poses.tolist(), strict=True):
+            path = self.bodies[key]
+            position, wxyz = _placed(tuple(pose))
+            nodes[path] = replace(nodes[path], position=position, wxyz=wxyz)
+        return replace(self, nodes=nodes)
+
 
 class Files:
     """Surfaces as files. What was made once is kept as long as something shown uses it."""
@@ -137,7 +146,8 @@ def picture(
         files: takes the surfaces.
     """
     painter = _Painter(look, files)
-    cell = cell_of(seen) if look.grid else None
+    drawn = (*(seen if look.visual else ()), *(colliding or ())) or seen
+    cell = cell_of(drawn) if look.grid else None
     origins = np.zeros((len(seen), 3)) if cell is None else cell.origins(len(seen))
     half = None if cell is None else cell.half
     for number, (scene, origin) in enumerate(zip(seen, origins, strict=True)):
@@ -147,7 +157,8 @@ def picture(
         painter.scene(root, scene, "visual", half, show=look.visual)
         if colliding is not None:
             painter.scene(root, colliding[number], "collision", half, show=True)
-    places = [(*pair,) for pair in zip(seen, origins, strict=True)]
+    at = {scene.scene.index: origin for scene, origin in zip(seen, origins, strict=True)}
+    places = [(scene, at[scene.scene.index]) for scene in drawn]
     corners = _corners(places, solid=True)
     corners = corners if len(corners) else _corners(places, solid=False)
     return Picture(painter.nodes, painter.bodies, corners, look.shadows)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import isfinite
 from typing import TYPE_CHECKING, Any, Protocol
 
 from scenecc.backends.sapien.interrupt import interrupts_wait
@@ -79,6 +80,7 @@ class Panel:
         self._page = page
         self._look = look
         self._scenes = 0
+        self._true_seed = 0
         self._params: tuple[ParamRow, ...] = ()
         self._objects: Mapping[int, Sequence[tuple[str, tuple[str, ...]]]] = {}
         self._made: dict[str, list[Any]] = {"scenes": [], "params": [], "objects": []}
@@ -111,6 +113,7 @@ class Panel:
     @interrupts_wait()
     def tell_seed(self, seed: int) -> None:
         """Shows the seed with which everything was drawn."""
+        self._true_seed = seed
         self._seed.value = min(seed, _LARGEST)
 
     @interrupts_wait()
@@ -221,8 +224,12 @@ class Panel:
             anew.on_click(lambda _: self._post_seed("rebuild", self._actions.rebuild))
 
     def _post_seed(self, key: str, action: Callable[[int], None]) -> None:
-        seed = int(self._seed.value)
-        self._mail.post(key, lambda: action(seed))
+        self._mail.post(key, lambda: action(self._asked_seed()))
+
+    def _asked_seed(self) -> int:
+        """That in the field: what a browser cannot show, as long as nobody writes another."""
+        shown = _whole(self._seed.value, _LARGEST)
+        return self._true_seed if shown == min(self._true_seed, _LARGEST) else shown
 
     def _add_scenes(self, count: int) -> list[Any]:
         scene = min(self._look.scene, count - 1)
@@ -261,11 +268,11 @@ class Panel:
         self._mail.post("look", self._look_at)
 
     def _look_at(self) -> None:
-        found: dict[str, Any] = {name: box.value for name, box in self._boxes.items()}
+        found: dict[str, Any] = {name: bool(box.value) for name, box in self._boxes.items()}
         if self._made["scenes"]:
             slider, grid, _ = self._made["scenes"]
             slider.disabled = grid.value
-            found |= {"scene": int(slider.value), "grid": grid.value}
+            found |= {"scene": _whole(slider.value, self._scenes - 1), "grid": bool(grid.value)}
         self._look = replace(self._look, **found)
         self._actions.look_at(self._look)
 
@@ -276,6 +283,11 @@ class Panel:
         for handle in self._made[part]:
             handle.remove()
         self._made[part] = []
+
+
+def _whole(value: float, largest: int) -> int:
+    """A number from a browser, which may send anything, as one from 0 to the largest."""
+    return int(min(max(value, 0), largest)) if isfinite(value) else 0
 
 
 def _time_words(seconds: float, steps: int) -> str:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import io
 import re
 import socket
+import threading
 from contextlib import contextmanager, redirect_stdout, suppress
 from functools import partial
+from ipaddress import ip_address
 from typing import TYPE_CHECKING, Any, Final
 from unittest.mock import patch
 
@@ -23,8 +25,10 @@ if TYPE_CHECKING:
 _FIRST: Final = 8080
 """The port of a page where none is asked for."""
 
-_LOOPBACK: Final = frozenset({"127.0.0.1", "localhost", "::1"})
-_OWN_PAGE: Final = re.compile(r"https?://(localhost|127\.0\.0\.1|\[::1\])(:[0-9]+)?")
+_OPENING: Final = threading.Lock()
+"""What is patched and redirected while a server starts is everybody's."""
+
+_OWN_PAGE: Final = re.compile(r"https?://(localhost|127\.[0-9]+\.[0-9]+\.[0-9]+|\[::1\])(:[0-9]+)?")
 """Origins of pages from this machine, through another port as well: a tunnel has its own."""
 
 
@@ -35,7 +39,7 @@ def open_server(place: Place, label: str) -> viser.ViserServer:
         OSError: the address or the port cannot be had.
     """
     port = _free_port(place)
-    with _quiet(), _own_pages_only(place):
+    with _OPENING, _quiet(), _own_pages_only(place):
         server = viser.ViserServer(place.host, port, label, verbose=False)
     # Any page may ask viser to publish itself through a server on the internet.
     server.request_share_url = _refuse
@@ -74,13 +78,20 @@ def _own_pages_only(place: Place) -> Generator[None]:
 
     viser asks nobody where a page comes from, and has no option for it; the library below it has one.
     """
-    if place.host not in _LOOPBACK:
+    if not _is_loopback(place.host):
         yield
         return
     serve: Any = below.serve
     # A program that is no page names no origin.
     with patch.object(below, "serve", partial(serve, origins=[_OWN_PAGE, None])):
         yield
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return host == "localhost" or ip_address(host).is_loopback
+    except ValueError:  # the name of a machine
+        return False
 
 
 @contextmanager

@@ -21,7 +21,7 @@ from scenecc.viewing.watch import Watch
 from scenecc.viewing.world import World, check_scene
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
     import viser
@@ -56,7 +56,7 @@ class Session:
         `source` is asked for before each compilation: a stream can be read once only.
         """
         self._source, self._options, self._path, self._told = source, options, path, told
-        self._look = look
+        self._look = self._built = look
         self._given: dict[str, Any] = {}
         self._mail = Mail()
         self._files = Files()
@@ -82,10 +82,9 @@ class Session:
         """Shows the scene, or what is wrong with it. Raises SceneError if it has no such scene as is to be shown."""
         if self._path is not None:
             self._watch.see([self._path])
-        loading = load(self._source(), self._options, {})
+        loading = self._load({})
         if loading.loaded is not None:
             check_scene(self._look, loading.loaded.plan)
-        self._see(loading)
         self._try(lambda: self._take(loading))
 
     def run(self) -> None:
@@ -106,31 +105,24 @@ class Session:
 
     def reload(self) -> None:
         """Compiles and builds the file as it is now; on an error, the scene before stays."""
-        loading = load(self._source(), self._options, self._given)
+        loading = self._load(self._given)
         afresh = loading.loaded is None and bool(self._given)
-        if afresh:
-            # What was given by hand may no longer fit to a file that has changed.
-            fitting = self._fitting()
-            plain = load(self._source(), self._options, fitting)
-            if plain.loaded is not None:
-                loading, self._given = plain, fitting
-        self._see(loading)
+        if afresh and (plain := self._load({})).loaded is not None:
+            # What was given by hand no longer fits to the file.
+            self._given = self._fitting()
+            loading = self._load(self._given) if self._given else plain
         self._take(loading, afresh=afresh)
 
     def give(self, name: str, value: Any) -> None:
         """Builds the scene with another value of a parameter; `AS_WRITTEN`: the file's own."""
         kept = {known: given for known, given in self._given.items() if known != name}
         self._given = kept if isinstance(value, AsWritten) else {**kept, name: value}
-        loading = load(self._source(), self._options, self._given)
-        self._see(loading)
-        self._take(loading)
+        self._take(self._load(self._given))
 
     def give_nothing(self) -> None:
         """Builds the scene with the file's own values of all parameters."""
         self._given = {}
-        loading = load(self._source(), self._options, {})
-        self._see(loading)
-        self._take(loading, afresh=True)
+        self._take(self._load({}), afresh=True)
 
     def rebuild(self, seed: int) -> None:
         """Builds the scene with another seed."""
@@ -151,14 +143,14 @@ class Session:
 
     def look_at(self, look: Look) -> None:
         """Shows something else of the scene; other scenes are built for it."""
-        before, self._look = self._look, look
+        self._look = look
         if self._world is None:
             return
-        if (before.scene, before.grid) != (look.scene, look.grid):
+        if (self._built.scene, self._built.grid) != (look.scene, look.grid):
             self._show(World(self._world.loaded, look))
         else:
             self._paint(self._world)
-            self._show_poses()
+            self._panel.tell_fault(self._broken)
 
     def play(self) -> None:
         """Lets the simulation run, or stops it."""
@@ -183,7 +175,7 @@ class Session:
         """Those of the values that were given by hand that the file takes."""
         kept: dict[str, Any] = {}
         for name, value in self._given.items():
-            if load(self._source(), self._options, {**kept, name: value}).loaded is not None:
+            if self._load({**kept, name: value}).loaded is not None:
                 kept[name] = value
         return kept
 
@@ -197,24 +189,25 @@ class Session:
         """Simulates as long as the last picture was shown, in whole steps: what is left over counts for the next."""
         assert self._world is not None
         now = time.monotonic()
-        self._owed = min(self._owed + now - self._shown_at, _BEHIND)
+        timestep = self._world.timestep
+        self._owed = min(self._owed + now - self._shown_at, _BEHIND + timestep)
         self._shown_at = now
-        until, timestep = now + _BEHIND, self._world.timestep
+        until = now + _BEHIND
         while self._owed >= timestep and time.monotonic() < until:
             self._world.step()
             self._owed -= timestep
         self._show_poses()
         self._tell_time()
 
-    def _see(self, loading: Loading) -> None:
-        """Watches what a scene used; of one that is at fault, what the one before used, too."""
-        if self._path is None:
-            return
-        files = loading.files | {self._path}
-        if loading.loaded is None:
-            files |= self._watched
-        self._watched = files
-        self._watch.see(files)
+    def _load(self, given: Mapping[str, Any]) -> Loading:
+        """Compiles the scene, and watches what it used; of one that is at fault, what the one before used, too."""
+        since = time.time_ns()
+        loading = load(self._source(), self._options, given)
+        if self._path is not None:
+            files = loading.files | {self._path}
+            self._watched = files if loading.loaded is not None else files | self._watched
+            self._watch.see(self._watched, since)
+        return loading
 
     def _take(self, loading: Loading, *, afresh: bool = False) -> None:
         if loading.loaded is None:
@@ -239,7 +232,7 @@ class Session:
             raise
         if before is not None:
             before.close()
-        self._world = world
+        self._world, self._built = world, self._look
         self._panel.tell_fault(self._broken)
         self._page.show(picture, self._files.contents)
         if before is None:
@@ -258,9 +251,11 @@ class Session:
             self.select(self._selected)
 
     def _paint(self, world: World) -> None:
-        self._page.show(world.picture(self._look, self._files), self._files.contents)
+        poses = world.poses()
+        picture = world.picture(self._look, self._files).moved(world.keys, poses)
+        self._page.show(picture, self._files.contents)
         self._files.keep(self._page.digests)
-        self._poses = np.full_like(self._poses, np.nan)
+        self._poses = poses
 
     def _show_poses(self) -> None:
         """Sends the poses of bodies that have moved."""

@@ -11,7 +11,7 @@ from watchfiles import watch
 from scenecc.backends.sapien.interrupt import interrupts_wait
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Iterator
     from pathlib import Path
 
 _TOGETHER: Final = 400
@@ -23,8 +23,11 @@ _QUIET: Final = 20
 _ASK: Final = 200
 """How often files are looked at where nothing is told [ms]: a network drive tells nothing."""
 
-_Stamp = tuple[int, int, int] | None
-"""Time of the last change [ns], size and inode of a file; None where there is none."""
+_COARSE: Final = 10_000_000
+"""By how much the time of a file may be behind the clock [ns]."""
+
+_Stamp = tuple[int, int, int, int] | None
+"""Times of the last changes of a file and of its name [ns], its size and its inode; None where there is none."""
 
 
 class Watch:
@@ -40,11 +43,16 @@ class Watch:
         self._thread: threading.Thread | None = None
 
     @interrupts_wait()
-    def see(self, files: Iterable[Path]) -> None:
-        """Watches these files in place of those before; of new ones, changes from now on."""
+    def see(self, files: Iterable[Path], since: int | None = None) -> None:
+        """Watches these files in place of those before.
+
+        Args:
+            files: to watch.
+            since: changes of new ones count from then on, nanoseconds as of `time.time_ns`; None: from now on.
+        """
         with self._lock:
             before = self._stamps
-            self._stamps = {file: before[file] if file in before else _stamp(file) for file in files}
+            self._stamps = {file: before[file] if file in before else _stamp(file, since) for file in files}
             folders = frozenset(_nearest(file.parent) for file in self._stamps)
         if folders != self._folders:
             self.close()
@@ -64,21 +72,7 @@ class Watch:
         self._thread = None
 
     def _run(self, folders: frozenset[Path], stop: threading.Event) -> None:
-        # A folder may be gone by now or not be readable, and the system watches so many folders and no more.
-        with suppress(OSError, RuntimeError):
-            for _ in watch(
-                *folders,
-                watch_filter=None,
-                debounce=_TOGETHER,
-                step=_QUIET,
-                stop_event=stop,
-                rust_timeout=_ASK,
-                yield_on_timeout=True,
-                raise_interrupt=False,
-                recursive=False,
-            ):
-                self._look()
-        while not stop.wait(_ASK / 1000):
+        for _ in _moments(folders, stop):
             self._look()
 
     def _look(self) -> None:
@@ -90,12 +84,35 @@ class Watch:
             self._changed()
 
 
-def _stamp(file: Path) -> _Stamp:
+def _moments(folders: frozenset[Path], stop: threading.Event) -> Iterator[None]:
+    """When to look at files: when something in their folders has changed, and now and then."""
+    # A folder may be gone by now or not be readable, and the system watches so many folders and no more.
+    with suppress(OSError, RuntimeError):
+        for _ in watch(
+            *folders,
+            watch_filter=None,
+            debounce=_TOGETHER,
+            step=_QUIET,
+            stop_event=stop,
+            rust_timeout=_ASK,
+            yield_on_timeout=True,
+            raise_interrupt=False,
+            recursive=False,
+        ):
+            yield
+    while not stop.wait(_ASK / 1000):
+        yield
+
+
+def _stamp(file: Path, since: int | None = None) -> _Stamp:
+    """As a file is; as none can be, where it has changed since then."""
     try:
         status = file.stat()
     except OSError:
         return None
-    return status.st_mtime_ns, status.st_size, status.st_ino
+    if since is not None and status.st_ctime_ns >= since - _COARSE:
+        return (-1, -1, -1, -1)
+    return status.st_mtime_ns, status.st_ctime_ns, status.st_size, status.st_ino
 
 
 def _nearest(folder: Path) -> Path:

@@ -61,8 +61,12 @@ class World:
         from scenecc.backends.sapien.measure import measure
         from scenecc.backends.sapien.moving import Moving
 
-        self._measured = measure(self._batch)
-        self._moving = Moving(self._batch)
+        try:
+            self._measured = measure(self._batch)
+            self._moving = Moving(self._batch)
+        except BaseException:
+            self._batch.close()
+            raise
         self.keys = self._moving.keys
         self.steps = 0
 

@@ -133,6 +133,8 @@ def test_an_export_of_a_scene_at_fault_writes_nothing(run, scene: Path, tmp_path
         (["--steps", "5"], "it is for an --export"),
         (["--export", "page.txt"], "'page.txt' does not end in .html"),
         (["--export", "page.html", "--open"], "served nowhere"),
+        (["--export", "page.html", "--host", "127.0.0.1"], "served nowhere"),
+        (["--export", "page.html", "--port", "0"], "served nowhere"),
         (["--export", "no/page.html"], "SC904"),
         (["--port", "65536"], "65536 is above 65535"),
         (["--scene", "1", "--port", "0"], "SC908"),

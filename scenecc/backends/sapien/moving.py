@@ -33,6 +33,7 @@ class Moving:
 
     def poses(self) -> NDArray[np.float32]:
         """(N, 7) p [m] then q (wxyz) of each, in the world of its scene."""
+        # All seven in one call: `p` and `q` each make an array, and this is asked for thirty times a second.
         rows = [obj.get_pose().__getstate__() for obj in self._objs]
         return np.array(rows, np.float32).reshape(len(rows), 7)
 

@@ -52,6 +52,16 @@ def test_a_page_of_another_site_may_not(server: viser.ViserServer, origin: str) 
     assert caught.value.response.status_code == 403
 
 
+@pytest.mark.parametrize(
+    ("host", "closed"),
+    [("127.0.0.1", True), ("127.0.1.1", True), ("localhost", True), ("::1", True), ("0.0.0.0", False), ("box", False)],
+)
+def test_every_loopback_address_is_closed_to_other_sites(host: str, closed: bool) -> None:
+    from scenecc.viewing.server import _is_loopback
+
+    assert _is_loopback(host) is closed
+
+
 def test_a_page_cannot_make_it_public(server: viser.ViserServer, monkeypatch: pytest.MonkeyPatch) -> None:
     def never(*given: object) -> None:
         raise AssertionError(f"a tunnel was asked for: {given}")

@@ -16,7 +16,7 @@ pytest.importorskip("viser", reason="needs the extra `view`")
 import viser
 
 import scenecc
-from scenecc.diagnostics import Diagnostic
+from scenecc.diagnostics import Diagnostic, Location
 from scenecc.front import Options
 from scenecc.viewing.controls import AS_WRITTEN
 from scenecc.viewing.look import Look, Place
@@ -213,6 +213,77 @@ def test_a_seed_builds_everything_anew(shown: Shown) -> None:
     assert shown.node(BALL).position[2] != pytest.approx(start)
     with scenecc.load_scene(str(shown.path), seed=7, scene_idxs=[0], render=False) as batch:
         assert shown.node(BALL).position[2] == pytest.approx(float(batch.entities["ball"].pose[0, 2]), abs=0)
+
+
+def test_a_seed_that_no_browser_can_show_is_kept(shown: Shown) -> None:
+    large = 2**64 - 1
+    shown.path.write_text(SCENE.replace("num_scenes: 2", f"num_scenes: 2\nseed: {large}"))
+    shown.session.reload()
+    panel = shown.session._panel
+    assert panel._seed.value == 2**53 - 1
+    assert panel._asked_seed() == large
+    for sent, read in ((5, 5), (-3, 0), (0, 0)):
+        panel._seed.value = sent
+        assert panel._asked_seed() == read
+
+
+def test_a_browser_may_send_anything(shown: Shown) -> None:
+    panel = shown.session._panel
+    slider, _, _ = panel._made["scenes"]
+    for sent, index in ((-7, 0), (10**9, 1), (1, 1)):
+        slider.value = sent
+        panel._look_at()
+        assert shown.node(f"/scene {index}/ball") is not None
+
+
+def test_what_is_shown_of_it_moves_no_body_for_a_moment(shown: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+    shown.session.step(20)
+    sent: list[Any] = []
+    queue = type(shown.server.scene)._queue_scene_message
+
+    def note(scene: Any, message: Any) -> None:
+        sent.append(message)
+        queue(scene, message)
+
+    monkeypatch.setattr(type(shown.server.scene), "_queue_scene_message", note)
+    shown.session.look_at(Look(names=True))
+    assert [one for one in sent if getattr(one, "name", "") == BALL] == []
+    assert [type(one).__name__ for one in sent if getattr(one, "name", "") == f"{BALL}/name"]
+
+
+@pytest.mark.parametrize("timestep", [0.01, 0.025, 0.1, 0.3])
+def test_it_runs_as_fast_as_its_own_time(
+    server: viser.ViserServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, timestep: float
+) -> None:
+    path = tmp_path / "scene.yaml"
+    path.write_text(SCENE.replace("entities:", f"physics: {{timestep: {timestep}}}\nentities:"))
+    shown = Shown(server, path)
+    shown.session.start()
+    clock = [100.0]
+    monkeypatch.setattr("scenecc.viewing.session.time.monotonic", lambda: clock[0])
+    shown.session.play()
+    for _ in range(300):
+        clock[0] += 1 / 30
+        shown.session._advance()
+    world = shown.session._world
+    assert world is not None
+    assert world.time == pytest.approx(10, abs=timestep)
+    shown.session.close()
+
+
+def test_a_scene_that_cannot_be_built_is_tried_again(shown: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Broken:
+        def __init__(self, *given: object) -> None:
+            raise scenecc.SceneError([Diagnostic("SC808", "error", "no such thing", Location(None))])
+
+    with monkeypatch.context() as patch:
+        patch.setattr("scenecc.viewing.session.World", Broken)
+        shown.session._try(lambda: shown.session.look_at(Look(scene=1)))
+        assert "SC808" in shown.texts()
+        assert shown.node(BALL) is not None
+    shown.session.look_at(Look(scene=1, names=True))
+    assert shown.node("/scene 1/ball/name") is not None
+    assert "SC808" not in shown.texts()
 
 
 def test_a_scene_that_is_not_there_is_refused(server: viser.ViserServer, tmp_path: Path) -> None:

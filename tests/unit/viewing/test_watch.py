@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import queue
 import shutil
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -100,6 +101,21 @@ def test_without_the_systems_help_files_are_looked_at(
     told.watch.see([file])
     file.write_text("bc")
     assert told.of_a_change()
+
+
+def test_a_new_file_that_changed_since_a_moment(told: Told, tmp_path: Path) -> None:
+    old, new = tmp_path / "old.yaml", tmp_path / "new.yaml"
+    for file in (old, new):
+        file.write_text("a")
+    time.sleep(0.05)
+    since = time.time_ns()
+    # It was read before this, by who compiles a scene that uses it.
+    new.write_text("b")
+    told.watch.see([old], since)
+    assert not told.of_a_change(NOTHING_WITHIN)
+    told.watch.see([old, new], since)
+    assert told.of_a_change()
+    assert not told.of_a_change(NOTHING_WITHIN)
 
 
 def test_a_folder_that_goes_and_comes_again(told: Told, tmp_path: Path) -> None:

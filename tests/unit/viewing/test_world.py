@@ -114,6 +114,20 @@ def test_scenes_side_by_side_are_apart() -> None:
     made.close()
 
 
+def test_what_only_collides_has_its_room_where_it_is_shown() -> None:
+    box = {"type": "box", "half_size": [5, 5, 5]}
+    scene = {"scenecc": 1, "num_scenes": 2, "entities": {"only": {"collisions": [box]}}}
+    look = Look(grid=True, collision=True)
+    made = world(look, scene)
+    picture = made.picture(look, Files())
+    first, second = (picture.nodes[f"/scene {index}"] for index in range(2))
+    assert isinstance(first, Frame)
+    assert isinstance(second, Frame)
+    assert second.position[0] - first.position[0] > 10
+    assert np.ptp(picture.corners, axis=0)[0] > 20
+    made.close()
+
+
 def test_scenes_with_too_many_bodies_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("scenecc.viewing.world._MOST_BODIES", 9)
     made = world(Look(grid=True))
