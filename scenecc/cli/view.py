@@ -28,10 +28,12 @@ from scenecc.cli.options import (
 )
 from scenecc.cli.output import STDOUT, print_err, print_out, write
 from scenecc.cli.progress import progress
-from scenecc.cli.report import end, of_settings, print_asides, usage_error
+from scenecc.cli.report import Status, end, of_settings, print_asides, status, usage_error
 from scenecc.cli.table import plain
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
     from scenecc.diagnostics import Diagnostic
 
 _LAST_PORT: Final = 65535
@@ -124,7 +126,7 @@ def view(
                 source,
                 place=api.Place(host or api.Place().host, port),
                 ready=lambda url: _ready(url, open_it=open_it),
-                told=lambda found: print_asides(of_settings(found, values), Format.text),
+                told=_teller(scene, values),
                 **given,
             )
         else:
@@ -147,6 +149,20 @@ def _check(export: str | None, steps: int, port: int | None, *, served: bool) ->
         raise typer.BadParameter(f"{shown(str(export))} does not end in .html", param_hint="'--export'")
     if port is not None and port > _LAST_PORT:
         raise typer.BadParameter(f"{port} is above {_LAST_PORT}", param_hint="'--port'")
+
+
+def _teller(scene: str, values: Mapping[str, Any]) -> Callable[[Sequence[Diagnostic]], None]:
+    """What tells what was found, and that there is no error any more."""
+    failed = False
+
+    def tell(found: Sequence[Diagnostic]) -> None:
+        nonlocal failed
+        print_asides(of_settings(found, values), Format.text)
+        if failed and status(found) is Status.fine:
+            print_err(f"{plain(scene)}: shown, without an error\n")
+        failed = status(found) is not Status.fine
+
+    return tell
 
 
 def _ready(url: str, *, open_it: bool) -> None:

@@ -105,7 +105,7 @@ def draw_scene(drawer: Drawer, scene: MeasuredScene, show: Literal["visual", "co
 
 def cell_of(scenes: tuple[DrawnScene, ...]) -> Cell:
     """A room for each scene that holds what any of them has, planes left out."""
-    every = _points(scenes)[:, :2]
+    every = corners_of(scenes)[:, :2]
     if not len(every):
         return Cell(np.full(2, -1.0), np.full(2, 1.0))
     low, high = every.min(axis=0), every.max(axis=0)
@@ -115,7 +115,7 @@ def cell_of(scenes: tuple[DrawnScene, ...]) -> Cell:
 
 def reach(scene: DrawnScene, place: NDArray[np.float64]) -> float:
     """Half the side of an endless plane that reaches below all of a scene [m]. `place`: its own."""
-    corners = _points([scene])
+    corners = corners_of([scene])
     if not len(corners):
         return _SMALLEST
     far = np.linalg.norm(corners - place[:3, 3], axis=1).max()
@@ -142,7 +142,7 @@ def bounded(shape: Shape, body: DrawnBody, scene: DrawnScene, half: float | None
     return cut(shape, reach(scene, body.place @ pose_matrix(shape.pose)) if half is None else half)
 
 
-def _points(scenes: Iterable[DrawnScene]) -> NDArray[np.float64]:
+def corners_of(scenes: Iterable[DrawnScene]) -> NDArray[np.float64]:
     """(·, 3) corners of all bodies of scenes, each in its own [m]. Planes have none."""
     corners = [body.corners for scene in scenes for entity in scene.entities for body in entity.bodies]
     return np.concatenate([np.zeros((0, 3)), *corners])

@@ -10,12 +10,12 @@ import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.emit.glb.part import part_file
-from scenecc.meshes.layout import bounded, cell_of
+from scenecc.meshes.layout import bounded, cell_of, corners_of
 from scenecc.plan import ArticulationStructure
 from scenecc.plan.pictured import FLAT
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -147,6 +147,8 @@ def picture(
     """
     painter = _Painter(look, files)
     drawn = (*(seen if look.visual else ()), *(colliding or ())) or seen
+    solid = tuple(map(_solid, drawn))
+    drawn = solid if any(one.entities for one in solid) else drawn
     cell = cell_of(drawn) if look.grid else None
     origins = np.zeros((len(seen), 3)) if cell is None else cell.origins(len(seen))
     half = None if cell is None else cell.half
@@ -158,22 +160,18 @@ def picture(
         if colliding is not None:
             painter.scene(root, colliding[number], "collision", half, show=True)
     at = {scene.scene.index: origin for scene, origin in zip(seen, origins, strict=True)}
-    places = [(scene, at[scene.scene.index]) for scene in drawn]
-    corners = _corners(places, solid=True)
-    corners = corners if len(corners) else _corners(places, solid=False)
-    return Picture(painter.nodes, painter.bodies, corners, look.shadows)
+    corners = [corners_of([scene]) + at[scene.scene.index] for scene in drawn]
+    return Picture(painter.nodes, painter.bodies, np.concatenate(corners), look.shadows)
 
 
-def _corners(places: Iterable[tuple[DrawnScene, NDArray[np.float64]]], *, solid: bool) -> NDArray[np.float64]:
-    """(N, 3) around all bodies but planes, or around those that are `solid`: not flat as the ground is."""
-    found = [
-        body.corners + origin
-        for scene, origin in places
-        for entity in scene.entities
-        for body in entity.bodies
-        if len(body.corners) and not (solid and np.ptp(body.corners, axis=0).min() <= FLAT)
-    ]
-    return np.concatenate([np.zeros((0, 3)), *found])
+def _solid(scene: DrawnScene) -> DrawnScene:
+    """The scene without what is flat, as the ground is: where there is anything else, that takes no room."""
+    entities = [replace(one, bodies=tuple(filter(_is_solid, one.bodies))) for one in scene.entities]
+    return replace(scene, entities=tuple(one for one in entities if one.bodies))
+
+
+def _is_solid(body: DrawnBody) -> bool:
+    return len(body.corners) > 0 and float(np.ptp(body.corners, axis=0).min()) > FLAT
 
 
 class _Painter:
@@ -197,7 +195,7 @@ class _Painter:
                 # What collides lies mostly where something is seen.
                 see_through = role == "collision" and self._look.visual
                 for number, shape in enumerate(shapes):
-                    fitted = bounded(shape, body, scene, half)
+                    fitted = _tiles_cut(bounded(shape, body, scene, half), half)
                     self._shape(f"{path}/{role} {number}", fitted, key, see_through=see_through)
 
     def _shape(self, path: str, shape: Shape, key: Key, *, see_through: bool) -> None:
@@ -220,6 +218,20 @@ def _bodies(root: str, scene: DrawnScene, entity: DrawnEntity) -> Iterator[tuple
             yield key, f"{path}/{escaped(body.body.name)}", f"{name}/{body.body.name}", body
         else:
             yield key, path, name, body
+
+
+def _tiles_cut(shape: Shape, half: float | None) -> Shape:
+    """The shape; of a tiled plane as much as there is room for in a cell, with tiles as large as before."""
+    x, y, _ = shape.scale
+    if shape.kind != "tiled_plane" or half is None or max(x, y) <= half:
+        return shape
+    small = min(x, half), min(y, half)
+    parts: list[Part] = []
+    for part in shape.parts:
+        uvs = part.surface.uvs
+        kept = None if uvs is None else 0.5 + (uvs - 0.5) * np.array((small[0] / x, small[1] / y), np.float32)
+        parts.append(replace(part, surface=replace(part.surface, uvs=kept)))
+    return replace(shape, parts=tuple(parts), scale=(*small, 1.0))
 
 
 def _shaded(part: Part) -> Part:

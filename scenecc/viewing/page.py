@@ -21,6 +21,12 @@ if TYPE_CHECKING:
 _AXES_LENGTH, _AXES_RADIUS = 0.1, 0.003
 """Of the axes of a body [m]."""
 
+_AROUND, _BRIGHT = 0.4, 1.5
+"""How strong the light from all sides is, and a lamp far away: what faces up has about its own colour."""
+
+_FROM: Final = (0.8, -0.5, 1.2)
+"""Where the lamp stands."""
+
 _DISTANCE: Final = 1.3 / np.sin(np.radians(75 / 2))
 """Of a camera, in radii of what it sees: viser's camera sees 75° from top to bottom, and panels cover some of it."""
 
@@ -39,6 +45,10 @@ class Page:
         self._handles: dict[str, Any] = {}
         self._bodies: Mapping[Key, str] = {}
         self._overview = overview(np.zeros((0, 3)))
+        # viser's own lights are so bright that colours are hardly the file's.
+        server.scene.configure_default_lights(enabled=False)
+        server.scene.configure_environment_map(environment_intensity=_AROUND)
+        self._light = server.scene.add_light_directional("/light", intensity=_BRIGHT, position=_FROM)
 
     @property
     def digests(self) -> set[str]:
@@ -48,7 +58,7 @@ class Page:
     @interrupts_wait()
     def show(self, picture: Picture, contents: Mapping[str, bytes]) -> None:
         """Shows a picture in place of the one before. `contents`: of its files, by digest."""
-        self._server.scene.configure_default_lights(cast_shadow=picture.shadows)
+        self._light.cast_shadow = picture.shadows
         with self._server.atomic():
             for path in [path for path in self._nodes if path not in picture.nodes]:
                 self._remove(path)

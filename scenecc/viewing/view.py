@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from contextlib import closing, contextmanager
 from importlib.util import find_spec
 from io import BytesIO, StringIO
@@ -159,9 +160,10 @@ def _opened(place: Place, label: str) -> viser.ViserServer:
         return open_server(place, label)
     except OSError as error:
         where = place.host if place.port is None else f"{place.host}, port {place.port}"
+        reason = os.strerror(error.errno) if error.errno else str(error)
         sink = Sink()
         hint = "take another with `--port`, or leave it out for one that is free"
-        sink.report("SC815", f"no page can be served at {where}: {error.strerror or error}", Location(None), hint=hint)
+        sink.report("SC815", f"no page can be served at {where}: {reason}", Location("--port"), hint=hint)
         raise SceneError(sink.diagnostics()) from error
 
 

@@ -104,6 +104,20 @@ def test_a_scene_at_fault_is_told_and_waited_for(scene: Path, tmp_path: Path, te
     assert "Traceback" not in errors
 
 
+def test_a_scene_that_is_mended_is_told(scene: Path, tmp_path: Path) -> None:
+    good = scene.read_text()
+    scene.write_text(good.replace("box", "bx"))
+    process = started(scene.name, "--port", "0", folder=tmp_path)
+    assert process.stdout is not None
+    assert process.stderr is not None
+    assert process.stdout.readline().startswith("http://")
+    scene.write_text(good)
+    for line in process.stderr:
+        if line == "scene.yaml: shown, without an error\n":
+            break
+    assert ended(process)[0] == 130
+
+
 def test_a_scene_may_come_from_standard_input(tmp_path: Path) -> None:
     process = started("-", "--port", "0", given=CUBE, folder=tmp_path)
     assert process.stdout is not None
@@ -160,4 +174,4 @@ def test_a_port_in_use_is_3(run, scene: Path) -> None:
         port = taken.getsockname()[1]
         done = run("view", scene, "--port", port)
     assert (done.returncode, done.stdout) == (3, "")
-    assert f"error SC815: no page can be served at 127.0.0.1, port {port}" in done.stderr
+    assert f"--port: error SC815: no page can be served at 127.0.0.1, port {port}: Address already" in done.stderr

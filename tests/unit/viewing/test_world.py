@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 
 import scenecc
 from scenecc.front import Options
@@ -112,6 +114,29 @@ def test_scenes_side_by_side_are_apart() -> None:
     assert {key[0] for key in picture.bodies} == {0, 1, 2}
     assert np.ptp(picture.corners, axis=0).max() > 4
     made.close()
+
+
+def test_a_ground_takes_no_room_beside_what_stands_on_it() -> None:
+    tiles = {"type": "tiled_plane", "half_size": [8, 4], "texture_repeat": [16, 8]}
+    ground = {"body_type": "static", "visuals": [tiles], "collisions": [{"type": "plane"}]}
+    scene = {"scenecc": 1, "num_scenes": 2, "entities": {"ground": ground, "ball": {"shapes": [BALL]}}}
+    made, files = world(Look(grid=True), scene), Files()
+    apart = made.picture(Look(grid=True), files)
+    tiled = apart.nodes["/scene 1/ground/visual 0"]
+    second = apart.nodes["/scene 1"]
+    assert isinstance(tiled, Mesh)
+    assert isinstance(second, Frame)
+    assert second.position[0] < 1
+    assert tiled.scale[0] == tiled.scale[1] == second.position[0] / 2
+    mesh = next(iter(trimesh.load_scene(io.BytesIO(files.contents[tiled.digest]), file_type="glb").geometry.values()))
+    # One tile a metre, as the whole of it has.
+    assert np.ptp(mesh.visual.uv, axis=0) == pytest.approx(2 * np.array(tiled.scale[:2]))
+    whole = world(Look(), scene)
+    alone = whole.picture(Look(), files).nodes["/scene 0/ground/visual 0"]
+    assert isinstance(alone, Mesh)
+    assert alone.scale == (8, 4, 1)
+    for each in (made, whole):
+        each.close()
 
 
 def test_what_only_collides_has_its_room_where_it_is_shown() -> None:
