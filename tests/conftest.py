@@ -5,9 +5,11 @@ from __future__ import annotations
 import functools
 import importlib.util
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import hypothesis
 import pytest
@@ -38,6 +40,16 @@ def held_renderer() -> Iterator[None]:
     scene = sapien.Scene()
     yield
     scene.clear()
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """A run of one mark alone reads the files in which it stands, or in whose folder: most of its time went there."""
+    asked = re.findall(r"(?<!not )\b(?:render|maniskill|browser|gpu)\b", config.option.markexpr)
+    if not asked or collection_path.suffix != ".py":
+        return None
+    near = (collection_path, collection_path.with_name("conftest.py"))
+    text = "".join(file.read_text("utf-8") for file in near if file.exists() and file != Path(__file__))
+    return True if not any(f"mark.{name}" in text for name in asked) else None
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
