@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import stat
 import sys
 from collections.abc import Mapping, Sequence
@@ -30,6 +31,14 @@ def print_out(content: str | bytes) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         print_err(f"scenecc: standard output cannot be written: {error.strerror}\n")
         raise typer.Exit(_MACHINE_AT_FAULT) from None
+
+
+def outlive_pipes() -> None:
+    """From now on, a pipe or connection closed at its other end is an error of who writes, and no end of the process.
+
+    For commands that talk to more than who started them; `main` has it that a closed pipe ends any other.
+    """
+    signal.signal(signal.SIGPIPE, signal.SIG_IGN)
 
 
 def print_err(text: str) -> None:

@@ -28,7 +28,7 @@ from scenecc.cli.options import (
     parse_params,
     shown,
 )
-from scenecc.cli.output import STDOUT, print_err, print_out, write
+from scenecc.cli.output import STDOUT, outlive_pipes, print_err, print_out, write
 from scenecc.cli.progress import progress
 from scenecc.cli.report import end, of_settings, usage_error
 from scenecc.cli.table import plain, stage_times, table
@@ -139,6 +139,8 @@ def render(
     values, film = parse_params(params), _film(output, video, steps, every)
     if faults := _path_faults(scene, output, video, form):
         end(faults, form)
+    if film is not None:
+        outlive_pipes()  # its encoder may end before all frames are there
     try:
         with progress("render") as told:
             result = api.render_scene(

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import signal
 import sys
-from contextlib import suppress
-from typing import TYPE_CHECKING, Annotated, Any, Final, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
@@ -26,7 +24,7 @@ from scenecc.cli.options import (
     parse_params,
     shown,
 )
-from scenecc.cli.output import STDOUT, print_err, print_out, write
+from scenecc.cli.output import STDOUT, outlive_pipes, print_err, print_out, write
 from scenecc.cli.progress import progress
 from scenecc.cli.report import Status, end, of_settings, print_asides, status, usage_error
 from scenecc.cli.table import plain
@@ -34,9 +32,8 @@ from scenecc.cli.table import plain
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
+    from scenecc.api import Place
     from scenecc.diagnostics import Diagnostic
-
-_LAST_PORT: Final = 65535
 
 Scene = Annotated[
     int, typer.Option("--scene", metavar="K", parser=at_least(0), help="The scene that is shown at first.")
@@ -105,7 +102,7 @@ def view(
     from scenecc import api
 
     values, checked_limits = parse_params(params), parse_limits(limits)
-    _check(export, steps, port, served=open_it or host is not None or port is not None)
+    _check(export, steps, served=open_it or host is not None or port is not None)
     if faults := path_faults(scene, export):
         end(faults)
     given: dict[str, Any] = {
@@ -120,11 +117,10 @@ def view(
     source = sys.stdin.buffer if scene == STDIN else scene
     try:
         if export is None:
-            # A browser that goes away closes a pipe, and ends no viewer by it.
-            signal.signal(signal.SIGPIPE, signal.SIG_IGN)
+            outlive_pipes()  # a browser may go away
             api.view_scene(
                 source,
-                place=api.Place(host or api.Place().host, port),
+                place=_place(host, port),
                 ready=lambda url: _ready(url, open_it=open_it),
                 told=_teller(scene, values),
                 **given,
@@ -138,7 +134,7 @@ def view(
         end(of_settings(error.diagnostics, values))
 
 
-def _check(export: str | None, steps: int, port: int | None, *, served: bool) -> None:
+def _check(export: str | None, steps: int, *, served: bool) -> None:
     """Raises typer.BadParameter where options do not fit together."""
     if export is None and steps:
         raise typer.BadParameter("it is for an --export; a page that is served has a button", param_hint="'--steps'")
@@ -147,8 +143,16 @@ def _check(export: str | None, steps: int, port: int | None, *, served: bool) ->
         raise typer.BadParameter(message, param_hint="'--export'")
     if export not in {None, STDOUT} and not str(export).lower().endswith((".html", ".htm")):
         raise typer.BadParameter(f"{shown(str(export))} does not end in .html", param_hint="'--export'")
-    if port is not None and port > _LAST_PORT:
-        raise typer.BadParameter(f"{port} is above {_LAST_PORT}", param_hint="'--port'")
+
+
+def _place(host: str | None, port: int | None) -> Place:
+    """Raises typer.BadParameter if there is no such port."""
+    from scenecc import api
+
+    try:
+        return api.Place(host or api.Place().host, port)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="'--port'") from None
 
 
 def _teller(scene: str, values: Mapping[str, Any]) -> Callable[[Sequence[Diagnostic]], None]:
@@ -167,8 +171,7 @@ def _teller(scene: str, values: Mapping[str, Any]) -> Callable[[Sequence[Diagnos
 
 def _ready(url: str, *, open_it: bool) -> None:
     print_err("Ctrl-C ends it.\n")
-    with suppress(BrokenPipeError):
-        print_out(f"{url}\n")
+    print_out(f"{url}\n")
     if open_it:
         import webbrowser
 

@@ -104,6 +104,15 @@ def test_a_segmentation_comes_with_its_legend(run, scene: Path, tmp_path: Path) 
 
 
 @pytest.mark.render
+def test_an_encoder_that_ends_early_is_the_machines_fault(run, scene: Path, tmp_path: Path) -> None:
+    arguments = ["--camera", "eye", "--steps", "200", "--every", "1", "--video", "film.mp4"]
+    done = run("render", scene, *arguments, IMAGEIO_FFMPEG_EXE="/bin/true")
+    assert (done.returncode, done.stdout) == (3, "")
+    assert "error SC814" in done.stderr
+    assert not (tmp_path / "film.mp4").exists()
+
+
+@pytest.mark.render
 def test_a_sheet_and_a_film_at_once(run, scene: Path, tmp_path: Path) -> None:
     arguments = ["--camera", "eye", "--grid", "--steps", "9", "--every", "3", "--video", "film.mp4", "-o", "out.png"]
     done = run("render", scene, *arguments)

@@ -150,7 +150,7 @@ def test_an_export_of_a_scene_at_fault_writes_nothing(run, scene: Path, tmp_path
         (["--export", "page.html", "--host", "127.0.0.1"], "served nowhere"),
         (["--export", "page.html", "--port", "0"], "served nowhere"),
         (["--export", "no/page.html"], "SC904"),
-        (["--port", "65536"], "65536 is above 65535"),
+        (["--port", "65536"], "a port is 0 to 65535, not 65536"),
         (["--scene", "1", "--port", "0"], "SC908"),
         (["--scene", "1", "--export", "page.html"], "SC908"),
         (["--set", "size"], "is not name=value"),
@@ -167,6 +167,13 @@ def test_a_file_that_is_not_there_is_2(run) -> None:
     done = run("view", "nowhere.yaml")
     assert done.returncode == 2
     assert "SC901" in done.stderr
+
+
+def test_an_address_of_nobody_is_3(run, scene: Path) -> None:
+    done = run("view", scene, "--host", "nowhere.invalid", "--port", "0")
+    assert (done.returncode, done.stdout) == (3, "")
+    assert "SC815: no page can be served at nowhere.invalid, port 0: " in done.stderr
+    assert "Unknown error" not in done.stderr
 
 
 def test_a_port_in_use_is_3(run, scene: Path) -> None:
