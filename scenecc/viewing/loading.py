@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics import Location, Sink
+from scenecc.diagnostics import Sink
+from scenecc.emit.problems import tell_problem
 from scenecc.front import compile_source
 from scenecc.front.listing import compiled_params
 from scenecc.meshes import Drawer
@@ -15,10 +16,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from scenecc.diagnostics import Diagnostic, Origin
+    from scenecc.diagnostics import Diagnostic
     from scenecc.expand.listing import ParamRow
     from scenecc.front import Options, Source
-    from scenecc.meshes import MeshProblem
     from scenecc.plan import ScenePlan
 
 
@@ -65,10 +65,5 @@ def load(source: Source, options: Options, given: Mapping[str, Any]) -> Loading:
     if found is None:
         return Loading(None, sink.diagnostics(), files)
     listed = tuple(compiled_params(found, options.limits))
-    drawer = Drawer(found.plan, lambda problem, origin: tell(problem, origin, sink))
+    drawer = Drawer(found.plan, lambda problem, origin: tell_problem(problem, origin, sink))
     return Loading(Loaded(found.plan, listed, params, sink, drawer), sink.diagnostics(), files)
-
-
-def tell(problem: MeshProblem, origin: Origin | None, sink: Sink) -> None:
-    """Reports what cannot be drawn, at the shape that has it."""
-    sink.report(problem.code, problem.message, origin or Location(None), hint=problem.hint)

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
+
+_LAST_PORT: Final = 65535
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +38,14 @@ class Place:
     Attributes:
         host: the address to listen at. At a loopback address, only pages of this machine's own may talk to it.
         port: to listen at; 0: any that is free; None: 8080, or the next one that is free.
+
+    Raises:
+        ValueError: there is no such port.
     """
 
     host: str = "127.0.0.1"
     port: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.port is not None and not 0 <= self.port <= _LAST_PORT:
+            raise ValueError(f"a port is 0 to {_LAST_PORT}, not {self.port}")

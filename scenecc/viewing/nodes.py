@@ -64,6 +64,10 @@ class Mesh:
     scale: Vec3
     body: Key
 
+    def is_moved(self, before: Mesh) -> bool:
+        """Whether it is the same surface of the same body, at another place perhaps."""
+        return (self.digest, self.body) == (before.digest, before.body)
+
 
 @frozen
 class Name:
@@ -182,10 +186,11 @@ class _Painter:
         self.bodies: dict[Key, str] = {}
 
     def scene(self, root: str, scene: DrawnScene, role: str, half: float | None, *, show: bool) -> None:
+        """Adds the bodies of a scene, and their shapes in a role where these are to be shown."""
         for entity in scene.entities:
             if isinstance(entity.measured.structure, ArticulationStructure):
                 # Its links stand below it and not below one another, so that it moves none of them.
-                self.nodes[f"{root}/{escaped(entity.measured.entity.name)}"] = Frame((0.0, 0.0, 0.0), _UNTURNED)
+                self.nodes[f"{root}/{_escaped(entity.measured.entity.name)}"] = Frame((0.0, 0.0, 0.0), _UNTURNED)
             for key, path, name, body in _bodies(root, scene, entity):
                 self.bodies[key] = path
                 self.nodes[path] = Frame(*_placed(body.body.pose), axes=self._look.frames)
@@ -211,11 +216,11 @@ class _Painter:
 def _bodies(root: str, scene: DrawnScene, entity: DrawnEntity) -> Iterator[tuple[Key, str, str, DrawnBody]]:
     """The bodies of an entity: key, path and name."""
     name = entity.measured.entity.name
-    path = f"{root}/{escaped(name)}"
+    path = f"{root}/{_escaped(name)}"
     for number, body in enumerate(entity.bodies):
         key = (scene.scene.index, name, number)
         if isinstance(entity.measured.structure, ArticulationStructure):
-            yield key, f"{path}/{escaped(body.body.name)}", f"{name}/{body.body.name}", body
+            yield key, f"{path}/{_escaped(body.body.name)}", f"{name}/{body.body.name}", body
         else:
             yield key, path, name, body
 
@@ -254,7 +259,7 @@ def _seen_through(part: Part) -> Part:
     return replace(part, look=replace(part.look, visibility=_FAINT))
 
 
-def escaped(name: str) -> str:
+def _escaped(name: str) -> str:
     """A name as one step of a path."""
     return name.replace("/", _SLASH)
 

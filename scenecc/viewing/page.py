@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.backends.sapien.interrupt import interrupts_wait
+from scenecc.diagnostics.interrupt import interrupts_wait
 from scenecc.plan.pictured import TOWARDS
 from scenecc.viewing.nodes import Frame, Mesh
 
@@ -92,24 +92,13 @@ class Page:
 
     def _put(self, path: str, node: Node, contents: Mapping[str, bytes]) -> None:
         before = self._nodes.get(path)
-        if before == node:
-            # A body may have moved since.
-            if isinstance(node, Frame):
-                self._handles[path].position, self._handles[path].wxyz = node.position, node.wxyz
-            return
+        handle: Any = self._handles.get(path)
         if isinstance(node, Frame) and isinstance(before, Frame):
-            handle = self._handles[path]
+            # Also where it is to be where it was: a body may have moved since.
             handle.position, handle.wxyz, handle.show_axes = node.position, node.wxyz, node.axes
-        elif (
-            isinstance(node, Mesh)
-            and isinstance(before, Mesh)
-            and (before.digest, before.body)
-            == (
-                node.digest,
-                node.body,
-            )
-        ):
-            handle = self._handles[path]
+        elif node == before:
+            return
+        elif isinstance(node, Mesh) and isinstance(before, Mesh) and node.is_moved(before):
             handle.position, handle.wxyz, handle.scale = node.position, node.wxyz, node.scale
         else:
             handle = self._added(path, node, contents)

@@ -117,11 +117,14 @@ class Session:
         """Builds the scene with another value of a parameter; `AS_WRITTEN`: the file's own."""
         kept = {known: given for known, given in self._given.items() if known != name}
         self._given = kept if isinstance(value, AsWritten) else {**kept, name: value}
+        if isinstance(value, AsWritten):
+            self._forget(name)
         self._take(self._load(self._given))
 
     def give_nothing(self) -> None:
         """Builds the scene with the file's own values of all parameters."""
         self._given = {}
+        self._forget(*self._options.params)
         self._take(self._load({}), afresh=True)
 
     def rebuild(self, seed: int) -> None:
@@ -170,6 +173,11 @@ class Session:
         item = self._world and self._world.facts(key)
         self._selected = None if item is None else key
         self._panel.tell_facts(item)
+
+    def _forget(self, *names: str) -> None:
+        """Lets go of values that were given at the start."""
+        params = {name: value for name, value in self._options.params.items() if name not in names}
+        self._options = replace(self._options, params=params)
 
     def _fitting(self) -> dict[str, Any]:
         """Those of the values that were given by hand that the file takes."""

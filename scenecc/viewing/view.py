@@ -138,7 +138,7 @@ def export_page(
 
 @contextmanager
 def _served(place: Place, label: str) -> Generator[viser.ViserServer]:
-    from scenecc.backends.sapien.interrupt import interrupts_wait
+    from scenecc.diagnostics.interrupt import interrupts_wait
     from scenecc.viewing.server import close_server
 
     server: viser.ViserServer | None = None
@@ -160,7 +160,9 @@ def _opened(place: Place, label: str) -> viser.ViserServer:
         return open_server(place, label)
     except OSError as error:
         where = place.host if place.port is None else f"{place.host}, port {place.port}"
-        reason = os.strerror(error.errno) if error.errno else str(error)
+        # Of a name that nobody knows, the number is none of the system's.
+        known = error.errno is not None and error.errno > 0
+        reason = os.strerror(error.errno) if known and error.errno else error.strerror or str(error)
         sink = Sink()
         hint = "take another with `--port`, or leave it out for one that is free"
         sink.report("SC815", f"no page can be served at {where}: {reason}", Location("--port"), hint=hint)

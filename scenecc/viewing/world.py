@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from scenecc.api import SceneError, instantiated
 from scenecc.diagnostics import Sink
+from scenecc.emit.problems import tell_problem
 from scenecc.front import select_scenes
+from scenecc.front.options import integer
 from scenecc.meshes import MeshProblem
 from scenecc.meshes.layout import draw_scene
 from scenecc.plan import ArticulationStructure
 from scenecc.summary.bodies import entity_item
-from scenecc.viewing.loading import tell
 from scenecc.viewing.nodes import picture
 
 if TYPE_CHECKING:
@@ -139,14 +140,14 @@ class World:
             return tuple(draw_scene(drawer, scene, show) for scene in self._measured.scenes)
         except MeshProblem as problem:
             sink = self.loaded.sink.another()
-            tell(problem, drawer.at, sink)
+            tell_problem(problem, drawer.at, sink)
             raise SceneError(sink.diagnostics()) from problem
 
 
 def check_scene(look: Look, plan: ScenePlan) -> None:
-    """Raises SceneError if the plan has no such scene as is looked at."""
+    """Raises SceneError if the plan has no such scene as is looked at, ValueError if none can have it."""
     sink = Sink()
-    if select_scenes(str(look.scene), plan.num_scenes, sink, "--scene") is None or sink.failed:
+    if select_scenes(str(integer(look.scene, "scene", 0)), plan.num_scenes, sink, "--scene") is None or sink.failed:
         raise SceneError(sink.diagnostics())
 
 

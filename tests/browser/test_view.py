@@ -229,6 +229,7 @@ def test_parameters_build_the_scene_anew(page: Page, save: Callable[..., None]) 
     page.press("As in the file")
     soon(page.objects, {"Scene 0 (4)": ["ground", "table", "block", "ball"]}.__eq__)
     page.await_at("/scene 0/table", (0, 0, 0.7))
+    assert "/scene 0/ball" in page.nodes()
 
 
 def test_shapes_that_collide_are_shown_where_asked_for(page: Page, save: Callable[..., None]) -> None:

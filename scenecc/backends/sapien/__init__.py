@@ -6,9 +6,9 @@ import re
 from importlib import import_module
 from typing import TYPE_CHECKING, Literal
 
-from scenecc.backends.sapien.interrupt import interrupts_wait
 from scenecc.backends.sapien.selected import scene_indices
 from scenecc.diagnostics import Location
+from scenecc.diagnostics.interrupt import interrupts_wait
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -8,10 +8,10 @@ from scenecc.backends.sapien.assets_on_disk import refresh
 from scenecc.backends.sapien.batch import SceneBatch
 from scenecc.backends.sapien.engine import physx, render, sapien
 from scenecc.backends.sapien.failure import EngineFailure
-from scenecc.backends.sapien.interrupt import interrupts_wait
 from scenecc.backends.sapien.resources import Resources
 from scenecc.backends.sapien.turn import take_turn
 from scenecc.diagnostics import Location
+from scenecc.diagnostics.interrupt import interrupts_wait
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

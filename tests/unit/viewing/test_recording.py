@@ -14,7 +14,7 @@ import msgspec
 import zstandard
 
 import scenecc
-from scenecc.viewing import Look, export_page, view_scene
+from scenecc.viewing import Look, Place, export_page, view_scene
 
 SCENE = """\
 scenecc: 1
@@ -76,6 +76,11 @@ def test_a_scene_at_fault_gives_no_page(tmp_path: Path) -> None:
     with pytest.raises(scenecc.SceneError) as caught:
         export_page(path, look=Look(scene=2))
     assert caught.value.diagnostics[0].code == "SC908"
+    with pytest.raises(ValueError, match="scene must be at least 0, not -1"):
+        export_page(path, look=Look(scene=-1))
+    for port in (-1, 65536):
+        with pytest.raises(ValueError, match=f"a port is 0 to 65535, not {port}"):
+            Place(port=port)
     with pytest.raises(ValueError, match="steps must be at least 0"):
         export_page(path, steps=-1)
 

@@ -36,12 +36,14 @@ BALL = "/scene 0/ball"
 
 
 class Shown:
-    """A session, and what its page shows."""
+    """A session, and what its page shows. `params`: given at its start."""
 
-    def __init__(self, server: viser.ViserServer, path: Path, look: Look | None = None) -> None:
+    def __init__(
+        self, server: viser.ViserServer, path: Path, look: Look | None = None, params: dict[str, Any] | None = None
+    ) -> None:
         self.server, self.path = server, path
         self.told: list[list[str]] = []
-        options = Options.of(None, None, None, None, (), False, None)
+        options = Options.of(None, None, params, None, (), False, None)
         self.session = Session(server, lambda: str(path), options, look or Look(), path=path, told=self._hear)
 
     def _hear(self, diagnostics: Any) -> None:
@@ -145,6 +147,20 @@ def test_a_parameter_builds_the_scene_anew(shown: Shown) -> None:
     shown.session.give("size", 0.15)
     shown.session.give_nothing()
     assert shown.node(f"{BALL}/visual 0").scale == (0.1, 0.1, 0.1)
+
+
+def test_as_in_the_file_lets_go_of_what_was_given_at_the_start(server: viser.ViserServer, tmp_path: Path) -> None:
+    path = tmp_path / "scene.yaml"
+    path.write_text(SCENE)
+    for give in (lambda it: it.give_nothing(), lambda it: it.give("size", AS_WRITTEN)):
+        shown = Shown(server, path, params={"size": 0.4})
+        shown.session.start()
+        assert shown.node(f"{BALL}/visual 0").scale == (0.4, 0.4, 0.4)
+        give(shown.session)
+        assert shown.node(f"{BALL}/visual 0").scale == (0.1, 0.1, 0.1)
+        shown.session.reload()
+        assert shown.node(f"{BALL}/visual 0").scale == (0.1, 0.1, 0.1)
+        shown.session.close()
 
 
 def test_steps_and_resets_move_what_is_shown(shown: Shown) -> None:

@@ -1,4 +1,4 @@
-"""Ctrl-C while the engine makes an object: held back until the object is whole."""
+"""Ctrl-C while something is made that nobody can let go of by halves: held back until it is whole."""
 
 from __future__ import annotations
 
