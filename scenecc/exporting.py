@@ -105,7 +105,7 @@ def _need(target: str, sink: Sink) -> None:
         import_module(module)
     except ImportError as error:
         message = f"`{target}` is written by {package}: {error}"
-        sink.report("SC813", message, Location(None), hint='run `pip install "scenecc[export]"`')
+        sink.report("SC813", message, Location("scenecc"), hint='run `pip install "scenecc[export]"`')
         raise SceneError(sink.diagnostics()) from error
 
 

@@ -103,7 +103,9 @@ def render_scene(
 
 def _need_packages(sink: Sink, *, mp4: bool) -> None:
     if lacking := missing(mp4=mp4):
-        sink.report("SC812", f"pictures need {' and '.join(lacking)}, not installed here", Location(None), hint=INSTALL)
+        sink.report(
+            "SC812", f"pictures need {' and '.join(lacking)}, not installed here", Location("scenecc"), hint=INSTALL
+        )
     stop(sink)
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.api import SceneError
-from scenecc.diagnostics import Diagnostic, Location
+from scenecc.diagnostics import Location
 from scenecc.diagnostics.render import render
 from scenecc.viewing.controls import AsWritten
 from scenecc.viewing.loading import load
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     import viser
 
+    from scenecc.diagnostics import Diagnostic
     from scenecc.front import Options, Source
     from scenecc.viewing.loading import Loading
     from scenecc.viewing.look import Look
@@ -139,7 +140,10 @@ class Session:
         try:
             self._world.reset(seed)
         except ValueError as error:
-            raise SceneError([Diagnostic("SC817", "error", str(error), Location(None))]) from error
+            loaded = self._world.loaded
+            sink = loaded.sink.another()
+            sink.report("SC817", str(error), loaded.plan.origin or Location(None))
+            raise SceneError(sink.diagnostics()) from error
         self._panel.tell_fault(self._broken)
         self._show_poses()
         self._tell_time()

@@ -189,7 +189,7 @@ def _need_packages() -> None:
     if lacking:
         sink = Sink()
         message = f"a page needs {' and '.join(lacking)}, not installed here"
-        sink.report("SC816", message, Location(None), hint='run `pip install "scenecc[view]"`')
+        sink.report("SC816", message, Location("scenecc"), hint='run `pip install "scenecc[view]"`')
         raise SceneError(sink.diagnostics())
 
 

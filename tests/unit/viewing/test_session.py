@@ -231,6 +231,26 @@ def test_a_seed_builds_everything_anew(shown: Shown) -> None:
         assert shown.node(BALL).position[2] == pytest.approx(float(batch.entities["ball"].pose[0, 2]), abs=0)
 
 
+def test_a_reset_that_cannot_be_done_is_told_and_changes_nothing(server: viser.ViserServer, tmp_path: Path) -> None:
+    path = tmp_path / "scene.yaml"
+    text = SCENE.replace("{uniform: [1, 2]}", '"${1 / u}"').replace("num_scenes: 2", "num_scenes: 1")
+    path.write_text(text.replace("entities:", "draws: {u: {integers: [0, 3]}}\nentities:"))
+    shown = Shown(server, path)
+    shown.session.start()
+    for seed in range(40):
+        if shown.session._world is None:
+            shown.session.rebuild(seed)  # the file's own seed has no value either
+        else:
+            place = shown.node(BALL).position.copy()
+            shown.session._try(lambda seed=seed: shown.session.reset(seed))
+            if "SC817" in shown.texts():
+                break
+    assert "scene.yaml:1:" in shown.texts()
+    assert "its pose has no value" in shown.texts()
+    assert (shown.node(BALL).position == place).all()
+    shown.session.close()
+
+
 def test_a_seed_that_no_browser_can_show_is_kept(shown: Shown) -> None:
     large = 2**64 - 1
     shown.path.write_text(SCENE.replace("num_scenes: 2", f"num_scenes: 2\nseed: {large}"))
