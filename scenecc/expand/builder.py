@@ -16,7 +16,7 @@ from scenecc.expand.output import Output, scoped
 from scenecc.expand.run import Failed
 from scenecc.expand.scopes import Scope
 from scenecc.expand.still import stilled
-from scenecc.spec.base import NAME_PATTERN
+from scenecc.spec.base import NAME_PATTERN, PREFIX_PATTERN, SPELLINGS
 from scenecc.spec.known import known_as
 
 if TYPE_CHECKING:
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from scenecc.expand.run import Budget, Run
     from scenecc.expand.scenes import Scenes, Selection
 
-_NAME = re.compile(NAME_PATTERN)
 _NOWHERE: dict[str, Any] = {"pose": [0, 0, 0]}
 """The frame of an instance without a pose."""
 
@@ -176,7 +175,7 @@ class Builder:
         if unit.condition is not None and not self._holds(unit.condition, run):
             return
         if unit.namer is not None and unit.axes is not None:
-            name = self._named(unit.namer, name, run)
+            name = _spelled(unit.namer, "name", NAME_PATTERN, run) or name
         if unit.use is not None:
             self._instance(unit, name, scope, run)
             return
@@ -212,18 +211,6 @@ class Builder:
             run.report("SC223", f"`if` must be true or false, not {show(value)}", condition.path)
         return False
 
-    @staticmethod
-    def _named(namer: Written, name: str, run: Run) -> str:
-        made = namer.make(run)
-        if isinstance(made, str) and _NAME.match(made):
-            return made
-        if is_varying(made):
-            run.report("SC203", "`name` cannot read what differs from scene to scene", namer.path)
-        elif not isinstance(made, Failed):
-            hint = "a name starts with a letter or `_` and goes on with letters, digits, `_`, `.` and `-`"
-            run.report("SC107", f"{show(made)} is not a name", namer.path, hint=hint)
-        return name
-
     def _instance(self, unit: WrittenUnit, name: str, scope: Scope, run: Run) -> None:
         use = unit.use
         assert use is not None
@@ -248,7 +235,9 @@ class Builder:
         full = scope.prefix + name
         arguments = {param: self._argument(made, selection, scope, run) for param, made in use.given.items()}
         bound = self.bind(compiled, arguments, scope=full, use=place, key=f"{name}.")
-        prefix = f"{full}/" if use.prefix is None else scope.prefix + str(use.prefix.make(run))
+        prefix = f"{full}/"
+        if use.prefix is not None:
+            prefix = scope.prefix + (_spelled(use.prefix, "prefix", PREFIX_PATTERN, run) or "")
         chain = (*scope.chain, compiled.module.main.document)
         body = unit.body.make(run)
         hidden = scope.hidden or body.get("hidden") is True
@@ -282,3 +271,15 @@ class Builder:
             output.scopes[anchor] = scope.name
         if selection is not None:
             output.selections[anchor] = selection
+
+
+def _spelled(made: Written, key: str, pattern: str, run: Run) -> str | None:
+    """A text that must fit a pattern; None where it was reported. `key`: where it is written."""
+    text = made.make(run)
+    if isinstance(text, str) and re.fullmatch(pattern, text):
+        return text
+    if is_varying(text):
+        run.report("SC203", f"`{key}` cannot read what differs from scene to scene", made.path)
+    elif not isinstance(text, Failed):
+        run.report("SC107", f"{show(text)} is not a name", made.path, hint=SPELLINGS[pattern])
+    return None

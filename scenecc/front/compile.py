@@ -75,7 +75,15 @@ def compile_source(
 
     Raises:
         TypeError: the source is nothing that can hold a scene.
+        RuntimeError: there is neither a plan nor an error, which is a fault of scenecc.
     """
+    compiled = _compiled(source, options, sink, drawn=drawn, memory=memory)
+    if compiled is None and not sink.failed:
+        raise RuntimeError("scenecc made no plan of this scene and found no error in it")
+    return compiled
+
+
+def _compiled(source: Source, options: Options, sink: Sink, *, drawn: bool, memory: Memory | None) -> Compiled | None:
     clock, memory = _Clock(), memory or Memory()
     plan = as_plan(source)
     if plan is not None:

@@ -30,7 +30,7 @@ from scenecc.source.parsing import (
 )
 from scenecc.source.plain import read_plain
 from scenecc.source.positions import first_keys
-from scenecc.source.scalars import SCENE_KEYED, PlainKeys, PlainValues
+from scenecc.source.scalars import NULL_IN_KEY, RESERVED, SCENE_KEYED, PlainKeys, PlainValues
 from scenecc.source.syntax import report_syntax
 from scenecc.source.tags import Refused, check_collection_tag, kind, scalar_value, shown_scalar
 
@@ -149,7 +149,7 @@ class _Reader:
                 if key_event.anchor is None:
                     if key_event.implicit[0]:
                         key = keys[key_event.value]
-                    elif key_event.tag is None:
+                    elif key_event.tag is None and RESERVED not in key_event.value:
                         key = key_event.value
             elif type_ is MappingEndEvent:
                 self._open.pop()
@@ -275,7 +275,10 @@ class _Reader:
             key = self._mapping(event, "?") if isinstance(event, MappingStartEvent) else self._list(event, "?")
             hint = "keys are strings; an expression `${…}` must be quoted"
         if isinstance(key, str):
-            return key
+            if RESERVED not in key:
+                return key
+            self._faults.at("SC017", NULL_IN_KEY, event, path=self._path(key))
+            return None
         if isinstance(key, int) and not isinstance(key, bool) and self._open[-1][0] == SCENE_KEYED:
             return str(key)
         self._faults.at("SC005", f"a key is {kind(key)}, not a string", event, path=self._path(), hint=hint)

@@ -19,6 +19,12 @@ _NUMBER = re.compile(
     r"|(?P<inf>[-+]?\.(?:inf|Inf|INF))"
     r"|(?P<nan>\.(?:nan|NaN|NAN))"
 )
+RESERVED = "\0"
+"""What no key holds, so that labels of the compiler's own that start with it can stand among keys."""
+
+NULL_IN_KEY = "a key holds the character U+0000"
+"""What is said of a key with it."""
+
 SCENE_KEYED = "per_scene"
 """The one key whose mapping is by scene index: there an integer key stands for its digits."""
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, cast
 
 from scenecc.diagnostics import Origin, Path, Sink
 from scenecc.diagnostics.frozen import frozen
-from scenecc.source.scalars import MAX_INTEGER_CHARS, SCENE_KEYED
+from scenecc.source.scalars import MAX_INTEGER_CHARS, NULL_IN_KEY, RESERVED, SCENE_KEYED
 
 if TYPE_CHECKING:
     from scenecc.source.limits import Limits
@@ -113,6 +113,9 @@ class _Copier:
             name = _key(key, path)
             if name is None:
                 self._report("SC005", f"the key {_shown(key)} is not a string", path, hint="keys are strings")
+                continue
+            if RESERVED in name:
+                self._report("SC017", NULL_IN_KEY, (*path, name))
                 continue
             below = (*path, name)
             self._check_text(name, below)

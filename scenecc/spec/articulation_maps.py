@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import AfterValidator, Field, Strict, Tag
 from typing_extensions import TypeAliasType
 
-from scenecc.spec.base import Maybe, Model, Name, key
+from scenecc.spec.base import MAPPING_KEY, Maybe, Model, Name, key
 from scenecc.spec.body import CollisionBits
 from scenecc.spec.later import Later
 from scenecc.spec.leaf import Fixed, Leaf
@@ -14,7 +14,7 @@ from scenecc.spec.material import MaterialRef
 from scenecc.spec.mistakes import told
 from scenecc.spec.name_patterns import PatternError, name_pattern
 from scenecc.spec.scalars import Finite, NonNegative, Positive, Unit
-from scenecc.spec.unions import COMPONENTS, by_kind
+from scenecc.spec.unions import COMPONENTS, MAPPING, by_kind
 
 if TYPE_CHECKING:
     from scenecc.spec.inertial import Inertial
@@ -36,7 +36,7 @@ def _readable(text: str) -> str:
     return text
 
 
-Pattern = Annotated[str, AfterValidator(_readable)]
+Pattern = Annotated[str, AfterValidator(_readable), MAPPING_KEY]
 """A regular expression that matches whole names."""
 
 _Side = Annotated[float, Field(ge=-inf, allow_inf_nan=True)]
@@ -52,7 +52,7 @@ JointNumbers = TypeAliasType(
     Leaf[
         Annotated[
             Annotated[list[Finite], Field(min_length=0, max_length=MOST_JOINTS), Tag(COMPONENTS)]
-            | Annotated[dict[str, Leaf[Finite]], Tag("#mapping")],
+            | Annotated[dict[str, Leaf[Finite]], Tag(MAPPING)],
             by_kind("a list of one number for each joint that moves, or a mapping of their names"),
         ]
     ],

@@ -9,7 +9,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstra
 from pydantic_core import PydanticCustomError, core_schema
 
 from scenecc.spec.plain import EXPRESSION
-from scenecc.spec.unions import EXPANDED, NOT_MEANT, VALUE, in_order, plain_json
+from scenecc.spec.unions import EXPANDED, KEY, NOT_MEANT, VALUE, in_order, labelled, plain_json
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -24,6 +24,12 @@ NAME_PATTERN = r"^[A-Za-z_][A-Za-z0-9_.-]*$"
 
 VARIABLE_PATTERN = r"^[A-Za-z_][A-Za-z0-9_]*$"
 PREFIX_PATTERN = r"^(?:[A-Za-z_][A-Za-z0-9_.-]*(?:/[A-Za-z_][A-Za-z0-9_.-]*)*/?)?$"
+SPELLINGS = {
+    NAME_PATTERN: "a name starts with a letter or `_` and goes on with letters, digits, `_`, `.` and `-`",
+    VARIABLE_PATTERN: "a name in expressions starts with a letter or `_` and goes on with letters, digits and `_`",
+    PREFIX_PATTERN: '"" leaves the names inside as they are; anything else is the start of a name',
+}
+"""What may stand where a text does not fit its pattern."""
 
 NOTES = {"^x-": {"description": "A note or an anchor; ignored."}}
 """Keys that may stand in any mapping, for the JSON Schema."""
@@ -79,6 +85,16 @@ def _literal(text: str) -> str:
 REFERENCE_PATTERN = r"^[A-Za-z_][A-Za-z0-9_.-]*(?:/[A-Za-z_][A-Za-z0-9_.-]*)*$"
 
 
+class _MappingKey:
+    """The annotation of what is a mapping's key. Pydantic marks its errors by `[key]`, which itself may be a key."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return labelled(handler(source), KEY)
+
+
+MAPPING_KEY = _MappingKey()
+
+
 class Scoped:
     """The annotation of names that an expanded document may have with slashes in them.
 
@@ -104,7 +120,7 @@ class Scoped:
 Name = Annotated[str, StringConstraints(pattern=NAME_PATTERN)]
 """What names something of the file's own."""
 
-NewName = Annotated[Name, Scoped()]
+NewName = Annotated[Name, Scoped(), MAPPING_KEY]
 """What something is called from here on."""
 
 Reference = Annotated[str, StringConstraints(pattern=REFERENCE_PATTERN)]

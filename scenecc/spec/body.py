@@ -11,7 +11,7 @@ from scenecc.spec.material import Color, MaterialRef
 from scenecc.spec.pose import Pose
 from scenecc.spec.scalars import Iterations, NonNegative, Positive, Unit, Vec3, VelocityIterations
 from scenecc.spec.shapes import CollisionSpec, ShapeSpec, VisualSpec
-from scenecc.spec.unions import by_kind
+from scenecc.spec.unions import LIST, NUMBER, WORD, by_kind
 
 if TYPE_CHECKING:
     from scenecc.spec.inertial import Inertial
@@ -28,13 +28,11 @@ CollisionBits = Annotated[tuple[_Bits, _Bits, _Bits, _Ids], Strict(strict=False)
 
 
 SceneItem = Fixed[
-    Annotated[
-        Annotated[int, Tag("#number")] | Annotated[Text, Tag("#word")], by_kind('an index or a slice such as "0:8"')
-    ]
+    Annotated[Annotated[int, Tag(NUMBER)] | Annotated[Text, Tag(WORD)], by_kind('an index or a slice such as "0:8"')]
 ]
 SceneIdxs = Fixed[
     Annotated[
-        Annotated[list[SceneItem], Tag("#list")] | Annotated[Text, Tag("#word")],
+        Annotated[list[SceneItem], Tag(LIST)] | Annotated[Text, Tag(WORD)],
         by_kind('a list of indices, or a slice such as "0:8"'),
     ]
 ]

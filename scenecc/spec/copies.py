@@ -9,23 +9,36 @@ from pydantic import Field, StringConstraints, Tag, ValidationError
 from pydantic_core import PydanticCustomError, core_schema
 from typing_extensions import TypeAliasType
 
-from scenecc.spec.base import VARIABLE_PATTERN, Maybe, Model, Name, Scoped, key
+from scenecc.spec.base import MAPPING_KEY, VARIABLE_PATTERN, Maybe, Model, Name, Scoped, key
 from scenecc.spec.later import Later
 from scenecc.spec.leaf import Fixed
 from scenecc.spec.mistakes import Mistakes
 from scenecc.spec.plain import is_mapping
 from scenecc.spec.scalars import NonNegativeInt
-from scenecc.spec.unions import EXPANDED, NOT_MEANT, SHAPE, TYPE, Validator, by_kind, in_order, is_varying, plain_json
+from scenecc.spec.unions import (
+    EXPANDED,
+    LIST,
+    MAPPING,
+    NOT_MEANT,
+    SHAPE,
+    TYPE,
+    Validator,
+    by_kind,
+    in_order,
+    is_varying,
+    plain_json,
+)
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
 
-Variable = Annotated[str, StringConstraints(pattern=VARIABLE_PATTERN)]
+_Variable = Annotated[str, StringConstraints(pattern=VARIABLE_PATTERN)]
+Variable = Annotated[_Variable, MAPPING_KEY]
 """The name of a parameter, a loop variable or a draw."""
 
-NewVariable = Annotated[Variable, Scoped()]
+NewVariable = Annotated[_Variable, Scoped(), MAPPING_KEY]
 """The same, which an expanded document may have inside an instance."""
 
 
@@ -37,7 +50,7 @@ class Count(Model):
 
 Axis = Fixed[
     Annotated[
-        Annotated[list[Any], Tag("#list")] | Annotated[Count, Tag("#mapping")],
+        Annotated[list[Any], Tag(LIST)] | Annotated[Count, Tag(MAPPING)],
         by_kind("a list of values or {count: n}"),
     ]
 ]

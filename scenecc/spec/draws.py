@@ -8,7 +8,7 @@ from typing_extensions import TypeAliasType
 from scenecc.spec.base import AnyText
 from scenecc.spec.leaf import Leaf
 from scenecc.spec.scalars import Finite
-from scenecc.spec.unions import COMPONENTS, by_kind
+from scenecc.spec.unions import COMPONENTS, FLAG, NUMBER, WORD, by_kind
 
 LONGEST = 10_000
 """Components of one drawn vector."""
@@ -26,9 +26,9 @@ Draw = TypeAliasType(
     "Draw",
     Leaf[
         Annotated[
-            Annotated[Number, Tag("#number")]
-            | Annotated[bool, Tag("#flag")]
-            | Annotated[AnyText, Tag("#word")]
+            Annotated[Number, Tag(NUMBER)]
+            | Annotated[bool, Tag(FLAG)]
+            | Annotated[AnyText, Tag(WORD)]
             | Annotated[list[Number], Field(min_length=1, max_length=LONGEST), Tag(COMPONENTS)],
             by_kind("a form, an expression, a number, true or false, a text or a list of numbers"),
         ]

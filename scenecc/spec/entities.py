@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError, core_schema
 from scenecc.spec.body import Body
 from scenecc.spec.later import Later
 from scenecc.spec.mistakes import Mistakes, told
-from scenecc.spec.unions import BODY, NOT_MEANT, entity_kind, in_order
+from scenecc.spec.unions import BODY, COPIES, KIND_KEYS, NOT_MEANT, entity_kind, in_order
 
 if TYPE_CHECKING:
     from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -22,19 +22,20 @@ if TYPE_CHECKING:
     from scenecc.spec.variants import Variants
 
 
-_MODELS = {
-    "#use": Later("scenecc.spec.instance", "Instance"),
-    "#variants": Later("scenecc.spec.variants", "Variants"),
-    "#copies": Later("scenecc.spec.instance", "BodyCopies"),
-    "#urdf": Later("scenecc.spec.articulation", "Urdf"),
-    "#mjcf": Later("scenecc.spec.articulation", "Mjcf"),
-    "#root": Later("scenecc.spec.articulation", "Tree"),
+MODELS = {
+    KIND_KEYS["use"]: Later("scenecc.spec.instance", "Instance"),
+    KIND_KEYS["variants"]: Later("scenecc.spec.variants", "Variants"),
+    KIND_KEYS["urdf"]: Later("scenecc.spec.articulation", "Urdf"),
+    KIND_KEYS["mjcf"]: Later("scenecc.spec.articulation", "Mjcf"),
+    KIND_KEYS["root"]: Later("scenecc.spec.articulation", "Tree"),
+    COPIES: Later("scenecc.spec.instance", "BodyCopies"),
 }
+"""The models of entities that are no plain bodies, by their labels."""
 
 
 def entity_model(label: str) -> type[BaseModel]:
     """The model of an entity that is no plain body, by its label."""
-    return _MODELS[label].type
+    return MODELS[label].type
 
 
 class _Entity:
@@ -44,10 +45,10 @@ class _Entity:
         return in_order([(handler(source), BODY)], core_schema.no_info_plain_validator_function(_otherwise))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        schemas = {label: later.json_schema(handler) for label, later in _MODELS.items()}
-        found: JsonSchemaValue = schemas.pop("#copies")
-        for label, model in reversed(schemas.items()):
-            found = {"if": {"required": [label.removeprefix("#")]}, "then": model, "else": found}
+        schemas = {label: later.json_schema(handler) for label, later in MODELS.items()}
+        found: JsonSchemaValue = schemas[COPIES]
+        for key, label in reversed(KIND_KEYS.items()):
+            found = {"if": {"required": [key]}, "then": schemas[label], "else": found}
         return found
 
 
@@ -58,11 +59,11 @@ def _otherwise(node: Any) -> Any:
     mistakes = Mistakes()
     made: Any = None
     try:
-        made = _MODELS[label].validate(node)
+        made = MODELS[label].validate(node)
     except ValidationError as problem:
         mistakes.take(problem, label)
     else:
-        if label == "#variants":
+        if label == KIND_KEYS["variants"]:
             _said_twice(made, mistakes)
     mistakes.stop()
     return made
@@ -74,7 +75,7 @@ def _said_twice(entity: Variants, mistakes: Mistakes) -> None:
     for i, variant in enumerate(entity.variants):
         for key in sorted(common & variant.model_fields_set - {"shapes", "collisions", "visuals"}):
             message = f"`{key}` stands beside `variants` too, where it is common to all"
-            mistakes.add(told("SC111", message, at="key"), key, "#variants", "variants", i, key)
+            mistakes.add(told("SC111", message, at="key"), key, KIND_KEYS["variants"], "variants", i, key)
 
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from scenecc.spec.base import Maybe, Model, Text, key
 from scenecc.spec.later import Later
 from scenecc.spec.leaf import Leaf
 from scenecc.spec.light_types import LightColor
-from scenecc.spec.unions import by_kind
+from scenecc.spec.unions import MAPPING, WORD, by_kind
 
 
 class CubeMap(Model):
@@ -29,7 +29,7 @@ else:
 
 EnvironmentMap = Leaf[
     Annotated[
-        Annotated[Text, Tag("#word")] | Annotated[_Faces, Tag("#mapping")],
+        Annotated[Text, Tag(WORD)] | Annotated[_Faces, Tag(MAPPING)],
         by_kind("a file, or a mapping with px, nx, py, ny, pz, nz"),
     ]
 ]

@@ -9,8 +9,8 @@ from scenecc.spec.hints import ALTERNATIVES, PARTS, SETTINGS
 from scenecc.spec.mistakes import TOLD
 from scenecc.spec.plain import is_mapping
 from scenecc.spec.telling import known_keys, meant, named, tell, wrong_length
-from scenecc.spec.unions import NOT_MEANT, WRONG_KIND
-from scenecc.spec.walk import KEY_MARK, document_path, follow
+from scenecc.spec.unions import KEY, NOT_MEANT, WRONG_KIND
+from scenecc.spec.walk import document_path, follow
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -62,7 +62,7 @@ def _formed(located: Located, data: dict[str, Any]) -> dict[Path, str | None]:
     formed: dict[Path, str | None] = {}
     for error, path in located:
         kind = error["type"]
-        if kind in {TOLD, WRONG_KIND, "missing"} or KEY_MARK in error["loc"]:
+        if kind in {TOLD, WRONG_KIND, "missing"} or KEY in error["loc"]:
             continue
         if kind == "extra_forbidden":
             owner, form = path[:-1], str(path[-1])

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel, ConfigDict
 from pydantic_core import core_schema
 
-from scenecc.spec.unions import TYPE
+from scenecc.spec.unions import TAGGED, TYPE, labelled
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -117,7 +117,7 @@ class ByType:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         choices = {type_: branch.schema() for type_, branch in self._branches.items()}
-        return core_schema.tagged_union_schema(choices, discriminator=TYPE)
+        return labelled(core_schema.tagged_union_schema(choices, discriminator=TYPE), TAGGED)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         return {"oneOf": [branch.json_schema(handler) for branch in self._branches.values()]}

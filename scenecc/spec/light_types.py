@@ -12,7 +12,7 @@ from scenecc.spec.leaf import Fixed, Leaf
 from scenecc.spec.material import Texture
 from scenecc.spec.pose import Pose
 from scenecc.spec.scalars import Finite, NonNegative3, Opening, OpeningDegrees, Positive, Vec3
-from scenecc.spec.unions import COMPONENTS, by_kind
+from scenecc.spec.unions import COMPONENTS, WORD, by_kind
 
 LIGHT_COLOR_TEXT = r"^#[0-9A-Fa-f]{6}$"
 
@@ -20,7 +20,7 @@ LightColor = TypeAliasType(
     "LightColor",
     Leaf[
         Annotated[
-            Annotated[str, StringConstraints(pattern=LIGHT_COLOR_TEXT), Tag("#word")]
+            Annotated[str, StringConstraints(pattern=LIGHT_COLOR_TEXT), Tag(WORD)]
             | Annotated[NonNegative3, Tag(COMPONENTS)],
             by_kind('three numbers, or "#rrggbb"'),
         ]

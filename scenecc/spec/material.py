@@ -10,7 +10,7 @@ from scenecc.spec.later import Later
 from scenecc.spec.leaf import Fixed, Leaf
 from scenecc.spec.param_types import COLOR_TEXT
 from scenecc.spec.scalars import NonNegative, Unit
-from scenecc.spec.unions import COMPONENTS, by_kind
+from scenecc.spec.unions import COMPONENTS, MAPPING, WORD, by_kind
 
 ColorText = Annotated[str, StringConstraints(pattern=COLOR_TEXT)]
 ColorList = Annotated[list[Unit], Field(min_length=3, max_length=4)]
@@ -18,7 +18,7 @@ Color = TypeAliasType(
     "Color",
     Leaf[
         Annotated[
-            Annotated[ColorText, Tag("#word")] | Annotated[ColorList, Tag(COMPONENTS)],
+            Annotated[ColorText, Tag(WORD)] | Annotated[ColorList, Tag(COMPONENTS)],
             by_kind('three or four numbers, or "#rrggbb" or "#rrggbbaa"'),
         ]
     ],
@@ -26,8 +26,7 @@ Color = TypeAliasType(
 """Three or four numbers in 0..1, or "#rrggbb" or "#rrggbbaa"."""
 
 Radiance = Annotated[
-    Annotated[ColorText, Tag("#word")]
-    | Annotated[list[NonNegative], Field(min_length=3, max_length=4), Tag(COMPONENTS)],
+    Annotated[ColorText, Tag(WORD)] | Annotated[list[NonNegative], Field(min_length=3, max_length=4), Tag(COMPONENTS)],
     by_kind('three or four numbers, or "#rrggbb" or "#rrggbbaa"'),
 ]
 """A colour that may be brighter than 1."""
@@ -63,7 +62,7 @@ Texture = TypeAliasType(
     "Texture",
     Leaf[
         Annotated[
-            Annotated[Text, Tag("#word")] | Annotated[_Sampled, Tag("#mapping")],
+            Annotated[Text, Tag(WORD)] | Annotated[_Sampled, Tag(MAPPING)],
             by_kind("a file, or a mapping with `file`"),
         ]
     ],
@@ -105,7 +104,7 @@ MaterialRef = TypeAliasType(
     "MaterialRef",
     Leaf[
         Annotated[
-            Annotated[GivenName, Tag("#word")] | Annotated[_Inline, Tag("#mapping")],
+            Annotated[GivenName, Tag(WORD)] | Annotated[_Inline, Tag(MAPPING)],
             by_kind("a name from `materials`, or a mapping with `physical` or `visual`"),
         ]
     ],

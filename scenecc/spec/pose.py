@@ -9,13 +9,13 @@ from scenecc.spec.base import Maybe, Model, Reference, key
 from scenecc.spec.later import Later
 from scenecc.spec.leaf import Computed, Fixed, Leaf
 from scenecc.spec.scalars import Finite, Vec3, Vec4
-from scenecc.spec.unions import COMPONENTS, by_kind
+from scenecc.spec.unions import COMPONENTS, MAPPING, WORD, by_kind
 
 AxisName = Literal["x", "y", "z"]
 
 
 Direction = Annotated[
-    Annotated[Vec3, Tag(COMPONENTS)] | Annotated[AxisName, Tag("#word")], by_kind("[x, y, z] or one of x, y, z")
+    Annotated[Vec3, Tag(COMPONENTS)] | Annotated[AxisName, Tag(WORD)], by_kind("[x, y, z] or one of x, y, z")
 ]
 
 
@@ -37,7 +37,7 @@ def _drawn(_word: str) -> Any:
 
 
 Quaternion = Annotated[
-    Annotated[Vec4, Tag(COMPONENTS)] | Annotated[Literal["uniform"], AfterValidator(_drawn), Tag("#word")],
+    Annotated[Vec4, Tag(COMPONENTS)] | Annotated[Literal["uniform"], AfterValidator(_drawn), Tag(WORD)],
     by_kind("[w, x, y, z], or `uniform`"),
 ]
 
@@ -69,7 +69,7 @@ Pose = TypeAliasType(
     "Pose",
     Leaf[
         Annotated[
-            Annotated[Vec3, Tag(COMPONENTS)] | Annotated[_Mapping, Tag("#mapping")],
+            Annotated[Vec3, Tag(COMPONENTS)] | Annotated[_Mapping, Tag(MAPPING)],
             by_kind("[x, y, z] or a mapping with p, q, rpy, …"),
         ]
     ],

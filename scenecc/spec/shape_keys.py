@@ -16,13 +16,13 @@ from scenecc.spec.scalars import (
     Positive3,
     Vec3,
 )
-from scenecc.spec.unions import COMPONENTS, by_kind
+from scenecc.spec.unions import COMPONENTS, NUMBER, by_kind
 
 Scale = TypeAliasType(
     "Scale",
     Leaf[
         Annotated[
-            Annotated[Positive, Tag("#number")] | Annotated[Positive3, Tag(COMPONENTS)],
+            Annotated[Positive, Tag(NUMBER)] | Annotated[Positive3, Tag(COMPONENTS)],
             by_kind("a number or [x, y, z]"),
         ]
     ],
@@ -33,7 +33,7 @@ MirrorScale = TypeAliasType(
     "MirrorScale",
     Leaf[
         Annotated[
-            Annotated[Finite, Tag("#number")] | Annotated[Vec3, Tag(COMPONENTS)],
+            Annotated[Finite, Tag(NUMBER)] | Annotated[Vec3, Tag(COMPONENTS)],
             by_kind("a number or [x, y, z]", nonzero=True),
         ]
     ],

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.words import cut, listed, nearest, show, suggest
-from scenecc.spec.base import NAME_PATTERN, PREFIX_PATTERN, VARIABLE_PATTERN
+from scenecc.spec.base import NAME_PATTERN, SPELLINGS
 from scenecc.spec.body import Body
 from scenecc.spec.copies import Copies
 from scenecc.spec.document import SceneFile
@@ -28,8 +28,8 @@ from scenecc.spec.mistakes import THIS, TOLD
 from scenecc.spec.plain import is_mapping, is_sequence
 from scenecc.spec.scalars import LARGEST, SMALLEST
 from scenecc.spec.shape_keys import ShapeKeys
-from scenecc.spec.unions import WRONG_KIND, is_varying
-from scenecc.spec.walk import KEY_MARK, model_at
+from scenecc.spec.unions import KEY, WRONG_KIND, is_varying
+from scenecc.spec.walk import model_at
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
@@ -63,13 +63,6 @@ _BOUNDS: dict[str, tuple[str, str]] = {
 
 _TYPED = {"lights": "light", "constraints": "constraint"}
 """Sections whose entries are told apart by `type`, and what these are; elsewhere they are shapes."""
-
-_NAMES = {
-    NAME_PATTERN: "a name starts with a letter or `_` and goes on with letters, digits, `_`, `.` and `-`",
-    VARIABLE_PATTERN: "a name in expressions starts with a letter or `_` and goes on with letters, digits and `_`",
-    PREFIX_PATTERN: '"" leaves the names inside as they are; anything else is the start of a name',
-}
-"""What may stand where a text does not fit its pattern."""
 
 
 def tell(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
@@ -237,13 +230,13 @@ def _pattern(error: ErrorDetails, place: Origin, sink: Sink) -> None:
             "SC108", f"{show(found)} is not a colour", place, hint='three or four numbers in 0..1, or "#rrggbb[aa]"'
         )
         return
-    at: At = "key" if KEY_MARK in error["loc"] else "value"
+    at: At = "key" if KEY in error["loc"] else "value"
     sink.report(
         "SC107",
         f"{show(found)} is not a name",
         place,
         at=at,
-        hint=_NAMES.get(error["ctx"]["pattern"], _NAMES[NAME_PATTERN]),  # pyright: ignore[reportTypedDictNotRequiredAccess]
+        hint=SPELLINGS.get(error["ctx"]["pattern"], SPELLINGS[NAME_PATTERN]),  # pyright: ignore[reportTypedDictNotRequiredAccess]
     )
 
 

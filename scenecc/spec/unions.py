@@ -1,7 +1,8 @@
 """Unions whose branches are tried in order, and which of their errors speaks of what was meant.
 
 A plain value takes the first branch that fits, at no cost. Where none fits, pydantic gives the errors of all of them,
-each with its branch's label in its `loc`: of those, `is_meant` tells the ones that belong to the kind of node that is
+each with its branch's label in its `loc`, among the keys and indices of the document. A label starts with what no key
+holds, so neither can be taken for the other. `is_meant` tells the errors that belong to the kind of node that is
 written there, so that a mistake gives one diagnostic.
 """
 
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic_core import CoreConfig, PydanticCustomError, SchemaValidator, core_schema
 
+from scenecc.source.scalars import RESERVED
 from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.plain import EXPRESSION, is_mapping, is_sequence
 
@@ -30,23 +32,33 @@ WRONG_KIND = "#wrong_kind"
 NOT_MEANT = "#not_meant"
 """The error type of a branch that was not meant: always dropped."""
 
-VALUE, VECTOR, COMPONENTS, OTHERWISE = "#value", "#vector", "#components", "#otherwise"
+VALUE, VECTOR, COMPONENTS, OTHERWISE = (
+    f"{RESERVED}{label}" for label in ("value", "vector", "components", "otherwise")
+)
 """Labels: a plain value; a list of numbers, alone or among other kinds; and the branch for all that is not plain."""
 
-SHAPE, BODY = "#shape", "#body"
-"""Labels: a shape written once, and an entity that is a plain body."""
+SHAPE, BODY, COPIES = (f"{RESERVED}{label}" for label in ("shape", "body", "copies"))
+"""Labels: a shape written once, an entity that is a plain body, and one that has copies."""
 
-_KIND_KEYS: dict[str, str] = {key: f"#{key}" for key in ("use", "variants", "urdf", "mjcf", "root")}
+KEY, TAGGED = f"{RESERVED}key", f"{RESERVED}tagged"
+"""Labels: of a mapping's key, after pydantic's `[key]`; and before the `type` that pydantic notes of what has one."""
+
+FLAG, NUMBER, WORD, LIST, MAPPING = (f"{RESERVED}{label}" for label in ("flag", "number", "word", "list", "mapping"))
+"""Labels: of the kinds of nodes."""
+
+KIND_KEYS: dict[str, str] = {key: f"{RESERVED}{key}" for key in ("use", "variants", "urdf", "mjcf", "root")}
+"""Key of an entity that is no plain body → the entity's label."""
+
 _COPY_KEYS = frozenset(("repeat", "if", "name"))
 
 _KINDS: dict[type, str] = {
-    bool: "#flag",
-    int: "#number",
-    float: "#number",
-    str: "#word",
-    list: "#list",
-    tuple: "#list",
-    dict: "#mapping",
+    bool: FLAG,
+    int: NUMBER,
+    float: NUMBER,
+    str: WORD,
+    list: LIST,
+    tuple: LIST,
+    dict: MAPPING,
 }
 
 
@@ -59,14 +71,11 @@ evaluate. (Pydantic's own context would have to be passed on by every validator 
 
 
 def kind(value: object) -> str | None:
-    """The label of a node's kind. Labels start with `#`, which no key that leads to a union does.
-
-    Documents hold plain data, so its exact type tells a node's kind.
-    """
+    """The label of a node's kind. Documents hold plain data, so its exact type tells it."""
     return _KINDS.get(type(value))
 
 
-_ALWAYS = frozenset((OTHERWISE, "#copies", *_KIND_KEYS.values()))
+_ALWAYS = frozenset((OTHERWISE, TAGGED, COPIES, *KIND_KEYS.values()))
 """Labels that only errors have that were meant."""
 
 
@@ -97,8 +106,8 @@ def entity_kind(node: object) -> str:
     """What an entity is: `BODY`, or the label of another model."""
     if not is_mapping(node):
         return BODY
-    kinds = (label for key, label in _KIND_KEYS.items() if key in node)
-    return next(kinds, BODY if node.keys().isdisjoint(_COPY_KEYS) else "#copies")
+    kinds = (label for key, label in KIND_KEYS.items() if key in node)
+    return next(kinds, BODY if node.keys().isdisjoint(_COPY_KEYS) else COPIES)
 
 
 def is_meant(label: str, node: object) -> bool:
@@ -110,7 +119,7 @@ def is_meant(label: str, node: object) -> bool:
     if label == SHAPE:
         return EXPANDED.get() or not (is_mapping(node) and ("repeat" in node or is_varying(node.get(TYPE))))
     if label in {VECTOR, COMPONENTS}:
-        return not any_varying(node) and (label == VECTOR or kind(node) == "#list")
+        return not any_varying(node) and (label == VECTOR or kind(node) == LIST)
     return not is_varying(node) and label in {VALUE, kind(node)}
 
 
@@ -137,7 +146,7 @@ def in_order(choices: Iterable[tuple[CoreSchema, str]], otherwise: CoreSchema) -
 
 def refusal(choices: Iterable[tuple[CoreSchema, str]], expected: str | None) -> Callable[[object], PydanticCustomError]:
     """What the last branch says to a node that is for none of the others."""
-    labels = {"#list" if label == COMPONENTS else label for _, label in choices}
+    labels = {LIST if label == COMPONENTS else label for _, label in choices}
 
     def refuse(node: object) -> PydanticCustomError:
         if expected is None or kind(node) in labels:
@@ -145,6 +154,11 @@ def refusal(choices: Iterable[tuple[CoreSchema, str]], expected: str | None) -> 
         return PydanticCustomError(WRONG_KIND, "{expected}", {"expected": expected})
 
     return refuse
+
+
+def labelled(schema: CoreSchema, label: str) -> UnionSchema:
+    """The same schema, whose errors have a label in their `loc`."""
+    return core_schema.union_schema([(schema, label)], mode="left_to_right", auto_collapse=False)
 
 
 class Validator:

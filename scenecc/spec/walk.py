@@ -12,53 +12,40 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BaseModel, Tag
 from typing_extensions import TypeAliasType
 
+from scenecc.source.scalars import RESERVED
 from scenecc.spec.copies import Repeat
-from scenecc.spec.entities import entity_model
+from scenecc.spec.entities import MODELS, entity_model
 from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.later import ByType, Later
 from scenecc.spec.plain import is_mapping, is_sequence
-from scenecc.spec.unions import BODY, OTHERWISE, SHAPE, VALUE, VECTOR, is_meant
+from scenecc.spec.unions import BODY, KEY, OTHERWISE, SHAPE, TAGGED, VALUE, VECTOR, is_meant
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scenecc.diagnostics import Path, PathKey
 
-KEY_MARK = "[key]"
-"""What pydantic appends to the place of a mapping's key."""
-
 
 def document_path(loc: tuple[PathKey, ...], data: Any) -> Path | None:
-    """Pydantic's `loc` as a path into the document; None where it leads through a branch that was not meant.
-
-    Labels of ours start with `#`; the tag of a shape or a light is its `type`, and follows a list's index or the name
-    in a section of such things.
-    """
+    """Pydantic's `loc` as a path into the document; None where it leads through a branch that was not meant."""
+    if KEY in loc:
+        # Of a mapping's key; pydantic's own `[key]` stands between the two.
+        loc = loc[: loc.index(KEY) - 1]
     path: list[PathKey] = []
     node = data
-    before_tag = False
-    for segment in loc:
-        if segment == KEY_MARK:
-            # What follows is the label of a key's own branch.
-            break
-        if isinstance(segment, str) and segment.startswith("#"):
-            if not is_meant(segment, node):
-                return None
-            continue
-        if before_tag and is_mapping(node) and node.get("type") == segment:
-            before_tag = False
-            continue
-        path.append(segment)
-        before_tag = isinstance(segment, int) or (len(path) == 2 and path[0] in _BY_TYPE)
-        node = step(node, segment)
+    segments = iter(loc)
+    for segment in segments:
+        if isinstance(segment, int) or not segment.startswith(RESERVED):
+            path.append(segment)
+            node = step(node, segment)
+        elif not is_meant(segment, node):
+            return None
+        elif segment == TAGGED:
+            next(segments, None)
     return tuple(path)
 
 
-_BY_TYPE = frozenset(("constraints", "lights"))
-"""Sections whose entries are told apart by `type`."""
-
-_SAME = frozenset((VALUE, VECTOR, OTHERWISE, SHAPE, BODY))
-_ENTITIES = frozenset(("#use", "#variants", "#copies", "#urdf", "#mjcf", "#root"))
+_SAME = frozenset((VALUE, VECTOR, OTHERWISE, SHAPE, BODY, TAGGED))
 
 
 def step(node: Any, segment: PathKey) -> Any:
@@ -125,7 +112,7 @@ def _below(annotation: Any, segment: PathKey) -> Any:
     """One segment of `loc` down: a field, an item, a mapping's value or a branch of a union."""
     if segment in _SAME:
         return annotation
-    if segment in _ENTITIES:
+    if segment in MODELS:
         return entity_model(str(segment))
     if isinstance(annotation, ByType):
         return Repeat if segment == "repeat" else annotation.model(str(segment))

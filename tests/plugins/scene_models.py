@@ -16,7 +16,7 @@ from scenecc.spec.body import Body
 from scenecc.spec.entities import entity_model
 from scenecc.spec.later import ByType, Later
 from scenecc.spec.leaf import Varies
-from scenecc.spec.unions import BODY, COMPONENTS, any_varying, entity_kind, kind
+from scenecc.spec.unions import BODY, COMPONENTS, LIST, any_varying, entity_kind, kind
 
 Key = tuple[type[BaseModel], str]
 """A key of a model: the name of its field."""
@@ -156,7 +156,7 @@ def _branch(options: list[Any], node: Any) -> Any:
     for option in options:
         bare, said = parts(option)
         tags = [item.tag for item in said if isinstance(item, Tag)]
-        if tags and tags[0].replace(COMPONENTS, "#list") == kind(node):
+        if tags and tags[0].replace(COMPONENTS, LIST) == kind(node):
             return option
         if (
             not tags

@@ -168,3 +168,12 @@ def test_what_is_masked_is_not_given() -> None:
     assert scenecc.validate(DRAWN, draws={"half": np.ma.array([1.0, 2.0])}) == []
     found = scenecc.validate(DRAWN, draws={"half": np.ma.array([1.0, 2.0], mask=[False, True])})
     assert [diagnostic.code for diagnostic in found] == ["SC318"]
+
+
+@pytest.mark.parametrize("function", [scenecc.validate, scenecc.compile_scene])
+def test_neither_a_plan_nor_an_error_is_a_fault_of_scenecc(
+    function: Callable[[Any], Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("scenecc.lower.lower", lambda *_args, **_given: None)
+    with pytest.raises(RuntimeError, match="no plan of this scene and found no error"):
+        function(CUBE)

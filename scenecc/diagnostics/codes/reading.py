@@ -146,4 +146,12 @@ ROWS: tuple[Code, ...] = (
         example="$ yes '- ' | head -n 2000 | sed '1i x-list:' | scenecc validate -",
         cure="Mend the first ones. A file with that many was probably not meant to be a scene.",
     ),
+    Code(
+        code="SC017",
+        severity="error",
+        title="a key that no scene can have",
+        cause="A key may hold any character but U+0000, which marks what the compiler itself notes among the keys.",
+        example='scenecc: 1\nx-note: {"a\\0b": 1}\n' + _BALL,
+        cure="Take the character out of the key.",
+    ),
 )
