@@ -126,6 +126,7 @@ _POSE = Quantity(shape=(7,), pose=True)
 _NUMBER = Quantity()
 _POSITIVE = Quantity(bounds=POSITIVE)
 _AT_LEAST_0 = Quantity(bounds=AT_LEAST_0)
+_MIRRORING = Quantity(shape=(3,), bounds=Bounds(-LARGEST, LARGEST, nonzero=True))
 _POSITIVE3 = Quantity(shape=(3,), bounds=POSITIVE)
 _POSITIVE2 = Quantity(shape=(2,), bounds=POSITIVE)
 _UNIT = Quantity(bounds=UNIT)
@@ -194,7 +195,9 @@ QUANTITIES: dict[str, Quantity] = {
     "half_length": _POSITIVE,
     "file": _FILE,
     "scale": _POSITIVE3,
-    "Mesh.scale": Quantity(shape=(3,), bounds=Bounds(-LARGEST, LARGEST, nonzero=True)),
+    "Mesh.scale": _MIRRORING,
+    "ConvexMesh.scale": _MIRRORING,
+    "ConvexParts.scale": _MIRRORING,
     "CollisionShape.material": Quantity(np.int64, table="physical_materials"),
     "VisualShape.material": Quantity(np.int64, table="visual_materials"),
     "inertia": _POSITIVE3,

@@ -63,7 +63,7 @@ class VisualPlane:
 
 @frozen
 class ConvexMesh:
-    """The convex hull of a file. `file`: (·,) index into `ScenePlan.files`; `scale`: (·, 3)."""
+    """The convex hull of a file. `file`: (·,) index into `ScenePlan.files`; `scale`: (·, 3), mirrored if negative."""
 
     file: Value
     scale: Value

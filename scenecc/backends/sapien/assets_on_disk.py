@@ -11,10 +11,11 @@ import os
 import re
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote_to_bytes
 
 from scenecc.backends.sapien.engine import physx, render
+from scenecc.backends.sapien.engine_log import DROPPED_PART, engine_log
 from scenecc.plan import MeshGeometry
 
 if TYPE_CHECKING:
@@ -64,6 +65,21 @@ MESHES = Remembered(physx.clear_cache)
 
 LOOKS = Remembered(lambda: render.clear_cache(models=True, images=True))
 """What the renderer has loaded."""
+
+
+def all_parts(load: Callable[[], Any]) -> Any:
+    """What `load` gives of a mesh's parts.
+
+    Raises:
+        ValueError: the engine cannot cook some. SAPIEN leaves these out and says so in its log alone.
+    """
+    with engine_log() as log:
+        made = load()
+    if (dropped := log.text.count(DROPPED_PART)) > 0:
+        # The next one to ask would get what is left of the parts from the cache, without a word.
+        MESHES.forget()
+        raise ValueError(f"{dropped} of the mesh's parts cannot be cooked")
+    return made
 
 
 def refresh(plan: ScenePlan, *, rendered: bool) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 HEADER = """ply
 format binary_little_endian 1.0
 element vertex {vertices}
+property uchar none
 property float x
 property float y
 property float z
@@ -20,29 +21,23 @@ element face {faces}
 property list uchar int vertex_indices
 end_header
 """
-LINE_BREAKS = (10, 13)
+"""The engine's reader takes a first byte of data that equals a line break for a part of the header, and loses its
+place: so a byte of 0 that nobody reads stands before the numbers."""
 
 
 def ply(parts: list[tuple[Any, Any]]) -> bytes:
     """One mesh of separate parts, each (vertices, faces)."""
-    parts = [_safe_start(*parts[0]), *parts[1:]]
-    vertices = np.concatenate([np.asarray(points, dtype="<f4") for points, _ in parts])
+    points = np.concatenate([np.asarray(points, dtype="<f4") for points, _ in parts])
+    if not len(points):
+        raise ValueError("no part has a vertex")
+    vertices = np.zeros(len(points), dtype=[("none", "u1"), ("point", "<f4", 3)])
+    vertices["point"] = points
     starts = np.cumsum([0, *(len(points) for points, _ in parts)])
     indices = np.concatenate([np.asarray(faces) + start for (_, faces), start in zip(parts, starts, strict=False)])
     faces = np.empty(len(indices), dtype=[("count", "u1"), ("indices", "<i4", 3)])
     faces["count"], faces["indices"] = 3, indices
     header = HEADER.format(vertices=len(vertices), faces=len(faces))
     return header.encode("ascii") + vertices.tobytes() + faces.tobytes()
-
-
-def _safe_start(vertices: Any, faces: Any) -> tuple[Any, Any]:
-    """The same part from another first vertex, where the engine's reader would crash on this one.
-
-    The reader takes a first byte of data that equals a line break for a part of the header, and loses its place.
-    """
-    first = np.asarray(vertices, dtype="<f4")[:, 0].copy().view(np.uint8)[::4]
-    start = int(np.argmax(~np.isin(first, LINE_BREAKS)))
-    return np.roll(vertices, -start, axis=0), (np.asarray(faces) - start) % len(first)
 
 
 def main() -> None:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from scenecc.backends.sapien.columns import Column, caller, scalar_column, taken, vector_column, vectors
 from scenecc.backends.sapien.engine import physx
+from scenecc.backends.sapien.mirrored import mirrored_column
 from scenecc.plan import Box, Capsule, ConvexMesh, ConvexParts, Cylinder, Plane, Sphere, TriangleMesh
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    import numpy as np
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.resources import Resources
@@ -56,16 +58,19 @@ def _plane(geometry: Plane, build: Build) -> Callable[[int], Any]:
 
 
 def _convex_mesh(geometry: ConvexMesh, build: Build) -> Callable[[int], Any]:
-    file = build.resources.meshes(taken(geometry.file, build.rows), "SC801")
-    return caller(
-        physx.PhysxCollisionShapeConvexMesh, [file, vectors(taken(geometry.scale, build.rows)), build.material]
-    )
+    return caller(physx.PhysxCollisionShapeConvexMesh, [*_hull(geometry, build), build.material])
 
 
 def _convex_parts(geometry: ConvexParts, build: Build) -> Callable[[int], Any]:
-    file = build.resources.parts(taken(geometry.file, build.rows), geometry.coacd)
-    load = physx.PhysxCollisionShapeConvexMesh.load_multiple
-    return caller(load, [file, vectors(taken(geometry.scale, build.rows)), build.material])
+    return caller(physx.PhysxCollisionShapeConvexMesh.load_multiple, [*_hull(geometry, build), build.material])
+
+
+def _hull(geometry: ConvexMesh | ConvexParts, build: Build) -> tuple[Column, Column]:
+    """File and scale, which PhysX wants above 0."""
+    is_parts = isinstance(geometry, ConvexParts)
+    file = build.resources.parts(taken(geometry.file, build.rows), geometry.coacd if is_parts else None)
+    scale = taken(geometry.scale, build.rows)
+    return mirrored_column(file, scale, parts=is_parts), vectors(np.abs(scale))
 
 
 def _triangle_mesh(geometry: TriangleMesh, build: Build) -> Callable[[int], Any]:

@@ -43,7 +43,7 @@ def decompose(mesh: Path, params: CoacdParams) -> Path:
                 hint="pip install 'scenecc[convex]'",
             )
     arguments = coacd_arguments(params)
-    folder = cache_folder()
+    folder = cache_folder("coacd")
     try:
         folder.mkdir(parents=True, exist_ok=True)
         result = folder / f"{_key(mesh, arguments)}.ply"
@@ -58,10 +58,10 @@ def decompose(mesh: Path, params: CoacdParams) -> Path:
     return result
 
 
-def cache_folder() -> Path:
-    """Where results are kept."""
+def cache_folder(kind: str) -> Path:
+    """Where files of a kind are kept that are made of others."""
     base = os.environ.get("XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache") / "scenecc" / "coacd"
+    return (Path(base) if base else Path.home() / ".cache") / "scenecc" / kind
 
 
 def coacd_arguments(params: CoacdParams) -> dict[str, Any]:

@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from scenecc.backends.sapien.assets_on_disk import MESHES
+from scenecc.backends.sapien.assets_on_disk import all_parts
 from scenecc.backends.sapien.collision import COLLISION, Build
 from scenecc.backends.sapien.columns import taken
 from scenecc.backends.sapien.engine import render
-from scenecc.backends.sapien.engine_log import DROPPED_PART, engine_log
 from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.backends.sapien.knobs import GROUPS, SHAPE_KNOBS, SHAPE_POSE, VISUAL_POSE, Step, knob_steps
 from scenecc.backends.sapien.visual import VISUAL, Look, front_face
@@ -90,22 +89,12 @@ def cook(shapes: Sequence[ShapeSteps]) -> list[EngineFailure]:
 def _cooking_failure(shape: ShapeSteps, row: int) -> EngineFailure | None:
     try:
         if shape.many:
-            _cook_parts(shape, row)
+            all_parts(lambda: shape.make(row))
         else:
             shape.make(row)
     except (RuntimeError, TypeError, ValueError) as error:
         return refused(shape, error)
     return None
-
-
-def _cook_parts(shape: ShapeSteps, row: int) -> None:
-    """SAPIEN leaves out the parts that it cannot cook and says so in its log alone, so that is where to look."""
-    with engine_log() as log:
-        shape.make(row)
-    if (dropped := log.text.count(DROPPED_PART)) > 0:
-        # The next one to ask would get what is left of the parts from the cache, without a word.
-        MESHES.forget()
-        raise ValueError(f"{dropped} of the mesh's parts cannot be cooked")
 
 
 def collision_steps(structure: BodyStructure, rows: NDArray[np.intp], resources: Resources) -> tuple[ShapeSteps, ...]:

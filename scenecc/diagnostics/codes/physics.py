@@ -102,7 +102,7 @@ ROWS: tuple[Code, ...] = (
         "error",
         "dynamic body without mass",
         "All its shapes have a density of 0, or they are so small that together they weigh less than a milligram. "
-        "SAPIEN makes of it a body of one milligram.",
+        "SAPIEN makes of it a body of one milligram. Of meshes this is told once the engine has read them.",
         "scenecc: 1\nentities:\n  cube:\n    density: 0\n    shapes:\n" + _BOX,
         "Give a density, or `inertial`. (`mass` scales what the densities give, so it needs one, too.)",
     ),

@@ -54,6 +54,30 @@ def convex_parts(mesh: Path, **parameters: object) -> str:
     return str(file)
 '''
 
+_MIRRORED = '''\
+@functools.cache
+def mirrored(mesh: str, signs: tuple[int, ...], *, parts: bool) -> str:
+    """A file with the hull of a mesh, or of each part, mirrored; gone when the script ends."""
+    hull = physx.PhysxCollisionShapeConvexMesh
+    given = (mesh, [1, 1, 1], physx.get_default_material())
+    shapes = hull.load_multiple(*given) if parts else [hull(*given)]
+    starts = np.cumsum([0, *(len(shape.vertices) for shape in shapes)])
+    # A byte of 0 before the numbers: SAPIEN's reader skips line breaks after the header.
+    vertices = np.zeros(starts[-1], [("none", "u1"), ("point", "<f4", 3)])
+    vertices["point"] = np.concatenate([shape.vertices * np.array(signs) for shape in shapes])
+    indices = np.concatenate([shape.triangles + start for shape, start in zip(shapes, starts)])
+    faces = np.full(len(indices), 3, [("count", "u1"), ("indices", "<i4", 3)])
+    faces["indices"] = indices[:, :: -1 if np.prod(signs) < 0 else 1]
+    header = f"ply\\nformat binary_little_endian 1.0\\nelement vertex {len(vertices)}\\n"
+    header += "property uchar none\\nproperty float x\\nproperty float y\\nproperty float z\\n"
+    header += f"element face {len(faces)}\\nproperty list uchar int vertex_indices\\nend_header\\n"
+    folder = tempfile.mkdtemp()
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    file = Path(folder) / "mirrored.ply"
+    file.write_bytes(header.encode() + vertices.tobytes() + faces.tobytes())
+    return str(file)
+'''
+
 _PACKED_FILE = '''\
 def packed_file(name: str, lines: list[str]) -> Path:
     """A file that this script brings with it; gone when the script ends."""
@@ -98,7 +122,7 @@ class Files:
         others = [file.uri for file in files if "://" in file.uri and not _is_packed(file)]
         self._schemes = {uri.partition("://")[0] for uri in others}
         self._beside = any("://" not in file.uri and not Path(file.uri).is_absolute() for file in files)
-        self._cut = False
+        self._cut = self._mirrored = False
 
     def name(self, index: int) -> str:
         """The constant of a file of the plan."""
@@ -118,20 +142,34 @@ class Files:
             parameters[item.name] = string(value) if isinstance(value, str) else number(value)
         return call("convex_parts", file, **parameters)
 
+    def mirrored(self, file: Node, signs: Node, *, parts: bool) -> Node:
+        """An expression for the path of a mirrored convex mesh, which PhysX cannot make by a scale."""
+        self._mirrored = True
+        return call("mirrored", file, signs, parts=str(parts))
+
     def imports(self) -> list[str]:
         """Import statements of the standard library, sorted; known once all bodies are written."""
         wanted = {
-            "import atexit": self._cut or self._packed,
+            "import atexit": self._written,
             "import base64": self._packed,
-            "import functools": self._cut,
+            "import functools": self._cut or self._mirrored,
             "import importlib.util": "pkg" in self._schemes,
             "import os": "asset" in self._schemes,
-            "import shutil": self._cut or self._packed,
-            "import tempfile": self._cut or self._packed,
+            "import shutil": self._written,
+            "import tempfile": self._written,
             "import zlib": self._packed,
             "from pathlib import Path": bool(self._files),
         }
         return [text for text, needed in wanted.items() if needed]
+
+    @property
+    def _written(self) -> bool:
+        return self._cut or self._packed or self._mirrored
+
+    @property
+    def mirrors(self) -> bool:
+        """Whether a convex mesh is mirrored."""
+        return self._mirrored
 
     @property
     def cut(self) -> bool:
@@ -145,13 +183,14 @@ class Files:
             (_ASSET_FILE, "asset" in self._schemes),
             (_PACKED_FILE, self._packed),
         )
-        for text in (text for text, needed in (*helpers, (_CONVEX_PARTS, self._cut)) if needed):
+        made = ((_CONVEX_PARTS, self._cut), (_MIRRORED, self._mirrored))
+        for text in (text for text, needed in (*helpers, *made) if needed):
             source.line()
             source.line()
             source.lines(text)
         if not self._files:
             return
-        if any(needed for _, needed in (*helpers, ("", self._cut))):
+        if any(needed for _, needed in (*helpers, *made)):
             source.line()
         source.line()
         if self._beside:

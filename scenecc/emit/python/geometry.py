@@ -62,7 +62,7 @@ def _nothing(geometry: Plane, columns: Columns, files: Files) -> Arguments:
     return {}
 
 
-def _file(geometry: ConvexMesh | TriangleMesh | Mesh, columns: Columns, files: Files) -> Arguments:
+def _file(geometry: TriangleMesh | Mesh, columns: Columns, files: Files) -> Arguments:
     return {
         "filename": call("str", columns.value(geometry.file, "file", files.name)),
         **_scale(geometry.scale, columns),
@@ -75,12 +75,21 @@ def _scale(scale: Value, columns: Columns) -> Arguments:
     return {"scale": columns.value(scale, "scale")}
 
 
-def _parts(geometry: ConvexParts, columns: Columns, files: Files) -> Arguments:
-    if geometry.coacd is None:
-        file = call("str", columns.value(geometry.file, "file", files.name))
-    else:
+def _hull(geometry: ConvexMesh | ConvexParts, columns: Columns, files: Files) -> Arguments:
+    is_parts = isinstance(geometry, ConvexParts)
+    if is_parts and geometry.coacd is not None:
         file = files.parts(columns.value(geometry.file, "file", files.name), geometry.coacd)
-    return {"filename": file, **_scale(geometry.scale, columns)}
+    else:
+        file = call("str", columns.value(geometry.file, "file", files.name))
+    scale = geometry.scale
+    if (scale.data < 0).any():
+        file = files.mirrored(file, columns.value(Value(np.sign(scale.data)), "signs", _tuple), parts=is_parts)
+        scale = Value(np.abs(scale.data))
+    return {"filename": file, **_scale(scale, columns)}
+
+
+def _tuple(row: Any) -> Node:
+    return "({})".format(", ".join(f"{item:g}" for item in row))
 
 
 def _visual_plane(geometry: VisualPlane, columns: Columns, files: Files) -> Arguments:
@@ -114,8 +123,8 @@ COLLISIONS: dict[type[CollisionGeometry], Shape] = {
     Capsule: Shape("add_capsule_collision", "physx.PhysxCollisionShapeCapsule", _ROUND),
     Cylinder: Shape("add_cylinder_collision", "physx.PhysxCollisionShapeCylinder", _ROUND),
     Plane: Shape("add_plane_collision", "physx.PhysxCollisionShapePlane", _nothing),
-    ConvexMesh: Shape("add_convex_collision_from_file", _CONVEX, _file),
-    ConvexParts: Shape("add_multiple_convex_collisions_from_file", f"{_CONVEX}.load_multiple", _parts),
+    ConvexMesh: Shape("add_convex_collision_from_file", _CONVEX, _hull),
+    ConvexParts: Shape("add_multiple_convex_collisions_from_file", f"{_CONVEX}.load_multiple", _hull),
     TriangleMesh: Shape("add_nonconvex_collision_from_file", "physx.PhysxCollisionShapeTriangleMesh", _file),
 }
 

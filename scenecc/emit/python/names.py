@@ -10,9 +10,9 @@ _SCRIPT = {
     "FILES", "HERE", "Iterator", "Path", "articulation", "asset_file", "atexit", "base64", "body", "body_name",
     "body_names", "build_scenes", "builder", "coacd", "component", "config", "constraint", "contextmanager",
     "convex_parts", "default_material", "entities", "entity", "file", "functools", "held", "i", "importlib",
-    "joint", "joint_name", "joint_names", "k", "links", "look", "main", "name", "os", "package_file", "packed_file",
-    "parts", "physics_settings", "physx", "qpos", "render", "sapien", "scene", "scenes", "shape", "shutil",
-    "systems", "target", "targets", "tempfile", "trimesh", "zlib",
+    "joint", "joint_name", "joint_names", "k", "links", "look", "main", "mirrored", "name", "np", "os",
+    "package_file", "packed_file", "parts", "physics_settings", "physx", "qpos", "render", "sapien", "scene",
+    "scenes", "shape", "shutil", "systems", "target", "targets", "tempfile", "trimesh", "zlib",
 }  # fmt: skip
 """What a script itself may use."""
 

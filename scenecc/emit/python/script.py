@@ -148,6 +148,8 @@ def _write_imports(source: Source, files: Files, settings: Settings) -> None:
         source.line()
     if files.cut:
         source.line("import coacd")
+    if files.mirrors:
+        source.line("import numpy as np")
     source.line("import sapien")
     if files.cut:
         source.line("import trimesh")

@@ -18,7 +18,9 @@ import numpy as np
 import pytest
 
 from scenecc.backends.sapien import build, instantiate, run
-from scenecc.backends.sapien.coacd_worker import LINE_BREAKS, ply
+from scenecc.backends.sapien.assets_on_disk import crashes_the_reader
+from scenecc.backends.sapien.coacd_worker import ply
+from scenecc.backends.sapien.engine import physx
 from scenecc.diagnostics import Diagnostic, Origin, Sink
 from scenecc.plan import (
     BodyStructure,
@@ -276,17 +278,17 @@ def test_coacd_cache_that_cannot_be_written(
     assert "XDG_CACHE_HOME" in (told.hint or "")
 
 
-def test_ply_of_parts_never_starts_like_a_line_break() -> None:
+def test_ply_of_parts_never_starts_like_a_line_break(tmp_path: Path) -> None:
     """SAPIEN's reader would end the process on such a file."""
     vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]], dtype="<f4")
     faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
-    for byte in LINE_BREAKS:
+    for byte in b"\n\r":
         vertices[0, 0] = np.frombuffer(bytes([byte, 0, 0, 61]), "<f4")[0]
-        data = ply([(vertices, faces)]).partition(b"end_header\n")[2]
-        assert data[0] not in LINE_BREAKS
-        points = np.frombuffer(data[:48], "<f4").reshape(4, 3)
-        indices = np.frombuffer(data[48:], np.dtype([("n", "u1"), ("i", "<i4", 3)]))["i"]
-        assert np.array_equal(points[indices], vertices[faces])
+        path = tmp_path / f"{byte}.ply"
+        path.write_bytes(ply([(vertices, faces)]))
+        assert not crashes_the_reader(path)
+        (part,) = physx.PhysxCollisionShapeConvexMesh.load_multiple(str(path), (1, 1, 1), physx.PhysxMaterial(0, 0, 0))
+        assert {*map(tuple, part.vertices)} == {*map(tuple, vertices)}
 
 
 def test_a_ply_on_which_the_reader_crashes_is_refused(tmp_path: Path, plan_of_shapes: PlanOf) -> None:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.backends.sapien.audit.difference import shown
-from scenecc.backends.sapien.audit.mass import RELATIVE_TOLERANCE, expected_mass
+from scenecc.backends.sapien.audit.difference import CODE, shown
+from scenecc.backends.sapien.audit.mass import expected_mass, fault, misses
 from scenecc.backends.sapien.audit.shapes import part_counts
 from scenecc.backends.sapien.audit.sweep import Place, Sweep
 from scenecc.backends.sapien.engine import physx
@@ -65,9 +65,10 @@ def _masses(
     if exact:
         wrong = found != expected
     else:
-        wrong = np.abs(found - expected) > RELATIVE_TOLERANCE * expected
+        wrong = misses(found, expected)
         if len(expected) == 1:
             # One value of every size and density: then the engine's sum is one value, too.
             wrong |= found != found[0]
     for i in np.flatnonzero(wrong).tolist():
-        sweep.tell(place(i), "mass", shown(np.broadcast_to(expected, found.shape)[i]), shown(found[i]))
+        wanted = np.broadcast_to(expected, found.shape)[i]
+        sweep.tell(place(i), "mass", shown(wanted), shown(found[i]), CODE if exact else fault(wanted))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.backends.sapien.audit.difference import same_local_pose, shown
-from scenecc.backends.sapien.audit.mass import stored
+from scenecc.backends.sapien.audit.mass import fault, misses, shapes_mass, stored
 from scenecc.backends.sapien.audit.shapes import ShapeAudit
 from scenecc.backends.sapien.audit.sweep import Place, Sweep
 from scenecc.backends.sapien.audit.visuals import VisualAudit
@@ -50,7 +50,7 @@ class BodyAudit:
         kinds = self._kinds(structure)
         if list(map(type, components)) != kinds:
             names = [[kind.__name__ for kind in some] for some in (kinds, map(type, components))]
-            self._sweep.tell(place, "components", *names)
+            self._sweep.tell(place, "components", names[0], names[1])
             return
         for component in components:
             self._sweep.hold("component.name", name, component, place)
@@ -85,8 +85,11 @@ class BodyAudit:
             self._sweep.tell(place, "cmass_local_pose", shown(inertial.com.row(row)), shown(body.cmass_local_pose))
 
     def _mass(self, structure: BodyStructure, body: Any, row: int, place: Place) -> None:
-        """The engine computes mass and inertia again, on a body that has nothing but the shapes."""
+        """The engine computes mass and inertia again, on a body of the shapes alone, and must weigh what these do."""
         reference = self._reference(structure, row)
+        weight = shapes_mass(structure, np.array([row]), self._meshes)
+        if misses(reference.mass, weight):
+            self._sweep.tell(place, "mass", shown(weight[0]), shown(reference.mass), fault(weight[0]))
         if structure.mass is not None:
             mass = structure.mass.row(row)
             self._stored(mass, reference.inertia.astype(np.float64) * (mass / reference.mass), body, place)

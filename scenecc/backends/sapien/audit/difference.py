@@ -31,12 +31,14 @@ class Difference:
         what: the property, by the engine's name.
         expected, found: as they are shown to people.
         origin: the node that asked; None: the entity's own.
+        code: of the diagnostic.
     """
 
     what: str
     expected: object
     found: object
     origin: Origin | None = None
+    code: str = CODE
 
 
 def tell(sink: Sink, difference: Difference, who: str, scene_idxs: Sequence[int], place: Origin | None) -> None:
@@ -51,7 +53,7 @@ def tell(sink: Sink, difference: Difference, who: str, scene_idxs: Sequence[int]
     """
     more = f" (and in {len(scene_idxs) - 1} more)" if len(scene_idxs) > 1 else ""
     sink.report(
-        CODE,
+        difference.code,
         f"{who} in scene {scene_idxs[0]}{more}: the engine holds {difference.what} = {difference.found}, "
         f"and the plan asks for {difference.expected}",
         difference.origin or place or Location(None),

@@ -42,8 +42,13 @@ def _radius_and_length(geometry: Capsule | Cylinder, row: int) -> Sizes:
     return {"radius": plain_row(geometry.radius, row), "half_length": plain_row(geometry.half_length, row)}
 
 
-def _scale(geometry: ConvexMesh | ConvexParts | TriangleMesh | Mesh, row: int) -> Sizes:
+def _scale(geometry: TriangleMesh | Mesh, row: int) -> Sizes:
     return {"scale": geometry.scale.row(row)}
+
+
+def _unmirrored(geometry: ConvexMesh | ConvexParts, row: int) -> Sizes:
+    """A mirrored one has a file of its own."""
+    return {"scale": np.abs(geometry.scale.row(row))}
 
 
 def _none(geometry: Plane, row: int) -> Sizes:
@@ -66,8 +71,8 @@ COLLISION_SIZES: dict[type[CollisionGeometry], tuple[Any, Callable[[Any, int], S
     Capsule: (physx.PhysxCollisionShapeCapsule, _radius_and_length),
     Cylinder: (physx.PhysxCollisionShapeCylinder, _radius_and_length),
     Plane: (physx.PhysxCollisionShapePlane, _none),
-    ConvexMesh: (physx.PhysxCollisionShapeConvexMesh, _scale),
-    ConvexParts: (physx.PhysxCollisionShapeConvexMesh, _scale),
+    ConvexMesh: (physx.PhysxCollisionShapeConvexMesh, _unmirrored),
+    ConvexParts: (physx.PhysxCollisionShapeConvexMesh, _unmirrored),
     TriangleMesh: (physx.PhysxCollisionShapeTriangleMesh, _scale),
 }
 """Geometry to the engine's type and to the properties that the entity's row must have."""

@@ -9,6 +9,7 @@ import numpy as np
 from scenecc.backends.sapien.audit.geometry import COLLISION_SIZES
 from scenecc.backends.sapien.decomposition import decompose
 from scenecc.backends.sapien.engine import physx
+from scenecc.backends.sapien.mirrored import AS_IT_IS, Signs, mirrored, signs_of
 from scenecc.plan import ConvexMesh, ConvexParts, TriangleMesh
 
 if TYPE_CHECKING:
@@ -33,16 +34,15 @@ class Meshes:
         self._material = material
         self._known: dict[Hashable, Any] = {}
 
-    def hull(self, file: int) -> Any:
-        """The convex hull of a file."""
-        return self._once(
-            ("hull", file),
-            lambda: physx.PhysxCollisionShapeConvexMesh(self._path(file), _UNIT, self._material),
-        )
+    def hull(self, file: int, signs: Signs = AS_IT_IS) -> Any:
+        """The convex hull of a file, as `signs` mirror it."""
+        path = self._hull_path(file, signs)
+        make = physx.PhysxCollisionShapeConvexMesh
+        return self._once(("hull", path), lambda: make(path, _UNIT, self._material))
 
-    def parts(self, file: int, params: CoacdParams | None) -> list[Any]:
-        """The convex parts of a file."""
-        path = self._parts_path(file, params)
+    def parts(self, file: int, params: CoacdParams | None, signs: Signs = AS_IT_IS) -> list[Any]:
+        """The convex parts of a file, as `signs` mirror them."""
+        path = self._parts_path(file, params, signs)
         load = physx.PhysxCollisionShapeConvexMesh.load_multiple
         return self._once(("parts", path), lambda: load(path, _UNIT, self._material))
 
@@ -57,12 +57,13 @@ class Meshes:
         kind, sizes = COLLISION_SIZES[type(geometry)]
         given: dict[str, Any] = {**sizes(geometry, row), "material": self._material}
         match geometry:
-            case ConvexMesh(file=file):
-                given["filename"] = self._path(int(file.row(row)))
+            case ConvexMesh(file=file, scale=scale):
+                given["filename"] = self._hull_path(int(file.row(row)), signs_of(scale, row))
             case TriangleMesh(file=file, sdf=sdf):
                 given |= {"filename": self._path(int(file.row(row))), "sdf": sdf}
-            case ConvexParts(file=file, coacd=coacd):
-                return kind.load_multiple(filename=self._parts_path(int(file.row(row)), coacd), **given)
+            case ConvexParts(file=file, scale=scale, coacd=coacd):
+                path = self._parts_path(int(file.row(row)), coacd, signs_of(scale, row))
+                return kind.load_multiple(filename=path, **given)
             case _:
                 pass
         return [kind(**given)]
@@ -76,15 +77,21 @@ class Meshes:
         return self._once(("parts volume", file, params), lambda: sum(map(enclosed, self.parts(file, params))))
 
     def triangle_volume(self, file: int) -> float:
-        """[m³] that the triangles of a file, cooked with a distance field, enclose; unscaled."""
-        return self._once(("triangle volume", file), lambda: enclosed(self.triangles(file, sdf=True)))
+        """[m³] that the triangles of a file, cooked with a field, enclose unscaled, whichever way they face."""
+        return self._once(("triangle volume", file), lambda: abs(enclosed(self.triangles(file, sdf=True))))
 
     def _path(self, file: int) -> str:
         return str(self._plan.files[file].path)
 
-    def _parts_path(self, file: int, params: CoacdParams | None) -> str:
-        whole = self._plan.files[file].path
-        return self._once(("path", file, params), lambda: str(whole if params is None else decompose(whole, params)))
+    def _hull_path(self, file: int, signs: Signs) -> str:
+        return self._once(("hull path", file, signs), lambda: mirrored(self._path(file), signs, parts=False))
+
+    def _parts_path(self, file: int, params: CoacdParams | None, signs: Signs) -> str:
+        def path() -> str:
+            whole = self._plan.files[file].path
+            return mirrored(str(whole if params is None else decompose(whole, params)), signs, parts=True)
+
+        return self._once(("path", file, params, signs), path)
 
     def _once(self, key: Hashable, make: Callable[[], Any]) -> Any:
         if key not in self._known:

@@ -10,6 +10,7 @@ from scenecc.backends.sapien.audit.defaults import Defaults, frictions
 from scenecc.backends.sapien.audit.geometry import COLLISION_SIZES
 from scenecc.backends.sapien.columns import plain_row
 from scenecc.backends.sapien.knobs import GROUPS, SHAPE_KNOBS
+from scenecc.backends.sapien.mirrored import signs_of
 from scenecc.plan import ConvexMesh, ConvexParts, MeshGeometry, Plane, TriangleMesh
 
 if TYPE_CHECKING:
@@ -92,10 +93,10 @@ class ShapeAudit:
         self, geometry: ConvexMesh | ConvexParts | TriangleMesh, part: Any, number: int, row: int, place: Place
     ) -> None:
         match geometry:
-            case ConvexMesh(file=file):
-                reference = self._meshes.hull(int(file.row(row)))
-            case ConvexParts(file=file, coacd=coacd):
-                reference = self._meshes.parts(int(file.row(row)), coacd)[number]
+            case ConvexMesh(file=file, scale=scale):
+                reference = self._meshes.hull(int(file.row(row)), signs_of(scale, row))
+            case ConvexParts(file=file, scale=scale, coacd=coacd):
+                reference = self._meshes.parts(int(file.row(row)), coacd, signs_of(scale, row))[number]
             case TriangleMesh(file=file, sdf=sdf):
                 reference = self._meshes.triangles(int(file.row(row)), sdf=sdf)
         for name in ("vertices", "triangles"):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from scenecc.backends.sapien.audit.difference import Difference, same, same_local_pose, shown
+from scenecc.backends.sapien.audit.difference import CODE, Difference, same, same_local_pose, shown
 from scenecc.backends.sapien.engine import sapien
 
 if TYPE_CHECKING:
@@ -88,9 +88,9 @@ class Sweep:
         column.expected.append(expected)
         column.places.append(place)
 
-    def tell(self, place: Place, what: str, expected: object, found: object) -> None:
+    def tell(self, place: Place, what: str, expected: object, found: object, code: str = CODE) -> None:
         """A difference that was seen otherwise."""
-        self._found.append((place, Difference(what, expected, found, place.origin)))
+        self._found.append((place, Difference(what, expected, found, place.origin, code)))
 
     def differences(self) -> Iterator[tuple[Place, Difference]]:
         """Everything that differs."""
