@@ -16,7 +16,8 @@ ROWS: tuple[Code, ...] = (
         "SC480",
         "error",
         "an MJCF without anything that is built",
-        "The file's world holds neither a body nor a geom that can be built, or it has no `<worldbody>`.",
+        "The file's world holds neither a body nor a geom that can be built, or it has no `<worldbody>`. Where "
+        "something of it is left out, the message says what.",
         _mjcf('<light pos="0 0 3"/>'),
         "Name the file that holds the robot: a `scene.xml` often only includes it.",
     ),
@@ -71,7 +72,7 @@ ROWS: tuple[Code, ...] = (
         "SC486",
         "error",
         "a name twice in an MJCF",
-        "Bodies, joints, default classes and assets have names of their own, and a file is included once.",
+        "Two bodies, geoms, joints, sites, default classes or assets have one name, or a file is included twice.",
         _mjcf('<body name="a"><joint axis="0 0 1"/><geom size="0.1"/><body name="a"><geom size="0.1"/></body></body>'),
         "Give one of them another name.",
     ),

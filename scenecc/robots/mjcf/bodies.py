@@ -105,7 +105,7 @@ class Bodies:
         geoms = self._stand(body, made, Scope(), IDENTITY)
         if not geoms:
             what = "a body without geoms is not built"
-            self.report.left_out("empty body", what, body.location)
+            self.report.not_built("empty body", what, body.location)
         return made if made.visuals or made.collisions else None
 
     def pose(self, body: Element) -> PoseNumbers:
@@ -128,9 +128,12 @@ class Bodies:
         if free is not None and parent > 0:
             self.report.error("SC483", "only a body of the world may be free", free.location)
         self._look_over(body, free)
-        joints = [joint for joint in body.all("joint") if joint is not free]
+        joints = [child for child in body.children if child.tag in {"joint", "freejoint"} and child is not free]
         if free is not None and joints:
             self.report.error("SC483", "a free body can have no other joints", joints[0].location)
+            joints = []
+        if free is not None:
+            self._once_named("joint", free)
         last = parent
         for i, joint in enumerate(joints or [None]):
             in_parent = pose if i == 0 else IDENTITY
@@ -156,6 +159,8 @@ class Bodies:
         if inner is None:
             return 0
         self._look_over(body, None)
+        if (free := body.find("freejoint")) is not None:
+            self.report.error("SC483", "only a body of the world may be free", free.location)
         geoms = self._fill(body, made, inner, pose)
         children = list(body.all("body"))
         if len(children) > 1:
@@ -176,10 +181,17 @@ class Bodies:
         """Adds the shapes of a body's own geoms, which are in a frame of some pose; how many geoms there are."""
         geoms = list(body.all("geom"))
         for geom in geoms:
-            visuals, collisions = self.geoms.make(geom, scope, pose)
+            visuals, collisions = self.make(geom, scope, pose)
             made.visuals += visuals
             made.collisions += collisions
         return len(geoms)
+
+    def make(
+        self, geom: Element, scope: Scope, pose: PoseNumbers
+    ) -> tuple[list[DescribedVisual], list[DescribedCollision]]:
+        """What is seen of a geom, and what of it collides."""
+        self._once_named("geom", geom)
+        return self.geoms.make(geom, scope, pose)
 
     def _scope(self, body: Element, scope: Scope) -> Scope | None:
         """The classes of what is in a body; None, told: the body is not built."""
@@ -190,7 +202,7 @@ class Bodies:
             what = (
                 f"bodies whose `childclass` begins with `{IGNORED_CLASS}` are not built, as ManiSkill's loader has it"
             )
-            self.report.left_out("motor bodies", what, body.at("childclass"))
+            self.report.not_built("motor bodies", what, body.at("childclass"))
             return None
         known = self.joints.classes.known(name, body, "childclass")
         return Scope((*scope.names, name)) if known else scope
@@ -207,7 +219,7 @@ class Bodies:
             if child is free:
                 self.report.unread_attributes(child, _FREE | {"type"})
             else:
-                look_over(child, self.report)
+                self.look_over(child)
 
     def _name(self, body: Element) -> str:
         """A body's name, which is no other's; of one without a name its number among all."""
@@ -222,18 +234,22 @@ class Bodies:
         if first is not element:
             self.report.error("SC486", f"there are two of `<{tag}>` named `{cut(name)}`", element.at("name"))
 
+    def _once_named(self, tag: str, element: Element) -> None:
+        if element.attributes.get("name"):
+            self.once(tag, element.attributes["name"], element)
 
-def look_over(child: Element, report: Report) -> None:
-    """Tells of an element in a body or the world that nothing is made of."""
-    if child.tag in _MAKERS:
-        report.error(
-            "SC483",
-            f"`<{child.tag}>`, of which MuJoCo makes bodies or shapes, is not read",
-            child.location,
-            "let MuJoCo write the model out: it then holds the bodies themselves",
-        )
-    elif child.tag not in {"body", "geom", "joint", "freejoint"}:
-        report.unread_element(child)
+    def look_over(self, child: Element) -> None:
+        """Tells of an element in a body or the world that nothing is made of."""
+        if child.tag in _MAKERS:
+            self.report.error(
+                "SC483",
+                f"`<{child.tag}>`, of which MuJoCo makes bodies or shapes, is not read",
+                child.location,
+                "let MuJoCo write the model out: it then holds the bodies themselves",
+            )
+        elif child.tag not in {"body", "geom", "joint", "freejoint"}:
+            self._once_named(child.tag, child)
+            self.report.unread_element(child)
 
 
 def has_joint(body: Element) -> bool:

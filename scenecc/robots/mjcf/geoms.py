@@ -66,7 +66,7 @@ class Geoms:
         named = element.attributes.get("class", "")
         if named.startswith(IGNORED_CLASS):
             what = f"geoms whose class begins with `{IGNORED_CLASS}` are not built, as ManiSkill's loader has it"
-            report.left_out("motor geoms", what, element.at("class"))
+            report.not_built("motor geoms", what, element.at("class"))
             return [], []
         geom = self.assets.classes.attributes(element, scope, READ)
         kind = self._kind(geom)
@@ -101,7 +101,7 @@ class Geoms:
             return "mesh"
         if kind in _LEFT_OUT:
             what = f"geoms of type `{kind}` are not built, as ManiSkill's loader has it"
-            report.left_out(kind, what, geom.at("type"), _LEFT_OUT[kind])
+            report.not_built(kind, what, geom.at("type"), _LEFT_OUT[kind])
             return None
         if kind in {"hfield", "sdf"}:
             report.error("SC483", f"geoms of type `{kind}` cannot be built", geom.at("type"), "save it as a mesh")

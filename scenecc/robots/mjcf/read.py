@@ -74,7 +74,7 @@ def read_mjcf(
         return None
     robots = _Reader(root, files, report).robots()
     if not robots and not report.failed:
-        report.error("SC480", "nothing in the file is built: it has no body and no geom that is", root.location)
+        report.nothing(root)
     report.tell_unread()
     return None if report.failed else Description(tuple(robots), tuple(files.named.found.values()))
 
@@ -127,11 +127,10 @@ class _Reader:
             if child.tag in {"joint", "freejoint"}:
                 self._report.error("SC483", f"the world can have no `<{child.tag}>`", child.location)
             else:
-                bodies.look_over(child, self._report)
+                self._bodies.look_over(child)
         for number, geom in enumerate(child for child in elements if child.tag == "geom"):
             one = Draft(geom.attributes.get("name") or f"geom_{number}", geom, None, None)
-            self._bodies.once("geom", one.name, geom)
-            one.visuals, one.collisions = self._bodies.geoms.make(geom, Scope(), IDENTITY)
+            one.visuals, one.collisions = self._bodies.make(geom, Scope(), IDENTITY)
             if one.visuals or one.collisions:
                 made.append(one)
         return made

@@ -26,6 +26,9 @@ class Report:
 
     findings: Findings
     included: dict[str, Findings] = field(default_factory=dict[str, "Findings"])
+    _unbuilt: dict[str, tuple[str, Location, str | None]] = field(
+        default_factory=dict[str, "tuple[str, Location, str | None]"]
+    )
     _elements: dict[str, list[Element]] = field(default_factory=dict[str, "list[Element]"])
     _attributes: dict[str, dict[str, Element]] = field(default_factory=dict[str, "dict[str, Element]"])
 
@@ -46,6 +49,17 @@ class Report:
         """Something that is not built, once a kind."""
         self.of(location).report_once("SC484", kind, message, location, hint)
 
+    def not_built(self, kind: str, message: str, location: Location, hint: str | None = None) -> None:
+        """A body or a geom that is left out, told by `tell_unread`: it may be why nothing at all is built."""
+        self._unbuilt.setdefault(kind, (message, location, hint))
+
+    def nothing(self, root: Element) -> None:
+        """An error for a file of which nothing is built, at what was left out first where anything was."""
+        message, location, hint = "it has no body and no geom that is", root.location, None
+        if self._unbuilt:
+            message, location, hint = self._unbuilt.pop(next(iter(self._unbuilt)))
+        self.error("SC480", f"nothing in the file is built: {message}", location, hint)
+
     def differs(self, kind: str, message: str, location: Location) -> None:
         """Something that ManiSkill's loader reads as something else, once a kind."""
         self.of(location).report_once("SC485", kind, message, location)
@@ -63,6 +77,8 @@ class Report:
 
     def tell_unread(self) -> None:
         """Tells what was gathered: a warning a kind of element, and one for the attributes of each kind."""
+        for kind, (message, location, hint) in self._unbuilt.items():
+            self.left_out(kind, message, location, hint)
         for tag, elements in self._elements.items():
             count = f" (there are {len(elements)})" if len(elements) > 1 else ""
             place = reduce(_first, elements).location
