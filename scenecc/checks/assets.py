@@ -16,7 +16,7 @@ from urllib.parse import unquote
 from scenecc.checks.asset_image import IMAGE_SUFFIXES, check_image, image_size
 from scenecc.checks.judged import rows
 from scenecc.checks.mesh_data import AssetError, MeshData, Reading, Reference
-from scenecc.checks.mesh_obj import mtl_images
+from scenecc.checks.mesh_mtl import mtl_images
 from scenecc.checks.mesh_read import MESH_SUFFIXES, SEEN_SUFFIXES, read_mesh
 from scenecc.checks.mesh_rules import check_use
 from scenecc.diagnostics import Origin
@@ -218,7 +218,8 @@ def _check_named(checker: _Checker, asset: AssetFile, mesh: MeshData, seen: Orig
         reference = waiting.pop(0)
         with _reporting(checker, asset, origin, skip="SC418" if seen is None and reference.kind != "buffer" else None):
             path = _named(checker, asset, reference)
-            if reference.kind == "material" and seen is not None:
+            if reference.kind == "material":
+                # The engine reads it for what collides, too, and gives up where it cannot.
                 waiting.extend(mtl_images(_bytes(checker, path)))
             if reference.kind == "image" and seen is not None:
                 _check_texture(checker, path)

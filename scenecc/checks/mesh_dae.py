@@ -14,13 +14,13 @@ import numpy as np
 
 from scenecc.checks.mesh_dae_images import dae_images
 from scenecc.checks.mesh_data import AssetError, MeshData, Part, Reading, part
-from scenecc.checks.mesh_text import LONGEST_RUN, NUMBER, Budget, floats
+from scenecc.checks.mesh_text import EXPONENT, LONGEST_RUN, NUMBER, Budget, floats
 from scenecc.checks.mesh_xml import Node, by_id, parse_mesh_xml
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_REAL = rf"(?:{NUMBER.decode()}|[-+]?\.[0-9]+(?:[eE][-+]?[0-9]{{1,3}})?|[-+]?(?:NaN|INF))"
+_REAL = rf"(?:{NUMBER.decode()}|[-+]?\.[0-9]+{EXPONENT.decode()}|[-+]?(?:NaN|INF))"
 _REALS = re.compile(rf"(?:{_REAL}[ \t\r\n]+){{1,{LONGEST_RUN}}}")
 _INDICES = re.compile(rf"(?:[0-9]{{1,9}}[ \t\r\n]+){{1,{LONGEST_RUN}}}")
 _FACED = ("triangles", "polylist", "polygons", "tristrips", "trifans")

@@ -12,7 +12,8 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_NUMBER = re.compile(r"(?i)[-+]?(?:[0-9]+(?:\.[0-9]*)?(?:e[-+]?[0-9]{1,3})?|nan|inf|infinity)")
+_NUMBER = re.compile(r"(?i)[-+]?(?:[0-9]{1,18}(?:\.[0-9]*)?(?:e([-+]?[0-9]{1,3}))?|nan|inf|infinity)")
+"""What the engine's readers take for the same number; digits beyond these overflow there."""
 _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,12}")
 
@@ -105,9 +106,12 @@ def number(word: str) -> float:
     Raises:
         ValueError: it is written in a way that Python reads and the engine does not (`1_0`, `.5`, `0.e50000`).
     """
-    if _NUMBER.fullmatch(word) is None:
+    match = _NUMBER.fullmatch(word)
+    value = 0.0 if match is None else float(word)
+    # Ten to that power is infinite in single precision: nothing times it is no number there.
+    if match is None or (int(match[1] or 0) > 38 and abs(value) < 1e38):
         raise ValueError(f"`{word[:40]}` is no number")
-    return float(word)
+    return value
 
 
 def integer(word: str) -> int:

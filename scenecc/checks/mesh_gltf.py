@@ -8,21 +8,19 @@ from __future__ import annotations
 
 import base64
 import binascii
-import json
 import struct
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal
 from urllib.parse import unquote
 
 import numpy as np
 
-from scenecc.checks.mesh_data import AssetError, MeshData, Part, Reading, Reference, number, part
+from scenecc.checks.mesh_data import AssetError, MeshData, Part, Reading, Reference, part
+from scenecc.checks.mesh_gltf_rules import COMPONENTS, WIDTHS, read_document
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 _PACKED = {"KHR_draco_mesh_compression", "EXT_meshopt_compression"}
 _DEEPEST = 200
 _MALFORMED = (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError, RecursionError)
@@ -31,6 +29,7 @@ _MALFORMED = (KeyError, IndexError, TypeError, ValueError, AttributeError, Overf
 @dataclass(slots=True)
 class _File:
     document: dict[str, Any]
+    binary: bool
     chunk: bytes | None
     reading: Reading
     buffers: dict[int, bytes] = field(default_factory=dict[int, bytes])
@@ -62,8 +61,9 @@ def read_gltf(data: bytes, reading: Reading) -> MeshData:
         packed = _PACKED & set(document.get("extensionsUsed", ()))
         if packed:
             raise AssetError("SC410", f"the glTF is packed with {min(packed)}", "export it without mesh compression")
-        file = _File(document, chunk, reading)
+        file = _File(document, data[:4] == b"glTF", chunk, reading)
         parts = _parts(file)
+        _check_motion(file)
         images: list[dict[str, Any]] = document.get("images", [])
         named = tuple(_reference(image["uri"], "image") for image in images if _names_file(image.get("uri")))
         embedded = tuple(_embedded(file, image) for image in images if not _names_file(image.get("uri")))
@@ -90,20 +90,20 @@ def _split(data: bytes) -> tuple[dict[str, Any], bytes | None]:
         if kind != b"JSON" or 20 + size > length:
             raise ValueError("its first chunk is not JSON")
         text, start = data[20 : 20 + size], 20 + size
-        if start + 8 <= length:
-            size, kind = struct.unpack_from("<I4s", data, start)
-            if start + 8 + size > length:
-                raise ValueError("its binary chunk is cut short")
-            chunk = data[start + 8 : start + 8 + size] if kind == b"BIN\0" else None
+        if size % 4 or kind != b"JSON":
+            raise ValueError("its first chunk does not end where the next can begin")
+        if start < length:
+            size, kind = struct.unpack_from("<I4s", data.ljust(start + 8, b"\0"), start)
+            if kind != b"BIN\0" or start + 8 + size > length:
+                raise ValueError("its second chunk is not binary, or cut short")
+            chunk = data[start + 8 : start + 8 + size]
     else:
         text = data
-    document = json.loads(text, parse_float=number)
-    if not isinstance(document, dict):
-        raise TypeError("it is not a JSON object")
-    version = str(cast("dict[str, Any]", document)["asset"]["version"])
+    document = read_document(text)
+    version = document["asset"]["version"]
     if not version.startswith("2."):
-        raise ValueError(f"it says glTF version {version}")
-    return cast("dict[str, Any]", document), chunk
+        raise ValueError(f"it says glTF version {version[:40]}")
+    return document, chunk
 
 
 def _names_file(uri: object) -> bool:
@@ -118,10 +118,10 @@ def _parts(file: _File) -> tuple[Part, ...]:
     """Every primitive, once for each node that shows it."""
     document = file.document
     nodes = document.get("nodes", [])
-    roots = document["scenes"][_index(document.get("scene", 0))].get("nodes", [])
+    roots = document["scenes"][document.get("scene", 0)].get("nodes", [])
     primitives: dict[int, list[Part]] = {}
     parts: list[Part] = []
-    waiting = [(_index(root), np.eye(4), 0) for root in roots]
+    waiting = [(root, np.eye(4), 0) for root in roots]
     seen: set[int] = set()
     while waiting:
         index, above, depth = waiting.pop()
@@ -130,10 +130,10 @@ def _parts(file: _File) -> tuple[Part, ...]:
         seen.add(index)
         node = nodes[index]
         place = above @ _matrix(node)
-        waiting.extend((_index(child), place, depth + 1) for child in node.get("children", ()))
+        waiting.extend((child, place, depth + 1) for child in node.get("children", ()))
         if "mesh" not in node:
             continue
-        mesh = _index(node["mesh"])
+        mesh = node["mesh"]
         if mesh not in primitives:
             primitives[mesh] = [_primitive(file, item) for item in document["meshes"][mesh]["primitives"]]
         file.unpack(sum(one.vertices.nbytes for one in primitives[mesh]))
@@ -163,17 +163,72 @@ def _matrix(node: dict[str, Any]) -> NDArray[np.float64]:
     return matrix
 
 
+def _check_motion(file: _File) -> None:
+    """Skins and animations: nothing of them is built, and the engine's reader goes by their numbers all the same."""
+    document = file.document
+    for skin in document.get("skins", ()):
+        matrices = skin.get("inverseBindMatrices")
+        if matrices is not None and len(_accessor(file, matrices, _FLOATS, ("MAT4",))) < len(skin["joints"]):
+            raise ValueError("a skin has fewer matrices than joints")
+    for node in document.get("nodes", ()):
+        joints = len(document["skins"][node["skin"]]["joints"]) if "skin" in node else 0
+        for primitive in document["meshes"][node["mesh"]]["primitives"] if joints and "mesh" in node else ():
+            for name, number in primitive["attributes"].items():
+                if name.startswith("JOINTS") and int(_accessor(file, number, _UNSIGNED, ("VEC4",)).max()) >= joints:
+                    raise ValueError("a vertex names a joint that its skin has not")
+    for sampler in (sampler for animation in document.get("animations", ()) for sampler in animation["samplers"]):
+        times = len(_accessor(file, sampler["input"], _FLOATS, ("SCALAR",)))
+        rows = len(_accessor(file, sampler["output"], _FLOATS, ("SCALAR", "VEC3", "VEC4")))
+        if rows < times * (3 if sampler.get("interpolation") == "CUBICSPLINE" else 1):
+            raise ValueError("an animation has fewer values than times")
+
+
+_FLOATS = (5126,)
+_UNSIGNED = (5121, 5123)
+_ATTRIBUTES = {
+    "POSITION": (_FLOATS, ("VEC3",)),
+    "NORMAL": (_FLOATS, ("VEC3",)),
+    "TANGENT": (_FLOATS, ("VEC4",)),
+    "TEXCOORD": ((*_UNSIGNED, *_FLOATS), ("VEC2",)),
+    "COLOR": ((*_UNSIGNED, *_FLOATS), ("VEC3", "VEC4")),
+    "JOINTS": (_UNSIGNED, ("VEC4",)),
+    "WEIGHTS": ((*_UNSIGNED, *_FLOATS), ("VEC4",)),
+}
+"""The kinds of numbers, and how many, of what a vertex has."""
+
+
 def _primitive(file: _File, primitive: dict[str, Any]) -> Part:
-    mode = primitive.get("mode", 4)
-    vertices = _accessor(file, primitive["attributes"]["POSITION"])
-    if vertices.ndim != 2 or vertices.shape[1] != 3:
-        raise ValueError("positions do not have three coordinates")
+    attributes = _attributes(file, primitive["attributes"])
+    for target in primitive.get("targets", ()):
+        _attributes(file, target, of_target=True)
+    vertices = attributes["POSITION"]
     if "indices" in primitive:
-        index = _accessor(file, primitive["indices"]).astype(np.int64).ravel()
+        index = _accessor(file, primitive["indices"], (5121, 5123, 5125), ("SCALAR",)).astype(np.int64).ravel()
     else:
         index = np.arange(len(vertices), dtype=np.int64)
-    faces = _faces(mode, index)
-    return part(vertices, faces)
+    if not len(index) or int(index.max()) >= len(vertices):
+        raise ValueError("a primitive has no indices, or one of a vertex that is not there")
+    return part(vertices, _faces(primitive.get("mode", 4), index))
+
+
+def _attributes(file: _File, named: dict[str, Any], *, of_target: bool = False) -> dict[str, NDArray[Any]]:
+    """What vertices have, by name: as much of each as of the positions."""
+    found: dict[str, NDArray[Any]] = {}
+    for name, number in named.items():
+        base, _, rank = name.partition("_")
+        known = next((one for one in _ATTRIBUTES if name.startswith(one)), None)
+        if known is None:
+            continue
+        before = sum(one.startswith(known) for one in found)
+        if base != known or rank != (str(before) if base in {"TEXCOORD", "COLOR", "JOINTS", "WEIGHTS"} else ""):
+            raise ValueError(f"the attribute {name[:40]} does not follow the others of its kind")
+        kinds, widths = _ATTRIBUTES[known]
+        found[name] = _accessor(file, number, kinds, ("VEC3",) if of_target else widths)
+    if not of_target and "POSITION" not in found:
+        raise ValueError("a primitive has no positions")
+    if len({len(one) for one in found.values()}) > 1:
+        raise ValueError("a primitive has more of one attribute than of another")
+    return found
 
 
 def _faces(mode: object, index: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -187,45 +242,53 @@ def _faces(mode: object, index: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.zeros((0, 3), dtype=np.int64)
 
 
-def _accessor(file: _File, number: object) -> NDArray[Any]:
-    accessor = file.document["accessors"][_index(number)]
-    width, kind = _WIDTHS[accessor["type"]], _COMPONENTS[accessor["componentType"]]
-    count = _index(accessor["count"])
+def _accessor(file: _File, number: int, kinds: tuple[int, ...], widths: tuple[str, ...]) -> NDArray[Any]:
+    """The numbers of an accessor, one row each; it must be of one of the kinds and widths."""
+    accessor = file.document["accessors"][number]
+    if accessor["componentType"] not in kinds or accessor["type"] not in widths:
+        raise ValueError(f"accessor {number} is of another type than what it is for")
+    if accessor["count"] < 1:
+        raise ValueError(f"accessor {number} has no rows")
+    width, kind = WIDTHS[accessor["type"]], COMPONENTS[accessor["componentType"]]
+    count = accessor["count"]
     file.unpack(count * width * np.dtype(kind).itemsize)
+    sparse = accessor.get("sparse")
     if "bufferView" in accessor:
-        found = _view(file, accessor["bufferView"], accessor.get("byteOffset", 0), kind, (count, width))
+        packed = sparse is not None
+        found = _view(file, accessor["bufferView"], accessor.get("byteOffset", 0), kind, (count, width), packed=packed)
+    elif sparse is None:
+        raise ValueError(f"accessor {number} has no data")
     else:
         found = np.zeros((count, width), dtype=kind)
-    sparse = accessor.get("sparse")
     if sparse is not None:
-        some = _index(sparse["count"])
-        where, what = sparse["indices"], sparse["values"]
-        rows = _view(
-            file, where["bufferView"], where.get("byteOffset", 0), _COMPONENTS[where["componentType"]], (some, 1)
-        )
+        some, where, what = sparse["count"], sparse["indices"], sparse["values"]
+        indices = COMPONENTS[where["componentType"]]
+        rows = _view(file, where["bufferView"], where.get("byteOffset", 0), indices, (some, 1), packed=True)
+        values = _view(file, what["bufferView"], what.get("byteOffset", 0), kind, (some, width), packed=True)
         found = found.copy()
-        found[rows.ravel().astype(np.int64)] = _view(
-            file, what["bufferView"], what.get("byteOffset", 0), kind, (some, width)
-        )
-    return found / np.iinfo(kind).max if accessor.get("normalized") is True and kind != "<f4" else found
+        found[rows.ravel().astype(np.int64)] = values
+    return found
 
 
-def _view(file: _File, number: object, offset: object, kind: str, shape: tuple[int, int]) -> NDArray[Any]:
-    view = file.document["bufferViews"][_index(number)]
+def _view(
+    file: _File, number: int, start: int, kind: str, shape: tuple[int, int], *, packed: bool = False
+) -> NDArray[Any]:
+    """Rows of a buffer view; `packed`: where the engine's reader knows no stride."""
+    view = file.document["bufferViews"][number]
     data = _view_bytes(file, view)
     item = np.dtype(kind).itemsize * shape[1]
-    stride = _index(view.get("byteStride", item))
-    start = _index(offset)
-    if shape[0] and start + stride * (shape[0] - 1) + item > len(data):
-        raise ValueError("an accessor reaches past the end of its buffer")
-    if not shape[0]:
-        return np.zeros(shape, dtype=kind)
+    stride = view.get("byteStride", 0) or item
+    if stride < item or (packed and stride != item):
+        raise ValueError("the rows of a buffer view overlap, or have gaps where none may be")
+    # The engine's reader wants room for the gap behind the last row, too.
+    if start + stride * (shape[0] - 1) + item > len(data) or stride * shape[0] > len(data):
+        raise ValueError("an accessor reaches past the end of its buffer view")
     return np.ndarray(shape, kind, data, start, (stride, np.dtype(kind).itemsize))
 
 
 def _view_bytes(file: _File, view: dict[str, Any]) -> memoryview:
-    data = _buffer(file, _index(view["buffer"]))
-    start, size = _index(view.get("byteOffset", 0)), _index(view["byteLength"])
+    data = _buffer(file, view["buffer"])
+    start, size = view.get("byteOffset", 0), view["byteLength"]
     if start + size > len(data):
         raise ValueError("a buffer view reaches past the end of its buffer")
     return memoryview(data)[start : start + size]
@@ -235,14 +298,16 @@ def _buffer(file: _File, number: int) -> bytes:
     if number not in file.buffers:
         buffer = file.document["buffers"][number]
         uri = buffer.get("uri")
+        if (uri is None) != (number == 0 and file.binary) or (file.binary and file.chunk is None):
+            raise ValueError("the first buffer of a GLB is its binary chunk, and all others are files")
         if uri is None:
-            if number != 0 or file.chunk is None:
-                raise ValueError("a buffer has neither a file nor a binary chunk")
-            data = file.chunk
+            data = file.chunk or b""
+        elif _names_file(uri):
+            data = file.reading.open_named(_reference(uri, "buffer"))[: buffer["byteLength"]]
         else:
-            data = file.reading.open_named(_reference(uri, "buffer")) if _names_file(uri) else _data_uri(uri)
-        if _index(buffer["byteLength"]) > len(data):
-            raise ValueError("a buffer is shorter than it says")
+            data = _data_uri(uri)
+        if not (buffer["byteLength"] <= len(data) if uri is None else buffer["byteLength"] == len(data)):
+            raise ValueError("a buffer is not as long as it says")
         file.buffers[number] = data
     return file.buffers[number]
 
@@ -250,7 +315,7 @@ def _buffer(file: _File, number: int) -> bytes:
 def _embedded(file: _File, image: dict[str, Any]) -> bytes:
     if "uri" in image:
         return _data_uri(image["uri"])
-    return bytes(_view_bytes(file, file.document["bufferViews"][_index(image["bufferView"])]))
+    return bytes(_view_bytes(file, file.document["bufferViews"][image["bufferView"]]))
 
 
 def _data_uri(uri: str) -> bytes:
@@ -258,12 +323,6 @@ def _data_uri(uri: str) -> bytes:
     if not comma or not head.endswith(";base64"):
         raise ValueError("a data: URI is not base64")
     try:
-        return base64.b64decode(unquote(body), validate=True)
+        return base64.b64decode(body, validate=True)
     except binascii.Error as error:
         raise ValueError(f"a data: URI is not base64: {error}") from error
-
-
-def _index(number: object) -> int:
-    if isinstance(number, bool) or not isinstance(number, int) or number < 0:
-        raise ValueError(f"{str(number)[:40]} is not an index or a size")
-    return number

@@ -12,7 +12,8 @@ from scenecc.checks.mesh_data import AssetError, check_plain
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-NUMBER = rb"[-+]?[0-9]+(?:\.[0-9]*)?(?:[eE][-+]?[0-9]{1,3})?"
+EXPONENT = rb"(?:[eE](?:-[0-9]{1,3}|\+?0{0,2}[12]?[0-9]))?"
+NUMBER = rb"[-+]?[0-9]{1,18}(?:\.[0-9]*)?" + EXPONENT
 """A coordinate as nearly all files write it. No text matches it in two ways, so a failed match costs nothing."""
 
 INDEX = rb"[0-9]{1,9}"
@@ -43,6 +44,11 @@ def integers(run: bytes) -> NDArray[np.int64]:
     return np.fromstring(run, dtype=np.int64, sep=" ")
 
 
+def words(line: str) -> list[str]:
+    """The words of a line. What Python takes for a blank besides these two, the engine's readers do not."""
+    return [word for word in line.replace("\t", " ").split(" ") if word]
+
+
 class Lines:
     """A text read from its start to its end.
 
@@ -61,6 +67,10 @@ class Lines:
         self._data = data
         self._at = start + 3 if data.startswith(b"\xef\xbb\xbf", start) else start
 
+    def letter(self) -> bytes:
+        """The first byte of the next line; empty at the end."""
+        return self._data[self._at : self._at + 1]
+
     def run(self, pattern: re.Pattern[bytes]) -> bytes:
         """The lines that match here, which are then read; empty where none do."""
         match = pattern.match(self._data, self._at)
@@ -73,6 +83,11 @@ class Lines:
 
     def line(self) -> str | None:
         """The next line without blanks around it; None at the end."""
+        line = self.raw()
+        return None if line is None else line.strip(" \t")
+
+    def raw(self) -> str | None:
+        """The next line with the blanks around it; None at the end."""
         if self._at >= len(self._data):
             return None
         end = self._data.find(b"\n", self._at)
@@ -80,7 +95,7 @@ class Lines:
         line = self._data[self._at : end]
         self._at = end + 1
         self.row += 1
-        return line.decode("utf-8", "replace").strip()
+        return line.removesuffix(b"\r").decode("utf-8", "replace")
 
     def filled(self) -> str | None:
         """The next line that is not empty, without blanks around it; None at the end."""

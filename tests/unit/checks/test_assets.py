@@ -54,12 +54,15 @@ WHOLE: dict[str, bytes] = {
     "a.obj": TETRA.encode(),
     "A.OBJ": TETRA.encode(),
     "crlf.obj": TETRA.replace("\n", "\r\n").encode(),
-    "bom.obj": b"\xef\xbb\xbf" + TETRA.encode(),
+    "bom.obj": b"\xef\xbb\xbf# a comment\n" + TETRA.encode(),
     "negative.obj": TETRA.replace("f 1 3 2", "f -4 -2 -3").encode(),
     "slashes.obj": TETRA.replace("f 1 3 2", "f 1/1/1 3//1 2/1").encode(),
     "continued.obj": TETRA.replace("v 0.1 0 0", "v 0.1 \\\n0 0").encode(),
     "coloured.obj": TETRA.replace("v 0 0 0", "v 0 0 0 1 0.5 0", 1).encode(),
     "weighted.obj": TETRA.replace("v 0 0 0.1", "v 0 0 0.2 2").encode(),
+    "normals.obj": ("vn 0 0 1\nvn nan nan nan\n" + TETRA.replace("f 1 3 2", "f 1//-1 3//1 2//1")).encode(),
+    "lines.obj": (TETRA + "l 1 2 3\np 4\ng a\n").encode(),
+    "everything.obj": b"vt 0 1\nvt 1 1 0\nvn 0 0 1\n" + TETRA.replace("f 1 3 2", "f 1/2/1 3/1/1 2/1/1").encode(),
     "quads.obj": b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nf 1 4 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n",
     "a.stl": stl(),
     "text.stl": stl_text(),
@@ -77,6 +80,7 @@ def test_whole_files_pass_in_every_use(tmp_path: Path, name: str) -> None:
     assert codes(path, *USES) == expected
 
 
+NORMALS = "vn 0 0 1\n" + TETRA.replace("f 1 3 2", "f 1//1 3//1 2//1")
 BROKEN: dict[str, tuple[str | bytes, str]] = {
     "words.obj": ("for a mesh\n", "SC412"),
     "index.obj": (TETRA.replace("f 3 1 4", "f 3 1 9"), "SC412"),
@@ -92,6 +96,29 @@ BROKEN: dict[str, tuple[str | bytes, str]] = {
     "at_infinity.obj": (TETRA.replace("v 0.1 0 0", "v 0.1 0 0 0"), "SC412"),
     "binary.obj": (bytes(range(256)) * 10, "SC412"),
     "an_stl.obj": (stl(), "SC412"),
+    "no_normal.obj": ("vn 0 1\n" + TETRA, "SC412"),
+    "no_texture_coordinate.obj": ("vt 0\n" + TETRA, "SC412"),
+    "normal_of_words.obj": ("vnormal 0 0 1\n" + TETRA, "SC412"),
+    "normal_index.obj": (NORMALS.replace("f 1//1 3//1 2//1", "f 1//x 3//1 2//1"), "SC412"),
+    "normal_that_is_not_there.obj": (NORMALS.replace("f 1//1 3//1 2//1", "f 1//1 3//2 2//1"), "SC412"),
+    "normal_before_the_first.obj": (NORMALS.replace("f 1//1 3//1 2//1", "f 1//-2 3//1 2//1"), "SC412"),
+    "corners_that_differ.obj": (NORMALS.replace("f 1//1 3//1 2//1", "f 1//1 3 2//1"), "SC412"),
+    "normal_for_a_texture_coordinate.obj": (NORMALS.replace("1//1 3//1 2//1", "1/1 3/1 2/1"), "SC412"),
+    "leading_zeros.obj": (TETRA.replace("f 3 1 4", "f 3 1 04"), "SC412"),
+    "signed_index.obj": (TETRA.replace("f 3 1 4", "f 3 1 +4"), "SC412"),
+    "comment_in_a_face.obj": (TETRA.replace("f 3 1 4", "f 3 1 4 # the last"), "SC412"),
+    "indented.obj": (TETRA.replace("v 0.1 0 0", "  v 0.1 0 0"), "SC412"),
+    "mark.obj": (b"\xef\xbb\xbf" + TETRA.encode(), "SC412"),
+    "old_line_breaks.obj": ("# a comment\rf 9 9 9\n" + TETRA, "SC412"),
+    "no_break_space.obj": (TETRA.replace("v 0.1 0 0", "v 0.1 0\u00a00"), "SC412"),
+    "continued_number.obj": (TETRA.replace("f 3 1 4", "f 3 1\\\n4"), "SC412"),
+    "line_of_one.obj": (TETRA + "l 1\n", "SC412"),
+    "point_that_is_not_there.obj": (TETRA + "p 9\n", "SC412"),
+    "words_like_a_line.obj": (TETRA + "lod 1\n", "SC412"),
+    "free_form.obj": ("cstype bezier\n" + TETRA + "end\n", "SC412"),
+    "power.obj": (TETRA.replace("v 0.1 0 0", "v 0e39 0 0"), "SC412"),
+    "digits.obj": (TETRA.replace("v 0.1 0 0", f"v {10**19}e-20 0 0"), "SC412"),
+    "only_lines.obj": ("v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2 3\n", "SC413"),
     "empty.obj": ("", "SC413"),
     "comment.obj": ("# nothing\n", "SC413"),
     "points.obj": ("v 0 0 0\nv 1 0 0\n", "SC413"),
@@ -306,7 +333,45 @@ def changed(change: Any) -> bytes:
     return glb(document, body)
 
 
+def with_normals(document: dict[str, Any], **accessor: Any) -> None:
+    """Gives the first primitive normals, which are its positions but for what is said."""
+    document["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = len(document["accessors"])
+    document["accessors"].append({**document["accessors"][0], **accessor})
+
+
 GLTF_FAULTS: dict[str, tuple[Any, str]] = {
+    "normals that are not there": (lambda d: with_normals(d, bufferView=9), "SC412"),
+    "normals of two": (lambda d: with_normals(d, type="VEC2"), "SC412"),
+    "normals of integers": (lambda d: with_normals(d, componentType=5120), "SC412"),
+    "normals of no kind": (lambda d: with_normals(d, componentType=7), "SC412"),
+    "fewer normals": (lambda d: with_normals(d, count=3), "SC412"),
+    "normals past the buffer": (lambda d: with_normals(d, byteOffset=40), "SC412"),
+    "normals without data": (lambda d: with_normals(d) or d["accessors"][2].pop("bufferView"), "SC412"),
+    "positions of integers": (lambda d: d["accessors"][0].update(componentType=5122), "SC412"),
+    "indices of floats": (lambda d: d["accessors"][1].update(componentType=5126), "SC412"),
+    "the second of one attribute": (
+        lambda d: d["meshes"][0]["primitives"][0]["attributes"].update(TEXCOORD_1=0),
+        "SC412",
+    ),
+    "a texture that is not there": (
+        lambda d: d.update(materials=[{"emissiveTexture": {"index": 0}}]),
+        "SC412",
+    ),
+    "a texture of an extension": (
+        lambda d: d.update(materials=[{"extensions": {"KHR_materials_sheen": {"sheenColorTexture": {"index": 0}}}}]),
+        "SC412",
+    ),
+    "an image without a kind": (lambda d: d.update(images=[{"bufferView": 0}]), "SC412"),
+    "a skin of few matrices": (lambda d: d.update(skins=[{"joints": [0], "inverseBindMatrices": 0}]), "SC412"),
+    "a spot light without a cone": (
+        lambda d: (
+            d.update(extensions={"KHR_lights_punctual": {"lights": [{"type": "spot"}]}})
+            or d["nodes"][0].update(extensions={"KHR_lights_punctual": {"light": 0}})
+        ),
+        "SC412",
+    ),
+    "a number beyond all": (lambda d: d["nodes"][0].update(weights=[10**400]), "SC412"),
+    "half a character": (lambda d: d["nodes"][0].update(name="\ud800"), "SC412"),
     "a cycle of nodes": (lambda d: d["nodes"][0].update(children=[0]), "SC412"),
     "a node twice": (lambda d: d["scenes"][0].update(nodes=[0, 0]), "SC412"),
     "a node that is not there": (lambda d: d["scenes"][0].update(nodes=[7]), "SC412"),
@@ -316,12 +381,12 @@ GLTF_FAULTS: dict[str, tuple[Any, str]] = {
     "far past the buffer": (lambda d: d["accessors"][0].update(count=10**7), "SC412"),
     "stride past the buffer": (lambda d: d["bufferViews"][0].update(byteStride=60), "SC412"),
     "no bytes claimed": (
-        lambda d: d["accessors"].__setitem__(0, {"componentType": 5126, "count": 10**12, "type": "VEC3"}),
+        lambda d: d["accessors"].__setitem__(0, {"componentType": 5126, "count": 10**9, "type": "VEC3"}),
         "SC607",
     ),
     "compressed": (lambda d: d.update(extensionsUsed=["KHR_draco_mesh_compression"]), "SC410"),
     "a matrix of three": (lambda d: d["nodes"][0].update(matrix=[1, 2, 3]), "SC412"),
-    "nan in a node": (lambda d: d["nodes"][0].update(translation=[float("nan"), 0, 0]), "SC414"),
+    "nan in a node": (lambda d: d["nodes"][0].update(translation=[float("nan"), 0, 0]), "SC412"),
     "flattened by a node": (lambda d: d["nodes"][0].update(scale=[1, 1, 0]), "SC415"),
     "points": (lambda d: d["meshes"][0]["primitives"][0].update(mode=0), "SC413"),
     "not in the scene": (lambda d: d["scenes"][0].update(nodes=[]), "SC413"),
