@@ -102,9 +102,6 @@ def _why_not(mimic: Mimic, structure: ArticulationStructure, follows: dict[str, 
 
 def _weights(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink) -> None:
     """What moves, with all that it carries, weighs something."""
-    if structure.file is not None:
-        # Links without a mass are common in robots' files.
-        return
     links = structure.links
     weighs = [bool(link.body.collisions) or link.body.inertial is not None for link in links]
     for number in range(len(links) - 1, 0, -1):
@@ -116,5 +113,9 @@ def _weights(structure: ArticulationStructure, name: str, origin: Origin, sink: 
         if moves and not weighs[number]:
             place = link.body.origin or origin
             message = f"`{name}/{cut(link.name)}` moves, and neither it nor what hangs on it has a mass"
-            hint = "give it `shapes` or `collisions`, or `inertial`"
-            sink.report("SC522", message, place, hint=hint)
+            if structure.file is None:
+                hint = "give it `shapes` or `collisions`, or `inertial`"
+                sink.report("SC522", message, place, hint=hint)
+            else:
+                hint = "give it an `<inertial>` in the file, or `inertial` under `links`"
+                sink.report("SC527", f"{message}: it weighs a milligram", place, hint=hint)

@@ -22,6 +22,13 @@ DENSITY = 1000.0
 LIGHTEST, LARGEST = 1e-6, 3.4028234663852886e38
 """What SAPIEN makes of a smaller mass, and the end of single precision [kg]."""
 
+LEAST = 1.1754943508222875e-38
+"""Of a mass or a moment: the engine keeps the inverse, and takes 1 where that is no normal number."""
+
+FARTHEST = 1e4
+"""How far a shape or the centre of mass is from its body [m]: beyond, the engine moves the body by millimetres when it
+goes from the one to the other, and its inertia is noise."""
+
 MOVED = frozenset(("dynamic", "link"))
 """Bodies that PhysX moves by forces."""
 
@@ -128,6 +135,31 @@ def single(number: float) -> float:
         return struct.unpack("f", struct.pack("f", number))[0]
     except OverflowError:
         return math.copysign(math.inf, number)
+
+
+def mass_is_held(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+    """The engine holds a mass that is given, and what of the body is where."""
+    if body.body_type not in MOVED:
+        return
+    places = [shape.pose for shape in body.collisions if shape.pose is not None]
+    given: list[Value] = [] if body.mass is None else [body.mass]
+    if body.inertial is not None:
+        places.append(body.inertial.com)
+        given += [body.inertial.mass, body.inertial.inertia]
+    if not (places or given) or waits([*places, *given], drawn=drawn):
+        return
+    far = max((abs(number) for place in places for number in (*lowest(place)[:3], *highest(place)[:3])), default=0)
+    if far > FARTHEST:
+        message = (
+            f"a shape or the centre of mass of `{name}` is {far:.3g} m from it: single precision does not hold that"
+        )
+        sink.report("SC512", message, origin, at="key", hint="mend the coordinates: they are in metres")
+    wrong = [number for item in given for number in (*lowest(item), *highest(item)) if not LEAST <= number <= 1 / LEAST]
+    if wrong:
+        message = (
+            f"the mass or a moment of inertia of `{name}` is {wrong[0]:.3g}, whose inverse the engine does not hold"
+        )
+        sink.report("SC512", message, origin, at="key")
 
 
 def inertia_is_real(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 from scenecc.checks.collide import Reach, meet, reach
 from scenecc.checks.contact import default_contacts, offsets_of, surface_is_real
 from scenecc.checks.judged import waits
-from scenecc.checks.mass import MOVED, inertia_is_real, mass_is_clear, weight_can_be_held
+from scenecc.checks.mass import MOVED, inertia_is_real, mass_is_clear, mass_is_held, weight_can_be_held
 from scenecc.diagnostics import Origin
 from scenecc.plan import BodyStructure, Mesh, Plane, TriangleMesh
 from scenecc.plan.bits import ID_BITS
@@ -228,10 +228,10 @@ BODY_RULES: tuple[Callable[[BodyStructure, str, Origin, Sink], None], ...] = (
 )
 
 
-NUMBER_RULES: tuple[NumberRule, ...] = (weight_can_be_held, inertia_is_real)
+NUMBER_RULES: tuple[NumberRule, ...] = (weight_can_be_held, mass_is_held, inertia_is_real)
 """Rules about numbers that may differ from scene to scene."""
 
-_RULES_OF_FILES: tuple[NumberRule, ...] = (weight_can_be_held,)
+_RULES_OF_FILES: tuple[NumberRule, ...] = (weight_can_be_held, mass_is_held)
 
 
 def _sdf_on_planes(plan: ScenePlan, sink: Sink) -> None:

@@ -16,7 +16,7 @@ from scenecc.robots.description import (
     SphereGeometry,
 )
 from scenecc.robots.pose32 import IDENTITY, compose, pose_numbers, pose_of_matrix
-from scenecc.robots.reading import number, three, word
+from scenecc.robots.reading import doubt_degrees, number, three, word
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -45,6 +45,7 @@ def read_origin(element: Element, scale: float, findings: Findings) -> PoseNumbe
     matrix: NDArray[np.float64] = np.eye(4)
     matrix[:3, 3] = np.array(xyz) * scale
     if rpy is not None:
+        doubt_degrees(rpy, "a rotation", origin.at("rpy"), findings)
         matrix[:3, :3] = _rotation(rpy)
     return pose_of_matrix(matrix)
 

@@ -13,7 +13,7 @@ from scenecc.diagnostics.words import cut, suggest
 from scenecc.robots.description import DescribedJoint, DescribedMimic
 from scenecc.robots.geometry import read_origin
 from scenecc.robots.pose32 import compose, pose_of_matrix
-from scenecc.robots.reading import number, optional_number, three, word
+from scenecc.robots.reading import doubt_degrees, number, optional_number, three, word
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -165,7 +165,10 @@ def _limits(row: JointRow, scale: float, findings: Findings) -> tuple[float, flo
         message = f"the lower limit {low:g} is above the upper {high:g}" if low > high else "the limits leave nothing"
         findings.report("SC465", message, element.at("lower"))
         return None
-    return (low * scale, high * scale) if row.kind == "prismatic" else (low, high)
+    if row.kind == "prismatic":
+        return low * scale, high * scale
+    doubt_degrees((low, high), "a limit", element.at("upper" if abs(high) >= abs(low) else "lower"), findings)
+    return low, high
 
 
 def _dynamics(element: Element, findings: Findings) -> tuple[float | None, float]:
@@ -191,6 +194,12 @@ def _actuator(row: JointRow, scale: float, findings: Findings) -> tuple[float | 
     if limit is None:
         return None, None
     values = [optional_number(limit, name, findings, infinite=True)[0] for name in ("effort", "velocity")]
+    for name, value in zip(("effort", "velocity"), values, strict=True):
+        if value is not None and value < 0:
+            message = f"the {name} is {value:g}, which limits nothing: none is taken"
+            findings.report_once(
+                "SC487", name, message, limit.at(name), "write what the actuator can do, or leave it out"
+            )
     effort, velocity = (value if value is not None and 0 < value < math.inf else None for value in values)
     return effort, velocity * scale if velocity is not None and row.kind == "prismatic" else velocity
 

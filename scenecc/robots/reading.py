@@ -11,12 +11,18 @@ import numpy as np
 from scenecc.diagnostics.words import cut
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from scenecc.diagnostics import Location
     from scenecc.robots.description import Vector3
     from scenecc.robots.findings import Findings
     from scenecc.robots.xml import Element
 
 LARGEST = float(np.finfo(np.float32).max)
 """Of the numbers that the engine's single precision has."""
+
+MOST_TURNED, MOST_DEGREES = 4 * math.pi * (1 + 1e-6), 720.0
+"""Two turns in radians and in degrees. Between the two, degrees are meant; beyond, as many files have it, no limit."""
 
 _NUMBER = re.compile(r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|inf(?:inity)?|nan)", re.IGNORECASE)
 _LONGEST = 400
@@ -68,6 +74,16 @@ def several(element: Element, attribute: str, count: int, findings: Findings) ->
     if word(element, attribute, findings) is None:
         return None
     return _checked(element, attribute, element.attributes[attribute].split(), count, findings, infinite=False)
+
+
+def doubt_degrees(angles: Iterable[float], what: str, location: Location, findings: Findings) -> None:
+    """Warns, once for what they are, of angles [rad] that were probably meant in degrees."""
+    angle = max((size for size in map(abs, angles) if MOST_TURNED < size <= MOST_DEGREES), default=None)
+    if angle is not None:
+        message = f"{what} of {angle:g} radians: that is {angle / math.tau:.3g} turns"
+        findings.report_once(
+            "SC526", what, message, location, "angles are radians here; there may be more in this file"
+        )
 
 
 def _checked(

@@ -111,11 +111,12 @@ ROWS: tuple[Code, ...] = (
         "error",
         "mass or inertia beyond single precision",
         "The engine computes in single precision: a mass above 3.4e38 kg, or a moment of inertia above 3.4e38 "
-        "kg·m², is "
-        "infinite there, and the centre of mass nowhere.",
+        "kg·m², is infinite there, and the centre of mass nowhere. Of a mass or a moment that is given the engine "
+        "keeps the inverse, which must be a number, too; and it loses where a body is whose shapes or centre of mass "
+        "are more than 10 km from it.",
         "scenecc: 1\nentities:\n  cube:\n    density: 1.0e+38\n    shapes:\n"
         "      - {type: box, half_size: [1.0e+10, 1.0e+10, 1.0e+10]}\n",
-        "Mend the sizes or the densities: lengths are in metres, densities in kg/m³.",
+        "Mend the sizes, the coordinates or the densities: lengths are in metres, densities in kg/m³.",
     ),
     Code(
         "SC513",
@@ -250,11 +251,24 @@ ROWS: tuple[Code, ...] = (
         "warning",
         "angle that looks like degrees",
         "`rpy`, `angle` of `axis_angle`, `limits` of joints that turn and positions of joints without limits are in "
-        "radians, and these are beyond two turns. Of what varies all alternatives or bounds are; what is computed from "
+        "radians, as in a robot's file, and these are beyond two turns. Of what varies all alternatives or "
+        "bounds are; what is computed from "
         "draws is not judged.",
         _DOOR.replace("limits_deg", "limits"),
-        "Write `rpy_deg`, `angle_deg` or `limits_deg`, or `${radians(90)}`. What is meant is written within two turns, "
+        "Write `rpy_deg`, `angle_deg` or `limits_deg`, or `${radians(90)}`; in a robot's file, radians. What "
+        "is meant is written within two turns, "
         "of limits as `limits_deg: [0, 3600]`; positions of a joint without limits may be anything where the "
         "articulation says `beyond_limits: true`.",
+    ),
+    Code(
+        "SC527",
+        "warning",
+        "link of a robot's file that moves and has no mass",
+        "The file gives it neither an inertia nor a colliding shape, nor to a link that hangs on it. SAPIEN makes a "
+        "milligram of it, which any drive throws about.",
+        "$ scenecc validate scene.yaml   # a URDF whose last link is empty and hangs on a revolute joint",
+        "Give it an `<inertial>` in the file, or `links: {NAME: {inertial: …}}` in the scene; a link that is "
+        "only a place "
+        "hangs on a fixed joint.",
     ),
 )

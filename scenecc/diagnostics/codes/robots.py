@@ -270,4 +270,16 @@ ROWS: tuple[Code, ...] = (
         "$ scenecc validate scene.yaml   # robot.urdf with 256 links",
         "Join links that are fixed to one another.",
     ),
+    Code(
+        "SC487",
+        "warning",
+        "actuator's limit below 0",
+        "An `effort` or a `velocity` of a joint is negative, as some exporters write where they know of none. None is "
+        "taken then, as of 0.",
+        _urdf(
+            '<link name="a"/><link name="b"/><joint name="j" type="revolute"><parent link="a"/><child link="b"/>'
+            '<limit lower="0" upper="1" effort="-1"/></joint>'
+        ),
+        "Write what the actuator can do, or leave it out.",
+    ),
 )

@@ -11,6 +11,7 @@ import numpy as np
 from scenecc.robots.description import DescribedJoint, JointWord
 from scenecc.robots.mjcf.attributes import single
 from scenecc.robots.pose32 import compose, pose_of_matrix
+from scenecc.robots.reading import doubt_degrees
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -141,4 +142,6 @@ def _limits(joint: Attributes, compiler: Compiler, start: float) -> tuple[float,
     singles = np.array([value - start for value in values], np.float32)
     if joint.text("type", "hinge") == "hinge" and compiler.degrees:
         singles = np.deg2rad(singles)
+    elif joint.text("type", "hinge") == "hinge":
+        doubt_degrees(values, "a limit", joint.at("range"), joint.report.of(joint.at("range")))
     return single(singles[0]), single(singles[1])

@@ -411,3 +411,12 @@ def test_one_file_leaves_nothing_behind_for_the_next(tmp_path: Path) -> None:
     on = described(GEOM, tmp_path)
     assert off.robots[0].links[0].ignore_bits == 2
     assert on.robots[0].links[0].ignore_bits == 0
+
+
+def test_limits_in_degrees_where_the_file_says_radians(tmp_path: Path) -> None:
+    path = tmp_path / "robot.xml"
+    world = f'<body><joint axis="0 0 1" range="-90 90"/>{GEOM}</body>'
+    for unit, doubted in (("radian", [("SC526", "-90 90")]), ("degree", [])):
+        path.write_text(f'<mujoco><compiler angle="{unit}"/><worldbody>{world}</worldbody></mujoco>')
+        _, found = read(path)
+        assert [(one.code, underlined(one)) for one in found if one.severity == "warning"] == doubted

@@ -12,6 +12,7 @@ import numpy as np
 from scenecc.backends.sapien.articulation_builder import engine_order, joint_rows
 from scenecc.backends.sapien.audit.bodies import look_at_all
 from scenecc.backends.sapien.audit.difference import plain, shown
+from scenecc.backends.sapien.audit.kinematics import mass_reach
 from scenecc.backends.sapien.audit.sweep import Place
 from scenecc.backends.sapien.columns import plain_row
 from scenecc.backends.sapien.joints import FORCE_LIMIT, JOINT_KNOBS, NO_LIMITS
@@ -100,16 +101,18 @@ class ArticulationAudit:
         if link.joint is None:
             self._sweep.hold("root joint.type", "fixed" if structure.fix_root_link else "undefined", joint, place)
         else:
-            self._joint(link.joint, joint, row, place._replace(origin=link.joint.origin or place.origin))
+            where = place._replace(origin=link.joint.origin or place.origin)
+            ends = [link] if link.parent is None else [link, structure.links[link.parent]]
+            self._joint(link.joint, joint, row, where, JOINT_TOLERANCE * mass_reach(ends))
 
-    def _joint(self, joint: Joint, found: Any, row: int, place: Place) -> None:
+    def _joint(self, joint: Joint, found: Any, row: int, place: Place, tolerance: float) -> None:
         hold = self._sweep.hold
         hold("joint.name", joint.name, found, place)
         hold("joint.type", joint.type, found, place)
         for field in ("pose_in_parent", "pose_in_child"):
             pose: Value | None = getattr(joint, field)
             wanted, actual = _IDENTITY if pose is None else pose.row(row), getattr(found, field)
-            if _apart(wanted, actual) > JOINT_TOLERANCE:
+            if _apart(wanted, actual) > tolerance:
                 self._sweep.tell(place, field, shown(wanted), shown(actual))
         if joint.type == "fixed":
             return

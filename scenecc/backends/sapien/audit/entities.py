@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from scenecc.backends.sapien.audit.difference import shown
-from scenecc.backends.sapien.audit.kinematics import link_poses
+from scenecc.backends.sapien.audit.kinematics import link_poses, mass_reach
 from scenecc.backends.sapien.audit.sweep import Place, Sweep
 from scenecc.backends.sapien.columns import taken
 from scenecc.backends.sapien.engine import sapien
@@ -96,9 +96,10 @@ def _columns(turn: AnyTurn) -> Iterator[Column]:
     for part in turn.parts:
         numbers: list[int] = part.numbers.tolist()
         poses = link_poses(turn.entity, part.structure, part.rows)
+        tolerance = LINK_TOLERANCE * mass_reach(part.structure.links)
         for which, (link, pose) in enumerate(zip(part.structure.links, poses, strict=True)):
             objs = [turn.entities[number][which] for number in numbers]
-            yield Column(turn, numbers, link.name, objs, pose, LINK_TOLERANCE, link.name)
+            yield Column(turn, numbers, link.name, objs, pose, tolerance, link.name)
 
 
 def _elsewhere(

@@ -11,11 +11,24 @@ from scenecc.plan.pose import IDENTITY_POSE
 from scenecc.values.rotations import compose
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from numpy.typing import NDArray
 
-    from scenecc.plan import ArticulationStructure, Entity, Joint, Value
+    from scenecc.plan import ArticulationStructure, Entity, Joint, Link, Value
 
     Floats = NDArray[np.float64]
+
+
+def mass_reach(links: Iterable[Link]) -> float:
+    """How far from their links shapes and given centres of mass are at the most [m]; 1 at the least.
+
+    The engine goes by centres of mass, and knows by as much less where links and joints are.
+    """
+    bodies = [link.body for link in links]
+    places = [shape.pose for body in bodies for shape in body.collisions if shape.pose is not None]
+    places += [body.inertial.com for body in bodies if body.inertial is not None]
+    return max([1.0, *(float(np.abs(place.data[:, :3]).max()) for place in places)])
 
 
 def link_poses(entity: Entity, structure: ArticulationStructure, rows: NDArray[np.intp]) -> list[NDArray[np.float32]]:
