@@ -6,10 +6,9 @@ batch of parallel SAPIEN scenes. Importing this loads neither an engine nor a me
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from scenecc.version import VERSION as __version__
 
+TYPE_CHECKING = False  # that of `typing` takes its time, and the command hears signals once this is loaded
 if TYPE_CHECKING:
     from scenecc.api import (
         ArticulationBatch,

@@ -1,5 +1,9 @@
 """The version of scenecc: the one place where it is written."""
 
-from typing import Final
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Final
 
 VERSION: Final = "0.1.0"

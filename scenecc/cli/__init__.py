@@ -1,8 +1,34 @@
 """The command line: one file a command, and no logic that the API does not have.
 
-Importing it loads Typer and nothing heavier; a command loads what it needs when it runs.
+Importing it loads next to nothing, its commands load Typer, and a command loads what it needs when it runs.
 """
 
-from scenecc.cli.app import main
+import os
+import sys
+from contextlib import suppress
+
+from scenecc.interrupt import end_at_signals
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import NoReturn
 
 __all__ = ["main"]
+
+
+def main() -> "NoReturn":
+    """The process `scenecc`: ends with the status of its command, or with that of a signal."""
+    end_at_signals()  # before the imports, which take longer than many a command
+
+    from scenecc.cli.app import main as run
+
+    status: object = 0
+    try:
+        run()
+    except SystemExit as ended:
+        status = ended.code or 0
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError):  # whoever wrote has told it
+            stream.flush()
+    # Nothing is freed one by one: that takes longer than many a command, and signals are not heard meanwhile.
+    os._exit(status if isinstance(status, int) else 1)

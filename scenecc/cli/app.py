@@ -7,8 +7,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable
-from types import FrameType
-from typing import Annotated, Any, Final, NoReturn
+from typing import Annotated, Any, Final
 
 import typer
 
@@ -41,16 +40,13 @@ COMMANDS: Final[tuple[Callable[..., Any], ...]] = (
 )
 """Every command, as `scenecc --help` lists them. A function's name is the command's."""
 
-_INTERRUPTED = 130
-
 _EPILOG = "Exit status: 0 fine, 1 the scene is at fault, 2 wrong usage, 3 the engine or the machine is at fault."
 
 
 def main() -> None:
-    """Runs the command line of this process. Ends it: 0, 1, 2, 3, or 130 when interrupted."""
+    """Runs the command line of this process. Raises SystemExit at its end: 0, 1, 2 or 3."""
     # Plugins that observe pydantic's models have none of an application here, and finding them takes its time.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-    signal.signal(signal.SIGINT, _interrupt)
     # A closed pipe (`scenecc validate . | head`) ends this process as it ends any other.
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     # Started without them (`>&-`), there is nobody to tell, and that is no fault.
@@ -112,9 +108,3 @@ def _scenecc(
 def _fault(message: str) -> Status:
     print_err(f"scenecc: {message}\n")
     return Status.machine
-
-
-def _interrupt(signum: int, frame: FrameType | None) -> NoReturn:
-    """Leaves by SystemExit, so that half-written files are removed on the way and no traceback is printed."""
-    del signum, frame
-    sys.exit(_INTERRUPTED)

@@ -130,7 +130,7 @@ def _conclude(result: Build, steps: int, output: str | None, form: Format) -> No
     if output is not None:
         reason = write(output, api.plan_text(result.plan, base=base_folder(output)))
         if reason is not None:
-            diagnostics.append(usage_error("SC904", reason, file=output))
+            diagnostics.append(usage_error(*reason, file=output))
     if form is Format.text:
         (print_err if output == STDOUT else print_out)(_summary(result, timings))
     end(diagnostics, form)

@@ -33,6 +33,7 @@ from scenecc.cli.progress import progress
 from scenecc.cli.report import end, of_settings, print_asides, usage_error
 
 if TYPE_CHECKING:
+    from scenecc.cli.output import Unwritten
     from scenecc.diagnostics import Diagnostic
 
 
@@ -148,7 +149,7 @@ def _check(target: Target, output: str, asked: Mapping[str, Any]) -> bool:
 
 def _emit_text(
     source: Any, target: Target, output: str, options: dict[str, Any], found: list[Diagnostic]
-) -> str | None:
+) -> Unwritten | None:
     """Writes a text; why that failed."""
     from scenecc import api
 
@@ -157,7 +158,7 @@ def _emit_text(
 
 def _emit_files(
     source: Any, target: Target, output: str, options: dict[str, Any], found: list[Diagnostic]
-) -> str | None:
+) -> Unwritten | None:
     """Writes files; why that failed."""
     from scenecc import exporting
 
@@ -167,7 +168,7 @@ def _emit_files(
     return write_files(output, files, folder=options["folder"])
 
 
-def _write(make: Callable[[list[Diagnostic]], str | None], values: Mapping[str, Any], output: str) -> NoReturn:
+def _write(make: Callable[[list[Diagnostic]], Unwritten | None], values: Mapping[str, Any], output: str) -> NoReturn:
     """Writes what `make` makes and tells of warnings; ends the command."""
     from scenecc import api
 
@@ -178,5 +179,5 @@ def _write(make: Callable[[list[Diagnostic]], str | None], values: Mapping[str, 
         end(of_settings(error.diagnostics, values))
     print_asides(warnings, Format.text)
     if reason is not None:
-        end([usage_error("SC904", reason, file=output)])
+        end([usage_error(*reason, file=output)])
     raise typer.Exit

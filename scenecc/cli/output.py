@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
-import stat
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 
 import typer
 
+from scenecc.files import replace_all
+
 STDOUT = "-"
 
 _MACHINE_AT_FAULT = 3
+
+_OF_THE_MACHINE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ENOMEM}
+"""Errors for which nobody could have named a better file: a disk that is full or broken."""
+
+Unwritten = tuple[str, str]
+"""Why a file was not written: the code of a diagnostic, and its message."""
 
 
 def print_out(content: str | bytes) -> None:
@@ -42,9 +50,10 @@ def outlive_pipes() -> None:
 
 
 def print_err(text: str) -> None:
-    """Writes to standard error."""
-    sys.stderr.write(text)
-    sys.stderr.flush()
+    """Writes to standard error. If that fails there is nobody to tell, and the status still says what was found."""
+    with suppress(OSError):
+        sys.stderr.write(text)
+        sys.stderr.flush()
 
 
 def refusal(target: str) -> str | None:
@@ -86,7 +95,7 @@ def base_folder(target: str) -> Path | None:
     return None if target == STDOUT else Path(target).parent
 
 
-def write(target: str, content: str | bytes) -> str | None:
+def write(target: str, content: str | bytes) -> Unwritten | None:
     """Writes a file, or standard output for `-`. Returns why that failed; None if it did not.
 
     A file appears whole or stays as it was: the content goes to a file beside it that then takes its place.
@@ -102,11 +111,11 @@ def write(target: str, content: str | bytes) -> str | None:
         else:
             replace_all({path: data})
     except OSError as error:
-        return f"`{target}` cannot be written: {error.strerror}"
+        return _unwritten(target, error)
     return None
 
 
-def write_files(target: str, files: Mapping[str, bytes], *, folder: bool) -> str | None:
+def write_files(target: str, files: Mapping[str, bytes], *, folder: bool) -> Unwritten | None:
     """Writes a file and those that lie beside it, all or none; standard output for `-`. Returns why that failed.
 
     Args:
@@ -118,7 +127,7 @@ def write_files(target: str, files: Mapping[str, bytes], *, folder: bool) -> str
     if len(names) == 1 and not folder:
         return write(target, files[names[0]])
     if target == STDOUT:
-        return f"standard output takes one file, and there are {len(names)}"
+        return "SC904", f"standard output takes one file, and there are {len(names)}"
     top = Path(os.path.realpath(target))
     paths = [top / name for name in names] if folder else [top, *(top.parent / name for name in names[1:])]
     folders = {top} if folder else set[Path]()
@@ -126,48 +135,9 @@ def write_files(target: str, files: Mapping[str, bytes], *, folder: bool) -> str
     try:
         replace_all(dict(zip(paths, files.values(), strict=True)), missing)
     except OSError as error:
-        return f"`{error.filename or target}` cannot be written: {error.strerror}"
+        return _unwritten(error.filename or target, error)
     return None
 
 
-def replace_all(files: Mapping[Path, bytes], folders: Sequence[Path] = ()) -> None:
-    """Makes folders and writes files: all of them or none.
-
-    Each goes to a file beside it first; these take their places in the end, the last first, so that what refers to
-    others may stand before them.
-
-    Raises:
-        OSError: one cannot be written; all are as they were then.
-    """
-    parts: dict[Path, Path] = {}
-    made: list[Path] = []
-    try:
-        for folder in folders:
-            folder.mkdir()
-            made.append(folder)
-        for path, data in files.items():
-            parts[path] = part = path.with_name(f".{path.name}.{os.getpid()}.part")
-            with part.open("xb") as file:
-                file.write(data)
-                file.flush()
-                os.fsync(file.fileno())
-            if path.exists():
-                part.chmod(stat.S_IMODE(path.stat().st_mode))
-        for path in reversed(parts):
-            new = not path.exists()
-            parts[path].replace(path)
-            made += [path] if new else []
-        made.clear()
-    finally:
-        for part in parts.values():
-            part.unlink(missing_ok=True)
-        for path in reversed(made):
-            _undo(path)
-
-
-def _undo(path: Path) -> None:
-    with suppress(OSError):  # a folder that others write into by now
-        if path.is_dir():
-            path.rmdir()
-        else:
-            path.unlink()
+def _unwritten(name: str, error: OSError) -> Unwritten:
+    return "SC818" if error.errno in _OF_THE_MACHINE else "SC904", f"`{name}` cannot be written: {error.strerror}"

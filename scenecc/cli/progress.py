@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Final, TypeVar
+
+from scenecc.interrupt import undoing
 
 _PATIENCE: Final = 0.5
 """Seconds that work takes before it is called long."""
@@ -39,11 +42,9 @@ def progress(label: str) -> Generator[Show | None, None, None]:
         sys.stderr.write(f"{_CLEAR}{label} [{filled:-<{_WIDTH}}] {done}/{total}")
         sys.stderr.flush()
 
-    try:
+    with undoing() as undo:
+        undo.callback(os.write, sys.stderr.fileno(), _CLEAR.encode())
         yield show
-    finally:
-        sys.stderr.write(_CLEAR)
-        sys.stderr.flush()
 
 
 def counted(label: str, items: Sequence[Item]) -> Iterator[Item]:

@@ -202,7 +202,7 @@ def _conclude(result: Rendering, output: str | None, video: str | None, form: Fo
         if reason is None:
             written.append(f"{plain(target)}: {words}")
         else:
-            diagnostics.append(usage_error("SC904", reason, file=target))
+            diagnostics.append(usage_error(*reason, file=target))
     if form is Format.text and written:
         lines = [*_legend(result), *written, stage_times(result.timings)]
         (print_err if STDOUT in {output, video} else print_out)("\n".join(lines) + "\n")

@@ -180,7 +180,7 @@ def _ready(url: str, *, open_it: bool) -> None:
 
 def _write(target: str, page: str, found: list[Diagnostic]) -> NoReturn:
     if (reason := write(target, page)) is not None:
-        end([*found, usage_error("SC904", reason, file=target)])
+        end([*found, usage_error(*reason, file=target)])
     if target != STDOUT:
         print_out(f"{plain(target)}: {len(page.encode()) / 1e6:.2f} MB\n")
     end(found)

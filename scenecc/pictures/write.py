@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import tempfile
 from contextlib import contextmanager, suppress
@@ -9,11 +10,12 @@ from fractions import Fraction
 from importlib import import_module
 from io import BytesIO
 from itertools import chain, pairwise
-from pathlib import Path
+from subprocess import DEVNULL, PIPE
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
+from scenecc.interrupt import interrupts_wait, undoing
 from scenecc.pictures.encode import colors
 
 if TYPE_CHECKING:
@@ -92,17 +94,19 @@ def mp4(frames: Iterable[NDArray[np.uint8]], rate: float) -> bytes:
     """
     rest = iter(frames)
     first = _even(next(rest))
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "film.mp4")
-        with _encoder(first.shape[1], first.shape[0], rate, path) as put:
+    with tempfile.TemporaryFile() as file:
+        with _encoder(first.shape[1], first.shape[0], rate, file.fileno()) as put:
             for frame in chain([first], map(_even, rest)):
                 put(frame)
-        return path.read_bytes()
+        return file.read()
 
 
 @contextmanager
-def _encoder(width: int, height: int, rate: float, path: Path) -> Generator[Callable[[NDArray[np.uint8]], object]]:
-    """A running ffmpeg, which takes frames. It is gone when this ends, and has written the file if nothing failed."""
+def _encoder(width: int, height: int, rate: float, film: int) -> Generator[Callable[[NDArray[np.uint8]], object]]:
+    """A running ffmpeg, which takes frames. It is gone when this ends, and has written the film if nothing failed.
+
+    `film` is the descriptor of a file, whose name nobody needs: of a process that is killed, no file is left.
+    """
     ffmpeg: Any = import_module("imageio_ffmpeg")
     frame_rate = Fraction(rate).limit_denominator(1000)
     given = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", str(frame_rate), "-i", "-"]
@@ -111,23 +115,25 @@ def _encoder(width: int, height: int, rate: float, path: Path) -> Generator[Call
         program = ffmpeg.get_ffmpeg_exe()
     except RuntimeError as error:
         raise OSError(str(error)) from error
-    said = path.with_name("said.txt")
-    with said.open("wb") as log:
-        command = [program, "-v", "error", "-y", *given, *made, str(path)]
-        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=log)  # noqa: S603
-    assert process.stdin is not None
-    try:
-        with suppress(BrokenPipeError):  # it has ended, and said why
-            yield process.stdin.write
-            process.stdin.close()
-        if process.wait() != 0:
-            raise OSError(f"ffmpeg failed: {said.read_text(errors='replace').strip() or process.returncode}")
-    finally:
-        if process.poll() is None:
+    command = [program, "-v", "error", "-y", *given, *made, "-f", "mp4", f"/dev/fd/{film}"]
+    with tempfile.TemporaryFile() as said, undoing() as undo:
+        with interrupts_wait():
+            process = subprocess.Popen(command, stdin=PIPE, stdout=DEVNULL, stderr=said, pass_fds=[film])  # noqa: S603
+            undo.callback(process.kill)
+        assert process.stdin is not None
+        try:
+            with suppress(BrokenPipeError):  # it has ended, and said why
+                yield process.stdin.write
+                process.stdin.close()
+            if process.wait() != 0 or os.fstat(film).st_size == 0:
+                said.seek(0)
+                words = said.read().decode(errors="replace").strip()
+                raise OSError(f"ffmpeg failed: {words or f'it ended with status {process.returncode}'}")
+        finally:
             process.kill()
             process.wait()
-        with suppress(BrokenPipeError):
-            process.stdin.close()
+            with suppress(BrokenPipeError):
+                process.stdin.close()
 
 
 def _even(frame: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.diagnostics.interrupt import interrupts_wait
+from scenecc.interrupt import interrupts_wait
 from scenecc.plan.pictured import TOWARDS
 from scenecc.viewing.nodes import Frame, Mesh
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from math import isfinite
 from typing import TYPE_CHECKING, Any, Protocol
 
-from scenecc.diagnostics.interrupt import interrupts_wait
+from scenecc.interrupt import interrupts_wait
 from scenecc.viewing import html
 from scenecc.viewing.controls import add_control
 

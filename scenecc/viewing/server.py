@@ -15,7 +15,7 @@ from unittest.mock import patch
 import viser
 import websockets.asyncio.server as below
 
-from scenecc.diagnostics.interrupt import interrupts_wait
+from scenecc.interrupt import interrupts_wait
 
 if TYPE_CHECKING:
     from collections.abc import Generator

@@ -138,7 +138,7 @@ def export_page(
 
 @contextmanager
 def _served(place: Place, label: str) -> Generator[viser.ViserServer]:
-    from scenecc.diagnostics.interrupt import interrupts_wait
+    from scenecc.interrupt import interrupts_wait
     from scenecc.viewing.server import close_server
 
     server: viser.ViserServer | None = None

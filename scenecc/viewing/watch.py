@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from watchfiles import watch
 
-from scenecc.diagnostics.interrupt import interrupts_wait
+from scenecc.interrupt import interrupts_wait
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator

@@ -84,7 +84,7 @@ def test_a_dry_run_starts_no_engine(run, scene: Path) -> None:
     assert "planned 4 scenes" in done.stdout
     script = (
         "import sys\n"
-        "from scenecc.cli import main\n"
+        "from scenecc.cli.app import main\n"
         f"sys.argv = ['scenecc', 'build', '--dry-run', {str(scene)!r}]\n"
         "try:\n"
         "    main()\n"
@@ -151,9 +151,13 @@ def test_paths_that_cannot_be_are_wrong_usage(run, scene: Path, arguments: tuple
 
 
 def test_a_device_that_is_full_is_told(run, scene: Path) -> None:
+    """Be it named or standard output, or where a fault would be told."""
     done = run("build", scene, "--dry-run", "-o", "/dev/full")
-    assert done.returncode == 2
-    assert "No space left on device" in done.stderr
+    assert done.returncode == 3
+    assert "error SC818: `/dev/full` cannot be written: No space left on device" in done.stderr
+    for arguments, status in (("build --dry-run -o - $1 >/dev/full", 3), ("build no.yaml 2>/dev/full", 2)):
+        shell = ["sh", "-c", f"$0 -m scenecc {arguments}", sys.executable, str(scene)]
+        assert subprocess.run(shell, capture_output=True, check=False, timeout=60).returncode == status
 
 
 def test_cuda_without_its_library_is_the_machines_fault(run, scene: Path) -> None:

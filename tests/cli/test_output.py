@@ -1,7 +1,10 @@
 from __future__ import annotations
 
 import os
+import signal
 import stat
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -29,7 +32,8 @@ def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path: Path, monkeypa
     monkeypatch.setattr(output.os, "fsync", full)
     reason = write(str(target), "new")
     assert reason is not None
-    assert "No space left" in reason
+    assert reason[0] == "SC818"
+    assert "No space left" in reason[1]
     assert [path.name for path in tmp_path.iterdir()] == ["plan.json"]
     assert target.read_text() == "old"
 
@@ -69,7 +73,8 @@ def test_a_device_is_written_to(tmp_path: Path) -> None:
     assert write("/dev/null", "text") is None
     reason = write("/dev/full", "text")
     assert reason is not None
-    assert "No space left" in reason
+    assert reason[0] == "SC818"
+    assert "No space left" in reason[1]
     assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
 
 
@@ -117,9 +122,89 @@ def test_files_beside_one_another_are_written_all_or_none(tmp_path: Path, monkey
     monkeypatch.setattr(output.os, "fsync", full)
     reason = write_files(str(target), {"any.xml": b"new", "other.assets/c.obj": b"c"}, folder=False)
     assert reason is not None
-    assert "No space left" in reason
+    assert reason[0] == "SC818"
+    assert "No space left" in reason[1]
     assert target.read_bytes() == b"main"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["scene.assets", "scene.xml"]
+
+
+@pytest.mark.parametrize("failing", range(1, 7))
+def test_files_that_were_there_before_are_as_they_were_after_a_failure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failing: int
+) -> None:
+    """Two files are put aside, and four take their places: each of these renamings fails once."""
+    names = ["scene.xml", "a.obj", "b.obj", "new.obj"]
+    old = {name: f"old {name}".encode() for name in names[:3]}
+    for name, content in old.items():
+        (tmp_path / name).write_bytes(content)
+    sound, left = os.replace, [failing]
+
+    def failing_once(source: str, target: str) -> None:
+        left[0] -= 1
+        if left[0] == 0:
+            raise OSError(5, os.strerror(5))
+        sound(source, target)
+
+    monkeypatch.setattr("pathlib.os.replace", failing_once)
+    reason = write_files(str(tmp_path / "scene.xml"), dict.fromkeys(names, b"new"), folder=False)
+    assert reason is not None
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == old
+
+
+def test_a_folder_in_the_place_of_a_file_stays(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").mkdir()
+    reason = write_files(str(tmp_path / "scene.xml"), {"scene.xml": b"new", "a.obj": b"new"}, folder=False)
+    assert reason == ("SC904", f"`{tmp_path / 'a.obj'}` cannot be written: Is a directory")
+    assert [path.name for path in tmp_path.iterdir()] == ["a.obj"]
+
+
+def test_a_file_system_without_files_that_have_no_name_will_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scenecc.files.os.O_TMPFILE", os.O_DIRECTORY)  # a folder cannot be opened to be written
+    assert write(str(tmp_path / "plan.json"), "new") is None
+    assert [path.name for path in tmp_path.iterdir()] == ["plan.json"]
+    assert (tmp_path / "plan.json").read_text() == "new"
+
+
+_INTERRUPTED = """
+import os, signal, sys
+from pathlib import Path
+from scenecc import files
+from scenecc.interrupt import end_at_signals
+
+end_at_signals()
+step, number = sys.argv[1], int(sys.argv[2])
+sound, left = getattr(os, step), [2]
+
+def struck(*given, **named):
+    left[0] -= 1
+    if left[0] == 0:
+        os.kill(os.getpid(), number)
+    return sound(*given, **named)
+
+setattr(os, step, struck)
+files.replace_all({Path(name): b"new" for name in ("scene.xml", "a.obj", "new/b.obj")}, [Path("new")])
+print("not ended")
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize(("step", "content"), [("fsync", "old"), ("link", "old"), ("replace", "new")])
+def test_a_signal_leaves_all_files_or_none(tmp_path: Path, step: str, content: str, number: signal.Signals) -> None:
+    for name in ("scene.xml", "a.obj"):
+        (tmp_path / name).write_text("old")
+    done = subprocess.run(
+        [sys.executable, "-c", _INTERRUPTED, step, str(int(number))],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (128 + number, "", "")
+    expected = dict.fromkeys(["a.obj", "scene.xml"] + ["new/b.obj"] * (content == "new"), content)
+    found = {str(path.relative_to(tmp_path)): path.read_text() for path in tmp_path.rglob("*") if path.is_file()}
+    assert found == expected
+    assert (tmp_path / "new").exists() == (content == "new")
 
 
 def test_a_folder_that_is_new_or_empty_takes_files(tmp_path: Path) -> None:
@@ -134,7 +219,8 @@ def test_a_folder_that_is_new_or_empty_takes_files(tmp_path: Path) -> None:
 
 
 def test_standard_output_takes_one_file() -> None:
-    assert write_files("-", {"a": b"", "b": b""}, folder=False) == "standard output takes one file, and there are 2"
+    reason = write_files("-", {"a": b"", "b": b""}, folder=False)
+    assert reason == ("SC904", "standard output takes one file, and there are 2")
 
 
 def test_bytes_are_written_as_they_are(tmp_path: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:

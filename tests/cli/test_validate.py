@@ -145,7 +145,7 @@ def on_terminal(folder: Path, *arguments: str, **changes: str) -> str:
 def test_a_scene_without_meshes_loads_no_engine(run, cube: Path) -> None:
     script = (
         "import sys\n"
-        "from scenecc.cli import main\n"
+        "from scenecc.cli.app import main\n"
         f"sys.argv = ['scenecc', 'validate', {str(cube)!r}]\n"
         "try:\n"
         "    main()\n"

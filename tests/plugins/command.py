@@ -109,11 +109,4 @@ if __name__ == "__main__":
     gc.collect()
     gc.freeze()
     _become_a_process_that_is_asked_for(socket.socket(fileno=int(sys.argv[1])))
-    try:
-        main()
-    except SystemExit as ended:
-        # As Python ends a process, but for freeing every object, which takes longer than most commands.
-        atexit._run_exitfuncs()
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(ended.code if isinstance(ended.code, int) else 1)
+    main()

@@ -96,7 +96,7 @@ def test_the_command_that_validates_loads_nothing_heavy(tmp_path: Path) -> None:
     file = tmp_path / "scene.yaml"
     file.write_text(SCENE)
     code = (
-        "import sys\nfrom scenecc.cli import main\nsys.argv = ['scenecc', 'validate', sys.argv[1]]\n"
+        "import sys\nfrom scenecc.cli.app import main\nsys.argv = ['scenecc', 'validate', sys.argv[1]]\n"
         "try:\n    main()\nexcept SystemExit as ended:\n    assert not ended.code, ended.code\n"
     )
     assert loaded(code, str(file)) == set()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 from scenecc.backends.sapien.selected import scene_indices
 from scenecc.diagnostics import Location
-from scenecc.diagnostics.interrupt import interrupts_wait
+from scenecc.interrupt import interrupts_wait
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

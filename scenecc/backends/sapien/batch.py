@@ -11,7 +11,7 @@ from scenecc.backends.sapien.members import Members
 from scenecc.backends.sapien.place import place, place_afresh
 from scenecc.backends.sapien.selected import scene_indices, seeds_of
 from scenecc.backends.sapien.start import Start
-from scenecc.diagnostics.interrupt import interrupts_wait
+from scenecc.interrupt import interrupts_wait
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

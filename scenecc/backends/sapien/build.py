@@ -11,7 +11,7 @@ from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.backends.sapien.resources import Resources
 from scenecc.backends.sapien.turn import take_turn
 from scenecc.diagnostics import Location
-from scenecc.diagnostics.interrupt import interrupts_wait
+from scenecc.interrupt import interrupts_wait
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

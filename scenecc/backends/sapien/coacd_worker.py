@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import ctypes
 import importlib
 import json
+import os
+import signal
 import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,6 +25,7 @@ end_header
 """
 """The engine's reader takes a first byte of data that equals a line break for a part of the header, and loses its
 place: so a byte of 0 that nobody reads stands before the numbers."""
+_PR_SET_PDEATHSIG = 1
 
 
 def ply(parts: list[tuple[Any, Any]]) -> bytes:
@@ -42,15 +45,24 @@ def ply(parts: list[tuple[Any, Any]]) -> bytes:
 
 def main() -> None:
     """Cuts one mesh into convex parts and writes them as one mesh of separate components."""
+    request = json.load(sys.stdin)
+    _end_with(request["parent"])
     coacd: Any = importlib.import_module("coacd")
     trimesh: Any = importlib.import_module("trimesh")
-    request = json.load(sys.stdin)
     coacd.set_log_level("error")
     whole = trimesh.load(request["mesh"], force="mesh")
     parts = coacd.run_coacd(coacd.Mesh(whole.vertices, whole.faces), **request["arguments"])
     # SAPIEN passes each part through trimesh, which joins equal vertices; so must this, to be equal.
     meshes = [trimesh.Trimesh(vertices, faces) for vertices, faces in parts]
-    Path(request["output"]).write_bytes(ply([(mesh.vertices, mesh.faces) for mesh in meshes]))
+    with os.fdopen(request["output"], "wb") as file:
+        file.write(ply([(mesh.vertices, mesh.faces) for mesh in meshes]))
+
+
+def _end_with(parent: int) -> None:
+    """Has Linux end this process as soon as the one that asked for it ends, however that ends."""
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        sys.exit()
 
 
 if __name__ == "__main__":

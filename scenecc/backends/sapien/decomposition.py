@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.backends.sapien.assets_on_disk import named_by
 from scenecc.backends.sapien.failure import EngineFailure
+from scenecc.files import replace_all
 
 if TYPE_CHECKING:
     from scenecc.plan import CoacdParams
@@ -90,28 +91,30 @@ def _run(mesh: Path, arguments: dict[str, Any], result: Path) -> None:
         modes.append("on")
     complaint = ""
     for mode in modes:
-        handle, name = tempfile.mkstemp(suffix=".ply", dir=result.parent)
-        os.close(handle)
-        try:
-            complaint = _attempt(mesh, arguments | {"preprocess_mode": mode}, name)
-            if not complaint:
-                Path(name).replace(result)
-                return
-        finally:
-            Path(name).unlink(missing_ok=True)
+        parts, complaint = _attempt(mesh, arguments | {"preprocess_mode": mode})
+        if parts:
+            replace_all({result: parts})
+            return
     raise EngineFailure(CODE, f"CoACD failed on '{mesh}': {complaint}")
 
 
-def _attempt(mesh: Path, arguments: dict[str, Any], output: str) -> str:
-    """Runs CoACD beside this process, so that a crash of it ends only itself; returns its last words, "" if well."""
-    request = json.dumps({"mesh": str(mesh.absolute()), "arguments": arguments, "output": output})
+def _attempt(mesh: Path, arguments: dict[str, Any]) -> tuple[bytes, str]:
+    """What CoACD makes of a mesh, and its last words. It runs beside this process: a crash of it ends only itself."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     command = [sys.executable, "-m", "scenecc.backends.sapien.coacd_worker"]
-    # Our own module in this interpreter; the request goes in as data.
-    done = subprocess.run(  # noqa: S603
-        command, input=request, env=environment, capture_output=True, text=True, check=False
-    )
-    if done.returncode == 0 and Path(output).stat().st_size:
-        return ""
-    words = done.stderr.strip().splitlines()
-    return words[-1] if words else f"it ended with status {done.returncode}"
+    with tempfile.TemporaryFile() as file:
+        output = file.fileno()
+        request = {"mesh": str(mesh.absolute()), "arguments": arguments, "output": output, "parent": os.getpid()}
+        # Our own module in this interpreter; the request goes in as data.
+        done = subprocess.run(  # noqa: S603
+            command,
+            input=json.dumps(request).encode(),
+            env=environment,
+            capture_output=True,
+            pass_fds=[output],
+            check=False,
+        )
+        file.seek(0)
+        parts = file.read() if done.returncode == 0 else b""
+    words = done.stderr.decode(errors="replace").strip().splitlines()
+    return parts, words[-1] if words else f"it ended with status {done.returncode}"

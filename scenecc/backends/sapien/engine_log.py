@@ -20,7 +20,7 @@ DROPPED_PART = "failed to load a component from file"
 
 _STDERR = 2
 
-_SPECK = "v 0 0 0\nv 1e-7 0 0\nv 0 1e-7 0\nv 0 0 1e-7\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+_SPECK = Path(__file__).with_name("speck.obj")
 """A tetrahedron that PhysX takes for flat (a critical message) and SAPIEN leaves out (a warning)."""
 
 
@@ -77,14 +77,11 @@ def _standard_error(instead: int) -> Generator[int | None]:
 def _level(file: IO[bytes]) -> Literal["error", "critical", "off"] | None:
     """The level of the log, None where warnings are written. SAPIEN lets nobody read it, so it is made to speak."""
     material: Any = physx.get_default_material()
-    with tempfile.TemporaryDirectory() as folder:
-        speck = Path(folder, "speck.obj")
-        speck.write_text(_SPECK)
-        # With no part left over, this fails.
-        with suppress(RuntimeError):
-            physx.PhysxCollisionShapeConvexMesh.load_multiple(str(speck), (1, 1, 1), material)
-        with suppress(RuntimeError):
-            physx.PhysxCollisionShapeConvexMesh(str(speck.with_name("none.obj")), (1, 1, 1), material)
+    # With no part left over, this fails.
+    with suppress(RuntimeError):
+        physx.PhysxCollisionShapeConvexMesh.load_multiple(str(_SPECK), (1, 1, 1), material)
+    with suppress(RuntimeError):
+        physx.PhysxCollisionShapeConvexMesh(str(_SPECK.with_name("none.obj")), (1, 1, 1), material)
     said = _take(file).decode(errors="replace")
     if DROPPED_PART in said:
         return None

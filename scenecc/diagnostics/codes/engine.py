@@ -125,4 +125,13 @@ ROWS: tuple[Code, ...] = (
         "$ scenecc render scene.yaml -o large.png --size 16384x16384    # on a device with little memory",
         "Take a smaller picture, or fewer scenes.",
     ),
+    Code(
+        "SC818",
+        "error",
+        "a file cannot be written for want of room",
+        "The disk that a file was to be written to is full, has a quota that is used up, or fails. "
+        "Files that were there before are left as they were.",
+        "$ scenecc build scene.yaml -o /dev/full",
+        "Make room, or name a file on another disk after -o.",
+    ),
 )

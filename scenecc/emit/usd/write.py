@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -15,6 +16,7 @@ from scenecc.emit.usd.joints import write_joints
 from scenecc.emit.usd.looks import Looks
 from scenecc.emit.usd.stage import Stage
 from scenecc.emit.xml.lost import SETTINGS_OF_PHYSX, Lost
+from scenecc.interrupt import interrupts_wait, undoing
 from scenecc.meshes import Drawer, MeshProblem
 from scenecc.plan import ArticulationStructure
 
@@ -97,7 +99,10 @@ def _bytes(stage: Stage, suffix: str) -> bytes:
     layer = stage.stage.GetRootLayer()
     if suffix == ".usda":
         return str(layer.ExportToString()).encode()
-    with tempfile.TemporaryDirectory() as folder:
+    with undoing() as undo:
+        with interrupts_wait():
+            folder = tempfile.mkdtemp()
+            undo.callback(shutil.rmtree, folder, ignore_errors=True)
         file = Path(folder) / f"scene{suffix}"
         layer.Export(str(file))
         return file.read_bytes()

@@ -1,0 +1,82 @@
+"""Files that are written whole or not at all."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+import threading
+from contextlib import ExitStack, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scenecc.interrupt import interrupts_wait, undoing
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+
+def replace_all(files: Mapping[Path, bytes], folders: Sequence[Path] = ()) -> None:
+    """Makes folders and writes files: all of them or none, also where a signal ends the process.
+
+    Each goes to a file beside it first; these take their places in the end, the last first, so that what refers to
+    others may stand before them.
+
+    Raises:
+        OSError: one cannot be written; all are as they were then.
+    """
+    parts: dict[Path, Path] = {}
+    with undoing() as undo:
+        for folder in folders:
+            with interrupts_wait():
+                folder.mkdir()
+                undo.callback(_remove, folder)
+        for path, data in files.items():
+            parts[path] = part = path.with_name(f".{path.name}.{threading.get_native_id()}.part")
+            undo.callback(part.unlink, missing_ok=True)
+            _write(part, data)
+            if path.is_file():
+                part.chmod(stat.S_IMODE(path.stat().st_mode))
+        with interrupts_wait():
+            _put_in_place(parts)
+            undo.pop_all()
+
+
+def _write(part: Path, data: bytes) -> None:
+    """Writes a new file. It has no name until it is whole: of a process that is killed, nothing is left."""
+    try:
+        handle = os.open(part.parent, os.O_TMPFILE | os.O_WRONLY, 0o666)
+    except OSError:  # some file systems know no such files
+        handle = os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
+    with os.fdopen(handle, "wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(handle)
+        if not part.exists():
+            # With a folder, Python has the system follow the link there.
+            os.link(f"/proc/self/fd/{handle}", part, src_dir_fd=handle)
+
+
+def _put_in_place(parts: dict[Path, Path]) -> None:
+    """Gives each part its name. What has the name is kept until the first, which comes last, has taken its place."""
+    first, kept = next(iter(parts)), list[Path]()
+    with ExitStack() as undo:
+        for path in reversed(parts):
+            if path.is_dir():
+                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+            if not os.path.lexists(path):
+                undo.callback(path.unlink)
+            elif path != first:
+                kept.append(parts[path].with_suffix(".old"))
+                path.replace(kept[-1])
+                undo.callback(kept[-1].replace, path)
+            parts[path].replace(path)
+        undo.pop_all()
+    for old in kept:
+        with suppress(OSError):
+            old.unlink()
+
+
+def _remove(folder: Path) -> None:
+    with suppress(OSError):  # others write into it by now
+        folder.rmdir()

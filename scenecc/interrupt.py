@@ -1,0 +1,91 @@
+"""Signals that end a process: what is undone before it ends, and what they wait for.
+
+It loads next to nothing: until it is loaded, a signal ends the process with Python's traceback.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from contextlib import ExitStack, contextmanager, suppress
+
+TYPE_CHECKING = False  # that of `typing` takes longer to load than all else here
+if TYPE_CHECKING:
+    from collections.abc import Generator
+    from types import FrameType
+    from typing import Any, NoReturn
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+_stacks: list[ExitStack] = []
+"""What is to be undone when the process ends."""
+
+
+def end_at_signals() -> None:
+    """Has Ctrl-C, SIGTERM and SIGHUP end this process with status 130, 143 and 129.
+
+    It ends inside the handler. An exception raised there could come out of any line of Python: in a destructor or a
+    callback it would be dropped, and an engine that is taken apart while its threads draw crashes.
+    """
+    for number in _SIGNALS:
+        if number is not signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:  # ignored under nohup
+            signal.signal(number, _end)
+
+
+def _end(number: int, frame: FrameType | None) -> NoReturn:
+    del frame
+    for each in _SIGNALS:
+        signal.signal(each, signal.SIG_IGN)
+    try:
+        while _stacks:
+            with suppress(Exception):
+                _stacks.pop().close()
+    finally:
+        os._exit(128 + number)
+
+
+@contextmanager
+def undoing() -> Generator[ExitStack]:
+    """What is put on the stack is called when the block ends, however it ends: also where a signal ends the process.
+
+    A signal may come in the middle of any function, so what is called must take no lock.
+    """
+    stack = ExitStack()
+    _stacks.append(stack)
+    try:
+        yield stack
+    finally:
+        with interrupts_wait():
+            try:
+                stack.close()
+            finally:
+                _stacks.remove(stack)
+
+
+@contextmanager
+def interrupts_wait() -> Generator[None]:
+    """Delivers signals at the end of the block instead of inside it. They arrive in the main thread only.
+
+    For what nobody can let go of by halves: a `sapien.Scene` whose `__init__` was interrupted ends the whole process
+    when it is freed, since its `__del__` clears what was never made.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    found: dict[int, Any] = {number: signal.getsignal(number) for number in _SIGNALS}
+    handlers = {number: handler for number, handler in found.items() if callable(handler)}
+    waiting: list[tuple[int, Any]] = []
+
+    def wait(number: int, frame: Any) -> None:
+        waiting.append((number, frame))
+
+    for number in handlers:
+        signal.signal(number, wait)
+    try:
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        if waiting:
+            handlers[waiting[0][0]](*waiting[0])

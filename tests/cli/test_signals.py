@@ -1,0 +1,60 @@
+"""Signals that end a command, whenever they come. `python tests/plugins/struck.py 100` sends many of them."""
+
+from __future__ import annotations
+
+import random
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from cli.running import CUBE
+from plugins.struck import COMMANDS, hears, strike
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.render] * (name == "render")) for name in COMMANDS]
+)
+def test_a_signal_ends_a_command_at_any_moment_and_leaves_nothing(name: str, number: signal.Signals) -> None:
+    after = random.uniform(0, 1)
+    found = strike(name, number, after, ours=True)
+    # Scenes may have been checked by then.
+    assert found.peace(number) or (name == "validate" and found.status == 0), (after, found)
+
+
+def test_a_signal_is_heard_before_the_imports_that_take_time() -> None:
+    """Whoever hears a signal from then on ends the process in peace."""
+    code = "import sys, scenecc.cli; print(len([name for name in sys.modules if name not in BEFORE]))"
+    before = "import signal, threading, contextlib, sys; BEFORE = set(sys.modules); "
+    done = subprocess.run([sys.executable, "-c", before + code], capture_output=True, text=True, check=True, timeout=60)
+    assert int(done.stdout) <= 5  # scenecc, its version, scenecc.interrupt, scenecc.cli, __future__
+
+
+def test_an_interruption_inside_a_destructor_is_not_lost() -> None:
+    """Python drops an exception that is raised there."""
+    code = (
+        "import os, signal\nfrom scenecc.interrupt import end_at_signals\n"
+        "class Freed:\n    def __del__(self): os.kill(os.getpid(), signal.SIGTERM)\n"
+        "end_at_signals()\nFreed()\nprint('not ended')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (143, "", "")
+
+
+def test_a_hangup_ends_a_command() -> None:
+    assert strike("view", signal.SIGHUP, 0.5, ours=True).peace(signal.SIGHUP)
+
+
+def test_a_hangup_does_not_end_a_command_under_nohup() -> None:
+    process = subprocess.Popen(
+        ["sh", "-c", "trap '' HUP; exec $0 -m scenecc validate -", sys.executable],
+        stdin=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    while not hears(process.pid):
+        time.sleep(0.01)
+    process.send_signal(signal.SIGHUP)
+    assert process.communicate(CUBE.encode(), timeout=60)[1] == b"1 file checked\n"
+    assert process.returncode == 0

@@ -1,0 +1,189 @@
+"""Commands that a signal strikes at a random moment of their life, and what they leave behind.
+
+    python tests/plugins/struck.py [REPETITIONS [COMMAND...]]
+
+prints how each command ended.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+
+_FILM = ("--steps", "8", "--every", "1", "-o", "picture.png", "--video", "film.mp4")
+
+COMMANDS: Mapping[str, tuple[str, ...]] = {
+    "validate": ("validate", str(ROOT / "scenes")),
+    "build": ("build", "convex.yaml", "--no-render", "--steps", "20", "-o", "plan.json"),
+    "emit": ("emit", str(ROOT / "scenes/materials.yaml"), "--to", "mjcf", "-o", "scene.xml"),
+    "view": ("view", str(ROOT / "scenes/tabletop.yaml"), "--port", "0"),
+    "render": ("render", str(ROOT / "scenes/tabletop.yaml"), "--size", "160x120", *_FILM),
+}
+
+_CONVEX = """\
+scenecc: 1
+entities: {gem: {shapes: [{type: convex_parts, file: gem.stl, decomposition: coacd}]}}
+"""
+
+_GIVEN = {"work/convex.yaml", "work/gem.stl"}
+_OLD = b"as it was before\n"
+
+
+@dataclass(frozen=True)
+class Struck:
+    """How a command ended that a signal struck.
+
+    Attributes:
+        status: of the process, as Python tells it.
+        errors: its standard error.
+        heard: whether it had a handler of its own when the signal came.
+        took: how long it lived on [s].
+        written: which of the files that were there before are others now.
+        left: other files.
+        processes: command lines of processes that outlived it.
+    """
+
+    status: int
+    errors: str
+    heard: bool
+    took: float
+    written: frozenset[str]
+    left: frozenset[str]
+    processes: list[str]
+
+    def peace(self, number: int) -> bool:
+        """Whether it ended as it should have, and left nothing."""
+        whole = not self.errors or self.errors == "Ctrl-C ends it.\n"
+        return self.status == 128 + number and whole and not (self.written or self.left or self.processes)
+
+
+def lifetime(name: str) -> tuple[float, frozenset[str]]:
+    """Seconds from start to end (of a viewer, to its address and a little more), and the names of files it wrote."""
+    with _started(name) as (process, home):
+        began = time.monotonic()
+        if name == "view":
+            assert process.stdout is not None
+            process.stdout.readline()
+            time.sleep(0.5)
+        else:
+            process.wait(120)
+        return time.monotonic() - began, _files(home)
+
+
+def strike(name: str, number: signal.Signals, after: float, old: Collection[str] = (), *, ours: bool = False) -> Struck:
+    """Runs a command and sends it a signal after some seconds.
+
+    Args:
+        name: of the command.
+        number: the signal.
+        after: since the process began.
+        old: files that are there before.
+        ours: count the seconds from when it has a handler of its own.
+    """
+    with _started(name, old) as (process, home):
+        while ours and not hears(process.pid):
+            time.sleep(0.002)
+        time.sleep(after)
+        heard = hears(process.pid)
+        sent = time.monotonic()
+        process.send_signal(number)
+        _, errors = process.communicate(timeout=60)
+        took = time.monotonic() - sent
+        time.sleep(0.1)  # the system takes a moment to end its children
+        written = frozenset(each for each in old if (home / each).read_bytes() != _OLD)
+        left = _files(home).difference(old)
+        return Struck(process.returncode, errors.decode(), heard, took, written, left, _of_session(process.pid))
+
+
+@contextmanager
+def _started(name: str, old: Collection[str] = ()) -> Iterator[tuple[subprocess.Popen[bytes], Path]]:
+    """A command that runs in a session, a folder, a temporary folder and a cache of its own."""
+    with tempfile.TemporaryDirectory() as folder:
+        home = Path(folder)
+        for each in ("work", "tmp", "cache"):
+            (home / each).mkdir()
+        (home / "work/convex.yaml").write_text(_CONVEX)
+        shutil.copy(ROOT / "assets/gem.stl", home / "work")
+        for each in old:
+            (home / each).parent.mkdir(exist_ok=True)
+            (home / each).write_bytes(_OLD)
+        process = subprocess.Popen(
+            [sys.executable, "-m", "scenecc", *COMMANDS[name]],
+            cwd=home / "work",
+            env={**os.environ, "TMPDIR": str(home / "tmp"), "XDG_CACHE_HOME": str(home / "cache")},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+        )
+        try:
+            yield process, home
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.communicate()
+
+
+def _files(home: Path) -> frozenset[str]:
+    """Names of files but those that were given, and those in which Mesa keeps what it compiled."""
+    found = {str(path.relative_to(home)) for path in home.rglob("*") if path.is_file()}
+    return frozenset(name for name in found - _GIVEN if "mesa" not in name)
+
+
+def hears(pid: int) -> bool:
+    """Whether a process has a handler for SIGTERM, which Python by itself has not."""
+    with suppress(OSError, StopIteration):
+        lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+        caught = next(line for line in lines if line.startswith("SigCgt"))
+        return bool(int(caught.split()[1], 16) & 1 << signal.SIGTERM - 1)
+    return False
+
+
+def _of_session(leader: int) -> list[str]:
+    found: list[str] = []
+    for entry in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            state, _, _, session = (entry / "stat").read_text().rsplit(")", 1)[1].split()[:4]
+            if int(session) == leader and state not in "ZX":
+                found.append((entry / "cmdline").read_bytes().replace(b"\0", b" ").decode())
+    return found
+
+
+def main(repetitions: int, names: Collection[str]) -> None:
+    for name in names:
+        (_, files), (lasts, _) = lifetime(name), lifetime(name)
+        old = {file for file in files if file.startswith("work/")}
+        for number in (signal.SIGINT, signal.SIGTERM):
+            ends: Counter[str] = Counter()
+            faults: Counter[str] = Counter()
+            slowest = 0.0
+            for _ in range(repetitions):
+                found = strike(name, number, random.uniform(0, lasts), old)
+                early = "" if found.heard or found.status == 0 else " in Python's own start"
+                slowest = max(slowest, found.took)
+                ends[f"{found.status}{early}"] += 1
+                faults[f"traceback{early}"] += "Traceback" in found.errors
+                faults["processes left"] += bool(found.processes)
+                faults["some files written, others not"] += 0 < len(found.written) < len(old)
+                faults["files left"] += bool(found.left) and found.status != 0
+            print(
+                f"{name:9}{number.name:8} of {lasts:5.2f} s: ends {dict(ends)}, at most {slowest:.2f} s after;"
+                f" faults {dict(+faults)}",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 10, sys.argv[2:] or list(COMMANDS))
