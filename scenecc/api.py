@@ -1,6 +1,7 @@
 """The public API: the pipeline from a source to diagnostics, a plan or live scenes, top to bottom.
 
-This is the one place that raises `SceneError`; every stage below reports into a sink and stops.
+This is the one place that raises `SceneError`, beside a simulation that diverges; every stage below reports into a sink
+and stops.
 """
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal, overload
 
-from scenecc.diagnostics import Diagnostic, Sink
+from scenecc.diagnostics import Diagnostic, SceneError, Sink
 from scenecc.front import Compiled, Options, Source, compile_source, indices
 
 if TYPE_CHECKING:
@@ -66,28 +67,6 @@ __all__ = [
 
 Backend = Literal["cpu", "cuda"]
 Audit = Literal["full", "fast", "off"]
-
-
-class SceneError(Exception):
-    """A scene could not be compiled or built.
-
-    Attributes:
-        diagnostics: everything that was found, warnings included, in the order of the file.
-    """
-
-    def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
-        self.diagnostics = list(diagnostics)
-        super().__init__(self.diagnostics)
-
-    def __str__(self) -> str:
-        from scenecc.diagnostics.render import render
-
-        return "\n" + render(self.diagnostics)
-
-    @property
-    def at_fault(self) -> Literal["scene", "machine"]:
-        """The scene, or the engine and the machine (codes SC8xx), which count first where both are."""
-        return "machine" if any(d.severity == "error" and d.code[2] == "8" for d in self.diagnostics) else "scene"
 
 
 def validate(

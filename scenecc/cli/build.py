@@ -26,12 +26,15 @@ from scenecc.cli.options import (
     parse_params,
 )
 from scenecc.cli.output import STDOUT, base_folder, print_err, print_out, write
-from scenecc.cli.progress import counted, progress
+from scenecc.cli.progress import progress
 from scenecc.cli.report import end, of_settings, usage_error
 from scenecc.cli.table import built, plain, planned, stage_times
 
 if TYPE_CHECKING:
     from scenecc.api import Build, SceneBatch
+
+_STRIDE = 10
+"""Steps between two reports of the progress."""
 
 
 class Backend(str, Enum):
@@ -122,11 +125,13 @@ def _conclude(result: Build, steps: int, output: str | None, form: Format) -> No
     """Simulates, writes the plan, and says what was done."""
     from scenecc import api
 
-    timings = dict(result.timings)
+    timings, diagnostics = dict(result.timings), list(result.diagnostics)
     if result.batch is not None:
-        with result.batch:
-            timings |= _step(result.batch, steps)
-    diagnostics = list(result.diagnostics)
+        try:
+            with result.batch:
+                timings |= _step(result.batch, steps)
+        except api.SceneError as error:
+            end([*diagnostics, *error.diagnostics], form)
     if output is not None:
         reason = write(output, api.plan_text(result.plan, base=base_folder(output)))
         if reason is not None:
@@ -141,8 +146,11 @@ def _step(batch: SceneBatch, steps: int) -> dict[str, float]:
     if steps == 0:
         return {}
     started = time.perf_counter()
-    for _ in counted("step", range(steps)):
-        batch.step()
+    with progress("step") as show:
+        for done in range(0, steps, _STRIDE):
+            if show is not None:
+                show(done, steps)
+            batch.step(min(_STRIDE, steps - done), check=True)
     return {"step": time.perf_counter() - started}
 
 

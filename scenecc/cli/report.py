@@ -25,9 +25,6 @@ class Status(IntEnum):
     machine = 3
 
 
-_BANDS = {"8": Status.machine, "9": Status.usage}
-"""Who is at fault for a code, by its first digit; for all others it is the scene."""
-
 _PARAMS = "params"
 """The file that the API names for a value of `params=`."""
 
@@ -42,9 +39,11 @@ def status(diagnostics: Iterable[Diagnostic], *, strict: bool = False) -> Status
 
 
 def _blamed(diagnostic: Diagnostic) -> Status:
+    from scenecc.diagnostics.codes import at_fault
+
     if diagnostic.line is None and (diagnostic.file or "").startswith(_SET):
         return Status.usage
-    return _BANDS.get(diagnostic.code[2], Status.scene)
+    return Status[at_fault(diagnostic.code)]
 
 
 def of_settings(diagnostics: Iterable[Diagnostic], settings: Container[str]) -> list[Diagnostic]:

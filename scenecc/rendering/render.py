@@ -94,6 +94,8 @@ def render_scene(
         studio = Studio(batch, setup, what, progress, human=camera is None if hidden is None else hidden)
         try:
             pictures, made = studio.take(steps, film, every)
+        except SceneError as error:
+            raise SceneError([*sink.diagnostics(), *error.diagnostics]) from error
         except (RuntimeError, OSError) as error:
             sink.report("SC814", f"the picture cannot be made: {error}", plan.origin or Location(None))
             raise SceneError(sink.diagnostics()) from error

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 _FRAMES_A_SECOND = 30
 """About as many has a film of which nothing is said."""
 
+_STRIDE = 10
+"""Steps between two reports of the progress."""
+
 
 class Studio:
     """Simulates scenes and takes their pictures. `human`: show what is hidden too."""
@@ -49,6 +52,7 @@ class Studio:
         """A picture of each scene after the steps, and the film: its bytes, its number of frames and its rate [1/s].
 
         Raises:
+            SceneError: the simulation diverges.
             RuntimeError: the renderer fails.
             OSError: the film's encoder does.
         """
@@ -58,18 +62,18 @@ class Studio:
         stride = every or min(steps, max(1, round(1 / (_FRAMES_A_SECOND * self._batch.timestep))))
         count, rate = 1 + steps // stride, 1 / (stride * self._batch.timestep)
         data = filmed(film, self._frames(count, stride), rate, count)
-        self._batch.step(steps % stride)
+        self._batch.step(steps % stride, check=True)
         return self._stills(), (data, count, rate)
 
     def _step(self, steps: int) -> None:
-        for done in range(steps):
+        for done in range(0, steps, _STRIDE):
             self._progress(done, steps)
-            self._batch.step()
+            self._batch.step(min(_STRIDE, steps - done), check=True)
 
     def _frames(self, count: int, stride: int) -> Iterator[NDArray[np.uint8]]:
         for number in range(count):
             self._progress(number, count)
-            self._batch.step(stride if number else 0)
+            self._batch.step(stride if number else 0, check=True)
             pictures = [self._picture(index) for index in self._batch.scene_idxs]
             tiles = [shown(self._what, picture.pixels) for picture in pictures]
             yield labelled(tiles, pictures) if self._grid else tiles[0]

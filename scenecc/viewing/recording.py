@@ -29,7 +29,7 @@ def record(
     """One page of HTML with a scene and, if there are steps, its simulation, as fast as its time goes.
 
     Raises:
-        SceneError: a file cannot be shown, or a package for it is missing.
+        SceneError: a file cannot be shown, a package for it is missing, or the simulation diverges.
     """
     files, page = Files(), Page(server)
     picture = world.picture(look, files)
@@ -41,7 +41,7 @@ def record(
         if progress is not None:
             progress(done, steps)
         taken = min(stride, steps - done)
-        world.step(taken)
+        world.step(taken, check=True)
         recording.insert_sleep(taken * world.timestep)
         page.move(world.keys, world.poses())
     title = f"<title>{escape(world.loaded.plan.name)}</title>"

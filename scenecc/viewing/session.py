@@ -168,9 +168,7 @@ class Session:
     def step(self, n: int) -> None:
         """Simulates some steps."""
         if self._world is not None:
-            self._world.step(n)
-            self._show_poses()
-            self._tell_time()
+            self._simulated(self._world, n)
 
     def select(self, key: Key) -> None:
         """Tells what is known of a body and of what it belongs to."""
@@ -208,6 +206,16 @@ class Session:
         while self._owed >= timestep and time.monotonic() < until:
             self._world.step()
             self._owed -= timestep
+        self._simulated(self._world)
+
+    def _simulated(self, world: World, n: int = 0) -> None:
+        """Simulates some more steps, and shows where everything is; one that diverges stops, and its poses stay."""
+        try:
+            world.step(n, check=True)
+        except SceneError:
+            if self._playing:
+                self.play()
+            raise
         self._show_poses()
         self._tell_time()
 

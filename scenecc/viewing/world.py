@@ -81,10 +81,10 @@ class World:
         """Length of one step [s]."""
         return self._batch.timestep
 
-    def step(self, n: int = 1) -> None:
-        """Simulates some steps in every scene."""
-        self._batch.step(n)
+    def step(self, n: int = 1, *, check: bool = False) -> None:
+        """Simulates some steps in every scene. With `check`, raises SceneError once they have diverged."""
         self.steps += n
+        self._batch.step(n, check=check)
 
     def reset(self, seed: int) -> None:
         """Puts all bodies back to their start, drawn with another seed where a reset draws it.

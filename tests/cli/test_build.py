@@ -217,3 +217,17 @@ def test_a_stranger_s_names_only_show(run, tmp_path: Path) -> None:
         for text in (done.stdout, done.stderr):
             assert not set(text) & {"\x1b", "\x9b", "\u202e"}
             assert not any(line.strip().startswith("::") for line in text.splitlines())
+
+
+@pytest.mark.parametrize("steps", ["9", "25"])
+def test_a_simulation_that_diverges_is_the_scene_s_fault(run, tmp_path: Path, steps: str) -> None:
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(f"physics: {{gravity: [0, 0, -1.0e+6], timestep: 1}}\n{CUBE}")
+    assert run("build", scene, "--no-render").returncode == 0
+    done = run("build", scene, "--no-render", "--steps", steps)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "scene.yaml:4:" in done.stderr
+    assert (
+        f"error SC820: `cube` is beyond 1e6 m, m/s, rad or rad/s in scene 0 by step {min(int(steps), 10)}"
+        in done.stderr
+    )

@@ -136,3 +136,14 @@ def test_a_picture_goes_to_standard_output_and_its_description_beside_it(scene: 
     picture = np.asarray(Image.open(tmp_path / "out.png"))
     assert (picture.shape, picture.dtype) == ((6, 8), np.uint16)
     assert "-: depth, 8 × 6, scene 0 of 3" in done.stderr.decode()
+
+
+@pytest.mark.render
+@pytest.mark.parametrize("output", [("-o", "out.png"), ("--video", "out.gif")])
+def test_a_simulation_that_diverges_gives_no_picture(run, scene: Path, tmp_path: Path, output: tuple[str, str]) -> None:
+    falls = SCENE.replace("  floor: {body_type: static, shapes: [{type: plane}]}\n", "")
+    scene.write_text(f"physics: {{gravity: [0, 0, -1.0e+6], timestep: 1}}\n{falls}")
+    done = run("render", scene, *output, "--steps", "20")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "error SC820: `cube` is beyond" in done.stderr
+    assert not (tmp_path / output[1]).exists()

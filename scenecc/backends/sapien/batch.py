@@ -6,6 +6,7 @@ from contextlib import nullcontext
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from scenecc.backends.sapien.diverged import LOOK_EVERY, look
 from scenecc.backends.sapien.fitting import fitting
 from scenecc.backends.sapien.members import Members
 from scenecc.backends.sapien.place import place, place_afresh
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.seen.dress import Dress, Moves
     from scenecc.backends.sapien.state import AnyState, SceneState
     from scenecc.backends.sapien.ties import Again, ConstraintBatch, Ties
+    from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
 
 
@@ -45,6 +47,7 @@ class SceneBatch:
         bodies: Sequence[Bodies | Articulations],
         *,
         render: bool,
+        sink: Sink,
     ) -> None:
         self._plan = plan
         self._scene_idxs = scene_idxs
@@ -54,6 +57,8 @@ class SceneBatch:
         self._number_of = {index: number for number, index in enumerate(scene_idxs)}
         self._ties: Ties | None = None
         self._dress: Dress | None = None
+        self._sink = sink
+        self._steps = dict.fromkeys(scene_idxs, 0)
         self._seeds = dict.fromkeys(scene_idxs, plan.seed)
         self._closed = False
 
@@ -161,15 +166,26 @@ class SceneBatch:
         self._check_open()
         return self._scenes[0].timestep
 
-    def step(self, n: int = 1) -> None:
-        """Simulates `n` time steps in every scene. Raises ValueError if negative, RuntimeError once closed."""
+    def step(self, n: int = 1, *, check: bool = False) -> None:
+        """Simulates `n` time steps in every scene. Raises ValueError if negative, RuntimeError once closed.
+
+        With `check` it looks after every ten steps and after the last, or at once if `n` is 0, whether all that moves
+        is finite and within 1e6 m, m/s, rad and rad/s. Where it is not, it stops and raises SceneError (SC820); only a
+        reset helps. Many steps take 1.1 to 1.7 times as long with it, single ones up to 3 times, in tiny scenes more.
+        """
         self._check_open()
         if n < 0:
             raise ValueError(f"n must not be negative, not {n}")
-        for scene in self._scenes:
-            step = scene.physx_system.step
-            for _ in range(n):
-                step()
+        stride = LOOK_EVERY if check else max(n, 1)
+        for done in range(0, max(n, 1), stride):
+            count = min(stride, n - done)
+            for index, scene in zip(self._scene_idxs, self._scenes, strict=True):
+                step = scene.physx_system.step
+                for _ in range(count):
+                    step()
+                self._steps[index] += count
+            if check:
+                look(self._plan, self._members.present(), self._steps, self._sink.another())
 
     def remove(self, name: str) -> None:
         """Takes an entity out of every scene; `add` puts it back.
@@ -309,6 +325,7 @@ class SceneBatch:
         placements = self._members.placements(states)
         with interrupts_wait():
             for index in scene_idxs:
+                self._steps[index] = 0
                 if exact:
                     number = self._number_of[index]
                     self._scenes[number] = place_afresh(placements, index, self._scenes[number])

@@ -37,7 +37,8 @@ def build_scenes(
     try:
         scenes.extend(new_scene(plan, rendered=rendered) for _ in scene_idxs)
         fill(scenes, turns, progress)
-        return SceneBatch(plan, scene_idxs, scenes, [turn.held() for turn in turns], render=rendered), turns
+        bodies = [turn.held() for turn in turns]
+        return SceneBatch(plan, scene_idxs, scenes, bodies, render=rendered, sink=sink.another()), turns
     except BaseException as error:
         for scene in scenes:
             scene.clear()
@@ -67,7 +68,7 @@ def prepare(plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sink, *, rendere
     refresh(plan, rendered=rendered)
     resources = Resources(plan)
     turns: list[AnyTurn] = []
-    failed = False
+    failed, crowded = False, None
     for entity in plan.entities:
         try:
             turn, failures = take_turn(entity, scene_idxs, resources, rendered=rendered)
@@ -78,6 +79,11 @@ def prepare(plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sink, *, rendere
         failed = failed or bool(failures)
         if turn is not None:
             turns.append(turn)
+        if crowded is None and resources.crowded():
+            crowded = entity
+    if crowded is not None and (failure := resources.crowded()):
+        report(failure, sink, crowded.origin)
+        failed = True
     return None if failed else turns
 
 

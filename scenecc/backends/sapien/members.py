@@ -13,7 +13,7 @@ from scenecc.backends.sapien.place_articulation import read_articulations
 from scenecc.backends.sapien.state import SceneState
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from scenecc.backends.sapien.place import Placement
     from scenecc.backends.sapien.place_articulation import ArticulationPlacement
@@ -75,6 +75,10 @@ class Members:
             self.articulations[name] = batch
         if isinstance(held, Articulations):
             self._parked.pop(name).put_back(held)
+
+    def present(self) -> Iterator[Bodies | Articulations]:
+        """Those that are in the scenes now."""
+        return (self.held[name] for name in self._order)
 
     def state(self, scene_idxs: tuple[int, ...]) -> SceneState:
         """The state of all in these scenes, and of those that are removed from them."""

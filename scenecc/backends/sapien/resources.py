@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 from dataclasses import astuple
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
+from weakref import WeakSet
 
 import numpy as np
 
@@ -20,6 +22,12 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.columns import Column
     from scenecc.plan import CoacdParams, ScenePlan, Texture, Value, VisualMaterial
 
+_MOST_MATERIALS: Final = 65_534
+"""PhysX has 65 535 numbers for those of a process, and one of them is its default material's."""
+
+_materials: Final[WeakSet[Any]] = WeakSet()
+"""Those of all batches that are open: what a batch was built from lives as long as it."""
+
 
 class Resources:
     """The tables of a plan as objects of the engine.
@@ -31,8 +39,11 @@ class Resources:
     def __init__(self, plan: ScenePlan) -> None:
         self._plan = plan
         default = plan.physics.default_material
-        self.default_material: Any = physx.get_default_material() if default is None else _physical(*astuple(default))
         self._physical: dict[tuple[float, ...], Any] = {}
+        self._lacking = 0
+        self.default_material: Any = (
+            physx.get_default_material() if default is None else self._physical_material((-1, *astuple(default)))
+        )
         self._same: dict[int, Column | None] = {}
         self._visual: dict[tuple[object, ...], Any] = {}
         self._textures: dict[tuple[object, ...], Any] = {}
@@ -50,6 +61,19 @@ class Resources:
             numbers[where] = self._numbers(index, rows[where])
         return list(map(self._physical_material, zip(indices.tolist(), *numbers.T.tolist(), strict=True)))
 
+    def crowded(self) -> EngineFailure | None:
+        """What is wrong if the engine cannot number all physical materials that were asked for."""
+        if not self._lacking:
+            return None
+        count = len(self._physical)
+        others = _MOST_MATERIALS - (count - self._lacking)
+        return EngineFailure(
+            "SC821",
+            f"these scenes need {count} physical materials{f' beside {others} of other batches' * (others > 0)};"
+            f" a process holds {_MOST_MATERIALS}",
+            hint="build fewer scenes in one process, or draw friction and restitution from few values (`choice`)",
+        )
+
     def _fixed(self, index: int) -> Column | None:
         """A physical material that is the same in every scene, as the column of all shapes that have it."""
         if index not in self._same:
@@ -66,8 +90,19 @@ class Resources:
 
     def _physical_material(self, key: tuple[float, ...]) -> Any:
         if key not in self._physical:
-            self._physical[key] = _physical(*key[1:])
+            self._physical[key] = self._new_material(*key[1:])
         return self._physical[key]
+
+    def _new_material(self, *numbers: float) -> Any:
+        if not self._lacking and len(_materials) == _MOST_MATERIALS:
+            gc.collect()  # a batch that was dropped without being closed may still have some
+        if self._lacking or len(_materials) == _MOST_MATERIALS:
+            # SAPIEN crashes on one too many. From here on they are counted, for `crowded`, and not made.
+            self._lacking += 1
+            return physx.get_default_material()
+        made = _physical(*numbers)
+        _materials.add(made)
+        return made
 
     def visual(self, material: Value, rows: NDArray[np.intp]) -> Column:
         """`RenderMaterial` a row, or one for all."""

@@ -20,7 +20,7 @@ from scenecc.diagnostics.codes import (
     usage,
     viewing,
 )
-from scenecc.diagnostics.codes.row import Code
+from scenecc.diagnostics.codes.row import Code, Fault
 
 BANDS: dict[str, str] = {
     "0": "reading YAML",
@@ -62,4 +62,13 @@ CODES: dict[str, Code] = {
 }
 """Every code, by code."""
 
-__all__ = ["BANDS", "CODES", "Code"]
+_FAULTS: dict[str, Fault] = {"8": "machine", "9": "usage"}
+"""What has to be put right for a code, by its first digit; for all others it is the scene."""
+
+
+def at_fault(code: str) -> Fault:
+    """What has to be put right where a code is reported."""
+    return CODES[code].at_fault or _FAULTS.get(code[2], "scene")
+
+
+__all__ = ["BANDS", "CODES", "Code", "Fault", "at_fault"]

@@ -134,4 +134,27 @@ ROWS: tuple[Code, ...] = (
         "$ scenecc build scene.yaml -o /dev/full",
         "Make room, or name a file on another disk after -o.",
     ),
+    Code(
+        "SC820",
+        "error",
+        "the simulation diverges",
+        "A body, a link or a joint is not finite any more, or beyond 1e6 (m, m/s, rad or rad/s), where single "
+        "precision means nothing: the engine cannot solve this scene with this time step. SAPIEN goes on without a "
+        "word, and draws nothing of what is not finite.",
+        "$ scenecc build scene.yaml --steps 100    # where drives are too strong for the time step",
+        "Take a smaller `timestep`, weaker drives and springs, or masses and inertias that differ less. See whether "
+        "a number is in another unit than the language's (m, kg, s, rad).",
+        at_fault="scene",
+    ),
+    Code(
+        "SC821",
+        "error",
+        "more physical materials than the engine can number",
+        "PhysX numbers the materials of a process in 16 bits. Beside its default one there is room for 65 534, and "
+        "SAPIEN crashes on one more. Each material that has a friction or a restitution is one of them; where these "
+        "differ from scene to scene, there is one for each of their values.",
+        "$ scenecc build scene.yaml --num-scenes 4096    # where each of 20 entities draws its friction",
+        "Build fewer scenes in one process (`--scenes 0:2048`, `scene_idxs=`), close batches that are no longer "
+        "needed, or draw from few values: `{choice: [0.2, 0.4, 0.6]}`.",
+    ),
 )

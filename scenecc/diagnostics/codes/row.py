@@ -6,6 +6,9 @@ from typing import Literal
 
 from scenecc.diagnostics.frozen import frozen
 
+Fault = Literal["scene", "usage", "machine"]
+"""What has to be put right: the scene file, the command, or the engine and the machine."""
+
 
 @frozen
 class Code:
@@ -18,6 +21,7 @@ class Code:
         cause: why it is refused: what SAPIEN would do, or what it could mean.
         example: a scene file (or the command) that gives it.
         cure: the same, mended, or what to do.
+        at_fault: who has to put it right, where that is not whom `at_fault` of the package says by the first digit.
     """
 
     code: str
@@ -26,3 +30,4 @@ class Code:
     cause: str
     example: str
     cure: str
+    at_fault: Fault | None = None

@@ -95,3 +95,12 @@ def test_missing_packages_are_named_with_the_way_to_get_them(monkeypatch: pytest
         assert (told.code, told.hint) == ("SC816", 'run `pip install "scenecc[view]"`')
         assert told.message == "a page needs viser and watchfiles, not installed here"
         assert caught.value.at_fault == "machine"
+
+
+def test_a_simulation_that_diverges_gives_no_page(tmp_path: Path) -> None:
+    path = tmp_path / "balls.yaml"
+    path.write_text(f"physics: {{gravity: [0, 0, -1.0e+6], timestep: 1}}\n{SCENE}")
+    export_page(path)
+    with pytest.raises(scenecc.SceneError) as caught:
+        export_page(path, steps=20)
+    assert ([found.code for found in caught.value.diagnostics], caught.value.at_fault) == (["SC820"], "scene")

@@ -378,3 +378,21 @@ def test_the_seed_is_the_files_until_another_is_asked_for(shown: Shown) -> None:
     assert field.value == 7
     shown.session.reload()
     assert field.value == 7
+
+
+def test_a_simulation_that_diverges_pauses_and_a_reset_mends_it(shown: Shown) -> None:
+    shown.path.write_text(SCENE.replace("entities:", "physics: {gravity: [0, 0, -1.0e+6], timestep: 1}\nentities:"))
+    shown.session.reload()
+    shown.session.play()
+    for told in (False, True):
+        shown.session._shown_at -= 60
+        shown.session._try(shown.session._advance)
+        assert ("SC820" in shown.texts()) == told
+    assert not shown.session._playing
+    shown.session._try(lambda: shown.session.step(20))
+    assert "SC820" in shown.texts()
+    assert shown.node(BALL).position[2] == pytest.approx(-1e6, abs=2), "it is shown where it last meant something"
+    shown.session.reset(0)
+    assert "SC820" not in shown.texts()
+    shown.session.step(1)
+    assert shown.node(BALL).position[2] == pytest.approx(-1e6, abs=2)

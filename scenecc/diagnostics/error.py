@@ -1,0 +1,35 @@
+"""What callers of the API catch."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from scenecc.diagnostics.codes import at_fault
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from scenecc.diagnostics.diagnostic import Diagnostic
+
+
+class SceneError(Exception):
+    """A scene could not be compiled or built, or its simulation diverged.
+
+    Attributes:
+        diagnostics: everything that was found, warnings included, in the order of the file.
+    """
+
+    def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
+        self.diagnostics = list(diagnostics)
+        super().__init__(self.diagnostics)
+
+    def __str__(self) -> str:
+        from scenecc.diagnostics.render import render  # noqa: PLC0415 - it needs this package
+
+        return "\n" + render(self.diagnostics)
+
+    @property
+    def at_fault(self) -> Literal["scene", "machine"]:
+        """The scene, or the engine and the machine, which count first where both are."""
+        errors = (d.code for d in self.diagnostics if d.severity == "error")
+        return "machine" if "machine" in map(at_fault, errors) else "scene"

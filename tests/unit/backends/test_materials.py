@@ -1,0 +1,82 @@
+"""Physical materials, of which PhysX numbers so many in a process: SAPIEN ends by a signal on one more."""
+
+from __future__ import annotations
+
+import gc
+import subprocess
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+import scenecc
+from scenecc.backends.sapien import resources
+
+_CHILD = """
+import scenecc
+
+def load(num_scenes, shapes):
+    drawn = {"physical": {"static_friction": {"uniform": [0.5, 1]}, "dynamic_friction": 0.2, "restitution": 0}}
+    shape = {"repeat": {"i": {"count": shapes}}, "type": "sphere", "radius": 0.1, "material": drawn}
+    source = {"scenecc": 1, "entities": {"post": {"body_type": "static", "shapes": [shape]}}}
+    return scenecc.load_scene(source, num_scenes=num_scenes, render=False, audit="off")
+
+batch = load(302, 217)  # 65 534 in all
+print(len(batch))
+try:
+    load(1, 1)
+except scenecc.SceneError as error:
+    print(error.diagnostics[0].message)
+batch.close()
+del batch
+print(len(load(1, 1)))
+"""
+
+
+def test_as_many_as_the_engine_can_number_are_built_and_no_more() -> None:
+    done = subprocess.run([sys.executable, "-W", "ignore", "-c", _CHILD], check=False, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    refused = "these scenes need 1 physical materials beside 65534 of other batches; a process holds 65534"
+    assert done.stdout.splitlines() == ["302", refused, "1"]
+
+
+@pytest.fixture
+def few(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A process that holds a hundred."""
+    gc.collect()
+    monkeypatch.setattr(resources, "_MOST_MATERIALS", 100 + len(resources._materials))
+    gc.disable()
+    yield
+    gc.enable()
+
+
+def load(num_scenes: int, entities: int, **keys: Any) -> scenecc.SceneBatch:
+    """Entities whose shapes have two materials: one drawn, one not."""
+    drawn = {"physical": {"static_friction": {"uniform": [0.5, 1]}, "dynamic_friction": 0.2, "restitution": 0}}
+    shapes = [{"type": "sphere", "radius": 0.1, "material": material} for material in (drawn, "ice")]
+    bodies = {f"body_{number}": {"shapes": shapes} for number in range(entities)}
+    ice = {"physical": {"static_friction": 0, "dynamic_friction": 0, "restitution": 0}}
+    source = {"scenecc": 1, "num_scenes": num_scenes, "materials": {"ice": ice}, "entities": bodies, **keys}
+    return scenecc.load_scene(source, render=False)
+
+
+_DEFAULT = {"default_material": {"static_friction": 1, "dynamic_friction": 1, "restitution": 0}}
+
+
+@pytest.mark.usefixtures("few")
+@pytest.mark.parametrize(("num_scenes", "keys", "count"), [(33, {"physics": _DEFAULT}, 101), (40, {}, 121)])
+def test_one_too_many_is_refused_with_how_many_there_are(num_scenes: int, keys: dict[str, Any], count: int) -> None:
+    load(33, 3).close()
+    with pytest.raises(scenecc.SceneError) as caught:
+        load(num_scenes, 3, **keys)
+    (found,) = caught.value.diagnostics
+    assert found.message.startswith(f"these scenes need {count} physical materials")
+    assert (found.code, found.path, caught.value.at_fault) == ("SC821", "entities.body_2", "machine")
+    load(33, 3).close()
+
+
+@pytest.mark.usefixtures("few")
+def test_batches_that_were_dropped_make_room() -> None:
+    for _ in range(5):
+        assert len(load(20, 3)) == 20, "61 each, and none is closed"
