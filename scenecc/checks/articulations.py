@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
-from scenecc.checks.judged import above_pairs, waits
+from scenecc.checks.judged import above_pairs, highest, lowest, waits
 from scenecc.diagnostics.words import cut, suggest_name
 from scenecc.plan.articulation import MOST_LINKS
 from scenecc.plan.tendons import why_no_tendon
@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
     from scenecc.plan import ArticulationStructure
     from scenecc.plan.articulation import Joint, Mimic
+
+
+_FARTHEST = 1e9
+"""How far a joint is from its links [m]: what the engine computes with its square is no number sooner or later."""
 
 
 def check_articulation(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
@@ -28,6 +32,7 @@ def check_articulation(structure: ArticulationStructure, name: str, origin: Orig
     for link in structure.links:
         if link.joint is not None:
             _limits(link.joint, origin, sink, drawn=drawn)
+            _is_near(link.joint, origin, sink, drawn=drawn)
     if drawn:
         return
     _few_links(structure, name, origin, sink)
@@ -47,6 +52,16 @@ def _limits(joint: Joint, origin: Origin, sink: Sink, *, drawn: bool) -> None:
         place = joint.limits_origin or joint.origin or origin
         at: Literal["key", "value"] = "key" if joint.limits_origin is None else "value"
         sink.report("SC520", message, place, at=at, hint="limits are [lowest, highest]")
+
+
+def _is_near(joint: Joint, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+    places = [pose for pose in (joint.pose_in_parent, joint.pose_in_child) if pose is not None]
+    if not places or waits(places, drawn=drawn):
+        return
+    far = max(abs(number) for place in places for number in (*lowest(place)[:3], *highest(place)[:3]))
+    if far > _FARTHEST:
+        message = f"the joint `{cut(joint.name)}` is {far:.3g} m from a link of it: single precision does not hold that"
+        sink.report("SC512", message, joint.origin or origin, hint="mend the coordinates: they are in metres")
 
 
 def _few_links(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink) -> None:

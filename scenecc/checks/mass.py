@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.checks.judged import Row, alternatives, highest, lowest, rows, waits
 from scenecc.plan import Box, Capsule, Cylinder, Sphere, literal
+from scenecc.plan.bounds import FARTHEST
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,10 +25,6 @@ LIGHTEST, LARGEST = 1e-6, 3.4028234663852886e38
 
 LEAST = 1.1754943508222875e-38
 """Of a mass or a moment: the engine keeps the inverse, and takes 1 where that is no normal number."""
-
-FARTHEST = 1e4
-"""How far a shape or the centre of mass is from its body [m]: beyond, the engine moves the body by millimetres when it
-goes from the one to the other, and its inertia is noise."""
 
 MOVED = frozenset(("dynamic", "link"))
 """Bodies that PhysX moves by forces."""

@@ -37,6 +37,10 @@ LARGEST = 3.4028234663852886e38
 SMALLEST = 1.1754943508222875e-38
 """The range of single precision, in which the engine computes; the language has the same."""
 
+FARTHEST = 1e4
+"""How far a shape or the centre of mass of a body that moves is from it [m]: beyond, the engine moves the body by
+millimetres when it goes from the one to the other, and its inertia is noise."""
+
 ANY = Bounds(-LARGEST, LARGEST)
 POSITIVE = Bounds(SMALLEST, LARGEST)
 AT_LEAST_0 = Bounds(0, LARGEST)

@@ -43,3 +43,27 @@ def test_one_beyond_what_the_engine_holds_is_no_fault_of_ours(tmp_path: Path) ->
     with pytest.raises(SceneError) as caught:
         load_scene(scene, render=False)
     assert [told.code for told in caught.value.diagnostics] == ["SC512"]
+
+
+@pytest.mark.parametrize("scale", ["1e5 1 1", "1 -1e19 1", "1e30 1 1", "3e38 1 1"])
+def test_so_is_a_mesh_that_is_too_large(scale: str, tmp_path: Path) -> None:
+    """What is wrong with the mesh is told, and nothing of the poses that follow from it."""
+    lines = ["v 0 0 0", "v 1 0 0", "v 0 1 0", "v 0 0 1", "f 1 3 2", "f 1 2 4", "f 1 4 3", "f 2 3 4"]
+    (tmp_path / "wedge.obj").write_text("\n".join(lines))
+    mesh = f'<mesh filename="wedge.obj" scale="{scale}"/>'
+    (tmp_path / "r.urdf").write_text(URDF.format(com=0).replace('<box size="1 1 1"/>', mesh))
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("scenecc: 1\nentities: {r: {urdf: r.urdf, pose: {p: [1, 2, 3], rpy: [0.3, 0.2, 0.7]}}}\n")
+    with pytest.raises(SceneError) as caught:
+        load_scene(scene, render=False, audit="full")
+    assert {told.code for told in caught.value.diagnostics} == {"SC512"}
+
+
+def test_a_mesh_of_a_kilometre_is_built(tmp_path: Path) -> None:
+    lines = ["v 0 0 0", "v 1000 0 0", "v 0 1000 0", "v 0 0 1000", "f 1 3 2", "f 1 2 4", "f 1 4 3", "f 2 3 4"]
+    (tmp_path / "wedge.obj").write_text("\n".join(lines))
+    (tmp_path / "r.urdf").write_text(URDF.format(com=0).replace('<box size="1 1 1"/>', '<mesh filename="wedge.obj"/>'))
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("scenecc: 1\nentities: {r: {urdf: r.urdf, pose: {p: [1, 2, 3], rpy: [0.3, 0.2, 0.7]}}}\n")
+    with load_scene(scene, render=False, audit="full") as batch:
+        assert batch.scenes[0].get_all_articulations()[0].links[1].mass == pytest.approx(1e12 / 6, rel=1e-3)

@@ -112,8 +112,8 @@ ROWS: tuple[Code, ...] = (
         "mass or inertia beyond single precision",
         "The engine computes in single precision: a mass above 3.4e38 kg, or a moment of inertia above 3.4e38 "
         "kg·m², is infinite there, and the centre of mass nowhere. Of a mass or a moment that is given the engine "
-        "keeps the inverse, which must be a number, too; and it loses where a body is whose shapes or centre of mass "
-        "are more than 10 km from it.",
+        "keeps the inverse, which must be a number, too; and it loses where a body is, whose shapes or centre of mass "
+        "are more than 10 km from it, or joints a million. Of meshes this is told once the engine has read them.",
         "scenecc: 1\nentities:\n  cube:\n    density: 1.0e+38\n    shapes:\n"
         "      - {type: box, half_size: [1.0e+10, 1.0e+10, 1.0e+10]}\n",
         "Mend the sizes, the coordinates or the densities: lengths are in metres, densities in kg/m³.",

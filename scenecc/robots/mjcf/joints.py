@@ -92,7 +92,8 @@ def _axis(joint: Attributes, kind: str) -> NDArray[Any]:
         what = "a joint without `axis` has that along z; ManiSkill's loader takes x"
         joint.report.differs("axis", what, joint.element.location)
     axis = np.array(joint.numbers("axis", (0.0, 0.0, 1.0)), np.float32)
-    length = np.linalg.norm(axis)
+    with np.errstate(over="ignore"):
+        length = np.linalg.norm(axis)
     if length < _SHORT:
         if kind == "fixed":
             return x
@@ -100,6 +101,9 @@ def _axis(joint: Attributes, kind: str) -> NDArray[Any]:
             joint.wrong("axis", "has no length")
             return x
         joint.report.differs("short axis", "ManiSkill's loader takes so short an `axis` for x", joint.at("axis"))
+    if not length < math.inf:
+        joint.wrong("axis", "is so long that single precision does not hold its length")
+        return x
     return axis / length
 
 

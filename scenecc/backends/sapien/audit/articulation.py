@@ -102,7 +102,8 @@ class ArticulationAudit:
             self._sweep.hold("root joint.type", "fixed" if structure.fix_root_link else "undefined", joint, place)
         else:
             where = place._replace(origin=link.joint.origin or place.origin)
-            ends = [link] if link.parent is None else [link, structure.links[link.parent]]
+            links = turn.links[number]
+            ends = [links[which]] if link.parent is None else [links[which], links[link.parent]]
             self._joint(link.joint, joint, row, where, JOINT_TOLERANCE * mass_reach(ends))
 
     def _joint(self, joint: Joint, found: Any, row: int, place: Place, tolerance: float) -> None:

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.backends.sapien.audit.difference import same_local_pose, shown
-from scenecc.backends.sapien.audit.mass import fault, misses, shapes_mass, stored
+from scenecc.backends.sapien.audit.mass import LOST, fault, misses, shapes_mass, stored
 from scenecc.backends.sapien.audit.shapes import ShapeAudit
 from scenecc.backends.sapien.audit.sweep import Place, Sweep
 from scenecc.backends.sapien.audit.visuals import VisualAudit
 from scenecc.backends.sapien.columns import plain_row, poses
 from scenecc.backends.sapien.engine import physx, render
 from scenecc.backends.sapien.knobs import BODY_KNOBS
+from scenecc.plan.bounds import FARTHEST
 
 if TYPE_CHECKING:
     from scenecc.backends.sapien.audit.defaults import Defaults
@@ -90,6 +91,9 @@ class BodyAudit:
         weight = shapes_mass(structure, np.array([row]), self._meshes)
         if misses(reference.mass, weight):
             self._sweep.tell(place, "mass", shown(weight[0]), shown(reference.mass), fault(weight[0]))
+        centre = reference.cmass_local_pose.p
+        if structure.body_type != "kinematic" and not np.abs(centre).max() <= FARTHEST:
+            self._sweep.tell(place, "cmass_local_pose.p", "a place within 10 km", shown(centre), LOST)
         if structure.mass is not None:
             mass = structure.mass.row(row)
             self._stored(mass, reference.inertia.astype(np.float64) * (mass / reference.mass), body, place)

@@ -91,7 +91,8 @@ def plain(value: object) -> NDArray[Any]:
     if isinstance(value, sapien.Pose):
         return np.array(pose_state(value), dtype=np.float32)
     array: NDArray[Any] = np.asarray(value)
-    return array.astype(np.float32, copy=False) if array.dtype.kind == "f" else array
+    with np.errstate(over="ignore"):
+        return array.astype(np.float32, copy=False) if array.dtype.kind == "f" else array
 
 
 def pose_state(pose: sapien.Pose) -> tuple[float, ...]:

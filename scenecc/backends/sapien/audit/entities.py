@@ -96,7 +96,7 @@ def _columns(turn: AnyTurn) -> Iterator[Column]:
     for part in turn.parts:
         numbers: list[int] = part.numbers.tolist()
         poses = link_poses(turn.entity, part.structure, part.rows)
-        tolerance = LINK_TOLERANCE * mass_reach(part.structure.links)
+        tolerance = LINK_TOLERANCE * mass_reach(turn.links[numbers[0]])
         for which, (link, pose) in enumerate(zip(part.structure.links, poses, strict=True)):
             objs = [turn.entities[number][which] for number in numbers]
             yield Column(turn, numbers, link.name, objs, pose, tolerance, link.name)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,20 +15,17 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.plan import ArticulationStructure, Entity, Joint, Link, Value
+    from scenecc.plan import ArticulationStructure, Entity, Joint, Value
 
     Floats = NDArray[np.float64]
 
 
-def mass_reach(links: Iterable[Link]) -> float:
-    """How far from their links shapes and given centres of mass are at the most [m]; 1 at the least.
+def mass_reach(links: Iterable[Any]) -> float:
+    """How far from links of the engine their centres of mass are at the most [m]; 1 at the least.
 
     The engine goes by centres of mass, and knows by as much less where links and joints are.
     """
-    bodies = [link.body for link in links]
-    places = [shape.pose for body in bodies for shape in body.collisions if shape.pose is not None]
-    places += [body.inertial.com for body in bodies if body.inertial is not None]
-    return max([1.0, *(float(np.abs(place.data[:, :3]).max()) for place in places)])
+    return max([1.0, *(float(np.abs(link.cmass_local_pose.p).max()) for link in links)])
 
 
 def link_poses(entity: Entity, structure: ArticulationStructure, rows: NDArray[np.intp]) -> list[NDArray[np.float32]]:

@@ -10,6 +10,7 @@ import numpy as np
 from scenecc.backends.sapien.audit.difference import CODE
 from scenecc.backends.sapien.columns import taken
 from scenecc.plan import Box, Capsule, ConvexMesh, ConvexParts, Cylinder, Plane, Sphere, TriangleMesh
+from scenecc.plan.bounds import LARGEST
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 
 FLOOR = 1e-6
 """Mass [kg] and moments [kg·m²] that SAPIEN gives where the shapes' are less."""
+
+LOST = "SC512"
+"""The code of a mass, or of a centre of mass, that single precision does not hold."""
 
 DENSITY = 1000.0
 """SAPIEN's [kg/m³]."""
@@ -64,7 +68,7 @@ def misses(found: NDArray[Any], expected: NDArray[np.float64]) -> NDArray[np.boo
 
 def fault(expected: float) -> str:
     """The code of a mass that differs: what a mesh weighs is known only now, of all else a check has told it."""
-    return "SC511" if expected < FLOOR else CODE
+    return "SC511" if expected < FLOOR else CODE if expected <= LARGEST else LOST
 
 
 def _density(shape: CollisionShape, rows: NDArray[np.intp]) -> NDArray[np.float64]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from scenecc.backends.sapien.audit.articulation import ArticulationAudit
 from scenecc.backends.sapien.audit.bodies import look_at_all
 from scenecc.backends.sapien.audit.body import BodyAudit
-from scenecc.backends.sapien.audit.difference import tell
+from scenecc.backends.sapien.audit.difference import CODE, tell
 from scenecc.backends.sapien.audit.entities import look_at_entities
 from scenecc.backends.sapien.audit.meshes import Meshes
 from scenecc.backends.sapien.audit.scene import cooking_differences, scene_differences
@@ -72,7 +72,9 @@ def _look_at_bodies(
 def _tell_all(sink: Sink, turn: AnyTurn, found: list[tuple[Place, Difference]]) -> None:
     """One diagnostic a property and place, however many scenes have it."""
     groups: dict[tuple[str, Any, str | None], tuple[Difference, list[int]]] = {}
-    for place, difference in found:
+    # What follows from a mistake of the scene is not told beside it.
+    causes = [(place, difference) for place, difference in found if difference.code != CODE]
+    for place, difference in causes or found:
         key = (difference.what, difference.origin, place.link)
         groups.setdefault(key, (difference, []))[1].append(turn.scene_idxs[place.number])
     for (_, _, link), (difference, scene_idxs) in groups.items():
