@@ -16,7 +16,7 @@ from scenecc.robots.description import (
     SphereGeometry,
 )
 from scenecc.robots.pose32 import IDENTITY, compose, pose_numbers, pose_of_matrix
-from scenecc.robots.reading import doubt_degrees, number, three, word
+from scenecc.robots.reading import LARGEST, SMALLEST, doubt_degrees, number, three, word
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -84,7 +84,7 @@ def read_geometry(
         return None if mesh is None else (mesh, pose, kind.at("filename"))
     if kind.tag == "box":
         size = three(kind, "size", findings)
-        if size is None or not all(_positive(kind, "size", side, findings) for side in size):
+        if size is None or not all(_positive(kind, "size", side, scale, findings) for side in size):
             return None
         return BoxGeometry((size[0] * scale / 2.0, size[1] * scale / 2.0, size[2] * scale / 2.0)), pose, kind.location
     return _round(kind, pose, scale, findings)
@@ -95,7 +95,7 @@ def _round(
 ) -> tuple[Geometry, PoseNumbers, Location] | None:
     wanted = ("radius",) if kind.tag == "sphere" else ("radius", "length")
     read = [(name, number(kind, name, findings)) for name in wanted]
-    sizes = [size for name, size in read if size is not None and _positive(kind, name, size, findings)]
+    sizes = [size for name, size in read if size is not None and _positive(kind, name, size, scale, findings)]
     if len(sizes) != len(wanted):
         return None
     if kind.tag == "sphere":
@@ -104,10 +104,11 @@ def _round(
     return made(sizes[0] * scale, sizes[1] * scale / 2.0), compose(pose, _ALONG_X), kind.location
 
 
-def _positive(kind: Element, attribute: str, size: float, findings: Findings) -> bool:
-    if size > 0:
+def _positive(kind: Element, attribute: str, size: float, scale: float, findings: Findings) -> bool:
+    if SMALLEST <= size * scale <= LARGEST:
         return True
-    message = f"the `{attribute}` of <{kind.tag}> holds {size:g}, which is not above 0"
+    why = "is not above 0" if size <= 0 else "single precision does not hold"
+    message = f"the `{attribute}` of <{kind.tag}> holds {size:g}, which {why}"
     findings.report("SC466", message, kind.at(attribute))
     return False
 
@@ -116,8 +117,9 @@ def _mesh(kind: Element, scale: float, files: RobotFiles, findings: Findings) ->
     reference = word(kind, "filename", findings)
     file = None if reference is None else files.find(reference, kind.at("filename"), findings)
     scales = three(kind, "scale", findings) if "scale" in kind.attributes else (1.0, 1.0, 1.0)
-    if scales is not None and 0.0 in scales:
-        findings.report("SC466", "the `scale` of <mesh> holds 0, which leaves nothing of it", kind.at("scale"))
+    if scales is not None and not all(SMALLEST <= abs(one * scale) <= LARGEST for one in scales):
+        why = "0, which leaves nothing of it" if 0.0 in scales else "what single precision does not hold"
+        findings.report("SC466", f"the `scale` of <mesh> holds {why}", kind.at("scale"))
         return None
     if file is None or scales is None:
         return None

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from scenecc.robots.findings import Findings
     from scenecc.robots.xml import Element
 
-LARGEST = float(np.finfo(np.float32).max)
-"""Of the numbers that the engine's single precision has."""
+LARGEST, SMALLEST = float(np.finfo(np.float32).max), float(np.finfo(np.float32).tiny)
+"""Of the numbers that the engine's single precision has, and of those above 0 that are no 0 there."""
 
 MOST_TURNED, MOST_DEGREES = 4 * math.pi * (1 + 1e-6), 720.0
 """Two turns in radians and in degrees. Between the two, degrees are meant; beyond, as many files have it, no limit."""

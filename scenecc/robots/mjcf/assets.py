@@ -12,6 +12,7 @@ from scenecc.diagnostics.words import cut, suggest_name
 from scenecc.robots.description import Look, MeshGeometry
 from scenecc.robots.mjcf.classes import Scope
 from scenecc.robots.mjcf.rotations import NO_TURN
+from scenecc.robots.reading import SMALLEST
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -79,7 +80,7 @@ class Assets:
             return None
         given = self.classes.attributes(element, _GLOBAL, READ["mesh"])
         scale = given.singles("scale", (1.0, 1.0, 1.0))
-        if 0.0 in scale:
+        if min(map(abs, scale)) < SMALLEST:
             given.wrong("scale", "holds 0, which leaves nothing of the mesh")
             return None
         if any(given.numbers("refpos", (0.0, 0.0, 0.0))) or self._is_turned(given):

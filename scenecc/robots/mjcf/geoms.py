@@ -23,6 +23,7 @@ from scenecc.robots.mjcf.attributes import ORIENTATIONS, single
 from scenecc.robots.mjcf.classes import IGNORED_CLASS
 from scenecc.robots.mjcf.rotations import axis_angle, fixed_axes, rotation, shortest
 from scenecc.robots.pose32 import IDENTITY, compose, pose_numbers
+from scenecc.robots.reading import SMALLEST
 
 if TYPE_CHECKING:
     from scenecc.robots.description import PoseNumbers
@@ -148,7 +149,7 @@ class Geoms:
         wanted = {"sphere": 1, "box": 3}.get(kind, 2) if "fromto" not in geom else 1
         if len(size) < wanted:
             geom.wrong("size", f"of a {kind} is {wanted} numbers, not {len(size)}")
-        elif not all(part > 0 for part in size[:wanted]):
+        elif not all(part >= SMALLEST for part in size[:wanted]):
             geom.wrong("size", f"holds {min(size[:wanted]):g}, which is not above 0")
         else:
             return size

@@ -92,8 +92,7 @@ def _axis(joint: Attributes, kind: str) -> NDArray[Any]:
         what = "a joint without `axis` has that along z; ManiSkill's loader takes x"
         joint.report.differs("axis", what, joint.element.location)
     axis = np.array(joint.numbers("axis", (0.0, 0.0, 1.0)), np.float32)
-    with np.errstate(over="ignore"):
-        length = np.linalg.norm(axis)
+    length = np.linalg.norm(axis)
     if length < _SHORT:
         if kind == "fixed":
             return x

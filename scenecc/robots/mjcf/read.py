@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from scenecc.diagnostics.words import cut
 from scenecc.robots.description import DescribedRobot, Description
 from scenecc.robots.files import RobotFiles
@@ -72,7 +74,9 @@ def read_mjcf(
         hint = "give a URDF with `urdf:`" if root.tag == "robot" else None
         report.error("SC453", f"an MJCF is a <mujoco>, and this is a <{cut(root.tag)}>", root.location, hint)
         return None
-    robots = _Reader(root, files, report).robots()
+    # What is beyond single precision is looked for, and told.
+    with np.errstate(over="ignore"):
+        robots = _Reader(root, files, report).robots()
     if not robots and not report.failed:
         report.nothing(root)
     report.tell_unread()

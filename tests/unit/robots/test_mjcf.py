@@ -152,6 +152,7 @@ WRONG: dict[str, tuple[str, str, str, str]] = {
         "j",
     ),
     "an axis too long": (f'<body><joint axis="0 1e30 0"/>{GEOM}</body>', "", "SC481", "0 1e30 0"),
+    "a size that is 0 in the engine": ('<geom size="1e-40"/>', "", "SC481", "1e-40"),
     "planes alone": ('<geom type="plane" size="1 1 1"/><light/>', "", "SC480", "plane"),
     "a free body with a joint": (f"<body><freejoint/><joint axis='0 0 1'/>{GEOM}</body>", "", "SC483", "<joint"),
     "a height field": ('<geom type="hfield" hfield="h"/>', "", "SC483", "hfield"),
