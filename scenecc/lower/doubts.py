@@ -1,4 +1,4 @@
-"""What can be told of expressions before anything is drawn."""
+"""What can be told of expressions, and of bounds that vary, before anything is drawn."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.words import cut, show
 from scenecc.values.failure import DrawError
-from scenecc.values.nodes import Computed
+from scenecc.values.nodes import NODE_TYPES, Computed, Drawn
 from scenecc.values.operations import LISTS, is_number, kind
 from scenecc.values.order import read_by
 
@@ -26,23 +26,29 @@ if TYPE_CHECKING:
     from scenecc.values.reach import Reach
 
 _JUDGED_LATER = "each scene is judged as it is drawn"
-_TYPES = {"float64": (frozenset((int, float)), "a number"), "bool": (frozenset((bool,)), "true or false")}
+_TYPES = {
+    "float64": (frozenset((int, float)), "a number"),
+    "int64": (frozenset((int,)), "a whole number"),
+    "bool": (frozenset((bool,)), "true or false"),
+}
 """Of a field: the types of its values, and what these are called."""
 
 
 @frozen
 class Doubt:
-    """Why an expression may not give what it stands for.
+    """Why an expression may not give what it stands for, or a draw nothing.
 
     Attributes:
         message: what is wrong, or would be.
         span: of the part of the scalar that has no value; None where it has one that is not wanted.
         certain: whether it can be told that this happens.
+        drawn: whether it is about the bounds of a draw.
     """
 
     message: str
     span: tuple[int, int] | None
     certain: bool
+    drawn: bool = False
 
 
 def is_by_index(node: Node, drawing: Drawing) -> bool:
@@ -56,9 +62,9 @@ def foretell(pending: Pending, reading: Reading, leaves: Leaves) -> None:
     doubts = [
         (doubt, place)
         for node, place in reading.origins.values()
-        if isinstance(node, Computed) and (doubt := _doubt(node, pending.kind, leaves)) is not None
+        if (doubt := _doubt(node, pending.kind, leaves)) is not None
     ]
-    unfit = _unfit(pending.value, pending.kind)
+    unfit = _unfit(pending.value, pending.kind) if reading.computed else None
     if not doubts and unfit is None and drawing.doubtful.isdisjoint(reading.reads):
         return
     if not reading.drawn and drawing.random.isdisjoint(reading.reads):
@@ -67,6 +73,7 @@ def foretell(pending: Pending, reading: Reading, leaves: Leaves) -> None:
         # Nothing of it is random, so that its rows can be looked at.
         judge(pending, drawing, leaves.sink)
         return
+    _foretell_by_scene(reading, leaves)
     for doubt, place in doubts:
         _report(doubt, place, drawing)
     # A division by what may be zero gives numbers of any size: that is one thing to mend.
@@ -82,38 +89,88 @@ def foretell_draw(name: str, reading: Reading, leaves: Leaves) -> None:
     drawing = leaves.drawing
     if not drawing.doubtful.isdisjoint(reading.reads):
         drawing.doubtful.add(name)
-    for node, place in reading.origins.values():
-        if not isinstance(node, Computed) or (doubt := _doubt(node, None, leaves)) is None:
-            continue
-        drawing.doubtful.add(name)
         if name in drawing.random:
-            _report(doubt, place, drawing)
+            _foretell_by_scene(reading, leaves)
+    for node, place in reading.origins.values():
+        doubt = _doubt(node, None, leaves)
+        if doubt is not None:
+            drawing.doubtful.add(name)
+            if name in drawing.random:
+                _report(doubt, place, drawing)
+
+
+def _foretell_by_scene(reading: Reading, leaves: Leaves) -> None:
+    """Reports which draws that a value reads, and that their scene decides, have none in one of its scenes."""
+    drawing = leaves.drawing
+    for name in sorted((reading.reads & drawing.doubtful) - drawing.random):
+        error = _failure(name, leaves)
+        if error is not None and id(error.node) in drawing.draw_origins:
+            span = None if error.expression is None else (error.expression.start, error.expression.end)
+            doubt = Doubt(f"in scene {error.scene}: {error.message}", span, certain=False, drawn=span is None)
+            _report(doubt, drawing.draw_origins[id(error.node)][1], drawing)
+
+
+def _failure(name: str, leaves: Leaves) -> DrawError | None:
+    try:
+        leaves.batch().shared(name)
+    except DrawError as error:
+        return error
+    return None
 
 
 def _report(doubt: Doubt, place: Origin, drawing: Drawing) -> None:
-    if doubt.span is None:
-        code, message = ("SC515", doubt.message) if doubt.certain else ("SC514", f"in some scene {doubt.message}")
+    if doubt.span is None and doubt.certain:
+        code, message = "SC515", doubt.message
+    elif doubt.span is None and not doubt.drawn:
+        code, message = "SC514", f"in some scene {doubt.message}"
     elif doubt.certain:
         code, message = "SC202", f"this has no value, whatever is drawn: {doubt.message}"
     else:
         code, message = "SC516", f"this may have no value: {doubt.message}"
-    hint = None if doubt.certain else f"{_JUDGED_LATER}; `a if c else b` keeps what has no value from being evaluated"
-    drawing.sink.report(code, message, place, hint=hint if code == "SC516" else None, span=doubt.span)
+    advice = "`a if c else b` keeps what has no value from being evaluated"
+    if doubt.drawn:
+        advice = "`min` and `max` keep a bound in its range"
+    hint = f"{_JUDGED_LATER}; {advice}" if code == "SC516" else None
+    drawing.sink.report(code, message, place, hint=hint, span=doubt.span)
 
 
-def _doubt(node: Computed, wanted: Kind | None, leaves: Leaves) -> Doubt | None:
-    convert = None if wanted is None or node.shape is not None else wanted.convert
-    key = id(node.template), node.shape, node.reads, id(leaves.scenes), id(convert)
+def _doubt(node: Node, wanted: Kind | None, leaves: Leaves) -> Doubt | None:
+    """Why a node may have no value: an expression, or what is drawn between bounds that vary."""
+    key: tuple[Any, ...]
+    if isinstance(node, Drawn):
+        key, convert, dtype = tuple(map(_identity, (node.low, node.high, *(node.clip or ())))), None, None
+        key = (node.kind, node.shape, *key, id(leaves.scenes))
+    elif isinstance(node, Computed):
+        convert = None if wanted is None or node.shape is not None else wanted.convert
+        dtype = None if wanted is None or node.shape != () else wanted.dtype
+        key = (_identity(node), id(convert), dtype, id(leaves.scenes))
+    else:
+        return None
     doubts = leaves.drawing.doubts
     if key not in doubts:
+        found = _drawn_doubt(node, leaves) if isinstance(node, Drawn) else _found(node, convert, dtype, leaves)
         # All that is told by its id is kept with it.
-        doubts[key] = (node.template, leaves.scenes, convert), _found(node, convert, leaves)
+        doubts[key] = (node, leaves.scenes, convert), found
     return doubts[key][1]
 
 
-def _found(node: Computed, convert: Any, leaves: Leaves) -> Doubt | None:
+def _identity(item: Any) -> Any:
+    """What an item is known by: copies have the same expressions."""
+    if isinstance(item, Computed):
+        return id(item.template), item.shape, item.reads
+    return id(item) if item.__class__ in NODE_TYPES else (item.__class__, item)
+
+
+def _drawn_doubt(node: Drawn, leaves: Leaves) -> Doubt | None:
+    from scenecc.values.bounding import refusal  # noqa: PLC0415 - loaded where bounds vary
+
+    found = refusal(node, leaves.drawing.reader(), leaves.scenes)
+    return None if found is None else Doubt(found[0], None, found[1], drawn=True)
+
+
+def _found(node: Computed, convert: Any, dtype: str | None, leaves: Leaves) -> Doubt | None:
     from scenecc.values.enumerating import outcomes  # noqa: PLC0415 - loaded where something varies
-    from scenecc.values.reach import known  # noqa: PLC0415 - likewise
+    from scenecc.values.reach import examples, known  # noqa: PLC0415 - likewise
     from scenecc.values.support_rules import reach_and_faults  # noqa: PLC0415 - likewise
 
     reader = leaves.drawing.reader()
@@ -133,25 +190,42 @@ def _found(node: Computed, convert: Any, leaves: Leaves) -> Doubt | None:
     elif faults:
         fault = next((fault for fault in faults if fault.certain), faults[0])
         return Doubt(fault.message, (fault.start, fault.end), fault.certain)
-    return _misfit(found, node.shape, convert)
+    if not examples(found) and (node.shape is not None or convert is not None):
+        # Of a draw that may have no value nothing more is said.
+        is_told = not leaves.drawing.doubtful.isdisjoint(read_by(node))
+        return None if is_told else Doubt("it may give a value of another kind", None, certain=False)
+    return _misfit(found, node.shape, convert, dtype)
 
 
-def _misfit(found: Reach, shape: tuple[int, ...] | None, convert: Any) -> Doubt | None:
+def _misfit(found: Reach, shape: tuple[int, ...] | None, convert: Any, dtype: str | None) -> Doubt | None:
     """Why what an expression gives is not what is written where it stands."""
-    examples = list(_examples(found))
+    from scenecc.values.reach import examples  # noqa: PLC0415 - loaded where something varies
+
+    some = examples(found)
     if shape is not None:
-        wrong = [words for one in examples if (words := _unlike(one, shape)) is not None]
-    elif convert is not None and found.values is not None:
-        wrong = [f"it gives {show(one)}, which means nothing here" for one in examples if convert(one) is None]
+        wrong = [words for one in some if (words := _unlike(one, shape, dtype)) is not None]
+    elif convert is not None:
+        wrong = [f"it gives {_told(one, found)}, which means nothing here" for one in some if convert(one) is None]
     else:
         return None
-    return Doubt(wrong[0], None, found.exact or len(wrong) == len(examples)) if wrong else None
+    return Doubt(wrong[0], None, found.exact or len(wrong) == len(some)) if wrong else None
 
 
-def _unlike(given: Any, shape: tuple[int, ...]) -> str | None:
-    """What is wrong with the shape of a value."""
+def _told(one: Any, found: Reach) -> str:
+    return kind(one) if found.values is None else show(one)
+
+
+def _unlike(given: Any, shape: tuple[int, ...], dtype: str | None) -> str | None:
+    """What is wrong with the shape or the type of a value."""
     if not shape:
-        return f"it gives {kind(given)} where one value is wanted" if type(given) in LISTS else None
+        if type(given) in LISTS:
+            return f"it gives {kind(given)} where one value is wanted"
+        types, words = _TYPES.get(dtype or "", (None, ""))
+        return (
+            None
+            if types is None or type(given) in types
+            else f"this expression gives {cut(show(given))}, and {words} is wanted"
+        )
     wanted = " lists of ".join(map(str, shape)) + " numbers"
     if type(given) not in LISTS:
         return f"it gives {kind(given)} where {wanted} are wanted"
@@ -164,26 +238,9 @@ def _has_shape(given: Any, shape: tuple[int, ...]) -> bool:
     return type(given) in LISTS and len(given) == shape[0] and all(_has_shape(item, shape[1:]) for item in given)
 
 
-def _examples(found: Reach) -> Iterator[Any]:
-    """Values of every shape that something can have; none where that is not known."""
-    if found.values is not None:
-        yield from found.values
-    elif found.low is not None:
-        yield found.low
-    elif found.items is not None:
-        items = [next(_examples(item), None) for item in found.items]
-        if None not in items:
-            yield items
-
-
 def _unfit(value: Value, wanted: Kind) -> tuple[str, str] | None:
     """The code and words of what is wrong, or may be, with the type or size of a value's numbers."""
     support = value.support
-    if support.alternatives is not None and wanted.dtype in _TYPES:
-        types, words = _TYPES[wanted.dtype]
-        wrong = [one for one in support.alternatives if not types.issuperset(map(type, _flat(one)))]
-        if wrong and len(wrong) == len(support.alternatives):
-            return "SC515", f"this expression gives {cut(show(wrong[0]))}, and {words} is wanted"
     if not (wanted.quantity or wanted.within):
         return None
     bounds = wanted.bounds()

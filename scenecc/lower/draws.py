@@ -11,6 +11,8 @@ from scenecc.lower.forms import Place, Reading
 from scenecc.lower.kinds import Kind
 from scenecc.lower.leaves import Leaves
 from scenecc.lower.names import scope_of
+from scenecc.lower.pending import report_failure
+from scenecc.values.failure import DrawError
 from scenecc.values.nodes import NODES, Const, Cycled
 
 if TYPE_CHECKING:
@@ -49,7 +51,9 @@ def lower_draws(
         place = origin.child(name)
         scope = names.given.get(name, scope_of(name))
         everywhere = drawing.everywhere
-        leaves = Leaves(drawing, everywhere, everywhere, scope, partial=name in names.given)
+        found = selections.get(names.anchors.get(scope_of(name), "") if name in names.wanted else "", everywhere)
+        scenes = everywhere if len(found) == len(everywhere) else found
+        leaves = Leaves(drawing, scenes, everywhere, scope, partial=name in names.given)
         reading = Reading(leaves, place)
         item = reading.item(draw, _ANY, Place(place, ""))
         node = item if item.__class__ in NODES else Const(item)
@@ -63,22 +67,26 @@ def lower_draws(
             if reading.drawn or any(other in drawing.random for other in reading.reads):
                 drawing.random.add(name)
             drawing.draw_origins |= reading.origins
-            if reading.computed:
+            if reading.risky:
                 foretell_draw(name, reading, leaves)
         wanted = names.wanted.get(name)
         # Forms without expressions were judged as they were given.
         if wanted is not None and not reading.broken and (reading.computed or name in given):
-            found = selections.get(names.anchors.get(scope_of(name), ""), everywhere)
-            scenes = everywhere if len(found) == len(everywhere) else found
             judge_argument(Argument(name, wanted, scenes, place), drawing)
 
 
 def report_unused(written: Mapping[str, Any], drawing: Drawing, names: Names, origin: Origin) -> None:
-    """A warning for each shared draw that nothing reads."""
+    """A warning for each shared draw that nothing reads, and what is wrong with it that its readers would tell."""
     for name in written:
-        if name not in drawing.used and name not in names.given:
-            message = f"the draw `{cut(name)}` is never read"
-            drawing.sink.report("SC319", message, origin.child(name), at="key")
+        if name in drawing.used or name in names.given:
+            continue
+        message = f"the draw `{cut(name)}` is never read"
+        drawing.sink.report("SC319", message, origin.child(name), at="key")
+        if name in drawing.doubtful and name not in drawing.random:
+            try:
+                drawing.leaves().batch().shared(name)
+            except DrawError as error:
+                report_failure(error, drawing.draw_origins, origin.child(name), drawing.sink)
 
 
 def _given(rows: Any, node: Node, drawing: Drawing, place: Origin) -> tuple[Any, ...] | None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, Literal
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.spec.param_types import is_color_text
+from scenecc.spec.param_types import Rgba, is_color_text, rgba
 from scenecc.values import forms
 
 if TYPE_CHECKING:
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
 Dtype = Literal["float64", "int64", "bool"]
 Convert = Callable[[Any], Any]
-Rgba = tuple[float, float, float, float]
 
 
 @frozen
@@ -86,15 +85,6 @@ def _components(bound: Any) -> int | None:
             return len(items)
         case _:
             return len(bound) if bound.__class__ in {list, tuple} else None
-
-
-def rgba(color: str | Sequence[float]) -> Rgba:
-    """Four numbers: "#rrggbb" and "#rrggbbaa" are bytes over 255, without gamma; alpha is 1 if left out."""
-    if isinstance(color, str):
-        digits = color[1:]
-        color = [int(digits[i : i + 2], 16) / 255 for i in range(0, len(digits), 2)]
-    red, green, blue, *rest = color
-    return (red, green, blue, rest[0] if rest else 1.0)
 
 
 def read_color(color: Any) -> Rgba | None:

@@ -108,7 +108,7 @@ class Leaves:
     def pend(self, value: Value, kind: Kind, origin: Origin, reading: Reading) -> None:
         """Leaves a value to the draw stage to judge, and tells what is known to be wrong or may turn out to be."""
         pending = Pending(value, kind, self.scenes, origin, reading.origins)
-        if reading.computed:
+        if reading.risky:
             from scenecc.lower.doubts import foretell  # noqa: PLC0415 - loaded where something varies
 
             foretell(pending, reading, self)

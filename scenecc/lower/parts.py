@@ -79,5 +79,10 @@ def from_parts(given: Any, kind: Kind, place: Place, leaves: Leaves) -> Value:
 def _converted(support: Support, kind: Kind) -> Support:
     """What a field can be whose expression can give so much."""
     assert kind.convert is not None
-    made = None if support.alternatives is None else [kind.convert(item) for item in support.alternatives]
-    return UNKNOWN if made is None or None in made else Support.of(made, exact=support.exact)
+    ends = () if support.low is None else (support.low, support.high)
+    made = [kind.convert(item) for item in (ends if support.alternatives is None else support.alternatives)]
+    if not made or None in made:
+        return UNKNOWN
+    if support.alternatives is not None:
+        return Support.of(made, exact=support.exact)
+    return Support(None, *made, exact=support.exact)

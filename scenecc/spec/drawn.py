@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
@@ -10,7 +11,9 @@ from pydantic import ValidationError
 from scenecc.diagnostics.words import show
 from scenecc.spec.domain import Domain
 from scenecc.spec.mistakes import THIS
+from scenecc.spec.param_types import rgba
 from scenecc.spec.plain import is_mapping, is_sequence
+from scenecc.spec.pose import AXES
 from scenecc.values import forms
 
 if TYPE_CHECKING:
@@ -55,7 +58,7 @@ def read_drawn(reader: FormReader, key: str, node: dict[str, Any], domain: Domai
     elif key == "log_uniform":
         for i, bound in enumerate(pair):
             _positive(reader, bound, (*at, i))
-    _ordered(reader, low, high, domain, at)
+    _ordered(reader, low, high, domain, at, whole=key == "integers")
     return forms.DRAWN[key](low, high)
 
 
@@ -102,10 +105,12 @@ def _bound(reader: FormReader, node: Any, domain: Domain, plain: Validate, loc: 
             return tuple(domain.validate_numbers(node))
     if reader.varies(node, domain):
         return reader.leaf(node, domain, plain, loc)
-    if is_mapping(node) or (is_sequence(node) and domain.item is None):
-        return reader.mistake("SC103", f"{THIS} must be a number", node, loc)
-    if isinstance(node, str):  # a colour
+    if isinstance(node, str) and domain.number is None:
+        # A colour or an axis. It stays as it is written, since a colour may leave its alpha to the field.
         return reader.plain(node, plain, loc)
+    if isinstance(node, str) or is_mapping(node) or (is_sequence(node) and domain.item is None):
+        found = f", not the text {show(node)}" if isinstance(node, str) else ""
+        return reader.mistake("SC103", f"{THIS} must be a number{found}", node, loc)
     if is_sequence(node):
         return reader.vector(node, domain, loc)
     number = reader.plain(node, domain.scalar.validate_number, loc)
@@ -127,6 +132,8 @@ _NUMBERS = frozenset((float, int))
 def _numbers(bound: Any) -> tuple[Any, ...]:
     if isinstance(bound, forms.Vector):
         return bound.items
+    if isinstance(bound, str):
+        return AXES[bound] if bound in AXES else rgba(bound)
     return tuple(bound) if is_sequence(bound) else (bound,)
 
 
@@ -149,9 +156,11 @@ def _whole(reader: FormReader, bound: Any, loc: Loc) -> Any:
             return int(part)
         return part
 
+    parts = tuple(map(whole, _numbers(bound)))
+    if isinstance(bound, str):
+        return bound
     if not is_sequence(bound) and not isinstance(bound, forms.Vector):
-        return whole(bound)
-    parts = tuple(whole(part) for part in _numbers(bound))
+        return parts[0]
     return parts if is_sequence(bound) else forms.Vector(parts)
 
 
@@ -166,7 +175,8 @@ def _facing(low: Any, high: Any) -> Iterator[tuple[Any, Any]]:
     if len(lows) == 1 or len(highs) == 1:
         count = max(len(lows), len(highs))
         lows, highs = lows * (count // len(lows)), highs * (count // len(highs))
-    yield from zip(lows, highs, strict=False)
+    # Only a colour may be shorter than the other: its alpha is 1.
+    yield from zip_longest(lows, highs, fillvalue=1.0)
 
 
 def _as_many(reader: FormReader, bounds: tuple[Any, ...], what: str, loc: Loc) -> bool:
@@ -179,12 +189,15 @@ def _as_many(reader: FormReader, bounds: tuple[Any, ...], what: str, loc: Loc) -
     return False
 
 
-def _ordered(reader: FormReader, low: Any, high: Any, domain: Domain, loc: Loc) -> None:
+def _ordered(reader: FormReader, low: Any, high: Any, domain: Domain, loc: Loc, *, whole: bool = False) -> None:
     if not _as_many(reader, (low, high), "both bounds", loc):
         return
     for a, b in _facing(low, high):
         if not (_is_number(a) and _is_number(b)):
             continue
+        if whole and _WIDEST <= b - a <= 2 * _WIDEST:
+            reader.mistake("SC104", f"{THIS} must be among fewer than {_WIDEST} (2⁵³) integers", low, loc)
+            return
         if a > b:
             reader.mistake("SC119", f"the lower bound {show(a)} is above the upper bound {show(b)}", low, loc)
             return

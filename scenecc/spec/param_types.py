@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
@@ -19,6 +19,18 @@ COLOR_TEXT = r"^#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{8})$"
 
 is_color_text = re.compile(COLOR_TEXT).fullmatch
 """Whether a text is a colour."""
+
+
+Rgba = tuple[float, float, float, float]
+
+
+def rgba(color: str | Sequence[float]) -> Rgba:
+    """Four numbers: "#rrggbb" and "#rrggbbaa" are bytes over 255, without gamma; alpha is 1 if left out."""
+    if isinstance(color, str):
+        digits = color[1:]
+        color = [int(digits[i : i + 2], 16) / 255 for i in range(0, len(digits), 2)]
+    red, green, blue, *rest = color
+    return (red, green, blue, rest[0] if rest else 1.0)
 
 
 def is_number(value: Any) -> bool:

@@ -12,6 +12,7 @@ from scenecc.spec.scalars import Finite, Vec3, Vec4
 from scenecc.spec.unions import COMPONENTS, MAPPING, WORD, by_kind
 
 AxisName = Literal["x", "y", "z"]
+AXES: dict[str, tuple[float, float, float]] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 Direction = Annotated[

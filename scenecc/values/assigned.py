@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from scenecc.values.evaluate import Batch
 from scenecc.values.nodes import Chosen, Drawn, Key, Node
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    import numpy as np
     from numpy.typing import NDArray
 
 
@@ -35,21 +36,25 @@ class Assigned(Batch):
         assigned: Mapping[tuple[Key, int], NDArray[np.int64]],
     ) -> None:
         super().__init__(scenes, 0, num_scenes, draws, given)
-        self._assigned = assigned
+        self.assigned = assigned
 
     def evaluate(self, node: Node) -> NDArray[Any]:
         """As of a batch."""
         match node:
             case Chosen():
-                return self.selected(node.items, self._assigned[node.key, node.word])
+                return self.selected(node.items, self.assigned[node.key, node.word])
             case Drawn():
-                return node.low + self._assigned[node.key, node.word]
+                return node.low + self.assigned[node.key, node.word]
             case _:
                 return super().evaluate(node)
 
     def only(self, rows: NDArray[np.intp]) -> Assigned:
         """As of a batch."""
-        assigned = {draw: numbers[rows] for draw, numbers in self._assigned.items()}
+        assigned = {draw: numbers[rows] for draw, numbers in self.assigned.items()}
         part = Assigned(self.scenes[rows], self.num_scenes, self.draws, self.given, assigned)
         part._whole = (self, rows)
         return part
+
+    def row(self, number: int) -> Assigned:
+        """One row as a batch of its own."""
+        return self.only(np.array([number]))

@@ -15,8 +15,20 @@ if TYPE_CHECKING:
     from scenecc.values.evaluate import Batch
     from scenecc.values.nodes import Chosen, Drawn, RandomRotated
 
-_WIDEST = 2**53
+WIDEST = 2**53
 """How many integers one draw may be among."""
+
+CROSSED = "the lower bound is above the upper one"
+CROSSED_CLIP = "the lower edge of `clip` is above the upper one"
+NOT_POSITIVE = "the lower bound is not positive"
+NEGATIVE = "the standard deviation is negative"
+NOT_WHOLE = "a bound is no integer"
+TOO_MANY = f"the bounds hold more than {WIDEST} integers"
+
+
+def no_bound(node: Drawn) -> str:
+    """What is said of a bound of another kind or size than what is drawn."""
+    return f"a bound is not a number or a list of {node.shape[0]} numbers" if node.shape else "a bound is not a number"
 
 
 def chosen(batch: Batch, node: Chosen) -> NDArray[np.int64]:
@@ -32,45 +44,44 @@ def rotated(batch: Batch, node: RandomRotated) -> NDArray[np.float64]:
 
 def drawn(batch: Batch, node: Drawn) -> NDArray[Any]:
     """Numbers (B, *shape)."""
-    count = node.shape[0] if node.shape else 1
-    u = _units(batch, node, node.word, count)
-    low, high = _bound(batch, node, node.low, count), _bound(batch, node, node.high, count)
+    low, high, *clip = bounds(batch, node)
+    u = _units(batch, node, node.word, low.shape[1])
     match node.kind:
         case "uniform":
-            _refuse(batch, node, low > high, "the lower bound is above the upper one")
             values: NDArray[Any] = generator.uniform(u, low, high)
         case "log_uniform":
-            _refuse(batch, node, low > high, "the lower bound is above the upper one")
-            _refuse(batch, node, low <= 0, "the lower bound is not positive")
             values = generator.log_uniform(u, low, high)
         case "integers":
-            values = _integers(batch, node, u, low, high)
+            values = generator.integers(u, low.astype(np.int64), high.astype(np.int64))
         case "normal":
-            values = _normal(batch, node, u, low, high)
+            second = generator.units(generator.words(batch.seed, node.key, batch.scenes, node.word, u.shape[1], lane=1))
+            values = low + high * generator.normal(u, second)
+            values = np.clip(values, *clip) if clip else values
     return values if node.shape else values[:, 0]
 
 
-def _integers(
-    batch: Batch, node: Drawn, u: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
-) -> NDArray[np.int64]:
-    _refuse(batch, node, low > high, "the lower bound is above the upper one")
-    _refuse(batch, node, (low != np.floor(low)) | (high != np.floor(high)), "a bound is no integer")
-    _refuse(batch, node, (np.abs(low) > _WIDEST) | (np.abs(high) > _WIDEST), f"a bound is beyond {_WIDEST}")
-    _refuse(batch, node, high - low >= _WIDEST, f"the bounds hold more than {_WIDEST} integers")
-    return generator.integers(u, low.astype(np.int64), high.astype(np.int64))
+def bounds(batch: Batch, node: Drawn) -> list[NDArray[np.float64]]:
+    """Between what numbers are drawn, as the node has them: low, high and the edges of `clip`, each (B, n).
 
-
-def _normal(
-    batch: Batch, node: Drawn, u: NDArray[np.float64], mean: NDArray[np.float64], std: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    _refuse(batch, node, std < 0, "the standard deviation is negative")
-    second = generator.units(generator.words(batch.seed, node.key, batch.scenes, node.word, u.shape[1], lane=1))
-    values = mean + std * generator.normal(u, second)
-    if node.clip is None:
-        return values
-    low, high = (_bound(batch, node, bound, u.shape[1]) for bound in node.clip)
-    _refuse(batch, node, low > high, "the lower edge of `clip` is above the upper one")
-    return np.clip(values, low, high)
+    Raises:
+        DrawError: they are no bounds in one of the scenes.
+    """
+    count = node.shape[0] if node.shape else 1
+    found = [_bound(batch, node, item, count) for item in (node.low, node.high, *(node.clip or ()))]
+    low, high, *clip = found
+    if node.kind == "normal":
+        _refuse(batch, node, high < 0, NEGATIVE)
+        if clip:
+            _refuse(batch, node, clip[0] > clip[1], CROSSED_CLIP)
+        return found
+    _refuse(batch, node, low > high, CROSSED)
+    if node.kind == "log_uniform":
+        _refuse(batch, node, low <= 0, NOT_POSITIVE)
+    elif node.kind == "integers":
+        _refuse(batch, node, (low != np.floor(low)) | (high != np.floor(high)), NOT_WHOLE)
+        _refuse(batch, node, (np.abs(low) > WIDEST) | (np.abs(high) > WIDEST), f"a bound is beyond {WIDEST}")
+        _refuse(batch, node, high - low >= WIDEST, TOO_MANY)
+    return found
 
 
 def _units(batch: Batch, node: Chosen | Drawn | RandomRotated, first: int, count: int) -> NDArray[np.float64]:
@@ -82,8 +93,7 @@ def _bound(batch: Batch, node: Drawn, item: Any, count: int) -> NDArray[np.float
     values = columns.joined(batch.item(item))
     shapes = {(len(batch.scenes),), (len(batch.scenes), count)} if node.shape else {(len(batch.scenes),)}
     if values.dtype.kind not in "if" or values.shape not in shapes:
-        wanted = f"a number or a list of {count} numbers" if node.shape else "a number"
-        raise DrawError(f"a bound is not {wanted}", int(batch.scenes[0]), node)
+        raise DrawError(no_bound(node), int(batch.scenes[0]), node)
     bound = values.astype(np.float64, copy=False)
     bound = bound[:, None] if bound.ndim == 1 else bound
     # A range of half the largest number is no range that anything in a scene has.

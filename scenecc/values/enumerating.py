@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from scenecc.values.assigned import Assigned
+
 FEW = 64
 """How many combinations are looked at."""
 
@@ -65,10 +67,22 @@ def outcomes(
     Raises:
         DrawError: it has no value in one of them; what is drawn there need not be what the scene draws.
     """
+    batch = combinations((node,), draws, given, num_scenes, scenes=scenes, most=most)
+    return None if batch is None else batch.evaluate(node).tolist()
+
+
+def combinations(
+    items: tuple[Any, ...],
+    draws: Mapping[str, Node],
+    given: Mapping[str, NDArray[Any]],
+    num_scenes: int | None,
+    *,
+    scenes: tuple[int, ...] | None = None,
+    most: int = FEW,
+) -> Assigned | None:
+    """A row for each combination of what several items read; arguments and limits are those of `outcomes`."""
     sources = _Sources(draws, given, num_scenes, scenes, most)
-    if not sources.add(node):
-        return None
-    combined = sources.combined()
+    combined = sources.combined() if all(map(sources.add, items)) else None
     if combined is None:
         return None
     import numpy as np  # noqa: PLC0415 - most supports need no array
@@ -77,7 +91,7 @@ def outcomes(
 
     columns = np.array(list(product(combined, *sources.drawn.values())), dtype=np.int64).T
     assigned = dict(zip(sources.drawn, columns[1:], strict=True))
-    return Assigned(columns[0], num_scenes or 1, draws, given, assigned).evaluate(node).tolist()
+    return Assigned(columns[0], num_scenes or 1, draws, given, assigned)
 
 
 _MOST_NODES = 500
@@ -134,8 +148,11 @@ class _Sources:
         elif self._only is None:
             scenes = list(range(self.period))
         else:
-            # One for each place in the cycles.
-            scenes = list({scene % self.period: scene for scene in self._only}.values())
+            # The first one for each place in the cycles.
+            first: dict[int, int] = {}
+            for scene in self._only:
+                first.setdefault(scene % self.period, scene)
+            scenes = list(first.values())
         count = len(scenes) * math.prod(map(len, self.drawn.values()))
         return scenes if 0 < count <= self._most or (count and self._is_by_scene()) else None
 

@@ -13,7 +13,7 @@ from scenecc.values.expression import CONSTANTS, Expression
 from scenecc.values.failure import ExpressionError
 from scenecc.values.functions import FUNCTIONS
 from scenecc.values.narrowing import Narrowed, narrowed, written
-from scenecc.values.reach import ANYTHING, FEW, Reach, are_exact, bounds_of, items_of, join, known, truths_of
+from scenecc.values.reach import ANYTHING, FEW, Reach, are_exact, bounds_of, examples, items_of, join, known, truths_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -25,6 +25,7 @@ _INTEGERS = frozenset(("Add", "Sub", "Mult", "FloorDiv", "Mod"))
 """Operators that give an integer where both operands are."""
 
 _ROUNDING = frozenset(("floor", "ceil", "round"))
+_OF_LISTS = frozenset(("min", "max"))
 _KEEPING = frozenset(("abs", "min", "max"))
 """Functions that give an integer where all arguments are."""
 
@@ -55,9 +56,19 @@ def reach(template: Template, names: Mapping[str, Reach], faults: list[Fault] | 
     parts = [known((part,)) if isinstance(part, str) else part.node(part.expression.tree) for part in walks]
     if len(parts) == 1 and not isinstance(walks[0], str):
         return parts[0]
+    for walk, part in zip(walks, parts, strict=True):
+        if not isinstance(walk, str):
+            walk.check_kinds([part], lambda values: operations.shown(values[0], _ANYWHERE), walk.expression.tree)
     if any(part.values is None for part in parts):
         return ANYTHING
     return _combined(parts, lambda values: "".join(operations.shown(v, _ANYWHERE) for v in values))
+
+
+def reach_in(
+    expression: Expression, names: Mapping[str, Reach], constants: Mapping[str, Any]
+) -> Callable[[ast.expr], Reach]:
+    """What finds the reach of a part of an expression."""
+    return _Walk(expression, {**names, **{name: known((value,)) for name, value in constants.items()}}, []).node
 
 
 class _Walk:
@@ -127,7 +138,9 @@ class _Walk:
         first, second = map(items_of, parts)
         if name == "Add" and first is not None and second is not None:
             return Reach(items=(*first, *second), exact=are_exact(parts))
-        return ANYTHING
+        if name == "Mult" and (repeated := _repeated(first, parts[1]) or _repeated(second, parts[0])):
+            return repeated
+        return self._by_kind(parts, lambda values: apply(values[0], values[1], _ANYWHERE), node)
 
     def _squared(self, part: Reach, node: ast.BinOp) -> Reach:
         """A part times itself, which is never below 0."""
@@ -148,13 +161,13 @@ class _Walk:
         """A sign turns the bounds round; `not` takes the truths that there can be."""
         part = self.node(node.operand)
         if isinstance(node.op, ast.Not):
-            return known(not truth for truth in truths_of(part))
+            return known(not truth for truth in self._truths(part, node.operand))
         bounds = bounds_of(part) if part.values is None else None
         if bounds is not None:
             low, high = bounds if isinstance(node.op, ast.UAdd) else (-bounds[1], -bounds[0])
             return Reach(low=low, high=high, exact=part.exact, whole=part.whole, nonzero=part.nonzero)
         apply = operations.negative if isinstance(node.op, ast.USub) else operations.positive
-        return self._combined([part], lambda values: apply(values[0], _ANYWHERE), node)
+        return self._combined_or_kind([part], lambda values: apply(values[0], _ANYWHERE), node)
 
     def logical(self, node: ast.BoolOp) -> Reach:
         """An operand is looked at as it is where those before it have not decided, and not at all where they have."""
@@ -163,7 +176,7 @@ class _Walk:
         walk = self
         for value in node.values:
             part = walk.node(value)
-            truths = truths_of(part)
+            truths = walk._truths(part, value)
             if value is not node.values[-1]:
                 walk = walk._where(value, truths, holds=not until)
                 if until not in truths:
@@ -182,7 +195,7 @@ class _Walk:
         return known(truths, exact=False)
 
     def conditional(self, node: ast.IfExp) -> Reach:
-        truths = truths_of(self.node(node.test))
+        truths = self._truths(self.node(node.test), node.test)
         branches = [(node.body, True), (node.orelse, False)]
         return join([self._where(node.test, truths, holds=t).node(branch) for branch, t in branches if t in truths])
 
@@ -198,13 +211,14 @@ class _Walk:
 
     def indexed(self, node: ast.Subscript) -> Reach:
         """The items that the index can reach; a fault where it can miss the list, certain where it always does."""
-        values, index = self.node(node.value), self.node(node.slice)
-        if values.items is None or index.values is None:
-            parts = [values, index]
-            return self._combined(parts, lambda found: operations.item(found[0], found[1], _ANYWHERE), node)
-        items = values.items
-        reached = [items[i] for i in index.values if type(i) is int and -len(items) <= i < len(items)]
-        if len(reached) < len(index.values):
+        parts = [self.node(node.value), self.node(node.slice)]
+        items, bounds = items_of(parts[0]), bounds_of(parts[1])
+        if items is None or bounds is None or not parts[1].is_whole or all(part.values is not None for part in parts):
+            return self._combined_or_kind(parts, lambda found: operations.item(found[0], found[1], _ANYWHERE), node)
+        every = range(-len(items), len(items))
+        indices = parts[1].values or [i for i in every if bounds[0] <= i <= bounds[1]]
+        reached = [items[i] for i in indices if i in every]
+        if bounds[0] not in every or bounds[1] not in every:
             self._fault(f"an index is out of range: the list has {len(items)} items", node, certain=not reached)
         return join(reached) if reached else ANYTHING
 
@@ -216,13 +230,13 @@ class _Walk:
         found = self._combined(parts, lambda values: apply(list(values), _ANYWHERE), node)
         if found.values is not None:
             return found
-        if name == "len":
-            return ANYTHING if parts[0].items is None else known((len(parts[0].items),))
-        if len(parts) == 1 and parts[0].items is not None:
+        if name == "len" and parts[0].items is not None:
+            return known((len(parts[0].items),))
+        if name in _OF_LISTS and len(parts) == 1 and parts[0].items is not None:
             parts = list(parts[0].items)
         bounds = [bound for bound in map(bounds_of, parts) if bound is not None]
-        if len(bounds) < len(parts):
-            return ANYTHING
+        if len(bounds) < len(parts) or name == "len":
+            return self._by_kind(parts, lambda values: apply(list(values), _ANYWHERE), node)
         if name == "sqrt" and bounds[0][0] < 0:
             self._fault("a negative number has no root", node, certain=bounds[0][1] < 0)
         low, high = interval_rules.FUNCTIONS[name](bounds)
@@ -236,6 +250,25 @@ class _Walk:
             self._fault(failed[0].message, node, certain=found.values is None)
         return found
 
+    def _by_kind(self, parts: list[Reach], apply: Callable[[tuple[Any, ...]], Any], node: ast.expr) -> Reach:
+        """What comes of parts of which some have too many values: only whether their kinds fit is looked at."""
+        if any(part.values is None for part in parts):
+            self.check_kinds(parts, apply, node)
+        return ANYTHING
+
+    def check_kinds(self, parts: list[Reach], apply: Callable[[tuple[Any, ...]], Any], node: ast.expr) -> None:
+        """A fault where something cannot be done with values of these kinds."""
+        self._combined([known(examples(part)) for part in parts], apply, node)
+
+    def _truths(self, part: Reach, node: ast.expr) -> set[bool]:
+        """What a condition can be."""
+        self.check_kinds([part], lambda values: operations.truth(values[0], _ANYWHERE), node)
+        return truths_of(part)
+
+    def _combined_or_kind(self, parts: list[Reach], apply: Callable[[tuple[Any, ...]], Any], node: ast.expr) -> Reach:
+        found = self._combined(parts, apply, node)
+        return self._by_kind(parts, apply, node) if found is ANYTHING else found
+
     def _comparison(self, name: str, a: Reach, b: Reach, node: ast.expr) -> set[bool]:
         """The outcomes that are possible."""
         apply = operations.COMPARISONS[name]
@@ -243,7 +276,10 @@ class _Walk:
         if found.values is not None:
             return set(found.values)
         first, second = bounds_of(a), bounds_of(b)
-        return {True, False} if first is None or second is None else interval_rules.compared(name, first, second)
+        if first is not None and second is not None:
+            return interval_rules.compared(name, first, second)
+        self._by_kind([a, b], lambda values: apply(values[0], values[1], _ANYWHERE), node)
+        return {True, False}
 
     def _fault(self, message: str, node: ast.expr, *, certain: bool) -> None:
         self._faults.append(Fault(message, *self.expression.span(node), certain=certain and self._certain))
@@ -261,6 +297,14 @@ _NODES: dict[type[ast.expr], Callable[[_Walk, Any], Reach]] = {
     ast.Subscript: _Walk.indexed,
     ast.Call: _Walk.call,
 }
+
+
+def _repeated(items: tuple[Reach, ...] | None, times: Reach) -> Reach | None:
+    """A list that is repeated so often; None where it is none, or how often is not known."""
+    values = times.values or ()
+    if items is None or len(values) != 1 or type(values[0]) is not int or not 0 < values[0] * len(items) <= FEW:
+        return None
+    return Reach(items=items * values[0])
 
 
 def _combined(

@@ -85,6 +85,18 @@ def support_of(found: Reach) -> Support:
     return UNKNOWN if found.low is None else Support(None, found.low, found.high, found.exact)
 
 
+def examples(found: Reach) -> list[Any]:
+    """Values of every kind and length that something can have, its numbers but for known ones being 1; none where that
+    is not known.
+    """
+    if found.values is not None:
+        return list(found.values)
+    if found.low is not None:
+        return [1 if found.whole else 1.0]
+    items = [next(iter(examples(item)), None) for item in found.items or ()]
+    return [] if found.items is None or None in items else [items]
+
+
 def join(parts: list[Reach]) -> Reach:
     """Any of several."""
     if len(parts) == 1:

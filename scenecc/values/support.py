@@ -38,8 +38,8 @@ class Support:
     def numbers(self) -> tuple[float, ...]:
         """Numbers that bound everything it can be, row by row: of all alternatives, or of the lowest and highest."""
         if self.alternatives is not None:
-            return tuple(_flat(self.alternatives))
-        return (*_flat(self.low), *_flat(self.high)) if self.low is not None else ()
+            return tuple(flat(self.alternatives))
+        return (*flat(self.low), *flat(self.high)) if self.low is not None else ()
 
     @staticmethod
     def of(alternatives: Iterable[Any], *, exact: bool = True) -> Support:
@@ -133,9 +133,10 @@ def _tupled(value: Any) -> Any:
     return value
 
 
-def _flat(value: Any) -> Iterable[float]:
+def flat(value: Any) -> Iterable[float]:
+    """The numbers of a number or a nested tuple, in order."""
     if value.__class__ is tuple:
         for item in value:
-            yield from _flat(item)
+            yield from flat(item)
     elif isinstance(value, int | float):
         yield value

@@ -54,7 +54,7 @@ def _drawn(reader: Reader, node: Drawn) -> Support:
         low, high = _plain_bound(node.low, node.shape), _plain_bound(node.high, node.shape)
         if low is not None and high is not None and low != high:
             return Support(None, low, high, exact=True)
-    first, second = _vector(reader.item(node.low), node.shape), _vector(reader.item(node.high), node.shape)
+    first, second = spread(reader.item(node.low), node.shape), spread(reader.item(node.high), node.shape)
     if first.low is None or second.low is None:
         return UNKNOWN
     exact = first.exact and second.exact
@@ -74,7 +74,7 @@ def _normal(reader: Reader, node: Drawn, mean: Support, std: Support) -> Support
     low = _each(lambda m, s: m if s == 0 else -math.inf, mean.low, std.high)
     high = _each(lambda m, s: m if s == 0 else math.inf, mean.high, std.high)
     if node.clip is not None:
-        bottom, top = (_vector(reader.item(bound), node.shape) for bound in node.clip)
+        bottom, top = (spread(reader.item(bound), node.shape) for bound in node.clip)
         if bottom.low is None or top.low is None:
             return UNKNOWN
         low, high = _each(max, low, bottom.low), _each(min, high, top.high)
@@ -96,16 +96,16 @@ def _beside(parts: list[Support]) -> Support:
 
 
 def _computed(reader: Reader, node: Computed) -> Support:
-    return support_of(reach(node.template, _names(reader, node)))
+    return support_of(reach(node.template, names_of(reader, node)))
 
 
 def reach_and_faults(reader: Reader, node: Computed) -> tuple[Reach, list[Fault]]:
     """What an expression can give by the bounds of what it reads, and why it may have no value."""
     faults: list[Fault] = []
-    return reach(node.template, _names(reader, node), faults), faults
+    return reach(node.template, names_of(reader, node), faults), faults
 
 
-def _names(reader: Reader, node: Computed) -> dict[str, Reach]:
+def names_of(reader: Reader, node: Computed) -> dict[str, Reach]:
     """What the names in an expression can be."""
     reads = dict(node.reads)
     names: dict[str, Reach] = {}
@@ -180,7 +180,7 @@ def _plain_bound(item: Any, shape: tuple[int, ...]) -> Any:
     return item if fits else None
 
 
-def _vector(found: Support, shape: tuple[int, ...]) -> Support:
+def spread(found: Support, shape: tuple[int, ...]) -> Support:
     """A bound of one number as that of every component."""
     if not shape or found.low is None or found.low.__class__ is tuple:
         return _shaped(found, shape)

@@ -142,7 +142,8 @@ ROWS: tuple[Code, ...] = (
         "value that is none in some scene",
         "A rotation that varies has no value in one of the scenes: an axis of length 0, a quaternion that is not of "
         "length 1, a point looked at that is the pose itself or straight above it. Or an expression gives another kind "
-        "of value than is wanted: one number for three.",
+        "of value than is wanted: one number for three. Or a form draws between bounds that are none in that scene: "
+        "the lower one is above the upper one.",
         "scenecc: 1\nnum_scenes: 2\nentities:\n  cube:\n    pose: {p: {per_scene: [[0, 0, 0], [1, 0, 0]]}, "
         "look_at: [1, 0, 0]}\n" + "    shapes:\n" + _BOX,
         "Keep what is drawn away from there.",
@@ -150,12 +151,14 @@ ROWS: tuple[Code, ...] = (
     Code(
         "SC516",
         "warning",
-        "expression that may have no value",
+        "value that may be none in some scene",
         "By the bounds of what it reads, an expression may divide by zero, take the root of a negative number or read "
-        "beyond a list. A scene in which it does is an error once it is drawn.",
+        "beyond a list, and the bounds of a form that draws may change places. A scene in which they do is an error "
+        "once it is drawn.",
         'scenecc: 1\ndraws: {x: {uniform: [-1, 1]}}\nentities:\n  cube:\n    mass: "${1 + sqrt(x)}"\n    shapes:\n'
         + _BOX,
-        "Narrow the draws that it reads, or choose another value there: `${sqrt(x) if x > 0 else 0}`.",
+        "Narrow the draws that it reads, or choose another value there: `${sqrt(x) if x > 0 else 0}`. `min` and `max` "
+        'keep a bound in its range: `{uniform: ["${min(a, 0.5)}", 0.5]}`.',
     ),
     Code(
         "SC517",

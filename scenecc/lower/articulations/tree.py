@@ -11,10 +11,11 @@ from scenecc.lower.articulations.written_limits import doubt_limits, limits_fit,
 from scenecc.lower.forms import VARYING, Place, Reading, Step, place_of
 from scenecc.lower.kinds import number, vector
 from scenecc.lower.placing.pose_nodes import POSE, pose_item
-from scenecc.lower.placing.poses import AXES, IDENTITY_POSE, direction, turned
+from scenecc.lower.placing.poses import IDENTITY_POSE, direction, turned
 from scenecc.lower.placing.rotations import IDENTITY, shortest_from_x
 from scenecc.lower.placing.shape_poses import local_pose
 from scenecc.plan import CollisionShape, Value, VisualShape, literal
+from scenecc.spec.pose import AXES
 from scenecc.values.nodes import Composed, Pointing, Posed
 
 if TYPE_CHECKING:

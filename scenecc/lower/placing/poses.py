@@ -9,7 +9,7 @@ from scenecc.lower.placing import rotations
 from scenecc.lower.placing.rotations import IDENTITY, Quat, Vec3
 from scenecc.lower.turns import doubt
 from scenecc.plan.pose import IDENTITY_POSE, Pose7
-from scenecc.spec.pose import AxisAngle, PoseMapping
+from scenecc.spec.pose import AXES, AxisAngle, PoseMapping
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Path, Sink
@@ -21,7 +21,6 @@ RIGID = 1e-3
 """How far a matrix may be from a rigid motion (LANGUAGE, Poses)."""
 
 ROTATIONS = frozenset(("q", "rpy", "rpy_deg", "axis_angle", "look_at"))
-AXES: dict[str, Vec3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 def lower_pose(pose: Any, owner: Origin, at: Path, sink: Sink) -> Pose7:

@@ -43,6 +43,10 @@ def box(half_size: Any) -> dict[str, Any]:
         ({"mass": "${which}"}, "this expression gives 'a', and a number is wanted"),
         ({"mass": "${r > 0.15}"}, "this expression gives false, and a number is wanted"),
         ({"gravity": "${die + 1}"}, "it gives 2, which means nothing here"),
+        ({"color": "${r}"}, "it gives a number, which means nothing here"),
+        ({"gravity": "${z}"}, "it gives a number, which means nothing here"),
+        ({"solver_position_iterations": "${which}"}, "this expression gives 'a', and a whole number is wanted"),
+        (box("${v * 2}"), "it gives a list that is not 3 numbers"),
         (
             {"color": "${'#ff0000' if which == 'a' else 'reddish'}"},
             "it gives 'reddish', which means nothing here",
@@ -61,7 +65,7 @@ def test_a_value_of_another_kind_is_an_error(body: dict[str, Any], message: str)
 def test_a_value_that_may_be_of_another_kind_is_a_warning() -> None:
     body = {"color": "${'#ff0000' if r > 0.15 else 'reddish'}"}
     assert told(body) == [("SC514", "in some scene it gives 'reddish', which means nothing here")]
-    assert told(box("${[r, r, r] if n > 0 else r}")) == []
+    assert told(box("${[r, r, r] if n > 0 else r}")) == [("SC514", "in some scene it may give a value of another kind")]
 
 
 @pytest.mark.parametrize(
@@ -140,3 +144,106 @@ def test_one_expression_in_many_places_is_looked_into_once() -> None:
     document["entities"] |= {f"e{i}": document["entities"]["body"] for i in range(50)}
     assert {code for code, _ in codes(document)} == {"SC516"}
     assert len(codes(document)) == 51
+
+
+@pytest.mark.parametrize(
+    ("expression", "message"),
+    [
+        ("${v / 2}", "`/` does not take a list and a number"),
+        ("${-v}", "`-` does not take a list"),
+        ("${sqrt(v)}", "`sqrt` takes numbers, not a list"),
+        ("${v > 1}", "`>` does not take a list and a number"),
+        ("${r[0]}", "a number has no items"),
+        ("${len(r)}", "`len` takes a list or a string, not a number"),
+        ("${1 if v else 2}", "a condition is a boolean or a number, not a list"),
+        ("x_${v}", "a list cannot stand within a longer text"),
+    ],
+)
+def test_what_cannot_be_done_with_kinds_of_values_is_told_of_a_draw(expression: str, message: str) -> None:
+    draws = {"v": DRAWS["v"], "r": DRAWS["r"], "h": expression}
+    (found,) = [one for one in validate(scene({}, draws=draws)) if one.code != "SC319"]
+    assert (found.code, found.message) == ("SC202", f"this has no value, whatever is drawn: {message}")
+    assert found.path == "draws.h"
+
+
+CROSSED = "the lower bound is above the upper one"
+
+
+@pytest.mark.parametrize(
+    ("draw", "expected"),
+    [
+        ({"uniform": ["${scene}", 2]}, ("SC515", f"in scene 3: {CROSSED}")),
+        ({"uniform": [{"cycle": [1, 3]}, 2]}, ("SC515", f"in scene 1: {CROSSED}")),
+        (
+            {"uniform": [{"per_scene": {0: 3, "default": "${which}"}}, 4]},
+            ("SC515", "in scene 1: a bound is not a number"),
+        ),
+        ({"uniform": [{"uniform": [0, 1]}, 0.5]}, ("SC516", CROSSED)),
+        ({"uniform": ["${z}", 0.5]}, ("SC516", CROSSED)),
+        ({"uniform": ["${z}", -2]}, ("SC515", CROSSED)),
+        ({"uniform": ["${v}", [1, 0.15]]}, ("SC516", CROSSED)),
+        ({"uniform": ["${die}", 3]}, ("SC516", CROSSED)),
+        ({"uniform": ["${die + 6}", 3]}, ("SC515", f"in scene 0: {CROSSED}")),
+        ({"integers": ["${z}", 2]}, ("SC516", "a bound is no integer")),
+        ({"integers": ["${floor(9 * z)}", 2]}, ("SC516", CROSSED)),
+        ({"log_uniform": ["${z}", 2]}, ("SC516", "the lower bound is not positive")),
+        ({"log_uniform": ["${z - 1}", 2]}, ("SC515", "the lower bound is not positive")),
+        ({"normal": [0, "${z}"]}, ("SC516", "the standard deviation is negative")),
+        ({"normal": [0, 1], "clip": ["${z}", 0]}, ("SC516", "the lower edge of `clip` is above the upper one")),
+        ({"uniform": ["${which}", 1]}, ("SC515", "in scene 0: a bound is not a number")),
+        ({"uniform": [{"choice": ["a", 0]}, 1]}, ("SC516", "a bound is not a number")),
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("body", [{}, {"pose": ["${h}", 0, 0]}])
+def test_bounds_that_are_none_are_told_of_the_draw(draw: Any, expected: tuple[str, str], body: dict[str, Any]) -> None:
+    """Whether anything reads it or not."""
+    draws = {name: one for name, one in DRAWS.items() if f"${{{name}" in str(draw) or name in str(draw)}
+    found = [one for one in validate(scene(body, draws={**draws, "h": draw}, num_scenes=4)) if one.code != "SC319"]
+    told = [one for one in found if one.path == "draws.h"]
+    code, message = expected
+    assert [(one.code, one.message) for one in told if one.code == code] == [
+        (code, message if code == "SC515" else f"this may have no value: {message}")
+    ]
+
+
+@pytest.mark.parametrize(
+    "draw",
+    [
+        {"uniform": ["${z - 0.1}", "${z + 0.1}"]},
+        {"uniform": ["${2 * z - r}", "${z + z + r}"]},
+        {"uniform": ["${-(r / 2)}", "${r / 2 + 1}"]},
+        {"uniform": ["${die}", "${die + 1}"]},
+        {"integers": ["${die}", "${die * 2}"]},
+        {"integers": [0, "${floor(r * 100)}"]},
+        {"uniform": ["${scene}", "${num_scenes}"]},
+        {"uniform": [{"uniform": [0, 1]}, {"uniform": [1, 2]}]},
+        {"normal": ["${n}", "${r}"]},
+        {"log_uniform": ["${r}", 1]},
+    ],
+    ids=str,
+)
+def test_bounds_that_keep_their_order_are_let_be(draw: Any) -> None:
+    document = scene({"pose": ["${h}", 0, 0]}, draws={**DRAWS, "h": draw}, num_scenes=4)
+    assert {code for code, _ in codes(document)} <= {"SC319"}
+    for seed in range(8):
+        assert compile_scene(document, seed=seed).num_scenes == 4
+
+
+def test_the_bounds_of_an_argument_are_judged_in_the_scenes_of_its_instance() -> None:
+    cube = {"use": "scenecc:cube", "with": {"half_size": {"uniform": ["${0.1 + scene}", 2]}}}
+    document = {"scenecc": 1, "num_scenes": 4, "entities": {"cube": cube}}
+    assert [code for code, _ in codes(document)] == ["SC515"]
+    cube["scene_idxs"] = [0, 1]
+    assert codes(document) == []
+
+
+def test_a_draw_that_nothing_reads_is_judged_in_every_scene() -> None:
+    assert ("SC202", "draws.h") in codes(scene({}, draws={"h": "${1 / scene}"}, num_scenes=4))
+
+
+@pytest.mark.parametrize("draws", [{}, {"sum": "${h + z}"}])
+def test_a_draw_without_a_value_in_some_scene_is_told_beside_one_that_is_random(draws: dict[str, Any]) -> None:
+    body = {"pose": ["${sum}" if draws else "${h + z}", 0, 0]}
+    document = scene(body, draws={"z": DRAWS["z"], "h": "${1 / scene}", **draws}, num_scenes=4)
+    assert codes(document) == [("SC516", "draws.h")]

@@ -245,8 +245,9 @@ def test_the_expressions_of_a_velocity_are_part_of_its_recipe() -> None:
 
 def test_bounds_that_change_places_name_the_scene() -> None:
     document = scene({"mass": {"uniform": [{"cycle": [1, 3]}, 2]}}, num_scenes=4)
-    assert validate(document) == []
-    assert drawn(document) == [("SC515", "entities.body.mass")]
+    (found,) = validate(document)
+    assert (found.code, found.path) == ("SC515", "entities.body.mass")
+    assert found.message == "in scene 1: the lower bound is above the upper one"
 
 
 def test_a_shape_is_known_to_its_draws_by_its_number() -> None:

@@ -251,7 +251,6 @@ def test_names_are_those_of_the_scenes_that_the_entity_is_in(tmp_path: Path) -> 
         ("oak_${j}", {"j": {"integers": [0, 10_000]}}),
         ("oak_${j + k}", {"j": {"integers": [0, 100]}, "k": {"integers": [0, 100]}}),
         ("oak_${floor(j)}", {"j": {"uniform": [0, 80]}}),
-        ("${['oak'][j]}", {"j": {"integers": [0, 80]}}),
     ],
 )
 def test_more_names_than_can_be_looked_up(name: str, draws: Any) -> None:

@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from scenecc import validate
+from scenecc import compile_scene, validate
+from scenecc.api import plan_text
 
 HUGE = 10**30
 BALL: dict[str, Any] = {"type": "sphere", "radius": 1}
@@ -59,3 +60,47 @@ def test_a_repeat_that_is_no_list(axis: Any) -> None:
     assert {code for code, _ in found({"entities": {"a": {"shapes": [shape]}}})} <= {"SC101", "SC102", "SC103", "SC116"}
     entity = {"shapes": [BALL], "repeat": {"n": axis}}
     assert {code for code, _ in found({"entities": {"a": entity}})} <= {"SC101", "SC102", "SC103", "SC116"}
+
+
+@pytest.mark.parametrize("form", ["uniform", "integers", "log_uniform", "normal"])
+@pytest.mark.parametrize("place", [0, 1])
+def test_a_text_is_no_bound_of_a_draw(form: str, place: int) -> None:
+    bounds: list[Any] = [1, 1]
+    bounds[place] = "abc"
+    assert ("SC103", f"draws.u.{form}[{place}]") in found({"draws": {"u": {form: bounds}}})
+    clip = {"normal": [0, 1], "clip": bounds}
+    assert ("SC103", f"draws.u.clip[{place}]") in found({"draws": {"u": clip}})
+
+
+@pytest.mark.parametrize(
+    ("color", "expected"),
+    [
+        ({"integers": ["#457b9d", "#457b9d"]}, ["SC104"] * 6),
+        ({"integers": ["#ff0000", "#ffffff"]}, []),
+        ({"uniform": ["#ffffff", "#000000"]}, ["SC119"]),
+        ({"uniform": ["#000000", "#ffffff80"]}, ["SC119"]),
+        ({"uniform": ["#00000080", "#ffffff"]}, []),
+        ({"log_uniform": ["#000000", "#ffffff"]}, ["SC104"]),
+        ({"uniform": ["#000000", [1, 1, 1]]}, []),
+    ],
+    ids=str,
+)
+def test_colours_are_bounds_as_their_numbers_are(color: Any, expected: list[str]) -> None:
+    document = {"entities": {"a": {"color": color, "shapes": [BALL]}}}
+    assert [code for code, _ in found(document)] == expected
+    if not expected:
+        assert plan_text(compile_scene({"scenecc": 1, **document}))
+
+
+@pytest.mark.parametrize(
+    ("axis", "expected"),
+    [({"uniform": ["x", "y"]}, ["SC119"]), ({"log_uniform": ["x", "x"]}, ["SC104"] * 2), ({"uniform": ["x", "x"]}, [])],
+    ids=str,
+)
+def test_axes_are_bounds_as_their_numbers_are(axis: Any, expected: list[str]) -> None:
+    pose = {"axis_angle": {"axis": axis, "angle": 1}}
+    assert [code for code, _ in found({"entities": {"a": {"pose": pose, "shapes": [BALL]}}})] == expected
+
+
+def test_integers_are_among_fewer_than_a_float_can_tell_apart() -> None:
+    assert found({"draws": {"u": {"integers": [-(2**53), 2**53]}}}) == [("SC104", "draws.u.integers")]
