@@ -9,7 +9,7 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.words import cut, show
 from scenecc.values.failure import DrawError
 from scenecc.values.nodes import NODE_TYPES, Computed, Drawn
-from scenecc.values.operations import LISTS, is_number, kind
+from scenecc.values.operations import LISTS, kind, unlike
 from scenecc.values.order import read_by
 
 if TYPE_CHECKING:
@@ -194,16 +194,17 @@ def _found(node: Computed, convert: Any, dtype: str | None, leaves: Leaves) -> D
         # Of a draw that may have no value nothing more is said.
         is_told = not leaves.drawing.doubtful.isdisjoint(read_by(node))
         return None if is_told else Doubt("it may give a value of another kind", None, certain=False)
-    return _misfit(found, node.shape, convert, dtype)
+    return _misfit(found, node, convert, dtype)
 
 
-def _misfit(found: Reach, shape: tuple[int, ...] | None, convert: Any, dtype: str | None) -> Doubt | None:
+def _misfit(found: Reach, node: Computed, convert: Any, dtype: str | None) -> Doubt | None:
     """Why what an expression gives is not what is written where it stands."""
     from scenecc.values.reach import examples  # noqa: PLC0415 - loaded where something varies
 
     some = examples(found)
+    shape, text = node.shape, node.template.text
     if shape is not None:
-        wrong = [words for one in some if (words := _unlike(one, shape, dtype)) is not None]
+        wrong = [words for one in some if (words := unlike(one, shape, text) or _of_another_type(one, dtype))]
     elif convert is not None:
         wrong = [f"it gives {_told(one, found)}, which means nothing here" for one in some if convert(one) is None]
     else:
@@ -215,27 +216,12 @@ def _told(one: Any, found: Reach) -> str:
     return kind(one) if found.values is None else show(one)
 
 
-def _unlike(given: Any, shape: tuple[int, ...], dtype: str | None) -> str | None:
-    """What is wrong with the shape or the type of a value."""
-    if not shape:
-        if type(given) in LISTS:
-            return f"it gives {kind(given)} where one value is wanted"
-        types, words = _TYPES.get(dtype or "", (None, ""))
-        return (
-            None
-            if types is None or type(given) in types
-            else f"this expression gives {cut(show(given))}, and {words} is wanted"
-        )
-    wanted = " lists of ".join(map(str, shape)) + " numbers"
-    if type(given) not in LISTS:
-        return f"it gives {kind(given)} where {wanted} are wanted"
-    return None if _has_shape(given, shape) else f"it gives a list that is not {wanted}"
-
-
-def _has_shape(given: Any, shape: tuple[int, ...]) -> bool:
-    if not shape:
-        return is_number(given)
-    return type(given) in LISTS and len(given) == shape[0] and all(_has_shape(item, shape[1:]) for item in given)
+def _of_another_type(given: Any, dtype: str | None) -> str | None:
+    """What is wrong with the type of one value."""
+    types, words = _TYPES.get(dtype or "", (None, ""))
+    if types is None or type(given) in types:
+        return None
+    return f"this expression gives {cut(show(given))}, and {words} is wanted"
 
 
 def _unfit(value: Value, wanted: Kind) -> tuple[str, str] | None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from scenecc.values import columns
 from scenecc.values.failure import DrawError, ExpressionError
-from scenecc.values.operations import LISTS, is_number, kind
+from scenecc.values.operations import kind, unlike
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -58,21 +58,11 @@ def _column(batch: Batch, node: Computed, results: list[Any]) -> NDArray[Any]:
 
 
 def _lists(batch: Batch, node: Computed, results: list[Any], shape: tuple[int, ...]) -> NDArray[Any]:
-    wanted = " lists of ".join(map(str, shape)) + " numbers"
     for row, result in enumerate(results):
-        if type(result) not in LISTS:
-            raise _wrong(batch, node, row, f"it gives {kind(result)} where {wanted} are wanted")
-        if not _has_shape(result, shape):
-            repeated = len(result) > shape[0] and len(result) % shape[0] == 0 and "*" in node.template.text
-            why = ": `*` repeats lists, so multiply each component" if repeated else ""
-            raise _wrong(batch, node, row, f"it gives a list that is not {wanted}{why}")
+        wrong = unlike(result, shape, node.template.text)
+        if wrong is not None:
+            raise _wrong(batch, node, row, wrong)
     return np.array(results, dtype=np.float64).reshape(len(results), *shape)
-
-
-def _has_shape(given: Any, shape: tuple[int, ...]) -> bool:
-    if not shape:
-        return is_number(given)
-    return type(given) in LISTS and len(given) == shape[0] and all(_has_shape(item, shape[1:]) for item in given)
 
 
 def _wrong(batch: Batch, node: Computed, row: int, message: str) -> DrawError:

@@ -229,6 +229,26 @@ def truth(value: Any, span: Span) -> bool:
     raise ExpressionError(f"a condition is a boolean or a number, not {kind(value)}", *span)
 
 
+def unlike(given: Any, shape: tuple[int, ...], text: str) -> str | None:
+    """What is wrong with the shape of a value, where one value or lists of numbers are wanted; `text`: what gave it."""
+    if not shape:
+        return f"it gives {kind(given)} where one value is wanted" if type(given) in LISTS else None
+    wanted = " lists of ".join(map(str, shape)) + " numbers"
+    if type(given) not in LISTS:
+        return f"it gives {kind(given)} where {wanted} are wanted"
+    if _has_shape(given, shape):
+        return None
+    repeated = len(given) > shape[0] and len(given) % shape[0] == 0 and "*" in text
+    why = ": `*` repeats lists, so multiply each component" if repeated else ""
+    return f"it gives a list that is not {wanted}{why}"
+
+
+def _has_shape(given: Any, shape: tuple[int, ...]) -> bool:
+    if not shape:
+        return is_number(given)
+    return type(given) in LISTS and len(given) == shape[0] and all(_has_shape(item, shape[1:]) for item in given)
+
+
 def item(values: Any, index: Any, span: Span) -> Any:
     """The item of a list or the character of a string; from the end where the index is negative."""
     if type(values) not in SEQUENCES:
