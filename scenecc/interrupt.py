@@ -12,6 +12,7 @@ from contextlib import ExitStack, contextmanager, suppress
 
 TYPE_CHECKING = False  # that of `typing` takes longer to load than all else here
 if TYPE_CHECKING:
+    import subprocess
     from collections.abc import Generator
     from types import FrameType
     from typing import Any, NoReturn
@@ -61,6 +62,22 @@ def undoing() -> Generator[ExitStack]:
                 stack.close()
             finally:
                 _stacks.remove(stack)
+
+
+@contextmanager
+def child(command: list[str], **options: Any) -> Generator[subprocess.Popen[bytes]]:
+    """A process that is gone when the block ends, or this process by a signal. `options`: of `subprocess.Popen`."""
+    import subprocess  # noqa: PLC0415 - few need it
+
+    with undoing() as undo:
+        with interrupts_wait():
+            process: subprocess.Popen[bytes] = subprocess.Popen(command, **options)  # noqa: S603 - who calls this knows what it is
+            undo.callback(process.kill)
+        try:
+            yield process
+        finally:
+            process.kill()
+            process.wait()
 
 
 @contextmanager

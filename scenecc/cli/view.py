@@ -52,7 +52,10 @@ Steps = Annotated[
 Host = Annotated[
     str | None,
     typer.Option(
-        "--host", metavar="ADDRESS", help="Where to listen; 0.0.0.0 lets everybody in.", show_default="127.0.0.1"
+        "--host",
+        metavar="ADDRESS",
+        help="Where to listen; 0.0.0.0 lets everybody in who has the --token.",
+        show_default="127.0.0.1",
     ),
 ]
 Port = Annotated[
@@ -64,6 +67,10 @@ Port = Annotated[
         help="At which port; 0 is any that is free.",
         show_default="8080, or the next that is free",
     ),
+]
+Token = Annotated[
+    str | None,
+    typer.Option("--token", metavar="TOKEN", help="Let only those in whose address has it; auto makes one up."),
 ]
 Open = Annotated[bool, typer.Option("--open", help="Open the page in the browser.")]
 
@@ -79,6 +86,7 @@ def view(
     steps: Steps = 0,
     host: Host = None,
     port: Port = None,
+    token: Token = None,
     open_it: Open = False,
     num_scenes: NumScenes = None,
     seed: Seed = None,
@@ -102,7 +110,7 @@ def view(
     from scenecc import api
 
     values, checked_limits = parse_params(params), parse_limits(limits)
-    _check(export, steps, served=open_it or host is not None or port is not None)
+    _check(export, steps, served=open_it or any(given is not None for given in (host, port, token)))
     if faults := path_faults(scene, export):
         end(faults)
     given: dict[str, Any] = {
@@ -118,10 +126,11 @@ def view(
     try:
         if export is None:
             outlive_pipes()  # a browser may go away
+            place = _place(host, port, token)
             api.view_scene(
                 source,
-                place=_place(host, port),
-                ready=lambda url: _ready(url, open_it=open_it),
+                place=place,
+                ready=lambda url: _ready(url, place, open_it=open_it),
                 told=_teller(scene, values),
                 **given,
             )
@@ -139,20 +148,23 @@ def _check(export: str | None, steps: int, *, served: bool) -> None:
     if export is None and steps:
         raise typer.BadParameter("it is for an --export; a page that is served has a button", param_hint="'--steps'")
     if export is not None and served:
-        message = "it is written, and served nowhere: it goes without --open, --host and --port"
+        message = "it is written, and served nowhere: it goes without --open, --host, --port and --token"
         raise typer.BadParameter(message, param_hint="'--export'")
     if export not in {None, STDOUT} and not str(export).lower().endswith((".html", ".htm")):
         raise typer.BadParameter(f"{shown(str(export))} does not end in .html", param_hint="'--export'")
 
 
-def _place(host: str | None, port: int | None) -> Place:
-    """Raises typer.BadParameter if there is no such port."""
+def _place(host: str | None, port: int | None, token: str | None) -> Place:
+    """Raises typer.BadParameter if there is no such port or token."""
+    from secrets import token_urlsafe
+
     from scenecc import api
 
+    made_up = token_urlsafe() if token == "auto" else token  # noqa: S105 - no token
     try:
-        return api.Place(host or api.Place().host, port)
+        return api.Place(host or api.Place().host, port, made_up)
     except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint="'--port'") from None
+        raise typer.BadParameter(str(error), param_hint="'--port' / '--token'") from None
 
 
 def _teller(scene: str, values: Mapping[str, Any]) -> Callable[[Sequence[Diagnostic]], None]:
@@ -169,7 +181,9 @@ def _teller(scene: str, values: Mapping[str, Any]) -> Callable[[Sequence[Diagnos
     return tell
 
 
-def _ready(url: str, *, open_it: bool) -> None:
+def _ready(url: str, place: Place, *, open_it: bool) -> None:
+    if place.token is None and not place.is_local:
+        print_err("WARNING: anyone who reaches this address may see the scene and use its controls; see --token\n")
     print_err("Ctrl-C ends it.\n")
     print_out(f"{url}\n")
     if open_it:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import tempfile
 from contextlib import contextmanager, suppress
 from fractions import Fraction
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
-from scenecc.interrupt import interrupts_wait, undoing
+from scenecc.interrupt import child
 from scenecc.pictures.encode import colors
 
 if TYPE_CHECKING:
@@ -116,10 +115,10 @@ def _encoder(width: int, height: int, rate: float, film: int) -> Generator[Calla
     except RuntimeError as error:
         raise OSError(str(error)) from error
     command = [program, "-v", "error", "-y", *given, *made, "-f", "mp4", f"/dev/fd/{film}"]
-    with tempfile.TemporaryFile() as said, undoing() as undo:
-        with interrupts_wait():
-            process = subprocess.Popen(command, stdin=PIPE, stdout=DEVNULL, stderr=said, pass_fds=[film])  # noqa: S603
-            undo.callback(process.kill)
+    with (
+        tempfile.TemporaryFile() as said,
+        child(command, stdin=PIPE, stdout=DEVNULL, stderr=said, pass_fds=[film]) as process,
+    ):
         assert process.stdin is not None
         try:
             with suppress(BrokenPipeError):  # it has ended, and said why
@@ -130,8 +129,7 @@ def _encoder(width: int, height: int, rate: float, film: int) -> Generator[Calla
                 words = said.read().decode(errors="replace").strip()
                 raise OSError(f"ffmpeg failed: {words or f'it ended with status {process.returncode}'}")
         finally:
-            process.kill()
-            process.wait()
+            process.kill()  # before what it has not read is written to it
             with suppress(BrokenPipeError):
                 process.stdin.close()
 

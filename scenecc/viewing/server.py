@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import asyncio
 import io
+import logging
 import re
 import socket
 import threading
 from contextlib import contextmanager, redirect_stdout, suppress
 from functools import partial
-from ipaddress import ip_address
+from http import HTTPStatus
+from http.cookies import CookieError, SimpleCookie
+from secrets import compare_digest
 from typing import TYPE_CHECKING, Any, Final
 from unittest.mock import patch
+from urllib.parse import parse_qs, quote, unquote, urlsplit
 
 import viser
 import websockets.asyncio.server as below
@@ -19,6 +24,9 @@ from scenecc.interrupt import interrupts_wait
 
 if TYPE_CHECKING:
     from collections.abc import Generator
+
+    from websockets.asyncio.server import ServerConnection
+    from websockets.http11 import Request
 
     from scenecc.viewing.look import Place
 
@@ -39,7 +47,7 @@ def open_server(place: Place, label: str) -> viser.ViserServer:
         OSError: the address or the port cannot be had.
     """
     port = _free_port(place)
-    with _OPENING, _quiet(), _own_pages_only(place):
+    with _OPENING, _quiet(), patch.object(below, "serve", _Guard(place)):
         server = viser.ViserServer(place.host, port, label, verbose=False)
     # Any page may ask viser to publish itself through a server on the internet.
     server.request_share_url = _refuse
@@ -68,30 +76,54 @@ def _free_port(place: Place) -> int:
 
 def _bound(host: str, port: int) -> int:
     """The port that is had where this one is asked for. Raises OSError."""
+    try:
+        host.encode("idna")
+    except UnicodeError as error:
+        raise OSError(f"it cannot be a name: {error}") from error
     with socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET) as probe:
         return int(probe.getsockname()[1])
 
 
-@contextmanager
-def _own_pages_only(place: Place) -> Generator[None]:
-    """Lets pages of other sites, open in the same browser, not talk to a server on a loopback address.
+class _Guard:
+    """Serves as the library below viser does, to whom it may.
 
-    viser asks nobody where a page comes from, and has no option for it; the library below it has one.
+    viser asks nobody who comes from where, and has no option for it; the library below it has.
     """
-    if not _is_loopback(place.host):
-        yield
-        return
-    serve: Any = below.serve
-    # A program that is no page names no origin.
-    with patch.object(below, "serve", partial(serve, origins=[_OWN_PAGE, None])):
-        yield
+
+    def __init__(self, place: Place) -> None:
+        self._place = place
+        self._serve: Any = below.serve
+
+    def __call__(self, *given: Any, process_request: Any, **options: Any) -> Any:
+        # What a browser sends may be anything: of a message that nobody understands, nobody needs a traceback.
+        asyncio.get_running_loop().set_exception_handler(_untold)
+        logger = logging.getLogger("scenecc.viewing.server")
+        logger.disabled = True
+        # Pages of other sites, open in the same browser, do not talk to a loopback address; a program names no origin.
+        origins = [_OWN_PAGE, None] if self._place.is_local else None
+        handler = partial(self._process, process_request)
+        return self._serve(*given, process_request=handler, origins=origins, logger=logger, **options)
+
+    def _process(self, process: Any, connection: ServerConnection, request: Request) -> Any:
+        """Answers a request, or lets its WebSocket be opened (None). A page gives its token back as a cookie."""
+        token, name = self._place.token, f"scenecc-{connection.local_address[1]}"
+        given = parse_qs(urlsplit(request.path).query).get("token", [""])[0]
+        if token is not None:
+            cookies = SimpleCookie()
+            with suppress(CookieError):
+                cookies.load("; ".join(request.headers.get_all("Cookie")))
+            told = given or (unquote(cookies[name].value) if name in cookies else "")
+            # Compared in a time that tells nothing of where they differ.
+            if not compare_digest(token.encode(), told.encode(errors="replace")):
+                return connection.respond(HTTPStatus.FORBIDDEN, "This page needs a token: /?token=...\n")
+        response = process(connection, request)
+        if token is not None and response is not None and given:
+            response.headers["Set-Cookie"] = f"{name}={quote(token, safe='')}; HttpOnly; SameSite=Strict; Path=/"
+        return response
 
 
-def _is_loopback(host: str) -> bool:
-    try:
-        return host == "localhost" or ip_address(host).is_loopback
-    except ValueError:  # the name of a machine
-        return False
+def _untold(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    del loop, context
 
 
 @contextmanager

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
-from contextlib import closing, contextmanager
+import socket
+from contextlib import closing, contextmanager, suppress
 from importlib.util import find_spec
 from io import BytesIO, StringIO
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
 
 from scenecc.api import SceneError
 from scenecc.diagnostics import Location, Sink
@@ -170,9 +172,19 @@ def _opened(place: Place, label: str) -> viser.ViserServer:
 
 
 def address(place: Place, port: int) -> str:
-    """What a browser on this machine opens."""
-    host = "localhost" if place.host in {"0.0.0.0", "::"} else f"[{place.host}]" if ":" in place.host else place.host  # noqa: S104 - compared
-    return f"http://{host}:{port}"
+    """What a browser opens: on this machine, and on others if they reach it."""
+    host = _own_address(place.host) if place.host in {"0.0.0.0", "::"} else place.host  # noqa: S104 - compared
+    token = "" if place.token is None else f"/?token={quote(place.token, safe='')}"
+    return f"http://{f'[{host}]' if ':' in host else host}:{port}{token}"
+
+
+def _own_address(anywhere: str) -> str:
+    """The address of this machine by which it talks to the network."""
+    family, far = (socket.AF_INET6, "2001:db8::1") if ":" in anywhere else (socket.AF_INET, "192.0.2.1")
+    with suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as probe:
+        probe.connect((far, 9))  # sends nothing
+        return str(probe.getsockname()[0])
+    return "localhost"
 
 
 def _again(source: Source) -> Callable[[], Source]:

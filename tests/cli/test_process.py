@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -161,3 +162,18 @@ def test_without_a_standard_output_there_is_no_traceback() -> None:
         ["sh", "-c", '"$0" -m scenecc explain >&-', sys.executable], capture_output=True, text=True, check=False
     )
     assert (ran.returncode, ran.stderr) == (0, "")
+
+
+def test_names_beyond_ascii_do_in_a_locale_that_has_none(tmp_path: Path) -> None:
+    """Also names of files that a scene names, and in the processes that the command starts."""
+    folder = tmp_path / "größe 日本"
+    folder.mkdir()
+    (folder / "mäsh.stl").write_bytes((Path(__file__).parents[2] / "assets/gem.stl").read_bytes())
+    (folder / "szene.yaml").write_text(
+        "scenecc: 1\nentities: {gem: {shapes: [{type: convex_mesh, file: mäsh.stl}]}}\n", encoding="utf-8"
+    )
+    command = [sys.executable, "-m", "scenecc", "build", "größe 日本/szene.yaml", "--no-render", "-o", "plän.json"]
+    environment = {**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0"}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, check=False, timeout=60)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert "mäsh.stl" in (tmp_path / "plän.json").read_text(encoding="utf-8")

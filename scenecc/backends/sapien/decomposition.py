@@ -8,17 +8,18 @@ import importlib.util
 import inspect
 import json
 import os
-import subprocess
 import sys
 import tempfile
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
+from subprocess import DEVNULL, PIPE
 from typing import TYPE_CHECKING, Any
 
 from scenecc.backends.sapien.assets_on_disk import named_by
 from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.files import replace_all
+from scenecc.interrupt import child
 
 if TYPE_CHECKING:
     from scenecc.plan import CoacdParams
@@ -106,15 +107,9 @@ def _attempt(mesh: Path, arguments: dict[str, Any]) -> tuple[bytes, str]:
         output = file.fileno()
         request = {"mesh": str(mesh.absolute()), "arguments": arguments, "output": output, "parent": os.getpid()}
         # Our own module in this interpreter; the request goes in as data.
-        done = subprocess.run(  # noqa: S603
-            command,
-            input=json.dumps(request).encode(),
-            env=environment,
-            capture_output=True,
-            pass_fds=[output],
-            check=False,
-        )
+        with child(command, stdin=PIPE, stdout=DEVNULL, stderr=PIPE, env=environment, pass_fds=[output]) as process:
+            _, errors = process.communicate(json.dumps(request).encode())
         file.seek(0)
-        parts = file.read() if done.returncode == 0 else b""
-    words = done.stderr.decode(errors="replace").strip().splitlines()
-    return parts, words[-1] if words else f"it ended with status {done.returncode}"
+        parts = file.read() if process.returncode == 0 else b""
+    words = errors.decode(errors="replace").strip().splitlines()
+    return parts, words[-1] if words else f"it ended with status {process.returncode}"

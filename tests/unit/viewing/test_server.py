@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import gc
+import re
 import socket
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any
+from urllib.error import HTTPError
+from urllib.parse import quote
+from urllib.request import Request, urlopen
 
 import pytest
 
 pytest.importorskip("viser", reason="needs the extra `view`")
 
+import msgspec
 import viser
-from websockets.exceptions import InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from scenecc.viewing.look import Place
@@ -26,10 +33,16 @@ def server() -> Iterator[viser.ViserServer]:
     close_server(made)
 
 
-def opened(server: viser.ViserServer, origin: str | None) -> Any:
+def opened(server: viser.ViserServer, origin: str | None, headers: dict[str, str] | None = None) -> Any:
     protocols: Any = [f"viser-v{viser.__version__}"]
     where: Any = origin
-    return connect(f"ws://127.0.0.1:{server.get_port()}", origin=where, subprotocols=protocols, compression=None)
+    return connect(
+        f"ws://127.0.0.1:{server.get_port()}",
+        origin=where,
+        subprotocols=protocols,
+        compression=None,
+        additional_headers=headers,
+    )
 
 
 @pytest.mark.parametrize(
@@ -57,9 +70,7 @@ def test_a_page_of_another_site_may_not(server: viser.ViserServer, origin: str) 
     [("127.0.0.1", True), ("127.0.1.1", True), ("localhost", True), ("::1", True), ("0.0.0.0", False), ("box", False)],
 )
 def test_every_loopback_address_is_closed_to_other_sites(host: str, closed: bool) -> None:
-    from scenecc.viewing.server import _is_loopback
-
-    assert _is_loopback(host) is closed
+    assert Place(host).is_local is closed
 
 
 def test_a_page_cannot_make_it_public(server: viser.ViserServer, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -92,7 +103,82 @@ def test_nothing_of_it_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("host", "opened"), [("127.0.0.1", "127.0.0.1"), ("0.0.0.0", "localhost"), ("::1", "[::1]"), ("box", "box")]
+    ("host", "opened"), [("127.0.0.1", "127.0.0.1"), ("::1", "[::1]"), ("box", "box"), ("192.0.2.7", "192.0.2.7")]
 )
 def test_an_address_is_one_that_a_browser_opens(host: str, opened: str) -> None:
     assert address(Place(host), 81) == f"http://{opened}:81"
+
+
+@pytest.mark.parametrize(("host", "nowhere"), [("0.0.0.0", "0.0.0.0"), ("::", "[::]")])
+def test_the_address_of_a_page_for_everybody_is_one_of_this_machine(host: str, nowhere: str) -> None:
+    found = re.fullmatch(r"http://(.+):81/\?token=a%2Fb", address(Place(host, token="a/b"), 81))
+    assert found is not None
+    assert found[1] != nowhere
+    with socket.create_server((found[1].strip("[]"), 0), family=socket.AF_INET6 if "[" in found[1] else socket.AF_INET):
+        pass  # nobody else has this address
+
+
+def asked(server: viser.ViserServer, path: str, **headers: str) -> tuple[int, str]:
+    """Status and cookie of an answer."""
+    request = Request(f"http://127.0.0.1:{server.get_port()}{path}", headers=headers)
+    try:
+        with urlopen(request, timeout=20) as answer:
+            return answer.status, answer.headers.get("Set-Cookie", "")
+    except HTTPError as error:
+        with error:
+            return error.code, error.headers.get("Set-Cookie", "")
+
+
+def test_a_token_lets_in_whoever_has_it() -> None:
+    server = open_server(Place(port=0, token="a/b c"), "")
+    try:
+        for path in ("/", "/?token=", "/?token=a/b", "/?token=%F0%9F%98%80", "/index.html", "/?other=a/b c"):
+            assert asked(server, quote(path, safe="/?=&%")) == (403, "")
+        status, cookie = asked(server, "/?token=a%2Fb%20c")
+        name = f"scenecc-{server.get_port()}"
+        assert (status, cookie) == (200, f"{name}=a%2Fb%20c; HttpOnly; SameSite=Strict; Path=/")
+        held = cookie.partition(";")[0]
+        assert asked(server, "/", Cookie=held) == (200, "")
+        for wrong in (f"{name}=", f"{name}=a", "scenecc-1=a%2Fb%20c", "=;,", held.replace("a", "é")):
+            assert asked(server, "/", Cookie=wrong) == (403, "")
+            with pytest.raises(InvalidStatus) as caught:
+                opened(server, None, {"Cookie": wrong})
+            assert caught.value.response.status_code == 403
+        with opened(server, None, {"Cookie": f"other=1; {held}"}) as page:
+            assert page.recv(10)
+    finally:
+        close_server(server)
+
+
+@pytest.mark.parametrize("token", ["", "schlüssel"])
+def test_a_token_that_no_address_holds_is_refused(token: str) -> None:
+    with pytest.raises(ValueError, match="a token is one or more ASCII characters"):
+        Place(token=token)
+
+
+@pytest.mark.parametrize("host", ["x" * 64 + ".invalid", "..", "a\udcff"])
+def test_a_host_that_cannot_be_a_name_is_an_address_of_nobody(host: str) -> None:
+    with pytest.raises(OSError, match=r".+"):
+        open_server(Place(host, 0), "")
+
+
+def test_messages_that_mean_nothing_end_their_connection_and_say_nothing(
+    server: viser.ViserServer, capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+) -> None:
+    box = server.gui.add_number("a number", initial_value=1.0)
+    updates = [{"value": "x"}, {"nothing": 1}, [1], None]
+    known = [{"type": "GuiUpdateMessage", "uuid": box._impl.uuid, "updates": update} for update in updates]
+    others: list[Any] = [{}, [], 3, {"type": "Nothing"}, {"type": 3}, {"type": "GuiUpdateMessage"}]
+    for message in [b"", b"\xff" * 9, "text", b"x" * (51 << 20), *map(msgspec.msgpack.encode, [*known, *others])]:
+        with opened(server, None) as page, suppress(ConnectionClosed):
+            page.send(message)
+            with suppress(TimeoutError):
+                while True:
+                    page.recv(0.2)
+    with socket.create_connection(("127.0.0.1", server.get_port())) as plain:
+        plain.sendall(b"\x00\xff" * 1000)
+    gc.collect()  # of a task whose error nobody took, Python tells when it is freed
+    with opened(server, None) as page:
+        assert page.recv(10)
+    assert capfd.readouterr() == ("", "")
+    assert caplog.records == []
