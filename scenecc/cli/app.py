@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import signal
@@ -60,10 +61,13 @@ def main() -> None:
         _application()(prog_name="scenecc")
     except MemoryError:
         sys.exit(_fault("out of memory"))
-    except Exception:  # noqa: BLE001 - the process's edge: its status must not blame the scene
+    except Exception as error:  # noqa: BLE001 - the process's edge: its status must not blame the scene
         import traceback
 
         from scenecc.diagnostics.render.terminal import visible
+
+        if isinstance(error, OSError) and error.errno == errno.ENOSPC:  # of the standard output, for a help text
+            sys.exit(_fault(os.strerror(errno.ENOSPC)))
 
         # What went wrong may quote a scene.
         for line in traceback.format_exc().splitlines():

@@ -103,13 +103,16 @@ def test_a_closed_pipe_ends_the_process_quietly() -> None:
     assert process.returncode == -signal.SIGPIPE
 
 
-def test_a_full_disk_is_told() -> None:
+@pytest.mark.parametrize(
+    ("argument", "told"), [("explain", b"standard output cannot be written"), ("--help", b"No space left on device")]
+)
+def test_a_full_disk_is_told(argument: str, told: bytes) -> None:
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(
-            [sys.executable, "-m", "scenecc", "explain"], stdout=full, stderr=subprocess.PIPE, check=False, timeout=60
+            [sys.executable, "-m", "scenecc", argument], stdout=full, stderr=subprocess.PIPE, check=False, timeout=60
         )
     assert done.returncode == 3
-    assert b"standard output cannot be written" in done.stderr
+    assert told in done.stderr
     assert b"Traceback" not in done.stderr
 
 
