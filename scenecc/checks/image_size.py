@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import dataclass
 from typing import BinaryIO
 
@@ -40,7 +41,8 @@ class ImageSize:
 
 def exactly(file: BinaryIO, count: int) -> bytes:
     """The next bytes of a file. Raises EOFError if there are fewer."""
-    data = file.read(count)
-    if len(data) < count:
+    at = file.tell()
+    if count > file.seek(0, io.SEEK_END) - at:
         raise EOFError("it is cut short")
-    return data
+    file.seek(at)
+    return file.read(count)

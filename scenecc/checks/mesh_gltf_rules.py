@@ -16,7 +16,7 @@ WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "M
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 
 Kind = type | int | str | tuple[Any, ...] | list[Any] | dict[str, Any]
-"""What must stand somewhere: a value of a type (`int`: a size), so many numbers, an index into the section of a name, one
+"""What must stand somewhere: a value of a type (`int`: a size), so many numbers, an index into a section, one
 of several values, a list of a kind, an object with members of kinds (`!`: that it must have; `*`: all)."""
 
 _TEXTURE = {"index!": "textures", "texCoord": int, "scale": float, "strength": float}

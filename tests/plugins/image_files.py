@@ -1,9 +1,12 @@
-"""EXR and KTX files, byte by byte."""
+"""Small pictures of every kind that is read: EXR, KTX and HDR byte by byte."""
 
 from __future__ import annotations
 
+import io
 import struct
 import zlib
+
+from PIL import Image
 
 GL_RGBA8 = (0x1401, 0x1908, 0x8058)
 GL_RGBA16F = (0x140B, 0x1908, 0x881A)
@@ -65,3 +68,43 @@ def ktx2(columns: int, rows: int, *, kind: int = 37, packed: bool = False) -> by
     head = b"\xabKTX 20\xbb\r\n\x1a\n" + struct.pack("<9I", kind, 1, columns, rows, 0, 0, 1, 1, 3 if packed else 0)
     head += struct.pack("<4I2Q", 104, 4 + len(block), 0, 0, 0, 0) + struct.pack("<3Q", start, len(held), len(pixels))
     return (head + struct.pack("<I", 4 + len(block)) + block).ljust(start, b"\0") + held
+
+
+def picture(kind: str, mode: str, columns: int = 9, rows: int = 5, **how: object) -> bytes:
+    """A picture of no pattern, the same each time."""
+    noise = bytes((i * i * 31 + i * 17) % 251 for i in range(columns * rows * 4))
+    out = io.BytesIO()
+    Image.frombytes("RGBA", (columns, rows), noise).convert(mode).save(out, kind, **how)
+    return out.getvalue()
+
+
+def hdr(columns: int, rows: int, *, packed: bool) -> bytes:
+    head = f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {rows} +X {columns}\n".encode()
+    if not packed:
+        return head + bytes((7 * i) % 200 + 3 for i in range(columns * 4)) * rows
+    run = bytes([128 + columns - 2, 9, 2, 1, 5])
+    return head + (struct.pack(">BBH", 2, 2, columns) + run * 4) * rows
+
+
+PICTURES: dict[str, bytes] = {
+    "rgb.png": picture("PNG", "RGB"),
+    "rgba.png": picture("PNG", "RGBA"),
+    "grey.png": picture("PNG", "L"),
+    "bits.png": picture("PNG", "1"),
+    "palette.png": picture("PNG", "P"),
+    "deep.png": picture("PNG", "I;16"),
+    "rgb.jpg": picture("JPEG", "RGB", 33, 18),
+    "restarts.jpg": picture("JPEG", "RGB", 33, 18, subsampling=0, restart_marker_blocks=1),
+    "grey.jpg": picture("JPEG", "L", 33, 18),
+    "progressive.jpg": picture("JPEG", "RGB", 33, 18, progressive=True),
+    "cmyk.jpg": picture("JPEG", "CMYK", 33, 18),
+    "rgb.bmp": picture("BMP", "RGB"),
+    "palette.bmp": picture("BMP", "P"),
+    "rgba.bmp": picture("BMP", "RGBA"),
+    "rgb.tga": picture("TGA", "RGB"),
+    "packed.tga": picture("TGA", "RGBA", compression="tga_rle"),
+    "palette.tga": picture("TGA", "P"),
+    "flat.hdr": hdr(4, 3, packed=False),
+    "packed.hdr": hdr(16, 3, packed=True),
+}
+"""Whole ones, by name, of the kinds that tell their pixels' end."""

@@ -483,8 +483,8 @@ def textured(path: Path) -> ScenePlan:
 IMAGES: dict[str, tuple[bytes, str | None]] = {
     "a.png": (png(), None),
     "renamed.jpg": (png(), None),
-    "a.jpg": (bytes.fromhex("ffd8ffe000104a46494600010100000100010000ffc0000b080010002001011100ffd9"), None),
-    "a.bmp": (b"BM" + bytes(12) + struct.pack("<Iii", 40, 4, -4) + bytes(40), None),
+    "no_pixels.jpg": (bytes.fromhex("ffd8ffe000104a46494600010100000100010000ffc0000b080010002001011100ffd9"), "SC420"),
+    "no_header.bmp": (b"BM" + bytes(12) + struct.pack("<Iii", 40, 4, -4) + bytes(40), "SC420"),
     "a.tga": (struct.pack("<BBBHHBHHHHBB", 0, 0, 2, 0, 0, 0, 0, 0, 4, 4, 24, 0) + bytes(48), None),
     "a.hdr": (b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n" + bytes(128), None),
     "cut.png": (png()[:-8], "SC420"),
