@@ -1,0 +1,119 @@
+"""What must hold of every scene, whatever is in its files."""
+
+from __future__ import annotations
+
+import os
+import re
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import scenecc
+from scenecc.diagnostics import Diagnostic
+from scenecc.plan import ConvexParts, ScenePlan
+
+SCENE = "scene.yaml"
+LIMITS = {"asset_bytes": 2**24, "objects": 1000, "scenes": 256, "objects_times_scenes": 4000}
+"""Small: a case that is within them takes no second."""
+
+
+def judge(folder: Path, *, render: bool | None) -> str | None:
+    """What is wrong with how the folder's `scene.yaml` is taken; None: nothing.
+
+    1. Nothing but a `SceneError` is raised, and none without an error in it.
+    2. Diagnostics stand inside the files that they name.
+    3. What `validate` finds no error in compiles.
+    4. What compiles is built, has finite masses, and moves finitely.
+
+    Args:
+        folder: becomes the working directory.
+        render: build what is seen, too; None: build nothing.
+    """
+    os.chdir(folder)
+    return guarded(lambda: _judged(render=render))
+
+
+def guarded(function: Callable[[], str | None]) -> str | None:
+    """What a function says is wrong, or what it raises."""
+    try:
+        return function()
+    except AssertionError as error:
+        return str(error)
+    except Exception as error:  # noqa: BLE001 - any at all is a failure
+        frame = next((f for f in reversed(traceback.extract_tb(error.__traceback__)) if "scenecc" in f.filename), None)
+        where = f"{Path(frame.filename).name}:{frame.name}" if frame else "?"
+        return f"{type(error).__name__} in {where}: {error}"
+
+
+def _judged(*, render: bool | None) -> str | None:
+    found = scenecc.validate(SCENE, limits=LIMITS)
+    for diagnostic in found:
+        _in_its_file(diagnostic)
+    faulty = any(one.severity == "error" for one in found)
+    try:
+        plan = scenecc.compile_scene(SCENE, limits=LIMITS)
+    except scenecc.SceneError as error:
+        told = any(one.severity == "error" for one in error.diagnostics)
+        right = told and (faulty or _foretold(found, error))
+        return None if right else f"validate is clean, compile is not: {_said(error)}"
+    if faulty:
+        return f"validate is not clean, compile is: {found[0]}"
+    return None if render is None else _built(plan, render=render)
+
+
+def _foretold(found: list[Diagnostic], error: scenecc.SceneError) -> bool:
+    """Whether warnings said of all numbers that were drawn out of range that they may be: `validate` draws nothing."""
+    drawn = {one.path for one in error.diagnostics if one.severity == "error"}
+    may = {one.path for one in found if one.code == "SC514"}
+    return drawn <= may and all(one.code == "SC513" for one in error.diagnostics if one.severity == "error")
+
+
+def _said(error: scenecc.SceneError) -> str:
+    return "; ".join(map(str, error.diagnostics))[:300] or "nothing is said"
+
+
+def _in_its_file(diagnostic: Diagnostic) -> None:
+    for location in (diagnostic.location, *(one.location for one in diagnostic.related)):
+        if location.file is None or location.line is None or not Path(location.file).is_file():
+            continue
+        lines = re.split(r"\r\n|[\r\n\x85\u2028\u2029]", Path(location.file).read_bytes().decode("utf-8", "replace"))
+        assert 1 <= location.line <= len(lines), f"{diagnostic.code} is told of a line that is not there: {diagnostic}"
+        length = len(lines[location.line - 1])
+        column = location.column or 1
+        assert 1 <= column <= length + 1, f"{diagnostic.code} is told of a column that is not there: {diagnostic}"
+
+
+def _built(plan: ScenePlan, *, render: bool) -> str | None:
+    from sapien import physx
+
+    structures = [body for entity in plan.entities for body in entity.bodies]
+    geometries = [shape.geometry for body in structures for shape in body.collisions]
+    if any(isinstance(one, ConvexParts) and one.coacd is not None for one in geometries):
+        return None  # takes seconds, and writes where others read
+    physx.clear_cache()
+    try:
+        batch = scenecc.load_scene(plan, render=render)
+    except scenecc.SceneError as error:
+        return f"validate is clean, build is not: {_said(error)}"
+    with batch:
+        _finite(batch, "built")
+        batch.step(3)
+        _finite(batch, "moved")
+    return None
+
+
+def _finite(batch: Any, when: str) -> None:
+    from sapien import physx
+
+    for scene in batch.scenes:
+        for entity in scene.entities:
+            for body in entity.components:
+                if not isinstance(body, physx.PhysxRigidBaseComponent):
+                    continue
+                numbers = [*entity.pose.p, *entity.pose.q]
+                if isinstance(body, physx.PhysxRigidBodyComponent):
+                    numbers += [body.mass, *body.inertia, *body.linear_velocity, *body.angular_velocity]
+                assert np.isfinite(numbers).all(), f"{type(body).__name__} has numbers that are not finite when {when}"
