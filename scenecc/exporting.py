@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
     from scenecc.plan.measured import Measured
 
 __all__ = ["check_choice", "export_scene"]
+
+_LONGEST_NAME = 60
+"""Characters: no file system takes less of them, with a suffix and however they are encoded."""
 
 
 def export_scene(
@@ -53,7 +57,7 @@ def export_scene(
     Args:
         source: as for `validate`.
         target: a key of `scenecc.emit.EXPORTS`: "glb", "mjcf", "urdf" or "usd".
-        name: of the file without its suffix; None: the scene's own.
+        name: of the file without its suffix; None: the scene's own. What cannot stand in a file name is a `_` there.
         scene: index of the scene to write; None: the first.
         grid: write all scenes side by side in place of one (glb).
         show: draw bodies as they are seen, or their colliding shapes (glb, usd).
@@ -83,8 +87,13 @@ def export_scene(
     options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
     plan = compiled(source, options, sink).plan
     chosen = None if grid else _one_scene(scene or 0, plan, sink)
-    choice = Choice(name or plan.name, show, grid, entity, folder, binary)
+    choice = Choice(_file_name(name or plan.name), show, grid, entity, folder, binary)
     return _written(export(plan, _measured(plan, chosen, sink, progress), target, choice, sink), sink, found)
+
+
+def _file_name(name: str) -> str:
+    """A name of a file, and of nothing else: it leads to no folder, and is not hidden."""
+    return re.sub(r'[/\\:*?"<>|\x00-\x1f\x7f]+', "_", name).lstrip(". ")[:_LONGEST_NAME] or "scene"
 
 
 def _check(target: str, show: str, asked: Collection[str]) -> None:

@@ -1,0 +1,34 @@
+"""Names of exported files."""
+
+from __future__ import annotations
+
+from pathlib import PurePosixPath
+
+import pytest
+
+from scenecc.exporting import export_scene
+
+BALL = {"scenecc": 1, "entities": {"ball": {"shapes": [{"type": "sphere", "radius": 0.1}]}}}
+
+
+@pytest.mark.parametrize("target", ["mjcf", "glb"])
+@pytest.mark.parametrize(
+    ("name", "stem"),
+    [
+        ("../../evil", "_.._evil"),
+        ("/etc/passwd", "_etc_passwd"),
+        ("..", "scene"),
+        (".hidden", "hidden"),
+        ("a\\b\0c", "a_b_c"),
+        ("x" * 300, "x" * 60),
+        ("two words, ä", "two words, ä"),
+    ],
+)
+def test_a_name_is_that_of_a_file_in_the_folder(name: str, stem: str, target: str) -> None:
+    paths = [PurePosixPath(path) for path in export_scene(BALL, target, name=name)]
+    assert paths[0].stem == stem
+    assert all(".." not in path.parts and not path.is_absolute() for path in paths)
+
+
+def test_a_scene_that_names_itself_so_is_no_other() -> None:
+    assert list(export_scene(BALL | {"name": "../../evil"}, "mjcf")) == ["_.._evil.xml"]
