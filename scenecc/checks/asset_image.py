@@ -13,6 +13,7 @@ from scenecc.checks.image_plain import bmp_size, check_bmp, check_hdr, check_tga
 from scenecc.checks.image_png import SIGNATURE, check_png, png_size
 from scenecc.checks.image_size import ImageSize
 from scenecc.checks.mesh_data import AssetError
+from scenecc.regular_file import open_regular
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -26,7 +27,7 @@ _BY_SUFFIX: dict[str, Callable[[BinaryIO], ImageSize]] = {".exr": exr_size, ".kt
 
 def image_size(path: Path) -> ImageSize:
     """The size of an image that `check_image` took."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         return _size(file, path.suffix)
 
 

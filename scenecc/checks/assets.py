@@ -6,9 +6,11 @@ Each file is read once, however many shapes use it, and reported at the first sh
 from __future__ import annotations
 
 import io
+import os
 from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields, replace
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 from urllib.parse import unquote
@@ -16,15 +18,28 @@ from urllib.parse import unquote
 from scenecc.checks.asset_image import IMAGE_SUFFIXES, check_image, image_size
 from scenecc.checks.judged import rows
 from scenecc.checks.mesh_data import AssetError, MeshData, Reading, Reference
-from scenecc.checks.mesh_mtl import mtl_images
+from scenecc.checks.mesh_mtl import in_place_of, mtl_images
 from scenecc.checks.mesh_read import MESH_SUFFIXES, SEEN_SUFFIXES, read_mesh
 from scenecc.checks.mesh_rules import check_use
+from scenecc.checks.same_files import check_same
 from scenecc.diagnostics import Origin
-from scenecc.plan import ConvexMesh, ConvexParts, CubeMap, Mesh, MeshGeometry, SkyMap, TexturedLight, TriangleMesh
+from scenecc.plan import (
+    ConvexMesh,
+    ConvexParts,
+    CubeMap,
+    Mesh,
+    MeshGeometry,
+    NamedFile,
+    SkyMap,
+    TexturedLight,
+    TriangleMesh,
+)
+from scenecc.regular_file import open_regular, state_of
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.plan import AssetFile, ScenePlan, Value, VisualMaterial
+    from scenecc.regular_file import State
 
 Use = Literal["hull", "parts", "triangles", "seen", "decomposed", "texture"]
 """What a file is for: a hull, the hulls of its parts, its triangles, a picture, a decomposition, a texture."""
@@ -35,11 +50,22 @@ ResolveNamed = Callable[[str, "AssetFile"], "Path | tuple[str, str, str | None]"
 _USD = (".usd", ".usda", ".usdc", ".usdz")
 
 
+class _MissingError(AssetError):
+    """There is no such file."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Checker:
+    """What is known of the files of one check.
+
+    Attributes:
+        read: hash and state of each file that was read, by its path.
+    """
+
     sink: Sink
     resolve_named: ResolveNamed
     max_bytes: int
+    read: dict[Path, tuple[str, State]] = field(default_factory=dict["Path", "tuple[str, State]"])
 
 
 def check_assets(
@@ -49,8 +75,8 @@ def check_assets(
     resolve_named: ResolveNamed,
     max_asset_bytes: int = 256 * 2**20,
     file_origins: Mapping[int, Origin] | None = None,
-) -> None:
-    """Reports every file of a plan that SAPIEN could not use as the plan says.
+) -> tuple[AssetFile, ...]:
+    """Reports every file of a plan that SAPIEN could not use as the plan says, or that is not what the plan knows.
 
     Args:
         plan: its `files` are read from their `path`.
@@ -59,25 +85,33 @@ def check_assets(
         max_asset_bytes: the limit `asset_bytes`, of a file and of what it unpacks to [bytes].
         file_origins: the node that names a file, by its index in `plan.files`. Textures are reported there; without
             it, at the first shape that uses the material.
+
+    Returns:
+        The plan's files with what was read of them: hashes, and those that they name in turn.
     """
     checker = _Checker(sink, resolve_named, max_asset_bytes)
     uses: dict[int, dict[Use, Origin]] = {}
     for index, use, origin in _uses(plan, file_origins or {}):
         uses.setdefault(index, {}).setdefault(use, origin)
+    files = list(plan.files)
     for index, by_use in uses.items():
-        asset = plan.files[index]
+        asset, first = files[index], next(iter(by_use.values()))
         if "texture" in by_use:
-            with _reporting(checker, asset, by_use["texture"]):
-                _check_texture(checker, Path(asset.path))
-        by_use.pop("texture", None)
-        if by_use:
-            _check_mesh(checker, asset, by_use)
+            with _reporting(checker, asset, by_use.pop("texture")):
+                _check_texture(checker, asset.path)
+        named = sorted(_check_mesh(checker, asset, by_use).items()) if by_use else []
+        if asset.path in checker.read:
+            digest, state = checker.read[asset.path]
+            names = tuple(NamedFile(uri, checker.read[path][0], path, checker.read[path][1]) for uri, path in named)
+            files[index] = replace(asset, sha256=digest, names=names, state=state)
+            check_same(asset, files[index], first, sink)
     if plan.environment is not None and plan.environment.map is not None and not sink.failed:
         place = plan.environment.origin or plan.origin or Origin(None)
         if isinstance(plan.environment.map, CubeMap):
             _check_faces(plan, plan.environment.map, place.child("map"), sink)
         else:
             _check_sky(plan, plan.environment.map, place.child("map"), sink)
+    return tuple(files)
 
 
 def _uses(plan: ScenePlan, origins: Mapping[int, Origin]) -> Iterator[tuple[int, Use, Origin]]:
@@ -102,8 +136,8 @@ def _of_pictures(plan: ScenePlan) -> Iterator[int]:
     """The files of lights and of what surrounds the scenes."""
     surroundings = plan.environment and plan.environment.map
     if surroundings is not None:
-        for field in fields(surroundings):
-            yield from _indices(getattr(surroundings, field.name))
+        for item in fields(surroundings):
+            yield from _indices(getattr(surroundings, item.name))
     for light in plan.lights:
         if isinstance(light.light, TexturedLight):
             yield from _indices(light.light.texture.file)
@@ -111,13 +145,13 @@ def _of_pictures(plan: ScenePlan) -> Iterator[int]:
 
 def _check_faces(plan: ScenePlan, surroundings: CubeMap, origin: Origin, sink: Sink) -> None:
     """That six pictures make a cube in every scene: they have one size, and one kind of pixels."""
-    faces = [getattr(surroundings, field.name) for field in fields(surroundings)]
+    faces = [getattr(surroundings, item.name) for item in fields(surroundings)]
     found = rows(faces)
     # Of what is drawn any may meet any.
     sides = [[index for face in faces for index in _indices(face)]] if found is None else found
     for side in sides:
         indices = [int(index[0]) if isinstance(index, tuple) else index for index in side]
-        sizes = {index: image_size(Path(plan.files[index].path)) for index in dict.fromkeys(indices)}
+        sizes = {index: image_size(plan.files[index].path) for index in dict.fromkeys(indices)}
         few = next((index for index in indices if not sizes[index].has_all_levels), None)
         if few is not None:
             message = f"a side of a cube has levels down to one pixel, or none, and {plan.files[few].uri} has fewer"
@@ -134,7 +168,7 @@ def _check_faces(plan: ScenePlan, surroundings: CubeMap, origin: Origin, sink: S
 def _check_sky(plan: ScenePlan, surroundings: SkyMap, origin: Origin, sink: Sink) -> None:
     """That one picture holds the whole sphere: a turn from left to right, and half a one from top to bottom."""
     for index in _indices(surroundings.file):
-        size = image_size(Path(plan.files[index].path))
+        size = image_size(plan.files[index].path)
         if size.levels and not (size.sides == 6 and size.columns == size.rows and size.has_all_levels):
             what = "a KTX of all directions has six square sides, and levels down to one pixel"
             hint = "make it with its mipmaps, or take one picture in PNG, HDR or EXR"
@@ -168,15 +202,16 @@ def _textures(material: VisualMaterial) -> Iterator[int]:
         yield from _indices(texture.file)
 
 
-def _check_mesh(checker: _Checker, asset: AssetFile, by_use: dict[Use, Origin]) -> None:
+def _check_mesh(checker: _Checker, asset: AssetFile, by_use: dict[Use, Origin]) -> dict[str, Path]:
+    """Checks a mesh for all its uses; the files that it names and a build opens, by the names that it has for them."""
     first = next(iter(by_use.values()))
-    seen = by_use.get("seen")
+    named: dict[str, Path] = {}
     try:
-        mesh = _read(checker, asset)
+        mesh = _read(checker, asset, named)
     except AssetError as fault:
         _report(checker, asset, first, fault)
-        return
-    _check_named(checker, asset, mesh, seen, first)
+        return {}
+    _check_named(checker, asset, mesh, by_use, named)
     suffix = Path(asset.path).suffix.lower()
     told: set[str] = set()
     for use, origin in by_use.items():
@@ -190,9 +225,11 @@ def _check_mesh(checker: _Checker, asset: AssetFile, by_use: dict[Use, Origin]) 
             if fault.code not in told:
                 told.add(fault.code)
                 _report(checker, asset, origin, fault)
+    return named
 
 
-def _read(checker: _Checker, asset: AssetFile) -> MeshData:
+def _read(checker: _Checker, asset: AssetFile, named: dict[str, Path]) -> MeshData:
+    """A mesh; the buffers that it names are added to `named`."""
     suffix = Path(asset.path).suffix.lower()
     if suffix in _USD:
         raise AssetError(
@@ -203,45 +240,70 @@ def _read(checker: _Checker, asset: AssetFile) -> MeshData:
     if suffix not in (*MESH_SUFFIXES, *SEEN_SUFFIXES):
         kind = f"`{suffix}` is no mesh format" if suffix else "a file without a suffix is no mesh"
         raise AssetError("SC410", f"{kind} that is read", f"convert it to one of {', '.join(MESH_SUFFIXES)}")
-    reading = Reading(
-        open_named=lambda reference: _bytes(checker, _named(checker, asset, reference)),
-        max_bytes=checker.max_bytes,
-    )
-    return read_mesh(_bytes(checker, Path(asset.path)), suffix, reading)
+
+    def open_named(reference: Reference) -> bytes:
+        path = named[reference.uri] = _named(checker, asset, reference)
+        return _bytes(checker, path)
+
+    reading = Reading(open_named, checker.max_bytes)
+    return read_mesh(_bytes(checker, asset.path), suffix, reading)
 
 
-def _check_named(checker: _Checker, asset: AssetFile, mesh: MeshData, seen: Origin | None, first: Origin) -> None:
-    """The files that an asset names. The engine opens them whether it is seen or not, so none may be outside."""
-    origin = seen or first
+def _check_named(
+    checker: _Checker, asset: AssetFile, mesh: MeshData, by_use: Mapping[Use, Origin], named: dict[str, Path]
+) -> None:
+    """The files that an asset names: none may be outside. What a build opens of them is added to `named`.
+
+    Of what only collides the engine opens the materials all the same, and in place of one that is not there whatever
+    it takes for it; a decomposition opens none.
+    """
+    seen = by_use.get("seen")
+    origin = seen or next(iter(by_use.values()))
     waiting = list(mesh.references)
     while waiting:
         reference = waiting.pop(0)
-        with _reporting(checker, asset, origin, skip="SC418" if seen is None and reference.kind != "buffer" else None):
-            path = _named(checker, asset, reference)
-            if reference.kind == "material":
-                # The engine reads it for what collides, too, and gives up where it cannot.
-                waiting.extend(mtl_images(_bytes(checker, path)))
-            if reference.kind == "image" and seen is not None:
+        with _reporting(checker, asset, origin):
+            try:
+                path = _named(checker, asset, reference)
+            except AssetError as fault:
+                missing = fault.code == "SC418" and (reference.kind == "image" or isinstance(fault, _MissingError))
+                if seen is not None or reference.kind == "buffer" or not missing:
+                    raise
+                if reference.kind == "material":
+                    waiting.extend(Reference(uri, "instead") for uri in in_place_of(reference.uri, asset.path))
+                continue
+            if seen is not None and reference.kind == "image":
                 _check_texture(checker, path)
+            elif reference.kind in {"material", "instead"} and any(use != "decomposed" for use in by_use):
+                # The engine reads it for what collides, too, and gives up where it cannot; it opens no images then.
+                images = mtl_images(_bytes(checker, path))
+                waiting.extend(images if seen is not None else ())
+            elif reference.kind != "buffer" or path not in checker.read:
+                # Which nothing opens: an image of what only collides, a buffer that nothing reads.
+                continue
+            named[reference.uri] = path
     for image in mesh.images if seen is not None else ():
         with _reporting(checker, asset, origin):
             check_image(io.BytesIO(image), checker.max_bytes)
 
 
 @contextmanager
-def _reporting(
-    checker: _Checker, asset: AssetFile, origin: Origin, *, skip: str | None = None
-) -> Generator[None, None, None]:
-    """Reports the fault that is raised inside, but for one code (what is not there is not missed by a collision)."""
+def _reporting(checker: _Checker, asset: AssetFile, origin: Origin) -> Generator[None, None, None]:
+    """Reports the fault that is raised inside."""
     try:
         yield
     except AssetError as fault:
-        if fault.code != skip:
-            _report(checker, asset, origin, fault)
+        _report(checker, asset, origin, fault)
 
 
 def _named(checker: _Checker, asset: AssetFile, reference: Reference) -> Path:
-    """The path of a file that an asset names."""
+    """The path of a file that an asset names.
+
+    Raises:
+        AssetError: it cannot be used; `_MissingError`: it is not there.
+    """
+    if "\ufffd" in reference.uri:
+        raise AssetError("SC419", "it names a file in other letters than UTF-8", "rename the file")
     found = checker.resolve_named(unquote(reference.uri) if reference.escaped else reference.uri, asset)
     if not isinstance(found, Path) and found[0] in {"SC402", "SC403"}:
         raise AssetError("SC419", f"it names a file that cannot be used: {found[1]}", found[2])
@@ -252,7 +314,8 @@ def _named(checker: _Checker, asset: AssetFile, reference: Reference) -> Path:
             "rename the file so that its name needs none, and export the asset again",
         )
     if not isinstance(found, Path):
-        raise AssetError("SC418", f"it names a file that cannot be used: {found[1]}", found[2])
+        fault = _MissingError if found[0] == "SC401" else AssetError
+        raise fault("SC418", f"it names a file that cannot be used: {found[1]}", found[2])
     return found
 
 
@@ -261,34 +324,25 @@ def _check_texture(checker: _Checker, path: Path) -> None:
     if suffix not in IMAGE_SUFFIXES:
         kind = f"`{suffix}` is no image format" if suffix else "a file without a suffix is no image"
         raise AssetError("SC410", f"{kind} that is read, in {path.name}", "save it as PNG or JPEG")
-    _check_size(checker, path)
-    try:
-        with path.open("rb") as file:
-            check_image(file, checker.max_bytes, path.suffix)
-    except OSError as error:
-        raise AssetError("SC407", f"{path.name} may not be read: {error.strerror}") from error
+    check_image(io.BytesIO(_bytes(checker, path)), checker.max_bytes, path.suffix)
 
 
 def _bytes(checker: _Checker, path: Path) -> bytes:
-    _check_size(checker, path)
+    """The content of a file, whose hash and state are noted."""
     try:
-        with path.open("rb") as file:
-            return file.read(checker.max_bytes + 1)
+        with open_regular(path) as file:
+            state = state_of(os.fstat(file.fileno()))
+            data = file.read(checker.max_bytes + 1) if state[2] <= checker.max_bytes else b""
     except OSError as error:
         raise AssetError("SC407", f"{path.name} may not be read: {error.strerror}") from error
-
-
-def _check_size(checker: _Checker, path: Path) -> None:
-    try:
-        size = path.stat().st_size
-    except OSError as error:
-        raise AssetError("SC407", f"{path.name} may not be read: {error.strerror}") from error
-    if size > checker.max_bytes:
+    if max(state[2], len(data)) > checker.max_bytes:
         raise AssetError(
             "SC607",
-            f"{path.name} has {size} bytes, and the limit asset_bytes is {checker.max_bytes}",
+            f"{path.name} has {state[2]} bytes, and the limit asset_bytes is {checker.max_bytes}",
             "make it smaller, or raise the limit with --limit asset_bytes=N",
         )
+    checker.read[path] = sha256(data).hexdigest(), state
+    return data
 
 
 def _report(checker: _Checker, asset: AssetFile, origin: Origin, fault: AssetError) -> None:

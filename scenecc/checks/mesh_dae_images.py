@@ -8,7 +8,8 @@ from urllib.parse import unquote
 from scenecc.checks.mesh_data import AssetError, Reference
 from scenecc.checks.mesh_xml import Node, by_id
 
-_NO_NAME = re.compile(r"[\x00-\x1f\x7f]|%(?![0-9A-Fa-f]{2})")
+_NO_NAME = re.compile(r"[\x00-\x1f\x7f]|%(?![0-9A-Fa-f]{2}.)|^\s|\s$")
+"""What SAPIEN's reader keeps or decodes otherwise: controls, blanks at the ends, an escape with nothing behind it."""
 
 
 def dae_images(root: Node) -> tuple[Reference, ...]:
@@ -28,7 +29,10 @@ def dae_images(root: Node) -> tuple[Reference, ...]:
                 target, steps = leads[target], steps + 1
             if target not in images or steps > len(leads):
                 raise ValueError(f"the texture `{texture.get('texture')[:60]}` leads to no image")
-    names = (_file(image, newer=newer) for image in root.all("library_images", "image"))
+    listed = list(root.all("library_images", "image"))
+    if sum(node.tag == "image" for node in root.walk()) != len(listed):
+        raise ValueError("an image stands elsewhere than in the library of images")
+    names = (_file(image, newer=newer) for image in listed)
     return tuple(Reference(name, "image") for name in dict.fromkeys(names))
 
 
@@ -41,12 +45,16 @@ def _lead(parameter: Node, *, newer: bool) -> str:
 
 
 def _file(image: Node, *, newer: bool) -> str:
+    named = [node for node in image.walk() if node.tag == ("ref" if newer else "init_from")]
     found = next(image.all("init_from", "ref") if newer else image.all("init_from"), None)
+    if len(named) > 1:
+        raise ValueError(f"the image `{image.get('id')[:60]}` names several files")
     if found is None or not found.text:
         raise AssetError(
             "SC410", "an image of the COLLADA stands in no file of its own", "save it as PNG, and name that"
         )
-    name = unquote(found.text)
-    if _NO_NAME.search(found.text) or _NO_NAME.search(name.replace("%", "")):
+    written = "".join(found.characters)
+    name = unquote(written)
+    if _NO_NAME.search(written) or _NO_NAME.search(name.replace("%", "")):
         raise ValueError(f"`{found.text[:60]!a}` is no name of a file")
     return name

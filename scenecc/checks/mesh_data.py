@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 _NUMBER = re.compile(r"(?i)[-+]?(?:[0-9]{1,18}(?:\.[0-9]*)?(?:e([-+]?[0-9]{1,3}))?|nan|inf|infinity)")
 """What the engine's readers take for the same number; digits beyond these overflow there."""
 _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
+_LONE_RETURN = re.compile(rb"\r(?![\r\n])")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,12}")
 
 
@@ -32,12 +33,13 @@ class Reference:
 
     Attributes:
         uri: as written.
-        kind: a texture and an OBJ's material file matter to what is seen, a buffer to everything.
+        kind: a texture and an OBJ's material file matter to what is seen, a buffer to everything; "instead" is what the
+            engine opens where there is no such material file.
         escaped: it has percent escapes, which SAPIEN does not decode: it would look for a file of that very name.
     """
 
     uri: str
-    kind: Literal["material", "image", "buffer"]
+    kind: Literal["material", "image", "buffer", "instead"]
     escaped: bool = False
 
 
@@ -73,11 +75,16 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class MeshData:
-    """A mesh file: its parts, the files it names and the images it holds itself."""
+    """A mesh file: its parts, the files it names and the images it holds itself.
+
+    Attributes:
+        fault: why it cannot be shown, where it still collides.
+    """
 
     parts: tuple[Part, ...]
     references: tuple[Reference, ...] = ()
     images: tuple[bytes, ...] = ()
+    fault: AssetError | None = None
 
 
 def plain_text(data: bytes) -> str:
@@ -98,6 +105,8 @@ def check_plain(data: bytes) -> None:
     """
     if _CONTROL.search(data) is not None:
         raise ValueError("it holds control characters, so it is no text")
+    if b"\r" in data and _LONE_RETURN.search(data) is not None:
+        raise ValueError("it has a carriage return without a line feed, which ends a line for SAPIEN alone")
 
 
 def number(word: str) -> float:

@@ -17,6 +17,7 @@ import numpy as np
 
 from scenecc.checks.mesh_data import AssetError, MeshData, Part, Reading, Reference, part
 from scenecc.checks.mesh_gltf_rules import COMPONENTS, WIDTHS, read_document
+from scenecc.plan.json_object import RepeatedKeyError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -77,6 +78,8 @@ def read_gltf(data: bytes, reading: Reading) -> MeshData:
 def _said(error: Exception) -> str:
     if isinstance(error, KeyError):
         return f"{error.args[0]!r} is missing"
+    if isinstance(error, RepeatedKeyError):
+        return f"the key {error} stands twice in one object"
     return "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
 
 
@@ -103,6 +106,8 @@ def _split(data: bytes) -> tuple[dict[str, Any], bytes | None]:
     version = document["asset"]["version"]
     if not version.startswith("2."):
         raise ValueError(f"it says glTF version {version[:40]}")
+    if data[:4] == b"glTF" and document.get("buffers") and "uri" in document["buffers"][0]:
+        raise ValueError("its first buffer names a file, and is its binary chunk")
     return document, chunk
 
 

@@ -3,24 +3,33 @@
 from __future__ import annotations
 
 import re
+from typing import TYPE_CHECKING
 
 from scenecc.checks.mesh_data import AssetError, Reference
 from scenecc.checks.mesh_text import Lines, words
 
-_MAPS = re.compile(r"(?i)(?:map_\w+|bump|norm|disp|refl)[ \t]+(.*)")
+if TYPE_CHECKING:
+    from pathlib import Path
+
+_MAPS = re.compile(r"(?i)(?:map_|bump|norm|disp|decal|refl)[^ \t]*[ \t]+(.*)")
+"""SAPIEN's reader looks at the first letters of the word alone, and takes all that follows it for the name."""
 _NUMBERS = re.compile(r"([kK][adse]|Tf|Ps)|disp|[da]|Tr|[nN][si]|P[rm]|Pcr?")
 """How lines begin that hold a colour (the group) or a number: SAPIEN's reader looks at their first letters alone."""
 _NUMBER = re.compile(r"(?i)[-+]?(?:(?:[0-9]{1,18}\.?[0-9]*|\.[0-9]+)(?:e[-+]?[0-9]{1,3})?|nan|inf|infinity)")
-_OPTION_WORDS = {"-mm": 2} | dict.fromkeys(
-    ("-blendu", "-blendv", "-boost", "-texres", "-clamp", "-bm", "-imfchan", "-type", "-cc"), 1
+_OPTION_WORDS = (
+    dict.fromkeys(("-blendu", "-blendv", "-boost", "-texres", "-clamp", "-bm", "-imfchan", "-type"), 1)
+    | {"-mm": 2}
+    | dict.fromkeys(("-o", "-s", "-t"), 3)
 )
+"""How many words follow an option, as SAPIEN's reader counts them."""
 
 
 def mtl_images(data: bytes) -> tuple[Reference, ...]:
     """The images that an MTL names. SAPIEN seeks them beside the OBJ.
 
     Raises:
-        AssetError: it is no text, or lacks a number, which ends the loading of the whole mesh.
+        AssetError: it is no text, SAPIEN reads a line of it otherwise, or it lacks a number, which ends the loading of
+            the whole mesh.
     """
     names: dict[str, None] = {}
     row = 0
@@ -53,21 +62,32 @@ def _check_numbers(line: str) -> None:
         raise ValueError(f"`{line[:40]}` lacks a number where SAPIEN's reader wants one")
 
 
-def _without_options(text: str) -> str:
+def _without_options(rest: str) -> str:
     """The file of a `map_…` line: what follows its options, blanks and all."""
-    while text.startswith("-"):
-        option, text = _next(text)
-        if option.lower() in {"-o", "-s", "-t"}:
-            while _NUMBER.fullmatch(_next(text)[0]):
-                text = _next(text)[1]
-        else:
-            for _ in range(_OPTION_WORDS.get(option.lower(), 0)):
-                text = _next(text)[1]
-    return text
+    while rest.startswith("-"):
+        option = rest.split(maxsplit=1)[0].lower()
+        if option not in _OPTION_WORDS:
+            raise ValueError(f"SAPIEN does not know the option `{option[:40]}`, and misreads what follows it")
+        parts = re.split(r"[ \t]+", rest, maxsplit=_OPTION_WORDS[option] + 1)
+        if len(parts) < _OPTION_WORDS[option] + 2:
+            raise ValueError(f"`{option}` has {_OPTION_WORDS[option]} values and then the name of the file")
+        rest = parts[-1]
+    return rest
 
 
-def _next(text: str) -> tuple[str, str]:
-    """The first word of a text, and what follows the blanks behind it."""
-    word = re.match(r"[^ \t]*", text)
-    end = 0 if word is None else word.end()
-    return text[:end], text[end:].lstrip(" \t")
+def in_place_of(material: str, mesh: Path) -> list[str]:
+    """What SAPIEN's reader finds for a material file that is not there: names in the folder of the mesh.
+
+    That is the mesh's own name with `.mtl`, and what begins at a slash of the path of either, as long as its last part.
+    """
+    other = f"{mesh.name[:-3]}mtl"
+    tried = [other]
+    for path in (f"{mesh.parent}/{material}", f"{mesh.parent}/{other}"):
+        at = path.rfind("/")
+        length = len(path) - at
+        while at > 0:
+            tried.append(path[at + 1 : at + length])
+            at = path.rfind("/", 0, at)
+    return [
+        name for name in dict.fromkeys(tried) if (mesh.parent / name).exists() and not (mesh.parent / name).is_dir()
+    ]

@@ -75,17 +75,15 @@ def _joined(data: bytes) -> bytes:
     """The text without the line breaks that a backslash takes back, at the same numbers of lines.
 
     Raises:
-        ValueError: lines begin or end where SAPIEN's reader sees none, or it sees one where there is none.
+        ValueError: SAPIEN's reader skips the first line.
     """
     if data.startswith(b"\xef\xbb\xbf") and data[3:4] not in {b"#", b"\r", b"\n"}:
         raise ValueError("a mark of UTF-8 stands before its first line, which SAPIEN's reader skips then")
-    if data.replace(b"\r\n", b"").find(b"\r") >= 0:
-        raise ValueError("a carriage return stands alone, which is a line break to SAPIEN's reader")
     if b"\\" not in data:
         return data
     out: list[bytes] = []
     taken = 0
-    for line in data.replace(b"\r\n", b"\n").split(b"\n"):
+    for line in re.sub(rb"\r+\n", b"\n", data).split(b"\n"):
         if taken:
             out[-1] += line
         else:

@@ -76,7 +76,11 @@ def read_ply(data: bytes, reading: Reading) -> MeshData:
     faces = found.get("face")
     if faces is None or not len(faces) or "vertex" not in found:
         return MeshData(())
-    return MeshData((part(found["vertex"], faces.astype(np.int64, copy=False)),))
+    fault = None
+    if b"TextureFile" in data[:start]:
+        what = "its header names a texture, which SAPIEN finds in some headers, misses in others and misreads in more"
+        fault = AssetError("SC410", what, "export it as GLB, or take the comment out")
+    return MeshData((part(found["vertex"], faces.astype(np.int64, copy=False)),), fault=fault)
 
 
 def _fans(faces: NDArray[Any], budget: Budget) -> NDArray[np.int64]:

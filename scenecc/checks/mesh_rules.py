@@ -41,6 +41,8 @@ def check_use(mesh: MeshData, use: str, suffix: str) -> Iterator[AssetError]:
     if fault is not None:
         yield fault
         return
+    if use == "seen" and mesh.fault is not None:
+        yield mesh.fault
     if use == "parts" and suffix == ".stl":
         yield AssetError(
             "SC421",

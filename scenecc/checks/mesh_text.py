@@ -65,7 +65,7 @@ class Lines:
         check_plain(data)
         self.row = 0
         self._data = data
-        self._at = start + 3 if data.startswith(b"\xef\xbb\xbf", start) else start
+        self._at = start
 
     def letter(self) -> bytes:
         """The first byte of the next line; empty at the end."""
@@ -95,7 +95,7 @@ class Lines:
         line = self._data[self._at : end]
         self._at = end + 1
         self.row += 1
-        return line.removesuffix(b"\r").decode("utf-8", "replace")
+        return line.decode("utf-8", "replace").rstrip("\r")
 
     def filled(self) -> str | None:
         """The next line that is not empty, without blanks around it; None at the end."""

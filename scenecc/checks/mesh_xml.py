@@ -16,6 +16,8 @@ DEPTH, ELEMENTS, EQUALS = 100, 100_000, 400_000
 """How many elements stand inside one another and in all, and signs `=` in the text, no fewer than the attributes."""
 
 _PIECE = 2**20
+_BREAK = "\0"
+"""Stands in the text of an element where something else does. XML itself has no such character."""
 _ELEMENT_BYTES = 1024
 """About what an element takes."""
 
@@ -97,7 +99,11 @@ def parse_mesh_xml(data: bytes, budget: Budget) -> Node:
         opened.append(node)
 
     def end(_tag: str) -> None:
-        opened.pop()
+        _check_text(opened.pop())
+
+    def broken(*_: object) -> None:
+        if opened:
+            opened[-1].characters.append(_BREAK)
 
     def text(characters: str) -> None:
         opened[-1].characters.append(characters)
@@ -106,6 +112,7 @@ def parse_mesh_xml(data: bytes, budget: Budget) -> Node:
         raise ValueError("it has a document type, which may declare entities and name files")
 
     parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.CommentHandler = parser.ProcessingInstructionHandler = parser.StartCdataSectionHandler = broken
     parser.CharacterDataHandler, parser.StartDoctypeDeclHandler = text, doctype
     try:
         for at in range(0, len(data) + 1, _PIECE):
@@ -113,3 +120,12 @@ def parse_mesh_xml(data: bytes, budget: Budget) -> Node:
     except (ExpatError, ValueError) as error:
         raise AssetError("SC412", f"the XML cannot be read: {error}", "export the mesh again") from error
     return root[0]
+
+
+def _check_text(node: Node) -> None:
+    """Joins the text of an element, which is in one piece: of several the engine's reader takes the first."""
+    pieces = "".join(node.characters).split(_BREAK)
+    if sum(map(bool, map(str.strip, pieces))) > bool(not node.children):
+        raise ValueError(f"the text of `{node.tag[:40]}` is broken by an element, a comment or a CDATA section")
+    if len(pieces) > 1:
+        node.characters[:] = ["".join(pieces)]

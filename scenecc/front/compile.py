@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -106,15 +107,15 @@ def _compiled(source: Source, options: Options, sink: Sink, *, drawn: bool, memo
     clock.lap("lower")
     if lowered is None:
         return None
-    plan = lowered.plan
-    if not _checked(plan, (lowered.file_origins, lowered.material_origins), scope, options.limits, sink):
+    plan = _checked(lowered.plan, (lowered.file_origins, lowered.material_origins), scope, options.limits, sink)
+    if plan is None:
         return None
     clock.lap("check")
     if drawn:
         from scenecc.checks.physics import check_physics
         from scenecc.lower import draw
 
-        plan = draw(lowered, sink)
+        plan = draw(replace(lowered, plan=plan), sink)
         if plan is not None and lowered.drawing.pending:
             check_physics(plan, lowered.material_origins, sink, drawn=True)
             plan = None if sink.failed else plan
@@ -244,10 +245,21 @@ def _settled(
     document: Document | None = None,
 ) -> Compiled | None:
     """A plan that was compiled before."""
-    if not _as_asked(plan, options, sink) or not _checked(plan, ({}, {}), scope, options.limits, sink):
-        return None
+    checked = _checked(plan, ({}, {}), scope, options.limits, sink) if _as_asked(plan, options, sink) else None
     clock.lap("check")
-    return Compiled(plan, clock.timings, scope, document)
+    if checked is not None and document is not None:
+        _tell_unknown(plan, checked, sink)
+    return checked and Compiled(checked, clock.timings, scope, document)
+
+
+def _tell_unknown(plan: ScenePlan, checked: ScenePlan, sink: Sink) -> None:
+    """Reports files of which a plan's JSON does not say what they held."""
+    for index, (file, now) in enumerate(zip(plan.files, checked.files, strict=True)):
+        if file.sha256 is None and now.sha256 is not None:
+            place = (plan.origin or Origin(None)).child("files").child(index)
+            hint = "compile the scene again: its plan then tells whether a file changed"
+            message = f"the plan does not say what {file.uri} held: it is built as it is now"
+            sink.report("SC717", message, place, hint=hint)
 
 
 def _decoded(found: Input, scope: AssetScope, limits: Limits, sink: Sink) -> ScenePlan | None:
@@ -290,8 +302,8 @@ def _as_asked(plan: ScenePlan, options: Options, sink: Sink) -> bool:
     return True
 
 
-def _checked(plan: ScenePlan, origins: Origins, scope: AssetScope, limits: Limits, sink: Sink) -> bool:
-    """Every rule over the plan and its files."""
+def _checked(plan: ScenePlan, origins: Origins, scope: AssetScope, limits: Limits, sink: Sink) -> ScenePlan | None:
+    """Every rule over the plan and its files: the plan with their hashes, or None after an error."""
     from scenecc.checks.physics import check_physics
 
     file_origins, material_origins = origins
@@ -299,11 +311,12 @@ def _checked(plan: ScenePlan, origins: Origins, scope: AssetScope, limits: Limit
     if plan.files and not sink.failed:
         from scenecc.checks.assets import check_assets
 
-        check_assets(
+        files = check_assets(
             plan,
             sink,
             resolve_named=named_resolver(scope),
             max_asset_bytes=limits.asset_bytes,
             file_origins=file_origins,
         )
-    return not sink.failed
+        plan = replace(plan, files=files)
+    return None if sink.failed else plan

@@ -86,7 +86,7 @@ class Drawer:
     def _parts(self, geometry: Any, row: int, own: Look | None) -> tuple[tuple[Part, ...], Vec3]:
         """A geometry's surfaces and looks, and its scale."""
         if isinstance(geometry, Mesh):
-            parts = self._files.parts(self._plan.files[int(geometry.file.row(row))].path)
+            parts = self._files.parts(self._plan.files[int(geometry.file.row(row))])
             if own is not None:
                 parts = tuple(Part(part.surface, own) for part in parts)
             return parts, _vec3(geometry.scale.row(row))

@@ -9,6 +9,7 @@ from __future__ import annotations
 from hashlib import sha256
 from importlib import import_module
 from importlib.util import find_spec
+from io import BytesIO
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -16,15 +17,14 @@ import numpy as np
 from scenecc.meshes.images import Images, image_of
 from scenecc.meshes.primitives import surface
 from scenecc.meshes.surface import Look, MeshProblem, Part
+from scenecc.regular_file import open_regular
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
     from scenecc.meshes.surface import Vec3, Vec4
-
-_WHOLE: Final = frozenset({".stl", ".ply"})
-"""Kinds of files that name no other."""
+    from scenecc.plan import AssetFile
 
 _WHITE: Final = (1.0, 1.0, 1.0, 1.0)
 _GREY: Final = (0.6, 0.6, 0.6, 1.0)
@@ -52,32 +52,64 @@ class MeshFiles:
 
     def __init__(self) -> None:
         self._paths: dict[Path, tuple[Part, ...]] = {}
-        self._contents: dict[tuple[str, ...], tuple[Part, ...]] = {}
+        self._contents: dict[tuple[object, ...], tuple[Part, ...]] = {}
 
-    def parts(self, path: Path) -> tuple[Part, ...]:
+    def parts(self, file: AssetFile) -> tuple[Part, ...]:
         """The surfaces of a file in its own frame [m], and their looks.
 
         Raises:
             MeshProblem: it cannot be read, or a package is missing.
         """
-        if path not in self._paths:
-            self._paths[path] = self._found(path)
-        return self._paths[path]
+        if file.path not in self._paths:
+            self._paths[file.path] = self._found(file)
+        return self._paths[file.path]
 
-    def _found(self, path: Path) -> tuple[Part, ...]:
-        suffix = path.suffix.lower()
-        try:
-            digest = sha256(path.read_bytes()).hexdigest()
-        except OSError as error:
-            raise MeshProblem("SC747", f"'{path}' cannot be read: {error.strerror}") from error
-        # A file that names others holds the same only where these are the same, too: beside it.
-        key = (suffix, digest) if suffix in _WHOLE else (suffix, digest, str(path.parent))
+    def _found(self, file: AssetFile) -> tuple[Part, ...]:
+        data = _checked(file.path, file.sha256)
+        key = (file.path.suffix.lower(), sha256(data).hexdigest(), *file.names)
         if key not in self._contents:
-            self._contents[key] = _read(path)
+            self._contents[key] = _read(data, file)
         return self._contents[key]
 
 
-def _read(path: Path) -> tuple[Part, ...]:
+class _Named:
+    """The files that a mesh names and that were checked, as trimesh asks for them: it reads a mesh in ways of its own.
+
+    It takes this for a resolver.
+    """
+
+    def __init__(self, file: AssetFile) -> None:
+        self._by_name = {one.uri: one for one in file.names}
+
+    def get(self, name: str) -> bytes:
+        """The content of a file. Raises OSError where the mesh was not found to name it."""
+        one = self._by_name.get(name)
+        if one is None or one.path is None:
+            raise FileNotFoundError(f"the mesh names no file {name!r} that was checked")
+        return _checked(one.path, one.sha256)
+
+    __getitem__ = get
+
+    def path(self, name: str) -> Path | None:
+        """Where a file is; None where the mesh was not found to name it."""
+        one = self._by_name.get(name)
+        return one and one.path
+
+
+def _checked(path: Path, digest: str | None) -> bytes:
+    """The content of a file. Raises MeshProblem where it is not what it was when it was checked."""
+    try:
+        with open_regular(path) as stream:
+            data = stream.read()
+    except OSError as error:
+        raise MeshProblem("SC747", f"'{path}' cannot be read: {error.strerror}") from error
+    if digest is not None and sha256(data).hexdigest() != digest:
+        raise MeshProblem("SC422", f"'{path}' changed while the scene was built")
+    return data
+
+
+def _read(data: bytes, file: AssetFile) -> tuple[Part, ...]:
+    path, named = file.path, _Named(file)
     suffix = path.suffix.lower()
     if suffix == ".dae" and find_spec("collada") is None:
         raise MeshProblem(
@@ -86,7 +118,7 @@ def _read(path: Path) -> tuple[Part, ...]:
     trimesh: Any = import_module("trimesh")  # which says half of its types
 
     try:
-        scene = trimesh.load_scene(str(path), process=False)
+        scene = trimesh.load_scene(BytesIO(data), suffix[1:], resolver=named, process=False)
     except Exception as error:  # trimesh's readers raise whatever comes
         raise MeshProblem("SC747", f"'{path}' cannot be read: {error}", "export the mesh again") from error
     parts: list[Part] = []
@@ -95,7 +127,7 @@ def _read(path: Path) -> tuple[Part, ...]:
         place, name = scene.graph[node]
         mesh = scene.geometry[name]
         if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
-            parts.append(_part(mesh, np.asarray(place), _look(mesh.visual, path, images)))
+            parts.append(_part(mesh, np.asarray(place), _look(mesh.visual, path, named, images)))
     if not parts:
         raise MeshProblem("SC747", f"'{path}' shows no triangles", "export the mesh again")
     return tuple(parts)
@@ -119,14 +151,14 @@ def _unit(mesh: Any) -> float:
     return float(number) if times else 1.0
 
 
-def _look(visual: Any, path: Path, images: Images) -> Look:
+def _look(visual: Any, path: Path, named: _Named, images: Images) -> Look:
     """Colours of vertices are in no picture of SAPIEN's, so they are in none here."""
     material = getattr(visual, "material", None)
     if material is None:
         suffix = path.suffix.lower()
         plain, metallic = _PLAIN.get(suffix, _WHITE), _METALLIC.get(suffix, 0.0)
         return Look(base_color=plain, specular=_SPECULAR, metallic=metallic)
-    return _of_glossy(material, path, images) if hasattr(material, "glossiness") else _of_pbr(material, path)
+    return _of_glossy(material, path, named, images) if hasattr(material, "glossiness") else _of_pbr(material, path)
 
 
 def _of_pbr(material: Any, path: Path) -> Look:
@@ -148,7 +180,7 @@ def _of_pbr(material: Any, path: Path) -> Look:
     )
 
 
-def _of_glossy(material: Any, path: Path, images: Images) -> Look:
+def _of_glossy(material: Any, path: Path, named: _Named, images: Images) -> Look:
     """A material of an OBJ, whose roughness SAPIEN's reader makes of `Ns` and `Ks`.
 
     Raises:
@@ -165,15 +197,19 @@ def _of_glossy(material: Any, path: Path, images: Images) -> Look:
         specular=_SPECULAR,
         roughness=1 - shine * bright,
         base_color_image=image_of(material.image, path.stem, srgb=True),
-        **_maps(given, path.parent, images),
+        **_maps(given, named, images),
     )
 
 
-def _maps(given: dict[str, Any], folder: Path, images: Images) -> dict[str, Any]:
+def _maps(given: dict[str, Any], files: _Named, images: Images) -> dict[str, Any]:
     """Images of a material that trimesh leaves as words. The file's name is the last of them, after options."""
-    named = {field: given[key][-1] for key, field in _MAPS.items() if given.get(key)}
+    named = {field: files.path(given[key][-1]) for key, field in _MAPS.items() if given.get(key)}
     try:
-        return {field: images.file(folder / name, {"srgb": field == "emission_image"}) for field, name in named.items()}
+        return {
+            field: images.file(path, {"srgb": field == "emission_image"})
+            for field, path in named.items()
+            if path is not None
+        }
     except MeshProblem as problem:
         code = (
             "SC747" if problem.code == "SC748" else problem.code

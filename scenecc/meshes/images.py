@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.meshes.surface import Image, MeshProblem
+from scenecc.regular_file import open_regular
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -83,7 +84,8 @@ def _opened(path: Path) -> tuple[bytes, Suffix, Pixels]:
     except ImportError as error:
         raise MeshProblem("SC813", f"textures need Pillow: {error}", 'run `pip install "scenecc[export]"`') from error
     try:
-        data = path.read_bytes()
+        with open_regular(path) as file:
+            data = file.read()
         pixels = pillow.open(BytesIO(data))
         pixels.load()
     except (OSError, ValueError) as error:

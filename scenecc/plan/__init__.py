@@ -26,7 +26,7 @@ from scenecc.plan.geometry import (
     VisualGeometry,
     VisualPlane,
 )
-from scenecc.plan.material import AssetFile, Friction, PhysicalMaterial, Texture, VisualMaterial
+from scenecc.plan.material import AssetFile, Friction, NamedFile, PhysicalMaterial, Texture, VisualMaterial
 from scenecc.plan.physics import GpuMemory, Physics, SdfConfig
 from scenecc.plan.scene import Entity, ScenePlan
 from scenecc.plan.value import Value, constant, literal, per_scene, recalled, varying
@@ -101,6 +101,7 @@ __all__ = [
     "MeshGeometry",
     "Mimic",
     "Mount",
+    "NamedFile",
     "Orthographic",
     "Perspective",
     "PhysicalMaterial",

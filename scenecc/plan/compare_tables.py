@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
     from scenecc.plan.scene import ScenePlan
 
 Side = Literal[0, 1]
+
+_SHOWN = 12
+"""Digits of a hash that people are shown."""
 
 
 class Tables:
@@ -53,15 +57,20 @@ class Tables:
 
     def _files(self, a: Sequence[AssetFile], b: Sequence[AssetFile]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         known: dict[object, int] = {}
+        told: list[AssetFile] = []
         numbers: tuple[list[int], list[int]] = ([], [])
         for side, files in enumerate((a, b)):
             for file in files:
-                number = known.get(file.uri, known.get(file.path, len(self.names)))
+                content = (file.sha256, tuple(one.sha256 for one in file.names))
+                number = known.get((file.uri, content), known.get((file.path, content), len(self.names)))
                 if number == len(self.names):
                     self.names.append(file.uri)
-                known.setdefault(file.uri, number)
-                known.setdefault(file.path, number)
+                    told.append(file)
+                known.setdefault((file.uri, content), number)
+                known.setdefault((file.path, content), number)
                 numbers[side].append(number)
+        count = Counter(self.names)
+        self.names[:] = [file.uri if count[file.uri] == 1 else _with_content(file) for file in told]
         return np.array(numbers[0], np.int64), np.array(numbers[1], np.int64)
 
     def _named(self, material: VisualMaterial, side: Side) -> VisualMaterial:
@@ -79,3 +88,9 @@ class Tables:
         first, second = ([known.setdefault(row, len(known)) for row in rows] for rows in (a, b))
         self.materials[table] = list(known)
         return np.array(first, np.int64), np.array(second, np.int64)
+
+
+def _with_content(file: AssetFile) -> str:
+    """A file's uri, and what it and those that it names hold, in short."""
+    hashes = [(file.sha256 or "unknown")[:_SHOWN], *(f"{one.uri} {one.sha256[:_SHOWN]}" for one in file.names)]
+    return f"{file.uri} (SHA-256 {', '.join(hashes)})"

@@ -201,7 +201,7 @@ class Decoder:
     def _made(self, cls: type, read: dict[str, Any], path: Keys) -> object:
         if cls is AssetFile:
             found = self._resolve(read["uri"], self._origin((*path, "uri")))
-            return BAD if found is None else AssetFile(read["uri"], found)
+            return BAD if found is None else AssetFile(path=found, **read)
         if cls in _RULES and self._told(_RULES[cls](read), path):
             return BAD
         if cls is Entity and not self._pick_holds(read, path):

@@ -259,6 +259,7 @@ _HINT_NAMES: dict[str, Any] = {
     **vars(_physics),
     "Origin": Origin,
     "Path": Path,
+    "State": tuple,
     "Node": object,
 }
 

@@ -11,6 +11,7 @@ from typing import Any, Final, TypeGuard
 from scenecc.diagnostics import Location, Origin, Sink
 from scenecc.plan.decode import Decoder
 from scenecc.plan.decode_numbers import is_object
+from scenecc.plan.json_object import RepeatedKeyError, json_object
 from scenecc.plan.scene import ScenePlan
 from scenecc.plan.to_json import PLAN_VERSION
 
@@ -73,19 +74,15 @@ def plan_from_json(
 _UNREAD: Final = object()
 
 
-class _RepeatedKeyError(ValueError):
-    """A key that stands twice in one object."""
-
-
 def _parse(text: str, sink: Sink, file: str | None) -> object:
     try:
-        return json.loads(text.removeprefix("\ufeff"), object_pairs_hook=_object)
+        return json.loads(text.removeprefix("\ufeff"), object_pairs_hook=json_object)
     except json.JSONDecodeError as error:
         lines = text.splitlines()
         line = lines[error.lineno - 1] if error.lineno <= len(lines) else None
         place = Location(file, error.lineno, error.colno, error.colno + 1, line)
         sink.report("SC701", f"this is not JSON: {error.msg}", place)
-    except _RepeatedKeyError as error:
+    except RepeatedKeyError as error:
         sink.report("SC713", f"the key {error} stands twice in one object", Location(file))
     except RecursionError:
         sink.report("SC712", "the plan is nested too deeply", Location(file))
@@ -94,20 +91,12 @@ def _parse(text: str, sink: Sink, file: str | None) -> object:
     return _UNREAD
 
 
-def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        seen: set[str] = set()
-        raise _RepeatedKeyError(next(repr(key[:80]) for key, _ in pairs if key in seen or seen.add(key)))
-    return found
-
-
 def _is_plan(data: object, sink: Sink, origin: Origin) -> TypeGuard[dict[str, Any]]:
     if not is_object(data) or "scenecc_plan" not in data:
         sink.report("SC702", "this is not a plan: it has no key `scenecc_plan`", origin)
         return False
     version: object = data["scenecc_plan"]
-    if version is not True and version == PLAN_VERSION:
+    if version is not True and version in (1, PLAN_VERSION):
         return True
     message = f"this plan has version {_shown(version)}; version {PLAN_VERSION} is read here"
     sink.report("SC702", message, origin.child("scenecc_plan"))

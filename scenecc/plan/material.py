@@ -14,6 +14,22 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from scenecc.plan.value import Value
+    from scenecc.regular_file import State
+
+
+@frozen
+class NamedFile:
+    """A file that another names: a material file, a texture, a buffer.
+
+    Attributes:
+        uri: as it is named, relative to the file that names it.
+        sha256, path, state: as of an `AssetFile`.
+    """
+
+    uri: str
+    sha256: str
+    path: Path | None = field(default=None, compare=False)
+    state: State | None = field(default=None, compare=False)
 
 
 @frozen
@@ -24,10 +40,17 @@ class AssetFile:
         uri: `pkg://…` or `asset://…` as written, else the path relative to the top scene's folder
             (posix), else an absolute path.
         path: where it was found on this machine; not part of the plan's identity.
+        sha256: of what it held when it was checked; None of what no build opens (a robot's description), and of a
+            plan whose files nobody has checked.
+        names: the files that it names in turn, and which a build opens.
+        state: it was in when it was checked, by which a build tells that it changed since.
     """
 
     uri: str
     path: Path = field(compare=False)
+    sha256: str | None = None
+    names: tuple[NamedFile, ...] = ()
+    state: State | None = field(default=None, compare=False)
 
 
 @frozen

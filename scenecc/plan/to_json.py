@@ -30,10 +30,10 @@ if TYPE_CHECKING:
     from scenecc.plan.value import Value
     from scenecc.values.nodes import Node as RecipeNode
 
-PLAN_VERSION = 1
-"""The value of a plan's `scenecc_plan` key."""
+PLAN_VERSION = 2
+"""The value of a plan's `scenecc_plan` key. In version 1, which is read too, files have no hashes."""
 
-_SELDOM = frozenset(("constraints", "lights", "cameras", "draws", "mimics", "hidden"))
+_SELDOM = frozenset(("constraints", "lights", "cameras", "draws", "mimics", "hidden", "names"))
 """Lists that are left out where they are empty, and a flag where it is false."""
 
 _WIDTH = 100

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import stat
 from dataclasses import dataclass, field
 from itertools import islice
 from typing import TYPE_CHECKING
@@ -11,6 +9,7 @@ from typing import TYPE_CHECKING
 from scenecc.diagnostics import Location, Origin, Sink
 from scenecc.diagnostics.codes import CODES
 from scenecc.diagnostics.words import nearest
+from scenecc.regular_file import open_regular
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -112,12 +111,7 @@ def read_robot_bytes(path: Path, file: str, findings: Findings, limit: int) -> b
         limit: its largest size [bytes].
     """
     try:
-        # Without O_NONBLOCK, opening a named pipe waits for someone to write into it.
-        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
-        with os.fdopen(handle, "rb") as stream:
-            if not stat.S_ISREG(os.fstat(handle).st_mode):
-                findings.report("SC450", "this is no regular file", findings.top(file))
-                return None
+        with open_regular(path) as stream:
             data = stream.read(limit + 1)
     except OSError as error:
         findings.report("SC450", f"the file cannot be read: {error.strerror or error}", findings.top(file))

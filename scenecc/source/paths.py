@@ -235,7 +235,8 @@ def _finish(
         if not scope.allow_outside and not any(real.is_relative_to(tree) for tree in (*_trees(scope), *extra)):
             return Refusal("SC402", f"`{shown(written)}` leaves the folders that this scene may read", _OUTSIDE_HINT)
         kept = real if joined.name == ".." else _real(joined.parent) / joined.name
-        status = kept.stat()
+        # As written: `nowhere/../mug.obj` is there in words alone, and SAPIEN would go and look elsewhere.
+        status = joined.stat()
     except OSError as error:
         return _unreachable(error, joined, written, scope)
     if not stat.S_ISREG(status.st_mode):

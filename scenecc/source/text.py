@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import codecs
+import errno
 import os
 import re
-import stat
 from typing import IO, TYPE_CHECKING, cast
 
 from scenecc.diagnostics import Location, Sink
+from scenecc.regular_file import open_regular
 from scenecc.source.lines import Lines
 
 if TYPE_CHECKING:
@@ -28,25 +29,21 @@ _TEXT_HINT = "a scene file is text in UTF-8"
 def read_bytes(name: str, sink: Sink, limits: Limits) -> bytes | None:
     """The content of a regular file of at most the limit's size."""
     try:
-        # Without O_NONBLOCK, opening a named pipe waits for someone to write into it.
-        handle = os.open(name, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        with open_regular(name) as file:
+            if os.fstat(file.fileno()).st_size > limits.text_bytes:
+                _too_long(name, sink, limits)
+                return None
+            content = read_some(file, name, sink, limits)
+    except IsADirectoryError:
+        sink.report("SC001", "this is a folder, not a file", Location(name), hint="name a scene file in it")
+        return None
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        sink.report("SC001", f"cannot open the file: {reason}", Location(name))
+        is_pipe = isinstance(error, OSError) and error.errno == errno.EINVAL
+        hint = "give it as standard input (`-`)" if is_pipe else None
+        sink.report("SC001", reason if is_pipe else f"cannot open the file: {reason}", Location(name), hint=hint)
         return None
-    try:
-        status = os.fstat(handle)
-        if not stat.S_ISREG(status.st_mode):
-            _not_a_file(status.st_mode, name, sink)
-            return None
-        if status.st_size > limits.text_bytes:
-            _too_long(name, sink, limits)
-            return None
-        with os.fdopen(handle, "rb", closefd=False) as file:
-            content = read_some(file, name, sink, limits)
-        return content.encode() if isinstance(content, str) else content
-    finally:
-        os.close(handle)
+    return content.encode() if isinstance(content, str) else content
 
 
 def read_some(stream: IO[str] | IO[bytes], name: str | None, sink: Sink, limits: Limits) -> str | bytes | None:
@@ -151,13 +148,6 @@ def _not_text(error: UnicodeDecodeError, name: str | None, sink: Sink) -> None:
         lines.location(line, column, column + 1),
         hint=_TEXT_HINT + "; save it in that encoding",
     )
-
-
-def _not_a_file(mode: int, name: str, sink: Sink) -> None:
-    what, hint = "a pipe or a device", "give it as standard input (`-`)"
-    if stat.S_ISDIR(mode):
-        what, hint = "a folder", "name a scene file in it"
-    sink.report("SC001", f"this is {what}, not a file", Location(name), hint=hint)
 
 
 def _too_long(name: str | None, sink: Sink, limits: Limits) -> None:

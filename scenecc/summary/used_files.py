@@ -6,6 +6,7 @@ from hashlib import sha256
 from typing import TYPE_CHECKING, Final
 
 from scenecc.plan import ArticulationStructure, Texture, Value
+from scenecc.regular_file import open_regular
 from scenecc.summary.bodies import used_materials
 from scenecc.summary.item import Fact, Item, some_words
 
@@ -102,7 +103,7 @@ def _read(path: Path) -> tuple[int, str] | None:
     """Size [bytes] and SHA-256 of a file; None where it is gone."""
     size, digest = 0, sha256()
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             while part := file.read(1 << 20):
                 size += len(part)
                 digest.update(part)

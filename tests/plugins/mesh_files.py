@@ -101,7 +101,9 @@ def named_by(folder: Path) -> Any:
         path = (asset.path.parent / reference).resolve()
         if "://" in reference or not path.is_relative_to(folder.resolve()):
             return "SC402", f"`{reference}` leaves", "stay"
-        return path if path.is_file() else ("SC401", f"there is no file `{reference}`", None)
+        if path.exists() and not path.is_file():
+            return "SC404", f"`{reference}` is no file", None
+        return path if path.exists() else ("SC401", f"there is no file `{reference}`", None)
 
     return find
 
@@ -137,6 +139,19 @@ def diagnose(path: Path, *uses: str, max_asset_bytes: int = 256 * 2**20) -> list
     plan = plan_of([path], *uses)
     check_assets(plan, sink, resolve_named=named_by(path.parent), max_asset_bytes=max_asset_bytes)
     return sink.diagnostics()
+
+
+def checked(path: Path, *uses: str) -> AssetFile:
+    """A file without fault, as its check leaves it."""
+    sink = Sink()
+    (file,) = check_assets(plan_of([path], *uses), sink, resolve_named=named_by(path.parent))
+    assert not sink.diagnostics()
+    return file
+
+
+def named(path: Path, *uses: str) -> dict[str, Path | None]:
+    """What a file names of what a build opens."""
+    return {one.uri: one.path for one in checked(path, *(uses or ("seen",))).names}
 
 
 def codes(path: Path, *uses: str, max_asset_bytes: int = 256 * 2**20) -> list[str]:

@@ -28,6 +28,7 @@ from scenecc.plan import (
     Link,
     Mimic,
     Mount,
+    NamedFile,
     ScenePlan,
     Value,
     recalled,
@@ -208,7 +209,8 @@ def _nodes(draw: st.DrawFn, cls: type, scope: _Scope, its: dict[str, Any] | None
         uri = draw(
             st.sampled_from(["a.obj", "sub/b.stl", "../c.png", "pkg://some/d.glb", "asset://e f.ply", "/x/g.obj"])
         )
-        return AssetFile(uri, Path("/files") / uri)
+        names = draw(st.sampled_from([(), (NamedFile("a.mtl", "0" * 64), NamedFile("maps/b.png", "f" * 64))]))
+        return AssetFile(uri, Path("/files") / uri, draw(st.sampled_from([None, "0" * 64])), names)
     made: dict[str, Any] = dict(its or {})
     full = scope.full or draw(st.sampled_from([False, False, True]))
     for slot in slots(cls):

@@ -11,7 +11,7 @@ from scenecc.backends.maniskill.loaded import LoadedScene
 from scenecc.backends.maniskill.planes import planes_once
 from scenecc.backends.maniskill.sensors import unfit_for_sensors
 from scenecc.backends.maniskill.settings import contradictions
-from scenecc.backends.sapien.build import prepare, report
+from scenecc.backends.sapien.build import prepare, report, unchanged
 from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.backends.sapien.settings import engine_settings
 from scenecc.backends.sapien.turn import ArticulationTurn
@@ -41,7 +41,8 @@ def run(plan: ScenePlan, scene: Any, sink: Sink) -> LoadedScene | None:
     # The environment has no say in these alone.
     with engine_settings(Physics(sdf=plan.physics.sdf)), collector_paused():
         turns = prepare(built, tuple(range(plan.num_scenes)), sink, rendered=scene.can_render())
-        return None if turns is None else _filled(plan, turns, scene, sink)
+        loaded = None if turns is None else _filled(plan, turns, scene, sink)
+    return loaded if unchanged(plan, sink) else None
 
 
 def _filled(plan: ScenePlan, turns: list[AnyTurn], scene: Any, sink: Sink) -> LoadedScene | None:

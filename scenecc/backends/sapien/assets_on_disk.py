@@ -6,31 +6,28 @@ file that was written again keeps its path, and would be built as it was.
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from urllib.parse import unquote_to_bytes
 
 from scenecc.backends.sapien.engine import physx, render
 from scenecc.backends.sapien.engine_log import DROPPED_PART, engine_log
+from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.plan import MeshGeometry
+from scenecc.regular_file import State, open_regular, state_now
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from scenecc.plan import CollisionGeometry, ScenePlan, VisualGeometry
+    from scenecc.plan import AssetFile, ScenePlan
 
-Signature = tuple[tuple[int, int, int, int], ...]
-"""Change time, modification time, size and inode of a file and of those that it names."""
+Signature = tuple[State, ...]
+"""Of a file and of those that it names."""
 
-_NAMES = re.compile(rb"^\s*(?:mtllib|map_\S+|bump|norm|disp|decal|refl)\s+(?:-\S+\s+\S+\s+)*(\S.*?)\s*$", re.MULTILINE)
-_IMAGES = re.compile(rb"<(?:init_from|ref)>\s*([^<]+?)\s*<")
-"""Names of images in a COLLADA, and of what else it calls so: no files, which are passed over."""
 _HEAD = 1 << 20
-"""Bytes of an OBJ or a material library in which names are looked for; they stand at the top."""
+"""Bytes in which the header of a PLY ends."""
 _MARGIN = 2_000_000_000
 """Nanoseconds by which the start of the process may be off: the kernel tells its boot time in whole seconds."""
 
@@ -42,13 +39,13 @@ class Remembered:
         self._clear = clear
         self._signatures: dict[str, Signature] = {}
 
-    def refresh(self, paths: Iterable[Path]) -> None:
+    def refresh(self, files: Iterable[AssetFile]) -> None:
         """Empties the cache if one of the files that are about to be read is not what the cache may hold.
 
         A file seen for the first time may have been read by others in this process. What they read is
         still true if the file has not changed since the process started.
         """
-        present = {str(path): signature(path) for path in paths}
+        present = {str(file.path): signature(file) for file in files}
         known = self._signatures
         if any(known[p] != s if p in known else _newest(s) > _started() - _MARGIN for p, s in present.items()):
             self.forget()
@@ -87,32 +84,32 @@ def refresh(plan: ScenePlan, *, rendered: bool) -> None:
     if not plan.files:
         return
     bodies = [body for entity in plan.entities for body in entity.bodies]
-    MESHES.refresh(_paths(plan, (shape.geometry for body in bodies for shape in body.collisions)))
-    if rendered:
-        textures = (texture for material in plan.visual_materials for texture in material.textures().values())
-        indices = (int(index) for texture in textures for index in texture.file.data)
-        images = [plan.files[index].path for index in indices]
-        LOOKS.refresh([*_paths(plan, (shape.geometry for body in bodies for shape in body.visuals)), *images])
-
-
-def _paths(plan: ScenePlan, geometries: Iterable[CollisionGeometry | VisualGeometry]) -> list[Path]:
     used: set[int] = set()
-    for geometry in geometries:
+    for geometry in (shape.geometry for body in bodies for shape in body.collisions):
         if isinstance(geometry, MeshGeometry):
             used.update(geometry.file.data.tolist())
-    return [plan.files[index].path for index in sorted(used)]
+    MESHES.refresh(plan.files[index] for index in sorted(used))
+    if rendered:
+        LOOKS.refresh(plan.files)
 
 
-def signature(path: Path) -> Signature:
-    """Tells one state of a file, and of the files that it names, from another; empty for a missing file."""
-    found: list[tuple[int, int, int, int]] = []
-    for each in (path, *named_by(path)):
-        try:
-            status = each.stat()
-        except OSError:
-            continue
-        found.append((status.st_ctime_ns, status.st_mtime_ns, status.st_size, status.st_ino))
-    return tuple(found)
+def signature(file: AssetFile) -> Signature:
+    """Tells one state of a file, and of those that it names, from another; empty for a missing file."""
+    states = [state_now(path) for path in (file.path, *(one.path for one in file.names)) if path is not None]
+    return tuple(state for state in states if state is not None)
+
+
+def check_unchanged(files: Iterable[AssetFile]) -> None:
+    """Whether files are what they were when they were checked: the engine opens them by their names.
+
+    Raises:
+        EngineFailure: one is not.
+    """
+    for file in files:
+        for one in (file, *file.names):
+            if one.state is not None and one.path is not None and state_now(one.path) != one.state:
+                hint = "build it again, when all is written"
+                raise EngineFailure("SC422", f"'{one.path}' changed while the scene was built", hint=hint)
 
 
 def crashes_the_reader(path: Path) -> bool:
@@ -123,52 +120,13 @@ def crashes_the_reader(path: Path) -> bool:
     """
     if path.suffix.lower() != ".ply":
         return False
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         head = file.read(_HEAD)
     return re.match(rb"ply\s.*?\bformat binary_.*?\bend_header\r?\n[\r\n]", head, re.DOTALL) is not None
 
 
-def named_by(path: Path) -> list[Path]:
-    """Buffers and images of a glTF, material libraries of an OBJ and their images, images of a COLLADA.
-
-    Others hold all in one file.
-    """
-    try:
-        match path.suffix.lower():
-            case ".gltf" | ".glb":
-                document = json.loads(_gltf_text(path))
-                items = [item for key in ("buffers", "images") for item in document.get(key, [])]
-                return [path.parent / item["uri"] for item in items if not item.get("uri", "data:").startswith("data:")]
-            case ".obj":
-                libraries = _names_in(path)
-                return libraries + [image for library in libraries for image in _names_in(library)]
-            case ".dae":
-                return [
-                    path.parent / os.fsdecode(unquote_to_bytes(name)) for name in _IMAGES.findall(path.read_bytes())
-                ]
-            case _:
-                return []
-    except (OSError, ValueError, AttributeError, TypeError, KeyError):
-        # Not a file of that kind: the engine will say so.
-        return []
-
-
-def _gltf_text(path: Path) -> bytes:
-    """The JSON of a glTF: all of it, or the first chunk of a binary one."""
-    with path.open("rb") as file:
-        head = file.read(20)
-        return file.read(int.from_bytes(head[12:16], "little")) if head[:4] == b"glTF" else head + file.read()
-
-
-def _names_in(path: Path) -> list[Path]:
-    if not path.is_file():
-        return []
-    with path.open("rb") as file:
-        return [path.parent / os.fsdecode(name) for name in _NAMES.findall(file.read(_HEAD))]
-
-
 def _newest(state: Signature) -> int:
-    return max((max(change, modification) for change, modification, _, _ in state), default=0)
+    return max((max(times) for _, _, _, *times in state), default=0)
 
 
 def _started() -> int:

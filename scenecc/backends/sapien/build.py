@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.backends.sapien.assets_on_disk import refresh
+from scenecc.backends.sapien.assets_on_disk import check_unchanged, refresh
 from scenecc.backends.sapien.batch import SceneBatch
 from scenecc.backends.sapien.engine import physx, render, sapien
 from scenecc.backends.sapien.failure import EngineFailure
@@ -100,6 +100,16 @@ def fill(scenes: Sequence[Any], turns: Sequence[AnyTurn], progress: Callable[[in
             place(add, number)
         if progress is not None:
             progress(number + 1, len(scenes))
+
+
+def unchanged(plan: ScenePlan, sink: Sink) -> bool:
+    """Whether the files that the engine has opened are those that were checked; reported where they are not."""
+    try:
+        check_unchanged(plan.files)
+    except EngineFailure as failure:
+        report(failure, sink, plan.origin)
+        return False
+    return True
 
 
 def report(failure: EngineFailure, sink: Sink, place: Origin | None) -> None:

@@ -14,25 +14,52 @@ from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
 from subprocess import DEVNULL, PIPE
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scenecc.backends.sapien.assets_on_disk import named_by
 from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.files import replace_all
 from scenecc.interrupt import child
+from scenecc.regular_file import open_regular
 
 if TYPE_CHECKING:
-    from scenecc.plan import CoacdParams
+    from scenecc.plan import AssetFile, CoacdParams
 
 CODE = "SC806"
 
 
-def decompose(mesh: Path, params: CoacdParams) -> Path:
-    """A PLY file whose connected parts are the convex parts that CoACD finds in `mesh`.
+class _Content(NamedTuple):
+    """What is cut.
+
+    Attributes:
+        mesh: path and hash of the mesh.
+        buffers: path and hash of what a glTF names, by the names that it has for them.
+    """
+
+    mesh: tuple[str, str]
+    buffers: dict[str, tuple[str, str]]
+
+    @classmethod
+    def of(cls, file: AssetFile) -> _Content:
+        """That of a file. Raises OSError."""
+        named = file.names if file.path.suffix.lower() in {".gltf", ".glb"} else ()
+        with open_regular(file.path) as stream:
+            digest = file.sha256 or hashlib.sha256(stream.read()).hexdigest()
+        return cls((str(file.path.absolute()), digest), {one.uri: (str(one.path), one.sha256) for one in named})
+
+    def key(self, arguments: dict[str, Any]) -> str:
+        """The content, and what is done with it, without where it lies."""
+        path, digest = self.mesh
+        hashes = [digest, *sorted((uri, named) for uri, (_, named) in self.buffers.items())]
+        how = [Path(path).suffix.lower(), version("coacd"), arguments]
+        return hashlib.sha256(json.dumps([hashes, how], sort_keys=True).encode()).hexdigest()
+
+
+def decompose(file: AssetFile, params: CoacdParams) -> Path:
+    """A PLY file whose connected parts are the convex parts that CoACD finds in a mesh.
 
     The result is what `sapien.wrapper.coacd.do_coacd` gives for the same parameters. It is kept under
-    `$XDG_CACHE_HOME/scenecc/coacd` (`~/.cache` without that variable) by the mesh's content, the
-    parameters and CoACD's version.
+    `$XDG_CACHE_HOME/scenecc/coacd` (`~/.cache` without that variable) by the mesh's content, that of its buffers, the
+    parameters and CoACD's version. Materials and images are not read.
 
     Raises:
         EngineFailure: CoACD is not installed or fails, or the cache folder cannot be written.
@@ -48,13 +75,14 @@ def decompose(mesh: Path, params: CoacdParams) -> Path:
     folder = cache_folder("coacd")
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        result = folder / f"{_key(mesh, arguments)}.ply"
+        content = _Content.of(file)
+        result = folder / f"{content.key(arguments)}.ply"
         if not result.exists():
-            _run(mesh, arguments, result)
+            _run(content, arguments, result)
     except OSError as error:
         raise EngineFailure(
             CODE,
-            f"convex decomposition of '{mesh}': {error}",
+            f"convex decomposition of '{file.path}': {error}",
             hint=f"results are kept in '{folder}'; XDG_CACHE_HOME names another place",
         ) from error
     return result
@@ -74,38 +102,27 @@ def coacd_arguments(params: CoacdParams) -> dict[str, Any]:
     return {name: parameters[name].default if value is None else value for name, value in given.items()}
 
 
-def _key(mesh: Path, arguments: dict[str, Any]) -> str:
-    """The mesh's content, that of the files which it names, and what is done with them."""
-    digest = hashlib.sha256(mesh.read_bytes())
-    for file in named_by(mesh):
-        # A file that is not there is the engine's to report.
-        content = file.read_bytes() if file.is_file() else b""
-        digest.update(hashlib.sha256(content).digest())
-    digest.update(json.dumps([mesh.suffix.lower(), version("coacd"), arguments], sort_keys=True).encode())
-    return digest.hexdigest()
-
-
-def _run(mesh: Path, arguments: dict[str, Any], result: Path) -> None:
+def _run(content: _Content, arguments: dict[str, Any], result: Path) -> None:
     """Writes `result` whole or not at all. CoACD's automatic preprocessing may fail where a forced one does not."""
     modes = [arguments["preprocess_mode"]]
     if modes[0] != "on":
         modes.append("on")
     complaint = ""
     for mode in modes:
-        parts, complaint = _attempt(mesh, arguments | {"preprocess_mode": mode})
+        parts, complaint = _attempt(content, arguments | {"preprocess_mode": mode})
         if parts:
             replace_all({result: parts})
             return
-    raise EngineFailure(CODE, f"CoACD failed on '{mesh}': {complaint}")
+    raise EngineFailure(CODE, f"CoACD failed on '{content.mesh[0]}': {complaint}")
 
 
-def _attempt(mesh: Path, arguments: dict[str, Any]) -> tuple[bytes, str]:
+def _attempt(content: _Content, arguments: dict[str, Any]) -> tuple[bytes, str]:
     """What CoACD makes of a mesh, and its last words. It runs beside this process: a crash of it ends only itself."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     command = [sys.executable, "-m", "scenecc.backends.sapien.coacd_worker"]
     with tempfile.TemporaryFile() as file:
         output = file.fileno()
-        request = {"mesh": str(mesh.absolute()), "arguments": arguments, "output": output, "parent": os.getpid()}
+        request = {**content._asdict(), "arguments": arguments, "output": output, "parent": os.getpid()}
         # Our own module in this interpreter; the request goes in as data.
         with child(command, stdin=PIPE, stdout=DEVNULL, stderr=PIPE, env=environment, pass_fds=[output]) as process:
             _, errors = process.communicate(json.dumps(request).encode())

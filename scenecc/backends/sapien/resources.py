@@ -10,7 +10,7 @@ from weakref import WeakSet
 
 import numpy as np
 
-from scenecc.backends.sapien.assets_on_disk import crashes_the_reader
+from scenecc.backends.sapien.assets_on_disk import check_unchanged, crashes_the_reader
 from scenecc.backends.sapien.columns import taken
 from scenecc.backends.sapien.decomposition import decompose
 from scenecc.backends.sapien.engine import physx, render
@@ -127,6 +127,7 @@ class Resources:
         """
         files = self._plan.files
         paths: dict[int, Path] = {i: files[i].path for i in set(map(int, indices))}
+        check_unchanged(files[i] for i in paths)
         for path in paths.values():
             if not path.is_file():
                 raise EngineFailure(code, f"there is no file '{path}'")
@@ -143,11 +144,13 @@ class Resources:
         whole = self.meshes(indices, "SC801")
         if params is None:
             return whole
-        cut = {path: str(decompose(Path(path), params)) for path in dict.fromkeys(whole)}
-        return [cut[path] for path in whole]
+        order: list[int] = indices.tolist()
+        cut = {i: str(decompose(self._plan.files[i], params)) for i in dict.fromkeys(order)}
+        return [cut[i] for i in order]
 
     def path(self, index: int) -> str:
         """Where the plan's file number `index` is on this machine."""
+        check_unchanged([self._plan.files[index]])
         return str(self._plan.files[index].path)
 
     def _make_visual(self, material: VisualMaterial, row: int) -> Any:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, Literal
 from scenecc.backends.sapien.audit.defaults import present_defaults
 from scenecc.backends.sapien.audit.report import audit as audit_batch
 from scenecc.backends.sapien.audit.seen import audit_seen
-from scenecc.backends.sapien.build import build_scenes, report
+from scenecc.backends.sapien.build import build_scenes, report, unchanged
 from scenecc.backends.sapien.cuda import refusal
 from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.backends.sapien.machine import new_render_system, render_problem
@@ -62,8 +62,10 @@ def run(
         good = False
         try:
             # Before anything else is built: the audit of bodies finds nothing but them in the scenes.
-            good = (audit == "off" or audit_batch(batch, turns, present, sink, audit)) and _complete(
-                batch, turns, sink, audited=audit != "off"
+            good = (
+                (audit == "off" or audit_batch(batch, turns, present, sink, audit))
+                and _complete(batch, turns, sink, audited=audit != "off")
+                and unchanged(plan, sink)
             )
         finally:
             # Also after an error of ours and after Ctrl-C.

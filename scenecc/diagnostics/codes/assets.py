@@ -179,4 +179,13 @@ ROWS: tuple[Code, ...] = (
         "$ scenecc validate scene.yaml  # with `{type: convex_parts, file: bowl.stl}`",
         "Export the parts as objects of an OBJ or as meshes of a GLB, or write `type: convex_mesh`.",
     ),
+    Code(
+        "SC422",
+        "error",
+        "a file changed while the scene was built",
+        "What is checked is what is built: the engine opens files by their names, and between the check and that "
+        "another program wrote into one, or put another in its place.",
+        "$ while true; do cp whole.obj bowl.obj; done & scenecc build scene.yaml",
+        "Build again when everything is written.",
+    ),
 )

@@ -163,6 +163,24 @@ ROWS: tuple[Code, ...] = (
         cure="Write the name of an entity, of one of its links, or of a joint that moves.",
     ),
     Code(
+        code="SC716",
+        severity="error",
+        title="a file of a plan is not what it was",
+        cause="A plan has the SHA-256 of every file that a build opens, and of those that such a file names. One of "
+        "them was written again since the plan was made, is gone, or is there now and was not.",
+        example="$ scenecc build scene.yaml --dry-run -o plan.json && cp other.obj bowl.obj && scenecc build plan.json",
+        cure="Put the file back, or make the plan again from its scene.",
+    ),
+    Code(
+        code="SC717",
+        severity="warning",
+        title="a plan that does not say what a file held",
+        cause="The plan was made before plans had hashes, or somebody took the hash out of it: whether the file is "
+        "what it was cannot be told.",
+        example="$ scenecc validate plan-of-an-older-version.json",
+        cure="Make the plan again from its scene: `scenecc emit SCENE --to json -o PLAN.json`.",
+    ),
+    Code(
         code="SC720",
         severity="error",
         title="a plan that cannot be written as a script",

@@ -1,14 +1,16 @@
-"""What a kept decomposition belongs to."""
+"""What a decomposition reads, and what a kept one belongs to."""
 
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import pytest
-from plugins.mesh_files import glb, gltf_document
+from plugins.mesh_files import TETRA, checked, gltf_document, write
 
 from scenecc.backends.sapien import decomposition
+from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.plan import CoacdParams
 
 pytest.importorskip("coacd")
@@ -17,7 +19,7 @@ pytest.importorskip("coacd")
 def test_a_mesh_in_a_buffer_beside_the_gltf_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
 
-    def run(mesh: Path, arguments: object, result: Path) -> None:
+    def run(content: object, arguments: object, result: Path) -> None:
         result.write_bytes(b"ply")
 
     monkeypatch.setattr(decomposition, "_run", run)
@@ -26,23 +28,39 @@ def test_a_mesh_in_a_buffer_beside_the_gltf_counts(tmp_path: Path, monkeypatch: 
     path, buffer = tmp_path / "mesh.gltf", tmp_path / "mesh.bin"
     path.write_text(json.dumps(document))
     kept: list[Path] = []
-    for content in (body, body[:-1] + b"\x01", body):
+    for content in (body, body + b"\x01", body):
         buffer.write_bytes(content)
-        kept.append(decomposition.decompose(path, CoacdParams()))
+        kept.append(decomposition.decompose(checked(path, "decomposed"), CoacdParams()))
     assert kept[0] == kept[2]
     assert kept[0] != kept[1]
-    buffer.unlink()
-    assert decomposition.decompose(path, CoacdParams()) not in kept
 
 
-def test_a_binary_gltf_names_files_too(tmp_path: Path) -> None:
-    from scenecc.backends.sapien.assets_on_disk import named_by
-
-    path = tmp_path / "mesh.glb"
-    path.write_bytes(glb())
-    assert named_by(path) == []
-    text = json.dumps({"buffers": [{"uri": "mesh.bin"}]}).encode()
-    text += b" " * (-len(text) % 4)
-    chunk = len(text).to_bytes(4, "little") + b"JSON" + text
-    path.write_bytes(b"glTF" + (2).to_bytes(4, "little") + (12 + len(chunk)).to_bytes(4, "little") + chunk)
-    assert named_by(path) == [tmp_path / "mesh.bin"]
+@pytest.mark.parametrize("kind", ["obj", "gltf"])
+def test_what_is_cut_is_what_was_checked_and_nothing_else_is_opened(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Materials and images are pipes here, which whoever opens them waits for."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    if kind == "obj":
+        os.mkfifo(tmp_path / "mesh.mtl")
+        path = write(tmp_path, "mesh.obj", "# mtllib mesh.mtl\n" + TETRA)
+        changing = path
+    else:
+        document, body = gltf_document()
+        os.mkfifo(tmp_path / "skin.png")
+        document |= {"images": [{"uri": "skin.png"}], "textures": [{"source": 0}]}
+        document["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
+        document["meshes"][0]["primitives"][0]["material"] = 0
+        document["buffers"][0]["uri"] = "mesh.bin"
+        changing = write(tmp_path, "mesh.bin", body)
+        (tmp_path / "skin.png").unlink()
+        path = write(tmp_path, "mesh.gltf", json.dumps(document))
+        file = checked(path, "decomposed")
+        os.mkfifo(tmp_path / "skin.png")
+        assert [one.uri for one in file.names] == ["mesh.bin"]
+        assert decomposition.decompose(file, CoacdParams()).stat().st_size
+    file = checked(path, "decomposed") if kind == "obj" else file
+    assert decomposition.decompose(file, CoacdParams(seed=1)).stat().st_size
+    changing.write_bytes(changing.read_bytes() + b"\n")
+    with pytest.raises(EngineFailure, match="changed while the scene was built"):
+        decomposition.decompose(file, CoacdParams(seed=2))

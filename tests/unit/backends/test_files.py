@@ -12,11 +12,14 @@ import numpy as np
 import pytest
 import trimesh
 from fidelity.hand import component
+from plugins.mesh_files import checked
+from unit.checks.test_assets import png
 
 from scenecc.backends.sapien import assets_on_disk, engine_log, instantiate
 from scenecc.backends.sapien.engine import physx, sapien
+from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.diagnostics import Sink
-from scenecc.plan import CollisionShape, ConvexMesh, ConvexParts, ScenePlan, TriangleMesh, constant
+from scenecc.plan import AssetFile, CollisionShape, ConvexMesh, ConvexParts, ScenePlan, TriangleMesh, constant
 
 PlanOf = Callable[..., ScenePlan]
 
@@ -96,45 +99,29 @@ def test_files_from_before_the_process_are_trusted(tmp_path: Path, monkeypatch: 
     cleared: list[int] = []
     started = assets_on_disk._started()
     assert 0 < started < path.stat().st_mtime_ns
-    assets_on_disk.Remembered(lambda: cleared.append(1)).refresh([path])
+    assets_on_disk.Remembered(lambda: cleared.append(1)).refresh([AssetFile("box.obj", path)])
     assert cleared == [1]
     later = path.stat().st_ctime_ns + 10 * assets_on_disk._MARGIN
     monkeypatch.setattr(assets_on_disk, "_started", lambda: later)
-    assets_on_disk.Remembered(lambda: cleared.append(2)).refresh([path])
+    assets_on_disk.Remembered(lambda: cleared.append(2)).refresh([AssetFile("box.obj", path)])
     assert cleared == [1]
 
 
-@pytest.mark.parametrize("name", ["buffer.bin", "skin.png"])
-def test_what_a_gltf_names_counts_as_the_file(name: str, tmp_path: Path) -> None:
-    path = tmp_path / "thing.gltf"
-    path.write_text('{"buffers": [{"uri": "buffer.bin"}], "images": [{"uri": "skin.png"}, {"uri": "data:,x"}]}')
-    for each in ("buffer.bin", "skin.png"):
-        (tmp_path / each).write_text("1")
-    before = assets_on_disk.signature(path)
+@pytest.mark.parametrize("name", ["thing.obj", "thing.mtl", "wood grain.png"])
+def test_what_a_file_names_counts_as_the_file(name: str, tmp_path: Path) -> None:
+    write(tmp_path / "thing.obj", 0.25)
+    own = (tmp_path / "thing.obj").read_text()
+    (tmp_path / "thing.obj").write_text(f"mtllib thing.mtl\n{own}")
+    (tmp_path / "thing.mtl").write_text("newmtl a\nmap_Kd -s 1 1 1 wood grain.png\n")
+    (tmp_path / "wood grain.png").write_bytes(png())
+    file = checked(tmp_path / "thing.obj", "seen")
+    before = assets_on_disk.signature(file)
     assert len(before) == 3
-    (tmp_path / name).write_text("12")
-    assert assets_on_disk.signature(path) != before
-
-
-def test_what_an_obj_names_counts_as_the_file(tmp_path: Path) -> None:
-    path = tmp_path / "thing.obj"
-    path.write_text("mtllib thing.mtl\nv 0 0 0\n")
-    (tmp_path / "thing.mtl").write_text("newmtl a\nmap_Kd -s 1 1 wood grain.png\n")
-    (tmp_path / "wood grain.png").write_text("1")
-    before = assets_on_disk.signature(path)
-    (tmp_path / "thing.mtl").write_text("newmtl b\nmap_Kd wood grain.png\n")
-    changed = assets_on_disk.signature(path)
-    assert changed != before
-    assert len(changed) == 3
-    (tmp_path / "wood grain.png").write_text("12")
-    assert assets_on_disk.signature(path) != changed
-
-
-@pytest.mark.parametrize("content", ["", "[]", "{", '{"buffers": 3}', '{"images": [{"uri": 3}]}'])
-def test_a_broken_gltf_is_left_to_the_engine(content: str, tmp_path: Path) -> None:
-    path = tmp_path / "thing.gltf"
-    path.write_text(content)
-    assert len(assets_on_disk.signature(path)) == 1
+    assets_on_disk.check_unchanged([file])
+    (tmp_path / name).write_bytes((tmp_path / name).read_bytes() + b"\n")
+    assert assets_on_disk.signature(file) != before
+    with pytest.raises(EngineFailure, match=f"{name}' changed while the scene was built"):
+        assets_on_disk.check_unchanged([file])
 
 
 def parts_with_a_speck(path: Path) -> Path:

@@ -6,10 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from plugins.mesh_files import codes, diagnose, write
+from plugins.mesh_files import codes, diagnose, named, write
 from unit.checks.test_assets import png
 
-from scenecc.backends.sapien.assets_on_disk import named_by
 from scenecc.checks.mesh_dae import read_dae
 from scenecc.checks.mesh_data import AssetError, Reading, extents
 
@@ -182,10 +181,10 @@ def test_images_are_found_as_those_of_a_material_are(tmp_path: Path) -> None:
     write(folder, "a b.png", png())
     path = painted(folder)
     assert codes(path, "seen") == []
-    assert image in named_by(path)
+    assert named(path) == {"a b.png": image}
     # SAPIEN decodes the escapes of a COLLADA.
     assert codes(painted(folder, ("a b.png", "a%20b.png")), "seen") == []
-    assert image in named_by(path)
+    assert named(path) == {"a b.png": image}
     for outside in ("../secret.png", "%2e%2e/secret.png", "file:///etc/a.png", "/etc/a.png"):
         assert codes(painted(folder, ("a b.png", outside)), "seen") == ["SC419"], outside
     for name in ("100%.png", "a%00b.png"):

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 import trimesh
 from numpy.testing import assert_allclose
-from plugins.mesh_files import TETRA, glb, gltf_document, ply, stl, write
+from plugins.mesh_files import TETRA, checked, glb, gltf_document, ply, stl, write
 from plugins.plan_parts import ROOT
 from unit.checks.test_mesh_dae import DAE
 
 from scenecc.meshes import MeshProblem
 from scenecc.meshes.files import MeshFiles
+from scenecc.plan import AssetFile
 
 MTL = "newmtl glass\nKd 0.2 0.4 0.6\nd 0.5\nKe 0.1 0 0.2\nNs 500\nKs 0.3 0.2 0.1\n"
 
@@ -83,7 +84,7 @@ def test_a_file_is_what_sapien_makes_of_it(name: str, tmp_path: Path) -> None:
 
     path = made(tmp_path, name)
     theirs = render.RenderShapeTriangleMesh(str(path)).parts
-    mine = MeshFiles().parts(path)
+    mine = MeshFiles().parts(checked(path, "seen"))
     assert len(mine) == len(theirs)
     for part, other in zip(mine, theirs, strict=True):
         surface, look, material = part.surface, part.look, other.material
@@ -120,7 +121,7 @@ def test_images_of_a_material_are_those_that_sapien_loads(tmp_path: Path) -> Non
     uvs = "vt 0 0\nvt 1 0\nvt 0 1\n"
     path = write(tmp_path, "m.obj", f"mtllib m.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\n{uvs}f 1/1 2/2 3/3\n")
     theirs = render.RenderShapeTriangleMesh(str(path)).parts[0].material
-    (part,) = MeshFiles().parts(path)
+    (part,) = MeshFiles().parts(checked(path, "seen"))
     for slot in ("base_color", "normal", "emission", "roughness", "metallic", "transmission"):
         image, texture = getattr(part.look, f"{slot}_image"), getattr(theirs, f"{slot}_texture")
         assert (image is None) == (texture is None), slot
@@ -134,7 +135,7 @@ def test_texture_coordinates_are_sapiens(name: str) -> None:
     from sapien import render
 
     path = ROOT / "assets" / name
-    (theirs,), (mine,) = render.RenderShapeTriangleMesh(str(path)).parts, MeshFiles().parts(path)
+    (theirs,), (mine,) = render.RenderShapeTriangleMesh(str(path)).parts, MeshFiles().parts(checked(path, "seen"))
     assert mine.surface.uvs is not None
     there = np.column_stack([theirs.vertices, theirs.get_vertex_uv()])
     here = np.column_stack([mine.surface.vertices, mine.surface.uvs])
@@ -149,25 +150,25 @@ def test_normals_are_those_of_the_file(tmp_path: Path) -> None:
     )
     ball.export(tmp_path / "ball.ply", vertex_normal=True)
     for name in ("ball.glb", "ball.ply"):
-        (part,) = MeshFiles().parts(tmp_path / name)
+        (part,) = MeshFiles().parts(checked(tmp_path / name, "seen"))
         assert part.surface.normals is not None
         lengths = np.linalg.norm(part.surface.vertices, axis=1, keepdims=True)
         assert_allclose(part.surface.normals, part.surface.vertices / lengths, atol=1e-5)
-    (flat,) = MeshFiles().parts(write(tmp_path, "flat.obj", TETRA))
+    (flat,) = MeshFiles().parts(checked(write(tmp_path, "flat.obj", TETRA), "seen"))
     assert flat.surface.normals is None
 
 
 def test_files_with_the_same_content_are_read_once(tmp_path: Path) -> None:
     files = MeshFiles()
-    first, second = write(tmp_path, "a.stl", stl()), write(tmp_path, "b.stl", stl())
+    first, second = (checked(write(tmp_path, f"{name}.stl", stl()), "seen") for name in "ab")
     assert files.parts(first) is files.parts(second)
-    assert files.parts(first) is not files.parts(write(tmp_path, "c.stl", stl(np.eye(4, 3))))
+    assert files.parts(first) is not files.parts(checked(write(tmp_path, "c.stl", stl(np.eye(4, 3))), "seen"))
     # An OBJ is more than its own text.
     (tmp_path / "there").mkdir()
     for folder, blue in ((tmp_path, "0"), (tmp_path / "there", "1")):
         write(folder, "m.mtl", f"newmtl m\nKd 0 0 {blue}\n")
         write(folder, "m.obj", f"mtllib m.mtl\nusemtl m\n{TETRA}")
-    here, there = files.parts(tmp_path / "m.obj"), files.parts(tmp_path / "there" / "m.obj")
+    here, there = (files.parts(checked(folder / "m.obj", "seen")) for folder in (tmp_path, tmp_path / "there"))
     assert [here[0].look.base_color[2], there[0].look.base_color[2]] == [0, 1]
 
 
@@ -180,7 +181,7 @@ def test_a_file_that_cannot_be_read_is_told(name: str, data: str | bytes | None,
     if data is not None:
         write(tmp_path, name, data)
     with pytest.raises(MeshProblem, match=name.partition(".")[0]) as problem:
-        MeshFiles().parts(path)
+        MeshFiles().parts(AssetFile(name, path))
     assert problem.value.code == "SC747"
 
 
@@ -188,7 +189,7 @@ def test_collada_asks_for_its_package(tmp_path: Path, monkeypatch: pytest.Monkey
     path = write(tmp_path, "mesh.dae", DAE)
     monkeypatch.setitem(sys.modules, "collada", None)
     with pytest.raises(MeshProblem, match="pycollada") as problem:
-        MeshFiles().parts(path)
+        MeshFiles().parts(checked(path, "seen"))
     assert problem.value.code == "SC813"
     assert problem.value.hint == 'run `pip install "scenecc[export]"`'
 
@@ -203,9 +204,33 @@ def test_roughness_and_metal_of_one_image_are_told_apart(tmp_path: Path) -> None
     document["materials"] = [{"pbrMetallicRoughness": {"metallicRoughnessTexture": {"index": 0}}}]
     document["meshes"][0]["primitives"][0]["material"] = 0
     path = write(tmp_path, "worn.glb", glb(json.loads(json.dumps(document)), body + image))
-    (part,) = MeshFiles().parts(path)
+    (part,) = MeshFiles().parts(checked(path, "seen"))
     rough, metal = part.look.roughness_image, part.look.metallic_image
     assert rough is not None
     assert metal is not None
     assert (rough.channel, metal.channel) == ("g", "b")
     assert rough.digest == metal.digest
+
+
+def test_nothing_is_read_that_the_check_did_not_find(tmp_path: Path) -> None:
+    """A reader takes this comment for the name of a library; the check and the engine do not."""
+    image = (ROOT / "assets" / "checker.png").read_bytes()
+    write(tmp_path, "secret.mtl", "newmtl a\nKd 0 0 1\nmap_Kd secret.png\n")
+    write(tmp_path, "secret.png", image)
+    (tmp_path / "scene").mkdir()
+    uvs = "vt 0 0\nvt 1 0\nvt 0 1\n"
+    faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1 2/2 3/3\n"
+    path = write(tmp_path / "scene", "a.obj", f"# mtllib ../secret.mtl\n{uvs}usemtl a\n{faces}")
+    (part,) = MeshFiles().parts(checked(path, "seen"))
+    assert part.look.base_color[:3] != (0, 0, 1)
+    # What the reader makes of a mesh without a material, and not what lies outside.
+    assert part.look.base_color_image is None or part.look.base_color_image.pixels.size == (2, 2)
+
+
+def test_a_file_that_changed_since_it_was_checked_is_not_drawn(tmp_path: Path) -> None:
+    path = write(tmp_path, "a.stl", stl())
+    file = checked(path, "seen")
+    write(tmp_path, "a.stl", stl(np.eye(4, 3)))
+    with pytest.raises(MeshProblem, match="changed") as problem:
+        MeshFiles().parts(file)
+    assert problem.value.code == "SC422"

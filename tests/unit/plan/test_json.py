@@ -56,7 +56,7 @@ def test_any_plan_comes_back_and_its_text_is_canonical(plan: ScenePlan) -> None:
     again = load(text)
     assert again == plan
     assert plan_to_json(again) == text
-    assert json.loads(text)["scenecc_plan"] == 1
+    assert json.loads(text)["scenecc_plan"] == 2
 
 
 @pytest.mark.filterwarnings("ignore:Generating overly large repr")
@@ -104,7 +104,7 @@ def test_what_is_outside_a_plans_identity_is_not_written() -> None:
         for item in dataclasses.fields(cls)
         if item.name not in {slot.name for slot in slots(cls)}
     }
-    assert {name for _, name in left_out} == {"origin", "limits_origin", "path"}
+    assert {name for _, name in left_out} == {"origin", "limits_origin", "path", "state"}
 
 
 def ball(value: Any = 0.1, **options: Any) -> ScenePlan:
@@ -138,7 +138,7 @@ def test_the_sign_of_a_zero_survives_in_a_value() -> None:
 def test_a_plan_reads_like_this() -> None:
     assert plan_to_json(ball(at=per_scene([[0, 0, 1, 1, 0, 0, 0], [0, 0, 2, 1, 0, 0, 0]]))) == (
         """{
-  "scenecc_plan": 1,
+  "scenecc_plan": 2,
   "name": "p",
   "num_scenes": 2,
   "entities": [

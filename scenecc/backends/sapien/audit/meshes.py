@@ -88,8 +88,8 @@ class Meshes:
 
     def _parts_path(self, file: int, params: CoacdParams | None, signs: Signs) -> str:
         def path() -> str:
-            whole = self._plan.files[file].path
-            return mirrored(str(whole if params is None else decompose(whole, params)), signs, parts=True)
+            whole = self._plan.files[file]
+            return mirrored(str(whole.path if params is None else decompose(whole, params)), signs, parts=True)
 
         return self._once(("path", file, params, signs), path)
 

@@ -1,0 +1,40 @@
+"""Opening of files whose names come from others: of a scene, an asset, a plan."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from typing import BinaryIO
+
+State = tuple[int, int, int, int, int]
+"""Device, inode, size, and when its content and anything about it last changed [ns]: tells that a file changed."""
+
+
+def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
+    """A regular file, open for reading. Never waits, as a named pipe would make it wait for someone to write.
+
+    Raises:
+        OSError: it cannot be opened, or is a folder (`IsADirectoryError`), a pipe, a socket or a device.
+    """
+    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    mode = os.fstat(handle).st_mode
+    if stat.S_ISREG(mode):
+        return os.fdopen(handle, "rb")
+    os.close(handle)
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
+    raise OSError(errno.EINVAL, "this is a pipe or a device, not a file", os.fspath(path))
+
+
+def state_of(status: os.stat_result) -> State:
+    """The state that a file is in."""
+    return (status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
+
+
+def state_now(path: str | os.PathLike[str]) -> State | None:
+    """The state that a file is in; None where it is gone."""
+    try:
+        return state_of(os.stat(path))  # noqa: PTH116 - a path of either kind
+    except OSError:
+        return None
