@@ -6,7 +6,7 @@ import struct
 from collections.abc import Callable
 from typing import TYPE_CHECKING, BinaryIO
 
-from scenecc.checks.image_exr import MAGIC, exr_size
+from scenecc.checks.image_exr import MAGIC, check_exr, exr_size
 from scenecc.checks.image_jpeg import check_jpeg, jpeg_size
 from scenecc.checks.image_ktx import MAGICS, ktx_size
 from scenecc.checks.image_plain import bmp_size, check_bmp, check_hdr, check_tga, hdr_size, is_tga
@@ -94,7 +94,7 @@ def _kind(head: bytes) -> str:
 def _check_pixels(file: BinaryIO, suffix: str) -> None:
     """Reads an image to its end."""
     file.seek(0)
-    check = None if suffix in _BY_SUFFIX else _CHECKS[_kind(file.read(32))]
+    check = _CHECKS.get(suffix if suffix in _BY_SUFFIX else _kind(file.read(32)))
     file.seek(0)
     if check is not None:
         check(file)
@@ -110,4 +110,11 @@ _STARTS = {
     MAGICS[0]: ".ktx",
     MAGICS[1]: ".ktx",
 }
-_CHECKS = {"png": check_png, "jpeg": check_jpeg, "bmp": check_bmp, "hdr": check_hdr, "tga": check_tga}
+_CHECKS = {
+    ".exr": check_exr,
+    "png": check_png,
+    "jpeg": check_jpeg,
+    "bmp": check_bmp,
+    "hdr": check_hdr,
+    "tga": check_tga,
+}
