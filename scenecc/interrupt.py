@@ -71,7 +71,7 @@ def child(command: list[str], **options: Any) -> Generator[subprocess.Popen[byte
 
     with undoing() as undo:
         with interrupts_wait():
-            process: subprocess.Popen[bytes] = subprocess.Popen(command, **options)  # noqa: S603 - who calls this knows what it is
+            process: subprocess.Popen[Any] = subprocess.Popen(command, **options)  # noqa: S603 - known to who calls this
             undo.callback(process.kill)
         try:
             yield process

@@ -17,7 +17,7 @@ from urllib.parse import unquote
 
 from scenecc.checks.asset_image import IMAGE_SUFFIXES, check_image, image_size
 from scenecc.checks.judged import rows
-from scenecc.checks.mesh_data import AssetError, MeshData, Reading, Reference
+from scenecc.checks.mesh_data import AssetError, MeshData, Reading, Reference, Total
 from scenecc.checks.mesh_mtl import in_place_of, mtl_images
 from scenecc.checks.mesh_read import MESH_SUFFIXES, SEEN_SUFFIXES, read_mesh
 from scenecc.checks.mesh_rules import check_use
@@ -65,6 +65,7 @@ class _Checker:
     sink: Sink
     resolve_named: ResolveNamed
     max_bytes: int
+    total: Total
     read: dict[Path, tuple[str, State]] = field(default_factory=dict["Path", "tuple[str, State]"])
 
 
@@ -73,7 +74,8 @@ def check_assets(
     sink: Sink,
     *,
     resolve_named: ResolveNamed,
-    max_asset_bytes: int = 256 * 2**20,
+    max_asset_bytes: int = 64 * 2**20,
+    max_assets_bytes: int = 512 * 2**20,
     file_origins: Mapping[int, Origin] | None = None,
 ) -> tuple[AssetFile, ...]:
     """Reports every file of a plan that SAPIEN could not use as the plan says, or that is not what the plan knows.
@@ -83,13 +85,14 @@ def check_assets(
         sink: where faults go.
         resolve_named: finds the files that an asset names (MTL, textures, buffers), inside what the scene may read.
         max_asset_bytes: the limit `asset_bytes`, of a file and of what it unpacks to [bytes].
+        max_assets_bytes: the limit `assets_bytes`, of all files that are read and of their triangles [bytes].
         file_origins: the node that names a file, by its index in `plan.files`. Textures are reported there; without
             it, at the first shape that uses the material.
 
     Returns:
         The plan's files with what was read of them: hashes, and those that they name in turn.
     """
-    checker = _Checker(sink, resolve_named, max_asset_bytes)
+    checker = _Checker(sink, resolve_named, max_asset_bytes, Total(max_assets_bytes))
     uses: dict[int, dict[Use, Origin]] = {}
     for index, use, origin in _uses(plan, file_origins or {}):
         uses.setdefault(index, {}).setdefault(use, origin)
@@ -245,7 +248,7 @@ def _read(checker: _Checker, asset: AssetFile, named: dict[str, Path]) -> MeshDa
         path = named[reference.uri] = _named(checker, asset, reference)
         return _bytes(checker, path)
 
-    reading = Reading(open_named, checker.max_bytes)
+    reading = Reading(open_named, checker.max_bytes, checker.total)
     return read_mesh(_bytes(checker, asset.path), suffix, reading)
 
 
@@ -341,6 +344,7 @@ def _bytes(checker: _Checker, path: Path) -> bytes:
             f"{path.name} has {state[2]} bytes, and the limit asset_bytes is {checker.max_bytes}",
             "make it smaller, or raise the limit with --limit asset_bytes=N",
         )
+    checker.total.take(len(data))
     checker.read[path] = sha256(data).hexdigest(), state
     return data
 

@@ -15,6 +15,11 @@ from scenecc.checks.image_size import ImageSize, exactly
 _FRAMES = {0xC0, 0xC1, 0xC2}
 _TABLES = {0xC4, 0xDB, 0xDD}
 _PASSED = {0xFE, *range(0xE0, 0xF0)}
+_MOST_TABLES, _MOST_SCANS = 1024, 128
+"""Pictures have 4 of the one and 10 of the other; each takes its time, however small it is."""
+_MOST_BLOCKS = 1_000_000
+"""How many blocks of 8 × 8 pixels are looked at, those of each scan counted: half a dozen seconds. A picture of 16
+million pixels has fewer; of what lies beyond, the headers alone are looked at."""
 _MARKER = re.compile(rb"\xff+[^\xff\x00\xd0-\xd7]")
 """What ends a scan: neither a byte 0xFF of its own, nor a restart."""
 _RESTART = re.compile(rb"\xff+([\xd0-\xd7])")
@@ -29,6 +34,7 @@ class _Picture:
         steps: the steps of the lowest frequency, by table.
         every: how many steps of a scan stand between two restarts; 0: all.
         shared: how many steps a scan of several colours has.
+        tables, scans, blocks: how many of each there were.
     """
 
     codes: dict[tuple[int, int], Table] = field(default_factory=dict[tuple[int, int], Table])
@@ -37,6 +43,9 @@ class _Picture:
     components: dict[int, Component] = field(default_factory=dict[int, Component])
     progressive: bool = False
     shared: int = 0
+    tables: int = 0
+    scans: int = 0
+    blocks: int = 0
 
 
 def jpeg_size(file: BinaryIO) -> ImageSize:
@@ -97,6 +106,9 @@ def _tables(marker: int, body: bytes, picture: _Picture) -> None:
     at = 0
     while at < len(body):
         kind, number = divmod(body[at], 16)
+        picture.tables += 1
+        if picture.tables > _MOST_TABLES:
+            raise ValueError(f"it has more than {_MOST_TABLES} tables")
         sizes = body[at + 1 : at + 17]
         size = 17 + sum(sizes) if marker == 0xC4 else 129 if kind else 65
         if kind > 1 or number > 3 or at + size > len(body):
@@ -156,7 +168,13 @@ def _scan(body: bytes, picture: _Picture, file: BinaryIO) -> set[int]:
         shown.append((component, dc, ac))
     alone = shown[0][0]
     total = picture.shared if count > 1 else alone.across * alone.down
-    check_codes(_pieces(file), scan, shown, total, picture.every)
+    picture.scans += 1
+    picture.blocks += total * sum(component.per if count > 1 else 1 for component, _, _ in shown)
+    if picture.scans > _MOST_SCANS:
+        raise ValueError(f"it has more than {_MOST_SCANS} scans")
+    pieces = _pieces(file)
+    if picture.blocks <= _MOST_BLOCKS:
+        check_codes(pieces, scan, shown, total, picture.every)
     return set(numbers)
 
 

@@ -14,6 +14,8 @@ _DEPTHS = {0: (1, 2, 4, 8, 16), 2: (8, 16), 3: (1, 2, 4, 8), 4: (8, 16), 6: (8, 
 _PASSES = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2))
 """Of an interlaced picture: first column and row of each pass, and the steps between its columns and rows."""
 _PIECE = 1 << 20
+_MOST_CHUNKS = 2**16
+"""A large file of empty ones would take its time."""
 
 
 def png_size(file: BinaryIO) -> tuple[ImageSize, int, int]:
@@ -40,14 +42,15 @@ def check_png(file: BinaryIO) -> None:
     file.seek(4, 1)
     rows = _Rows(size, bits, interlaced)
     palette = 0
-    seen: list[bytes] = []
-    while True:
+    seen, before = set[bytes](), b""
+    for _ in range(_MOST_CHUNKS):
         kind, body = _chunk(file)
         if kind == b"IEND":
-            break
+            rows.end()
+            return
         first = kind not in seen
         if kind == b"IDAT":
-            if not first and seen[-1] != kind:
+            if not first and before != kind:
                 raise ValueError("its pixels stand in pieces among other chunks")
             if indexed and not palette:
                 raise ValueError("it has no palette")
@@ -62,8 +65,9 @@ def check_png(file: BinaryIO) -> None:
             _check_transparent(len(body), bits, palette, indexed=indexed)
         elif not kind[0] & 0x20:
             raise ValueError(f"it has the chunk {kind!r}, which no reader knows")
-        seen.append(kind)
-    rows.end()
+        seen.add(kind)
+        before = kind
+    raise ValueError(f"it has more than {_MOST_CHUNKS} chunks")
 
 
 def _chunk(file: BinaryIO) -> tuple[bytes, bytes]:

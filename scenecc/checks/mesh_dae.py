@@ -47,7 +47,7 @@ def read_dae(data: bytes, reading: Reading) -> MeshData:
     Raises:
         AssetError: it is not what COLLADA says, or too large, or holds what is not read.
     """
-    budget = Budget(reading.max_bytes)
+    budget = Budget(reading.max_bytes, reading.total)
     file = _File(parse_mesh_xml(data, budget), budget)
     try:
         _check_kind(file.root)

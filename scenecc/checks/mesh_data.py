@@ -16,6 +16,9 @@ _NUMBER = re.compile(r"(?i)[-+]?(?:[0-9]{1,18}(?:\.[0-9]*)?(?:e([-+]?[0-9]{1,3})
 """What the engine's readers take for the same number; digits beyond these overflow there."""
 _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
 _LONE_RETURN = re.compile(rb"\r(?![\r\n])")
+_AT_ONCE = 2**18
+"""How many triangles or points are measured at once: numbers in between take several times their size."""
+
 _INTEGER = re.compile(r"[-+]?[0-9]{1,12}")
 
 
@@ -47,17 +50,46 @@ OpenNamed = Callable[[Reference], bytes]
 """Reads a file that the asset names. Raises `AssetError`."""
 
 
+@dataclass(slots=True)
+class Total:
+    """Counts what is read for one scene.
+
+    Attributes:
+        most: how much that may be (limit `assets_bytes`) [bytes].
+        taken: how much it was.
+    """
+
+    most: int
+    taken: int = 0
+
+    def take(self, size: int) -> None:
+        """Counts so many bytes.
+
+        Raises:
+            AssetError: they are too many.
+        """
+        self.taken += size
+        if self.taken > self.most:
+            raise AssetError(
+                "SC607",
+                f"with it, the files of the scene and their triangles take more than {self.most} bytes",
+                "use fewer or simpler meshes, or raise the limit with --limit assets_bytes=N",
+            )
+
+
 @dataclass(frozen=True, slots=True)
 class Reading:
     """How a mesh is read.
 
     Attributes:
         open_named: reads a file that it names.
-        max_bytes: how much its triangles may take in memory [bytes].
+        max_bytes: size of the largest file [bytes]; its triangles take a few times as much in memory.
+        total: counts what all meshes of a scene take [bytes]; None: nothing does.
     """
 
     open_named: OpenNamed
     max_bytes: int
+    total: Total | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,18 +187,29 @@ def part(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> Part:
 
 def extents(vertices: NDArray[np.float32]) -> tuple[float, float]:
     """Thickness and length of a cloud of finite points, along its principal axes [m]."""
-    centred = vertices.astype(np.float64) - vertices.mean(axis=0, dtype=np.float64)
-    axes = np.linalg.eigh(centred.T @ centred)[1]
-    along = centred @ axes
-    size = along.max(axis=0) - along.min(axis=0)
+    centre = vertices.mean(axis=0, dtype=np.float64)
+    pieces = range(0, len(vertices), _AT_ONCE)
+    spread = np.zeros((3, 3))
+    for start in pieces:
+        centred = vertices[start : start + _AT_ONCE] - centre
+        spread += centred.T @ centred
+    axes = np.linalg.eigh(spread)[1]
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for start in pieces:
+        along = (vertices[start : start + _AT_ONCE] - centre) @ axes
+        low, high = np.minimum(low, along.min(axis=0)), np.maximum(high, along.max(axis=0))
+    size = high - low
     return float(size.min()), float(size.max())
 
 
 def area(mesh: Part) -> float:
     """Area of the triangles [m²]."""
-    corners = mesh.vertices.astype(np.float64)[mesh.faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return float(np.linalg.norm(normals, axis=1).sum() / 2)
+    total = 0.0
+    for start in range(0, len(mesh.faces), _AT_ONCE):
+        corners = mesh.vertices[mesh.faces[start : start + _AT_ONCE]].astype(np.float64)
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        total += float(np.linalg.norm(normals, axis=1).sum() / 2)
+    return total
 
 
 def connected(mesh: Part) -> tuple[Part, ...]:

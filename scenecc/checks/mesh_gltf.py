@@ -17,6 +17,7 @@ import numpy as np
 
 from scenecc.checks.mesh_data import AssetError, MeshData, Part, Reading, Reference, part
 from scenecc.checks.mesh_gltf_rules import COMPONENTS, WIDTHS, read_document
+from scenecc.checks.mesh_text import Budget
 from scenecc.plan.json_object import RepeatedKeyError
 
 if TYPE_CHECKING:
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
 
 _PACKED = {"KHR_draco_mesh_compression", "EXT_meshopt_compression"}
 _DEEPEST = 200
+_VALUE_BYTES, _NODE_BYTES, _WIDEST = 64, 1024, 8
+"""About what a value of the JSON takes, what a node counts for, and what a number takes at most [bytes]."""
+
 _MALFORMED = (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError, RecursionError)
 
 
@@ -33,18 +37,8 @@ class _File:
     binary: bool
     chunk: bytes | None
     reading: Reading
+    budget: Budget
     buffers: dict[int, bytes] = field(default_factory=dict[int, bytes])
-    unpacked: int = 0
-
-    def unpack(self, size: int) -> None:
-        """Counts what is made in memory: a mesh may be placed, and an accessor named, any number of times."""
-        self.unpacked += size
-        if self.unpacked > self.reading.max_bytes:
-            raise AssetError(
-                "SC607",
-                f"the triangles of the glTF take more than {self.reading.max_bytes} bytes",
-                "simplify it, or raise the limit with --limit asset_bytes=N",
-            )
 
 
 def read_gltf(data: bytes, reading: Reading) -> MeshData:
@@ -58,11 +52,12 @@ def read_gltf(data: bytes, reading: Reading) -> MeshData:
         AssetError: the file is not what glTF says, or too large, or a buffer cannot be read.
     """
     try:
-        document, chunk = _split(data)
+        budget = Budget(reading.max_bytes, reading.total)
+        document, chunk = _split(data, budget)
         packed = _PACKED & set(document.get("extensionsUsed", ()))
         if packed:
             raise AssetError("SC410", f"the glTF is packed with {min(packed)}", "export it without mesh compression")
-        file = _File(document, data[:4] == b"glTF", chunk, reading)
+        file = _File(document, data[:4] == b"glTF", chunk, reading, budget)
         parts = _parts(file)
         _check_motion(file)
         images: list[dict[str, Any]] = document.get("images", [])
@@ -83,7 +78,7 @@ def _said(error: Exception) -> str:
     return "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
 
 
-def _split(data: bytes) -> tuple[dict[str, Any], bytes | None]:
+def _split(data: bytes, budget: Budget) -> tuple[dict[str, Any], bytes | None]:
     chunk = None
     if data[:4] == b"glTF":
         version, length = struct.unpack_from("<II", data.ljust(12, b"\0"), 4)
@@ -102,6 +97,7 @@ def _split(data: bytes) -> tuple[dict[str, Any], bytes | None]:
             chunk = data[start + 8 : start + 8 + size]
     else:
         text = data
+    budget.take(_VALUE_BYTES * sum(map(text.count, (b",", b"[", b"{"))))
     document = read_document(text)
     version = document["asset"]["version"]
     if not version.startswith("2."):
@@ -133,6 +129,7 @@ def _parts(file: _File) -> tuple[Part, ...]:
         if index in seen or depth > _DEEPEST:
             raise ValueError("its nodes are no tree, or one of great depth")
         seen.add(index)
+        file.budget.take(_NODE_BYTES)
         node = nodes[index]
         place = above @ _matrix(node)
         waiting.extend((child, place, depth + 1) for child in node.get("children", ()))
@@ -141,7 +138,7 @@ def _parts(file: _File) -> tuple[Part, ...]:
         mesh = node["mesh"]
         if mesh not in primitives:
             primitives[mesh] = [_primitive(file, item) for item in document["meshes"][mesh]["primitives"]]
-        file.unpack(sum(one.vertices.nbytes for one in primitives[mesh]))
+        file.budget.take(sum(one.vertices.nbytes for one in primitives[mesh]))
         parts.extend(_moved(one, place) for one in primitives[mesh] if len(one.faces))
     return tuple(parts)
 
@@ -210,10 +207,14 @@ def _primitive(file: _File, primitive: dict[str, Any]) -> Part:
     if "indices" in primitive:
         index = _accessor(file, primitive["indices"], (5121, 5123, 5125), ("SCALAR",)).astype(np.int64).ravel()
     else:
+        file.budget.take(8 * len(vertices))
         index = np.arange(len(vertices), dtype=np.int64)
     if not len(index) or int(index.max()) >= len(vertices):
         raise ValueError("a primitive has no indices, or one of a vertex that is not there")
-    return part(vertices, _faces(primitive.get("mode", 4), index))
+    mode = primitive.get("mode", 4)
+    if mode in {5, 6}:
+        file.budget.take(24 * len(index))
+    return part(vertices, _faces(mode, index))
 
 
 def _attributes(file: _File, named: dict[str, Any], *, of_target: bool = False) -> dict[str, NDArray[Any]]:
@@ -256,7 +257,8 @@ def _accessor(file: _File, number: int, kinds: tuple[int, ...], widths: tuple[st
         raise ValueError(f"accessor {number} has no rows")
     width, kind = WIDTHS[accessor["type"]], COMPONENTS[accessor["componentType"]]
     count = accessor["count"]
-    file.unpack(count * width * np.dtype(kind).itemsize)
+    # A mesh may be placed, and an accessor named, any number of times, and numbers are made wider than they are stored.
+    file.budget.take(count * width * _WIDEST)
     sparse = accessor.get("sparse")
     if "bufferView" in accessor:
         packed = sparse is not None
@@ -313,6 +315,7 @@ def _buffer(file: _File, number: int) -> bytes:
             data = _data_uri(uri)
         if not (buffer["byteLength"] <= len(data) if uri is None else buffer["byteLength"] == len(data)):
             raise ValueError("a buffer is not as long as it says")
+        file.budget.take(len(data))
         file.buffers[number] = data
     return file.buffers[number]
 
@@ -320,7 +323,9 @@ def _buffer(file: _File, number: int) -> bytes:
 def _embedded(file: _File, image: dict[str, Any]) -> bytes:
     if "uri" in image:
         return _data_uri(image["uri"])
-    return bytes(_view_bytes(file, file.document["bufferViews"][image["bufferView"]]))
+    view = _view_bytes(file, file.document["bufferViews"][image["bufferView"]])
+    file.budget.take(len(view))
+    return bytes(view)
 
 
 def _data_uri(uri: str) -> bytes:

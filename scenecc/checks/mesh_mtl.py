@@ -11,6 +11,7 @@ from scenecc.checks.mesh_text import Lines, words
 if TYPE_CHECKING:
     from pathlib import Path
 
+_MOST_LINES = 100_000
 _MAPS = re.compile(r"(?i)(?:map_|bump|norm|disp|decal|refl)[^ \t]*[ \t]+(.*)")
 """SAPIEN's reader looks at the first letters of the word alone, and takes all that follows it for the name."""
 _NUMBERS = re.compile(r"([kK][adse]|Tf|Ps)|disp|[da]|Tr|[nN][si]|P[rm]|Pcr?")
@@ -31,6 +32,8 @@ def mtl_images(data: bytes) -> tuple[Reference, ...]:
         AssetError: it is no text, SAPIEN reads a line of it otherwise, or it lacks a number, which ends the loading of
             the whole mesh.
     """
+    if data.count(b"\n") > _MOST_LINES:
+        raise AssetError("SC607", f"the MTL has more than {_MOST_LINES} lines", "leave materials out that nothing uses")
     names: dict[str, None] = {}
     row = 0
     try:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenecc.checks.mesh_data import AssetError, MeshData, Reading, Reference, number, part
-from scenecc.checks.mesh_text import NUMBER, Budget, Lines, floats, integers, run_of, words
+from scenecc.checks.mesh_text import NUMBER, ROW_BYTES, Budget, Lines, floats, integers, run_of, words
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -51,7 +51,7 @@ def read_obj(data: bytes, reading: Reading) -> MeshData:
     Raises:
         AssetError: a line cannot be read, or the triangles are too large.
     """
-    mesh = _Mesh(Budget(reading.max_bytes))
+    mesh = _Mesh(Budget(reading.max_bytes, reading.total))
     row = 0
     try:
         lines = Lines(_joined(data))
@@ -181,6 +181,7 @@ def _line(line: str, mesh: _Mesh) -> None:
     """A line that is not of the usual kinds."""
     if not line.strip(" \t") or line[0] == "#":
         return
+    mesh.budget.take(ROW_BYTES)
     if line[0] in " \t":
         raise ValueError("it begins with a blank, and SAPIEN's reader skips such lines")
     word, *rest = words(line)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.checks.mesh_data import AssetError, MeshData, Reading, integer, number, part, plain_text
-from scenecc.checks.mesh_text import INDEX, LONGEST_RUN, NUMBER, Budget, Lines, floats, integers, run_of
+from scenecc.checks.mesh_text import INDEX, LONGEST_RUN, NUMBER, ROW_BYTES, Budget, Lines, floats, integers, run_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -63,7 +63,7 @@ def read_ply(data: bytes, reading: Reading) -> MeshData:
     Raises:
         AssetError: the header is not what PLY says, or the data does not hold what the header claims.
     """
-    budget = Budget(reading.max_bytes)
+    budget = Budget(reading.max_bytes, reading.total)
     try:
         order, elements, start = _header(data)
         if order and data[start : start + 1] in {b"\n", b"\r"}:
@@ -213,7 +213,7 @@ def _add_fan(corners: Sequence[float], triangles: array[int], budget: Budget) ->
     if len(corners) < 3:
         # SAPIEN does not survive these.
         raise ValueError("a face has fewer than three corners")
-    budget.take(24 * (len(corners) - 2))
+    budget.take(24 * (len(corners) - 2) + ROW_BYTES)
     index = [int(corner) for corner in corners]
     for i in range(1, len(index) - 1):
         triangles.extend((index[0], index[i], index[i + 1]))
@@ -242,7 +242,7 @@ def _text(data: bytes, start: int, elements: list[_Element], budget: Budget) -> 
             row = _row(_words(lines), element)
             left -= 1
             if axes:
-                budget.take(24)
+                budget.take(24 + ROW_BYTES)
                 numbers.extend(row)
         yield element.name, np.frombuffer(numbers).reshape(-1, 3)
     if lines.filled() is not None:

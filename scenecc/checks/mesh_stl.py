@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenecc.checks.mesh_data import AssetError, MeshData, Reading, number, part
-from scenecc.checks.mesh_text import NUMBER, Budget, Lines, floats, line_of, run_of
+from scenecc.checks.mesh_text import NUMBER, ROW_BYTES, Budget, Lines, floats, line_of, run_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -52,7 +52,7 @@ def read_stl(data: bytes, reading: Reading) -> MeshData:
     Raises:
         AssetError: it is neither a whole binary STL nor a whole text one.
     """
-    budget = Budget(reading.max_bytes)
+    budget = Budget(reading.max_bytes, reading.total)
     count = int.from_bytes(data[80:84], "little")
     if len(data) >= 84 and len(data) == 84 + 50 * count:
         corners = np.frombuffer(data, _FACET, count, 84)["corners"].reshape(-1, 3)
@@ -88,7 +88,7 @@ def _text_corners(data: bytes, budget: Budget) -> NDArray[np.float32]:
                 break
             words += _words(line.lower())
             if len(words) >= _TEXT_FACET:
-                budget.take(36)
+                budget.take(36 + 7 * ROW_BYTES)
                 with np.errstate(over="ignore"):
                     corners.frombytes(np.array(_facet(words[:_TEXT_FACET])).astype(np.float32).tobytes())
                 del words[:_TEXT_FACET]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenecc.checks.mesh_data import AssetError, check_plain
+from scenecc.checks.mesh_data import AssetError, Total, check_plain
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -105,6 +105,9 @@ class Lines:
         return line
 
 
+ROW_BYTES = 256
+"""What a line or row that is read word by word counts for, beside what it holds: it takes time."""
+
 _TIMES = 3
 """Arrays take up to three times the file of which they are all: `f 1 2 3` is eight bytes, and 24 as integers."""
 
@@ -112,8 +115,9 @@ _TIMES = 3
 class Budget:
     """Counts what a mesh takes in memory, before it is made: a file may ask for far more than its own size."""
 
-    def __init__(self, max_bytes: int) -> None:
+    def __init__(self, max_bytes: int, total: Total | None = None) -> None:
         self._max_bytes = _TIMES * max_bytes
+        self._total = total
         self._used = 0
 
     def take(self, size: int) -> None:
@@ -122,6 +126,8 @@ class Budget:
         Raises:
             AssetError: they are too many.
         """
+        if self._total is not None:
+            self._total.take(size)
         self._used += size
         if self._used > self._max_bytes:
             raise AssetError(

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from scenecc.expand.contents import count_values
+from scenecc.expand.contents import count_values, weight
 from scenecc.expand.names import BUILTIN, DEFAULT, Meaning, Names, check_free
 from scenecc.expand.params import Param, read_param
-from scenecc.expand.patterns import SHAPE_LISTS, Axes, Compiler, Pattern
-from scenecc.expand.run import PER_OBJECT, Budget, Run
+from scenecc.expand.patterns import Axes, Compiler, Pattern
+from scenecc.expand.run import Budget, Run
 from scenecc.spec.base import NOTE_PREFIX
-from scenecc.spec.plain import is_mapping, is_sequence
+from scenecc.spec.plain import is_mapping
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -168,7 +168,7 @@ class _ModuleCompiler:
     def _weight(self, sections: Iterable[Mapping[str, Written]], units: list[WrittenUnit]) -> int:
         params = self._module.section("params").values()
         count = sum(1 + count_values(entry.node) for entry in params) // _PER_PARAMETER
-        count += sum(_weight(made.node) for nodes in sections for made in nodes.values())
+        count += sum(weight(made.node) for nodes in sections for made in nodes.values())
         return count + sum(unit.weight for unit in units if unit.axes is None and unit.use is None)
 
     def _run(self, part: Part) -> Run:
@@ -240,9 +240,7 @@ class _ModuleCompiler:
             node if inner is None else inner.node, inner if inner and inner.patterns else None, entry.part, path
         )
         condition, namer, selection = (self._fixed(node, key, entry, compiler) for key in ("if", "name", "scene_idxs"))
-        return WrittenUnit(
-            section, name, body, axes, condition, namer, selection, use, max(_weight(node), _shapes(node))
-        )
+        return WrittenUnit(section, name, body, axes, condition, namer, selection, use, weight(node))
 
     def _needs_repeat(self, node: dict[str, Any], entry: Entry) -> None:
         if "name" in node:
@@ -278,20 +276,6 @@ class _ModuleCompiler:
 
 _PER_PARAMETER = 4
 """How many values in the declarations of parameters count as an object."""
-
-
-def _weight(node: Any) -> int:
-    """For how many objects something counts that has a name."""
-    return max(1, count_values(node) // PER_OBJECT)
-
-
-def _shapes(node: Any) -> int:
-    """How many shapes an entity has as written, in all of its variants or links."""
-    count = sum(len(node[key]) for key in SHAPE_LISTS if is_sequence(node.get(key)))
-    if is_mapping(root := node.get("root")):
-        count += _shapes(root)
-    parts = node.get("variants", node.get("children"))
-    return count + sum(map(_shapes, filter(is_mapping, parts))) if is_sequence(parts) else count
 
 
 def _itself(name: str, names: Names) -> dict[str, Meaning]:

@@ -13,6 +13,22 @@ from scenecc.values.template import Template
 if TYPE_CHECKING:
     from scenecc.diagnostics import Path
 
+SHAPE_LISTS = frozenset(("shapes", "collisions", "visuals"))
+"""Keys of the lists whose items may be repeated."""
+
+_PER_OBJECT = 8
+"""How many values count as an object."""
+
+_FORM = 4
+"""How many values a form counts for beside those that it holds."""
+
+_ROBOTS = frozenset(("root", "urdf", "mjcf"))
+_ROBOT = 8
+"""For how many objects a robot counts beside its shapes."""
+
+_CHARACTERS = 64
+"""How many characters of a text that was made count as an object."""
+
 _PER_VALUE = 8
 """How many characters of an expression count as one more value: each may be an operation."""
 
@@ -27,11 +43,35 @@ def count_values(node: Any, most: int | None = None) -> int:
         item = waiting.pop()
         if is_mapping(item):
             waiting += item.values()
+            if not VARIATION_FORMS.isdisjoint(item):
+                count += _FORM
         elif is_sequence(item):
             waiting += item
         else:
             count += 1 + (len(item) // _PER_VALUE if isinstance(item, str) and "${" in item else 0)
     return count + len(waiting)
+
+
+def weight(node: Any) -> int:
+    """For how many objects something counts that has a name: for each of its shapes, and more where it is long."""
+    if not is_mapping(node):
+        return max(1, count_values(node) // _PER_OBJECT)
+    robot = _ROBOT if not _ROBOTS.isdisjoint(node) else 0
+    return max(1, count_values(node) // _PER_OBJECT, _shapes(node)) + robot
+
+
+def beyond(made: Any) -> int:
+    """For how many objects a text or list counts that an expression gave, beside the object that it is part of."""
+    return len(made) // _CHARACTERS if made.__class__ is str else count_values(made) // _PER_OBJECT
+
+
+def _shapes(node: dict[str, Any]) -> int:
+    """How many shapes an entity has as written, in all of its variants or links."""
+    count = sum(len(node[key]) for key in SHAPE_LISTS if is_sequence(node.get(key)))
+    if is_mapping(root := node.get("root")):
+        count += _shapes(root)
+    parts = node.get("variants", node.get("children"))
+    return count + sum(map(_shapes, filter(is_mapping, parts))) if is_sequence(parts) else count
 
 
 def is_varying(value: Any) -> bool:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.words import cut, suggest
+from scenecc.expand.written import holds_no_more
 from scenecc.source.paths import AssetScope, has_package, resolve
 from scenecc.source.read import read_text
 from scenecc.source.text import read_bytes
@@ -93,9 +94,11 @@ def scene_loader(scope: AssetScope, limits: Limits, sink: Sink) -> Load:
     which stands for the edition of that prefab that is used here; see `edition_here`.
     """
     read: dict[str, SceneDocument | None] = {}
+    total = 0
 
     def load(reference: str, owner: SceneDocument, place: Origin) -> SceneDocument | None:
         """A `Load` that reads each file once, however it is named."""
+        nonlocal total
         uri, shown = owner.reference(reference), None
         if reference.startswith(SHIPPED):
             name = reference[len(SHIPPED) :]
@@ -114,6 +117,12 @@ def scene_loader(scope: AssetScope, limits: Limits, sink: Sink) -> Load:
             tree = posixpath.dirname(uri) if _IN_TREE.match(uri) else None
             shown = shown or (uri if tree is not None else _shown(reference, owner))
             document = _read(found.path, shown, place, limits, sink)
+            total += len(document.text or "") if document is not None else 0
+            if total > limits.text_bytes:
+                message = f"the files that are included and used are longer than {limits.text_bytes} bytes together"
+                hint = "`--limit text_bytes=N` or `limits={'text_bytes': N}` raises the limit"
+                sink.report("SC601", message, place, hint=hint)
+                document = None
             read[identity] = document and SceneDocument(document, found.path.parent, tree, identity)
         return read[identity]
 
@@ -144,6 +153,8 @@ def _read(path: Path, name: str, use: Origin, limits: Limits, sink: Sink) -> Doc
     sink.parent = use
     content = read_bytes(str(path), sink, limits)
     document = None if content is None else read_text(content, name, sink, limits, path=path)
+    if document is not None and not holds_no_more(document, limits, sink):
+        document = None
     sink.parent = None
     return document
 

@@ -78,7 +78,7 @@ def expand(
     instances = Budget("SC604", "instances", "objects", limits.objects)
     scenes = Scenes(_count(head, num_scenes, limits), limits.objects_times_scenes, sink)
     builder = Builder(output, Prefabs(library, sink), scenes, draws, objects, instances, sink)
-    if not _write(builder, compiled, arguments, top, sink):
+    if not _write(builder, compiled, arguments, top, objects, sink):
         return None
     _given(draws, compiled, output, sink)
     if sink.failed:
@@ -128,10 +128,16 @@ def _count(head: Mapping[str, Any], num_scenes: int | None, limits: Limits) -> i
 
 
 def _write(
-    builder: Builder, compiled: CompiledModule, arguments: Mapping[str, Argument], top: SceneDocument, sink: Sink
+    builder: Builder,
+    compiled: CompiledModule,
+    arguments: Mapping[str, Argument],
+    top: SceneDocument,
+    objects: Budget,
+    sink: Sink,
 ) -> bool:
     """Writes all that the top module makes; False, reported, where that is too much."""
     try:
+        objects.take(compiled.weight, Run(top.name, None, {}, objects, sink), ())
         bound = builder.bind(compiled, arguments, scope="", use=Location(PARAMS))
         builder.expand(Scope(compiled, "", "", None, None, dict(bound.values), bound.failed, (top,)), bound)
     except Exhausted:

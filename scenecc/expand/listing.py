@@ -20,6 +20,7 @@ from scenecc.expand.documents import (
     top_document,
 )
 from scenecc.expand.modules import Library
+from scenecc.expand.written import holds_no_more
 from scenecc.source import Limits, read_file
 from scenecc.source.paths import AssetScope
 from scenecc.spec.parse import parse
@@ -88,7 +89,7 @@ def list_params(document: Document, *, load: Load, limits: Limits, sink: Sink) -
     sink.locate = library.locate
     top = top_document(document)
     library.add(top)
-    if parse(document.data, Origin(document.name), sink) is None:
+    if not holds_no_more(document, limits, sink) or parse(document.data, Origin(document.name), sink) is None:
         return None
     module = library.module(top, None)
     params = compile_module(module, None, sink).params if module.good else {}

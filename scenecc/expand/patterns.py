@@ -10,14 +10,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 from scenecc.diagnostics.words import show
-from scenecc.expand.contents import count_values, is_varying
+from scenecc.expand.contents import SHAPE_LISTS, beyond, is_varying, weight
 from scenecc.expand.expansion import Items
 from scenecc.expand.loops import Loop
 from scenecc.expand.names import Meaning, Names, check_free, check_names
-from scenecc.expand.run import PER_OBJECT, Failed
+from scenecc.expand.run import Failed
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.plain import is_mapping, is_sequence
 from scenecc.values.failure import ExpressionError
+from scenecc.values.operations import SEQUENCES
 from scenecc.values.template import Template
 
 if TYPE_CHECKING:
@@ -47,10 +48,14 @@ class Scalar:
         if run.failed and not run.failed.isdisjoint(self.template.names):
             return Failed(self.template.text)
         try:
-            return self.template.bind(run.values)
+            value = self.template.bind(run.values)
         except ExpressionError as error:
             run.fail(error, self.path)
             return Failed(self.template.text)
+        if value.__class__ in SEQUENCES:
+            # A short expression may give a long text or list, and another one in every copy.
+            run.objects.take(beyond(value), run, self.path)
+        return value
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +118,7 @@ class Repeated:
         """The list, longer or shorter; `run.lists` says what its items stand for."""
         made: list[Any] = []
         starts: list[Items] = []
-        for index, (node, pattern, axes, weight) in enumerate(self.items):
+        for index, (node, pattern, axes, counted) in enumerate(self.items):
             if axes is None:
                 starts.append(Items(len(made), index, None))
                 made.append(node if pattern is None else pattern.make(run))
@@ -121,7 +126,7 @@ class Repeated:
             loop = axes.loop(run)
             if loop is None or not loop.count:
                 continue
-            run.objects.take(loop.count * weight - 1, run, axes.path)
+            run.objects.take(loop.count * counted - 1, run, axes.path)
             starts.append(Items(len(made), index, loop))
             made += [node] * loop.count if pattern is None else _copies(pattern, loop, run)
         run.lists[self.below] = tuple(starts)
@@ -267,12 +272,8 @@ class Compiler:
         axes, inner = self.axes(item["repeat"], (*path, "repeat"))
         pattern = inner.entries(item, path, _REPEAT)
         assert pattern is not None
-        weight = max(1, count_values(pattern.node) // PER_OBJECT)
-        return pattern.node, pattern if pattern.patterns else None, axes, weight
+        return pattern.node, pattern if pattern.patterns else None, axes, weight(pattern.node)
 
-
-SHAPE_LISTS = frozenset(("shapes", "collisions", "visuals"))
-"""Keys of the lists whose items may be repeated."""
 
 _HOLD_MORE = frozenset((str, dict, list))
 _REPEAT = frozenset(("repeat",))

@@ -22,9 +22,6 @@ _MOST_SHOWN = 10**18
 _PER_ARGUMENT = 8
 """How many values of an argument count as an object: each is looked through in every use."""
 
-PER_OBJECT = 32
-"""How many values one object may have before it counts as more: what is repeated may be long."""
-
 
 class Failed(str):
     """Stands for a scalar whose value was reported, or reads something that was; nothing more is said about it."""

@@ -128,8 +128,11 @@ def _whole(
 ) -> tuple[SceneFile, Expansion | None] | None:
     """A document as models, with all that it uses; None where it is at fault, as written or expanded."""
     from scenecc.expand.needs import needs_expansion
+    from scenecc.expand.written import holds_no_more
     from scenecc.spec.parse import parse
 
+    if not holds_no_more(document, options.limits, sink):
+        return None
     scene = parse(document.data, Origin(document.name), sink)
     clock.lap("validate")
     if scene is None or sink.failed:
@@ -213,7 +216,7 @@ def _lowered(
         origin=Origin(document.name),
         resolve=resolver(scope, sink, expansion),
         robots=_robots(scope, limits, sink, expansion),
-        bounds=Bounds(limits.scenes, limits.objects, limits.objects_times_scenes),
+        bounds=Bounds(limits.scenes, limits.objects, limits.objects_times_scenes, limits.computed),
         sink=sink,
         names=names,
         selections=selections,
@@ -316,6 +319,7 @@ def _checked(plan: ScenePlan, origins: Origins, scope: AssetScope, limits: Limit
             sink,
             resolve_named=named_resolver(scope),
             max_asset_bytes=limits.asset_bytes,
+            max_assets_bytes=limits.assets_bytes,
             file_origins=file_origins,
         )
         plan = replace(plan, files=files)

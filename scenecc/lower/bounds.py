@@ -25,6 +25,7 @@ class Bounds:
     scenes: int
     objects: int
     objects_times_scenes: int
+    computed: int
 
 
 def within(

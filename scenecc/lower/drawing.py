@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.lower.leaves import Leaves
 from scenecc.values.nodes import Rows
+from scenecc.values.work import TOO_MUCH, Work
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
     from scenecc.values.nodes import Node
     from scenecc.values.supporting import Reader
 
+_AGAIN = 4
+"""How often what is computed may be computed again."""
+
 
 @dataclass(slots=True)
 class Drawing:
@@ -24,6 +28,7 @@ class Drawing:
     Attributes:
         seed, num_scenes: of the batch.
         sink: takes the diagnostics.
+        most: operations that its values may take (limit `computed`).
         draws: the shared draws by their full names; filled before anything reads them.
         pending: the values that the draw stage judges.
         arguments: what parameters are given that it judges.
@@ -38,11 +43,14 @@ class Drawing:
         drawn: whether any value is to be drawn.
         read: how many fields with forms or expressions were read.
         resets: what a reset may change: its value by identity, its node, and what was read of it.
+        foreseen: operations of the draw stage, and those that tell what it can give.
+        computed: operations of the draw stage as they are done; some do again what others have done.
     """
 
     seed: int
     num_scenes: int
     sink: Sink
+    most: int
     draws: dict[str, Node] = field(default_factory=dict[str, "Node"])
     pending: list[Pending] = field(default_factory=list["Pending"])
     arguments: list[Argument] = field(default_factory=list["Argument"])
@@ -58,18 +66,29 @@ class Drawing:
     read: int = 0
     resets: dict[int, Reset] = field(default_factory=dict[int, "Reset"])
     everywhere: tuple[int, ...] = ()
+    foreseen: Work = field(init=False)
+    computed: Work = field(init=False)
     _reader: Reader | None = None
     _leaves: dict[tuple[int, int, str], Leaves] = field(default_factory=dict[tuple[int, int, str], Leaves])
 
     def __post_init__(self) -> None:
         self.everywhere = tuple(range(self.num_scenes))
+        self.foreseen = Work(self.most)
+        self.computed = Work(_AGAIN * self.most)
+
+    def foresee(self, operations: int, origin: Origin) -> None:
+        """Counts what the draw stage will do; once that is too much, it is reported."""
+        within = not self.foreseen.exhausted
+        self.foreseen.done += operations
+        if within and self.foreseen.exhausted:
+            self.sink.report("SC609", self.foreseen.message, origin, hint=TOO_MUCH)
 
     def reader(self) -> Reader:
         """What tells supports, those of the shared draws once."""
         if self._reader is None:
             from scenecc.values.supporting import Reader  # noqa: PLC0415 - loaded where something varies
 
-            self._reader = Reader(self.draws, {}, self.num_scenes)
+            self._reader = Reader(self.draws, {}, self.num_scenes, self.foreseen)
         return self._reader
 
     @property

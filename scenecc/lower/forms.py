@@ -26,6 +26,7 @@ from scenecc.values.forms import (
 )
 from scenecc.values.nodes import NODE_TYPES, Chosen, Computed, Cycled, Drawn, Key, RandomRotated, Rows, Stacked
 from scenecc.values.template import Template
+from scenecc.values.work import of_expression, of_form
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
@@ -233,6 +234,7 @@ class Reading:
         self.reads |= set(names.values())
         reads = tuple(sorted((name, draw) for name, draw in names.items() if name != draw))
         shape = None if kind.convert is not None else kind.shape
+        self._leaves.drawing.foresee(of_expression(given.text, len(self._leaves.scenes)), place.origin)
         return self.risk(Computed(given, shape, reads), place.origin)
 
     def _stacked(self, items: tuple[Any, ...], kind: Kind, place: Place) -> Any:
@@ -274,6 +276,7 @@ class Reading:
         return given if kind.convert is None else self.plain(given, kind, place, step)
 
     def _key(self, place: Place) -> Key:
+        self._leaves.drawing.foresee(of_form(len(self._leaves.scenes)), place.origin)
         return Key(self._section, self._name, place.path)
 
 

@@ -161,7 +161,7 @@ class Leaves:
 
             scenes = np.array(self.scenes, dtype=np.int64)
             drawing = self.drawing
-            self._batch = Batch(scenes, drawing.seed, drawing.num_scenes, drawing.draws, {})
+            self._batch = Batch(scenes, drawing.seed, drawing.num_scenes, drawing.draws, {}, drawing.computed)
         return self._batch
 
     def drawer(self, node: Node, kind: Kind) -> Callable[[], NDArray[Any]]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
     from scenecc.spec.param_types import ParamType
 
@@ -49,15 +49,15 @@ class Names:
             return self.anchors.get(scope) if scope else None
         return self.prefixes.get(scope, "") + relative_to
 
-    def seen_by(self, name: str, names: Iterable[str]) -> list[str]:
+    def seen_by(self, name: str, names: Iterable[str]) -> Iterator[str]:
         """The entities and frames that something may stand relative to, as it would write them."""
         scope = self.scopes.get(name, "")
         prefix = self.prefixes.get(scope, "")
-        return [
+        return (
             other[len(prefix) :]
             for other in names
             if other != name and self.scopes.get(other, "") == scope and other.startswith(prefix)
-        ]
+        )
 
 
 def scope_of(name: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.values.work import TOO_MUCH, TooMuch
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -58,6 +59,9 @@ class Reset:
 def report_failure(error: DrawError, origins: Mapping[int, tuple[Any, Origin]], origin: Origin, sink: Sink) -> None:
     """Reports what has no value in some scene, at the node that has none."""
     place = origins.get(id(error.node), (None, origin))[1]
+    if isinstance(error, TooMuch):
+        sink.report("SC609", error.message, place, hint=TOO_MUCH)
+        return
     message, expression = f"in scene {error.scene}: {error.message}", error.expression
     if expression is None:
         sink.report("SC515", message, place)

@@ -21,6 +21,7 @@ from scenecc.lower.shapes import Shapes
 from scenecc.lower.tables import FileResolver, Tables
 from scenecc.plan import Friction, GpuMemory, Physics, ScenePlan, SdfConfig
 from scenecc.spec.known import SHARED_NAMES
+from scenecc.values.work import TOO_MUCH
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -92,7 +93,7 @@ def lower(
     if not within(scene, num_scenes, narrowed, bounds, origin, sink):
         return None
     _names(scene, origin, sink)
-    drawing = Drawing(seed, num_scenes, sink)
+    drawing = Drawing(seed, num_scenes, sink, bounds.computed)
     lower_draws(scene.draws, draws or {}, drawing, names, narrowed, origin.child("draws"))
     physics = _physics(scene.physics, origin.child("physics"))
     tables = Tables(resolve)
@@ -110,6 +111,9 @@ def lower(
     constraints = _constraints(scene, built, entities, drawing, names, origin)
     if sink.failed:
         # A material may be unused only because its name was misspelt where it was meant.
+        return None
+    if drawing.foreseen.exhausted:
+        sink.report("SC609", drawing.foreseen.message, origin, hint=TOO_MUCH)
         return None
     materials.report_unused(frozenset(names.used_materials), drawing.leaves())
     report_unused_draws(scene.draws, drawing, names, origin.child("draws"))

@@ -154,11 +154,12 @@ def every_outcome(node: Node, origin: Origin, leaves: Leaves, untold: str, inste
     """
     from scenecc.values.enumerating import MANY  # noqa: PLC0415 - loaded where something varies
     from scenecc.values.failure import DrawError  # noqa: PLC0415 - likewise
+    from scenecc.values.work import TooMuch  # noqa: PLC0415 - likewise
 
     try:
         every = leaves.drawing.reader().outcomes(node, leaves.scenes)
     except DrawError as error:
-        if is_by_index(node, leaves.drawing):
+        if isinstance(error, TooMuch) or is_by_index(node, leaves.drawing):
             report_failure(error, {}, origin, leaves.sink)
             return None
         every = None

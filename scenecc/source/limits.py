@@ -14,24 +14,28 @@ class Limits:
     """The limits against files that would hang or exhaust a machine. Each is a positive integer.
 
     Attributes:
-        text_bytes: size of one scene file or stream [bytes of UTF-8].
+        text_bytes: size of a scene file or stream, and of all that it includes and uses together [bytes of UTF-8].
         depth: mappings and lists inside one another, the document itself counted, aliases followed.
         alias_nodes: nodes reached through aliases and merge keys, each use of an alias counted anew.
         includes: files that include or use one another in a chain.
-        objects: entities, each counted as often as it has shapes.
+        objects: entities, each counted as often as it has shapes, and once for every eight values that it has.
         scenes: parallel scenes.
         objects_times_scenes: objects summed over the scenes that they are in.
         asset_bytes: size of one mesh, texture or robot description [bytes].
+        assets_bytes: sizes of all meshes and of what they name, with what they take in memory [bytes].
+        computed: operations for the values that differ from scene to scene, in all scenes.
     """
 
     text_bytes: int = 16 * 2**20
     depth: int = 100
     alias_nodes: int = 10_000
     includes: int = 32
-    objects: int = 1_000_000
+    objects: int = 130_000
     scenes: int = 65_536
     objects_times_scenes: int = 10_000_000
-    asset_bytes: int = 256 * 2**20
+    asset_bytes: int = 64 * 2**20
+    assets_bytes: int = 512 * 2**20
+    computed: int = 20_000_000
 
 
 def make_limits(changes: Mapping[str, object] | None = None) -> Limits:

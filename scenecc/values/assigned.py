@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from scenecc.values.work import Work
+
 
 class Assigned(Batch):
     """As `Batch`, but nothing is drawn.
@@ -25,6 +27,7 @@ class Assigned(Batch):
         given: values (N, …) that take the place of draws.
         assigned: for every draw, by its key and word, the number (B,) of what it gives: of an item, or from the
             lowest integer on.
+        work: counts what is computed; None: nothing does.
     """
 
     def __init__(
@@ -34,8 +37,9 @@ class Assigned(Batch):
         draws: Mapping[str, Node],
         given: Mapping[str, NDArray[Any]],
         assigned: Mapping[tuple[Key, int], NDArray[np.int64]],
+        work: Work | None = None,
     ) -> None:
-        super().__init__(scenes, 0, num_scenes, draws, given)
+        super().__init__(scenes, 0, num_scenes, draws, given, work)
         self.assigned = assigned
 
     def evaluate(self, node: Node) -> NDArray[Any]:
@@ -51,7 +55,7 @@ class Assigned(Batch):
     def only(self, rows: NDArray[np.intp]) -> Assigned:
         """As of a batch."""
         assigned = {draw: numbers[rows] for draw, numbers in self.assigned.items()}
-        part = Assigned(self.scenes[rows], self.num_scenes, self.draws, self.given, assigned)
+        part = Assigned(self.scenes[rows], self.num_scenes, self.draws, self.given, assigned, self.work)
         part._whole = (self, rows)
         return part
 

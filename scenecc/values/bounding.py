@@ -29,7 +29,9 @@ def refusal(node: Drawn, reader: Reader, scenes: tuple[int, ...]) -> Refusal | N
     """Why a draw may have no value in one of the scenes, by its bounds; None where it has one in all."""
     items = (node.low, node.high, *(node.clip or ()))
     # One more than few: then every scene is looked at where the scene's index decides.
-    rows = combinations(items, reader.draws, reader.given, reader.num_scenes, scenes=scenes, most=FEW + 1)
+    rows = combinations(
+        items, reader.draws, reader.given, reader.num_scenes, scenes=scenes, most=FEW + 1, work=reader.work
+    )
     if rows is None:
         return _by_supports(node, [spread(reader.item(item), node.shape) for item in items], reader)
     failed = _failed(rows, node)

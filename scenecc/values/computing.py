@@ -8,7 +8,8 @@ import numpy as np
 
 from scenecc.values import columns
 from scenecc.values.failure import DrawError, ExpressionError
-from scenecc.values.operations import kind, unlike
+from scenecc.values.operations import SEQUENCES, kind, unlike
+from scenecc.values.work import of_expression, of_result
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,11 +28,17 @@ def compute(batch: Batch, node: Computed) -> NDArray[Any]:
     environment: dict[str, Any] = {"num_scenes": batch.num_scenes, **dict(template.constants)}
     run = template.run
     results: list[Any] = []
+    work = batch.work
+    if work is not None:
+        work.take(of_expression(template.text, len(batch.scenes) if inputs else 1), node)
     try:
         # What reads no draw is the same in every scene.
         for values in zip(*inputs, strict=True) if inputs else [()]:
             environment.update(zip(names, values, strict=True))
-            results.append(run(environment))
+            result = run(environment)
+            results.append(result)
+            if work is not None and result.__class__ in SEQUENCES:
+                work.take(of_result(result), node)
     except ExpressionError as error:
         scene = int(batch.scenes[len(results)])
         raise DrawError(error.message, scene, node, error) from error

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.values.assigned import Assigned
+    from scenecc.values.work import Work
 
 FEW = 64
 """How many combinations are looked at."""
@@ -36,11 +37,15 @@ Draw = tuple[Key, int]
 
 
 def alternatives(
-    node: Node, draws: Mapping[str, Node], given: Mapping[str, NDArray[Any]], num_scenes: int | None
+    node: Node,
+    draws: Mapping[str, Node],
+    given: Mapping[str, NDArray[Any]],
+    num_scenes: int | None,
+    work: Work | None = None,
 ) -> list[Any] | None:
     """All that a node can give; None where that is not known to be few, or there is none in some combination."""
     try:
-        return outcomes(node, draws, given, num_scenes)
+        return outcomes(node, draws, given, num_scenes, work=work)
     except DrawError:
         return None
 
@@ -53,6 +58,7 @@ def outcomes(
     *,
     scenes: tuple[int, ...] | None = None,
     most: int = FEW,
+    work: Work | None = None,
 ) -> list[Any] | None:
     """What a node gives in each combination of what it reads; None where these are more than `most`, or not known.
 
@@ -63,11 +69,12 @@ def outcomes(
         num_scenes: how many scenes there are, where that is known.
         scenes: the only scenes that count; None: all.
         most: how many combinations are looked at.
+        work: counts what is computed; None: nothing does.
 
     Raises:
         DrawError: it has no value in one of them; what is drawn there need not be what the scene draws.
     """
-    batch = combinations((node,), draws, given, num_scenes, scenes=scenes, most=most)
+    batch = combinations((node,), draws, given, num_scenes, scenes=scenes, most=most, work=work)
     return None if batch is None else batch.evaluate(node).tolist()
 
 
@@ -79,6 +86,7 @@ def combinations(
     *,
     scenes: tuple[int, ...] | None = None,
     most: int = FEW,
+    work: Work | None = None,
 ) -> Assigned | None:
     """A row for each combination of what several items read; arguments and limits are those of `outcomes`."""
     sources = _Sources(draws, given, num_scenes, scenes, most)
@@ -91,7 +99,7 @@ def combinations(
 
     columns = np.array(list(product(combined, *sources.drawn.values())), dtype=np.int64).T
     assigned = dict(zip(sources.drawn, columns[1:], strict=True))
-    return Assigned(columns[0], num_scenes or 1, draws, given, assigned)
+    return Assigned(columns[0], num_scenes or 1, draws, given, assigned, work)
 
 
 _MOST_NODES = 500

@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from scenecc.values.work import Work
+
 
 class Batch:
     """Some of the parallel scenes, for which nodes are evaluated.
@@ -53,6 +55,7 @@ class Batch:
         num_scenes: what `num_scenes` gives in an expression.
         draws: the shared draws by name; one may read those before it.
         given: values (N, …) that take the place of draws, row i being scene i's.
+        work: counts what is computed; None: nothing does.
     """
 
     def __init__(
@@ -62,12 +65,14 @@ class Batch:
         num_scenes: int,
         draws: Mapping[str, Node],
         given: Mapping[str, NDArray[Any]],
+        work: Work | None = None,
     ) -> None:
         self.scenes = np.asarray(scenes, dtype=np.int64)
         self.seed = seed
         self.num_scenes = num_scenes
         self.draws = draws
         self.given = given
+        self.work = work
         self._shared: dict[str, NDArray[Any]] = {}
         self._failed: dict[str, DrawError] = {}
         self._whole: tuple[Batch, NDArray[np.intp]] | None = None
@@ -132,7 +137,7 @@ class Batch:
         """Some rows of the batch as one of their own."""
         chosen: list[int] = rows.tolist()
         seed = self.seed if isinstance(self.seed, int) else tuple(self.seed[row] for row in chosen)
-        part = Batch(self.scenes[rows], seed, self.num_scenes, self.draws, self.given)
+        part = Batch(self.scenes[rows], seed, self.num_scenes, self.draws, self.given, self.work)
         part._whole = (self, rows)
         return part
 

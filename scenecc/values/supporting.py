@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.values.enumerating import FEW, MANY, alternatives, outcomes
+from scenecc.values.enumerating import MANY, alternatives, outcomes
 from scenecc.values.nodes import NODE_TYPES, Chosen, Computed, Const, Cycled, Drawn, Node, RandomRotated, Rows, Shared
 from scenecc.values.order import needed
 from scenecc.values.reach import Reach, reach_of
 from scenecc.values.support import Support, union
 from scenecc.values.support_rules import TABLE
+from scenecc.values.work import NAME
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -17,12 +18,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.values.template import Template
+    from scenecc.values.work import Work
 
 _DIRECT = frozenset((Const, Rows, Cycled, Chosen, Drawn, RandomRotated, Shared))
 """Nodes whose support is that of their items."""
-
-MOST_COMBINATIONS = 1_000_000
-"""How many combinations are looked at for all expressions of a document whose names have to be known."""
 
 
 def support(
@@ -46,14 +45,20 @@ def support(
 class Reader:
     """Finds supports, those of shared draws once."""
 
-    def __init__(self, draws: Mapping[str, Node], given: Mapping[str, NDArray[Any]], num_scenes: int | None) -> None:
+    def __init__(
+        self,
+        draws: Mapping[str, Node],
+        given: Mapping[str, NDArray[Any]],
+        num_scenes: int | None,
+        work: Work | None = None,
+    ) -> None:
         self.draws = draws
         self.given = given
         self.num_scenes = num_scenes
+        self.work = work
         self._shared: dict[str, Support] = {}
         self._reached: dict[str, Reach] = {}
         self._outcomes: dict[tuple[Node, int], tuple[list[Any] | None, tuple[int, ...]]] = {}
-        self._left = MOST_COMBINATIONS
         self._computed: dict[tuple[Any, ...], tuple[Template, Support]] = {}
 
     def support(self, node: Node) -> Support:
@@ -69,7 +74,7 @@ class Reader:
 
     def _found(self, node: Node) -> Support:
         if node.__class__ not in _DIRECT:
-            rows = alternatives(node, self.draws, self.given, self.num_scenes)
+            rows = alternatives(node, self.draws, self.given, self.num_scenes, self.work)
             if rows is not None:
                 return Support.of(rows)
         return TABLE[node.__class__](self, node)
@@ -82,11 +87,9 @@ class Reader:
         """
         key = node, id(scenes)
         if key not in self._outcomes:
-            # Of the scenes alone every one is looked at, however little is left.
-            most = max(min(MANY, self._left), FEW + 1)
-            self._left -= most
-            rows = outcomes(node, self.draws, self.given, self.num_scenes, scenes=scenes, most=most)
-            self._left += most - min(len(rows or ()), most)
+            rows = outcomes(node, self.draws, self.given, self.num_scenes, scenes=scenes, most=MANY, work=self.work)
+            if self.work is not None:
+                self.work.take(NAME * len(rows or ()), node)
             # The scenes are kept, so that their id stays their own.
             self._outcomes[key] = rows, scenes
         return self._outcomes[key][0]

@@ -9,7 +9,10 @@ ROWS: tuple[Code, ...] = (
         code="SC601",
         severity="error",
         title="the text is too long",
-        cause="A scene file is at most 16 MiB of text (limit text_bytes). A dict is held to as many values.",
+        cause=(
+            "A scene file is at most 16 MiB of text (limit text_bytes), and so are all files together that it "
+            "includes and uses. A dict is held to as many values."
+        ),
         example="$ head -c 17000000 /dev/zero | tr '\\0' '#' | scenecc validate -",
         cure=_RAISE.format("text_bytes")
         + "A file that is this long was written by a program: `repeat` and variation say the same in a few lines.",
@@ -47,7 +50,12 @@ ROWS: tuple[Code, ...] = (
         code="SC604",
         severity="error",
         title="too many objects",
-        cause="A scene holds at most 1 000 000 entities, shapes and other objects (limit objects).",
+        cause=(
+            "A scene holds at most 130 000 entities, shapes and other objects (limit objects). What is "
+            "repeated, used as a prefab, or written in a long file counts for more where it is large, since "
+            "this is what takes memory: once for every 8 values, of which a form is 4 more than it holds; a "
+            "robot 8 times more."
+        ),
         example="$ scenecc validate tabletop.yaml --limit objects=2",
         cure=_RAISE.format("objects"),
     ),
@@ -76,9 +84,15 @@ ROWS: tuple[Code, ...] = (
         code="SC607",
         severity="error",
         title="an asset is too large",
-        cause="A mesh, texture or robot description has at most 256 MiB (limit asset_bytes).",
+        cause=(
+            "A mesh, texture or robot description has at most 64 MiB (limit asset_bytes), and what a mesh "
+            "holds takes at most three times as much in memory, where a line that is not written plainly "
+            "counts as 256 bytes. All meshes of a scene together, with the files that they name and what they "
+            "take in memory, have at most 512 MiB (limit assets_bytes)."
+        ),
         example="$ scenecc validate mesh.yaml --limit asset_bytes=100",
-        cure=_RAISE.format("asset_bytes") + "A mesh of that size is too fine for collision: simplify it.",
+        cure=_RAISE.format("asset_bytes")
+        + "So is `assets_bytes` raised. A mesh of that size is too fine for collision: simplify it.",
     ),
     Code(
         code="SC608",
@@ -87,5 +101,18 @@ ROWS: tuple[Code, ...] = (
         cause="At most 32 files include or use one another in a chain (limit includes).",
         example="$ scenecc validate scene.yaml --limit includes=1",
         cure="Use fewer files in between, or raise the limit with `--limit includes=N`.",
+    ),
+    Code(
+        code="SC609",
+        severity="error",
+        title="too much to compute for the scenes",
+        cause=(
+            "The values that differ from scene to scene take at most 20 000 000 operations in all scenes "
+            "(limit computed). An expression counts as one for every 16 characters, in each scene; a form as "
+            "one for every four scenes; each file or material that an expression may name as 100. A few lines "
+            "can ask for any number: 900 draws that read one another, in 65 536 scenes."
+        ),
+        example="$ scenecc validate variation.yaml --limit computed=10",
+        cure=_RAISE.format("computed") + "Let many fields read one draw in place of computing the same again.",
     ),
 )

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 _SHOWN = 20
 """How many members of a circle are named."""
 
+_JOINED = 10
+"""How many operations it takes to join what was read of two poses."""
+
 
 @frozen
 class Standing:
@@ -37,6 +40,8 @@ class Standing:
         world: its pose in the world, likewise.
         around: itself if it is in some scenes only, as entities and the frames of instances can be; of another frame
             the first such thing that it stands relative to.
+        depth: how many poses are composed in `world`.
+        read: the first of itself and all that it stands relative to of which something was read; None: there is none.
     """
 
     local: Pose7 | Node
@@ -45,6 +50,7 @@ class Standing:
     world: Pose7 | Node
     around: str | None
     depth: int
+    read: str | None
 
 
 @frozen
@@ -204,12 +210,14 @@ class Places:
     def _readings(self, name: str) -> list[Reading]:
         """What was read of the poses of all that something stands relative to, and of its own."""
         readings: list[Reading] = []
-        at: str | None = name
+        at = self.standing(name).read
         while at is not None:
             standing = self.standing(at)
-            if standing.reading is not None:
-                readings.append(standing.reading)
-            at = standing.parent
+            assert standing.reading is not None
+            readings.append(standing.reading)
+            at = None if standing.parent is None else self.standing(standing.parent).read
+        # Of a long chain that varies each member joins what was read of all before it.
+        self._leaves_of(name).drawing.foresee(_JOINED * len(readings), self.origin(name))
         return readings
 
     def _stand(self, name: str) -> Standing:
@@ -228,12 +236,13 @@ class Places:
             if around is not None:
                 self._exists_wherever(name, around)
             around = name
+        read = name if reading is not None else outer and outer.read
         if outer is None or parent is None:
-            return Standing(local, reading, None, local, around, 1)
+            return Standing(local, reading, None, local, around, 1, read)
         if outer.depth < MOST_COMPOSED:
-            return Standing(local, reading, parent, _composed(outer.world, local), around, outer.depth + 1)
+            return Standing(local, reading, parent, _composed(outer.world, local), around, outer.depth + 1, read)
         world = _composed(self._shared(parent, outer.world), local)
-        return Standing(local, reading, parent, world, around, 2)
+        return Standing(local, reading, parent, world, around, 2, read)
 
     def _shared(self, name: str, world: Any) -> Any:
         """A pose by its name: of a chain that varies and has no end, the rest would nest in it without end."""

@@ -168,4 +168,4 @@ def test_what_is_long_counts_for_more(expanded: Expander) -> None:
     values = ", ".join(["'${i}'"] * 1000)
     text = f"entities: {{a: {{repeat: {{i: {{count: 1000}}}}, mass: {{cycle: [{values}]}}}}}}"
     assert expanded.one(text, limits={"objects": 5000}).code == "SC604"
-    assert expanded(text, limits={"objects": 40_000}) is not None
+    assert expanded(text, limits={"objects": 130_000}) is not None

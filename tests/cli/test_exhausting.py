@@ -1,0 +1,249 @@
+"""Files that ask for more than a machine has, within what the default limits say: refused, or checked in bounds.
+
+Each is validated in a process of its own, which may have 2 GiB of addresses and 90 seconds of a core.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytestmark = pytest.mark.timeout(600)  # on a loaded machine; the processes have a limit of their own
+
+GIB = 2**30
+MIB = 2**20
+BOX = "shapes: [{type: box, half_size: [1, 1, 1]}]"
+_VALIDATE = """
+import resource, sys
+resource.setrlimit(resource.RLIMIT_AS, (2 * 2**30, 2 * 2**30))
+resource.setrlimit(resource.RLIMIT_CPU, (90, 90))
+import scenecc
+print(*sorted({found.code for found in scenecc.validate(sys.argv[1])}))
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
+
+
+def validated(path: Path) -> tuple[set[str], int]:
+    """The codes of what is found, and the most memory that was in use [bytes]."""
+    run = subprocess.run([sys.executable, "-c", _VALIDATE, str(path)], capture_output=True, text=True, check=True)
+    codes, peak = run.stdout.splitlines()
+    return set(codes.split()), int(peak) * 1024
+
+
+def scene(folder: Path, text: str, **files: str | bytes) -> Path:
+    """A scene and the files that it names, whose names have `_` for the dot."""
+    for name, content in files.items():
+        data = content.encode() if isinstance(content, str) else content
+        (folder / name.replace("_", ".")).write_bytes(data)
+    path = folder / "scene.yaml"
+    path.write_text("scenecc: 1\n" + text, encoding="utf-8")
+    return path
+
+
+def copies(count: int, keys: str = BOX) -> str:
+    return f"entities: {{a: {{repeat: {{i: {{count: {count}}}}}, {keys}}}}}\n"
+
+
+def uses(count: int) -> str:
+    return f"entities: {{a: {{use: p0.yaml, repeat: {{i: {{count: {count}}}}}}}}}\n"
+
+
+def prefabs_of_prefabs(folder: Path) -> Path:
+    files: dict[str, str] = {f"p{i}_yaml": f"scenecc: 1\n{uses(10).replace('p0', f'p{i + 1}')}" for i in range(5)}
+    return scene(folder, uses(9), p5_yaml=f"scenecc: 1\nentities: {{a: {{{BOX}}}}}\n", **files)
+
+
+def chained_draws(folder: Path) -> Path:
+    draws = "".join(f"  d{i}: '${{d{i - 1} * 0.99 + 0.01}}'\n" for i in range(1, 900))
+    head = f"num_scenes: 65536\ndraws:\n  d0: {{uniform: [0, 1]}}\n{draws}"
+    return scene(folder, head + f"entities: {{a: {{pose: ['${{d899}}', 0, 0], {BOX}}}}}\n")
+
+
+def included(folder: Path) -> Path:
+    text = "scenecc: 1\nx-a: '" + "a" * 9_000_000 + "'\n"
+    return scene(folder, "include: [a.yaml, b.yaml]\n", a_yaml=text, b_yaml=text)
+
+
+MESH = "entities: {a: {body_type: static, shapes: [{type: triangle_mesh, file: %s}]}}\n"
+
+
+def gltf(**keys: Any) -> bytes:
+    """A glTF of one mesh, whose POSITION is the first accessor: three vertices that no buffer holds."""
+    primitive = {"attributes": {"POSITION": 0}}
+    document = {
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [primitive]}],
+        "accessors": [{"componentType": 5126, "count": 3, "type": "VEC3"}],
+    }
+    return json.dumps(document | keys).encode()
+
+
+def many_vertices(folder: Path) -> Path:
+    accessor = {"componentType": 5126, "count": 11_000_000, "type": "VEC3"}
+    return scene(folder, MESH % "m.gltf", m_gltf=gltf(accessors=[accessor]))
+
+
+def long_strip(folder: Path) -> Path:
+    accessors = [
+        {"componentType": 5126, "count": 3, "type": "VEC3"},
+        {"componentType": 5121, "count": 60_000_000, "type": "SCALAR"},
+    ]
+    primitive = {"attributes": {"POSITION": 0}, "indices": 1, "mode": 5}
+    return scene(folder, MESH % "m.gltf", m_gltf=gltf(accessors=accessors, meshes=[{"primitives": [primitive]}]))
+
+
+def lists_in_gltf(folder: Path) -> Path:
+    return scene(folder, MESH % "m.gltf", m_gltf=gltf()[:-1] + b', "extras": [' + b"[]," * 15_000_000 + b"[]]}")
+
+
+def one_image_often(folder: Path) -> Path:
+    keys = {
+        "buffers": [{"byteLength": 8 * MIB, "uri": "b.bin"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 8 * MIB}],
+        "images": [{"bufferView": 0, "mimeType": "image/png"}] * 400,
+    }
+    text = "entities: {a: {body_type: static, visuals: [{type: mesh, file: m.gltf}]}}\n"
+    return scene(folder, text, m_gltf=gltf(**keys), b_bin=bytes(8 * MIB))
+
+
+def large_obj(folder: Path) -> Path:
+    with (folder / "m.obj").open("wb") as file:
+        file.truncate(192 * MIB)
+    return scene(folder, MESH % "m.obj")
+
+
+def slow_obj(folder: Path) -> Path:
+    return scene(folder, MESH % "m.obj", m_obj=b"v 0 0 0\nv 1 0 0\nv 0 1 0\n" + b"f 1 2 3 #\n" * 3_000_000)
+
+
+def long_mtl(folder: Path) -> Path:
+    text = "entities: {a: {body_type: static, visuals: [{type: mesh, file: m.obj}]}}\n"
+    obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+    return scene(folder, text, m_obj=obj, m_mtl="map_Kd a.png\n" * 1_000_000)
+
+
+def meshes_together(folder: Path) -> Path:
+    for i in range(10):
+        with (folder / f"b{i}.bin").open("wb") as file:
+            file.truncate(60 * MIB)
+        keys = {
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+            "bufferViews": [{"buffer": 0, "byteLength": 36}],
+            "buffers": [{"byteLength": 60 * MIB, "uri": f"b{i}.bin"}],
+        }
+        (folder / f"m{i}.gltf").write_bytes(gltf(**keys))
+    entities = (f"a{i}: {{body_type: static, shapes: [{{type: triangle_mesh, file: m{i}.gltf}}]}}" for i in range(10))
+    return scene(folder, f"entities: {{{', '.join(entities)}}}\n")
+
+
+def stl(triangles: int) -> bytes:
+    return bytes(80) + struct.pack("<I", triangles) + os.urandom(50 * triangles)
+
+
+REFUSED: dict[str, tuple[Callable[[Path], Path], str]] = {
+    "copies of copies": (
+        lambda folder: scene(folder, copies(1000).replace("}}, shapes", "}, j: {count: 1000}}, shapes")),
+        "SC604",
+    ),
+    "prefabs of prefabs": (prefabs_of_prefabs, "SC604"),
+    "empty prefabs": (lambda folder: scene(folder, uses(1_000_000), p0_yaml="scenecc: 1\n"), "SC604"),
+    "lights": (
+        lambda folder: scene(
+            folder, "lights: {a: {repeat: {i: {count: 1000000}}, type: point, pose: [0, 0, 1], color: [1, 1, 1]}}\n"
+        ),
+        "SC604",
+    ),
+    "many forms in each copy": (
+        lambda folder: scene(
+            folder,
+            copies(100_000, f"pose: {{p: [{', '.join(['{uniform: [0, 1]}'] * 3)}]}}, mass: {{uniform: [1, 2]}}, {BOX}"),
+        ),
+        "SC604",
+    ),
+    "written frames": (
+        lambda folder: scene(folder, "frames:\n" + "".join(f" a{i}: {{pose: [0, 0, 0]}}\n" for i in range(140_000))),
+        "SC604",
+    ),
+    "long names": (
+        lambda folder: scene(
+            folder, "params: {n: " + "b" * 9000 + "}\n" + copies(100_000, f"name: '${{n}}_${{i}}', {BOX}")
+        ),
+        "SC604",
+    ),
+    "robots": (
+        lambda folder: scene(
+            folder, copies(100_000, "urdf: r.urdf"), r_urdf='<robot name="r"><link name="a"/></robot>'
+        ),
+        "SC604",
+    ),
+    "texts together": (included, "SC601"),
+    "chained draws": (chained_draws, "SC609"),
+    "names that draws make": (
+        lambda folder: scene(
+            folder,
+            "num_scenes: 4\ndraws: {" + ", ".join(f"d{i}: {{integers: [0, 9]}}" for i in range(4)) + "}\n"
+            "materials: {m: {visual: {roughness: 1}}}\n"
+            + copies(99, f"material: 'm${{d0}}${{d1}}${{d2}}${{d3}}_${{i}}', {BOX}"),
+        ),
+        "SC609",
+    ),
+    "vertices that no buffer holds": (many_vertices, "SC607"),
+    "a strip of indices that no buffer holds": (long_strip, "SC607"),
+    "lists in a glTF": (lists_in_gltf, "SC607"),
+    "one image named often": (one_image_often, "SC607"),
+    "a large OBJ": (large_obj, "SC607"),
+    "an OBJ to be read word by word": (slow_obj, "SC607"),
+    "a long MTL": (long_mtl, "SC607"),
+    "meshes together": (meshes_together, "SC607"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_would_exhaust_is_refused(name: str, tmp_path: Path) -> None:
+    make, code = REFUSED[name]
+    codes, peak = validated(make(tmp_path))
+    assert code in codes
+    assert peak < GIB
+
+
+CLEAN: dict[str, Callable[[Path], Path]] = {
+    "repeated, in 64 scenes": lambda folder: scene(
+        folder, "num_scenes: 64\n" + copies(100_000, f"pose: ['${{i}}', 0, 0], {BOX}")
+    ),
+    "written out": lambda folder: scene(
+        folder, "entities:\n" + "".join(f"  a{i}: {{pose: [{i}, 0, 0], {BOX}}}\n" for i in range(100_000))
+    ),
+    "by prefabs": lambda folder: scene(
+        folder,
+        uses(99_000).replace("use:", "pose: ['${i}', 0, 0], use:"),
+        p0_yaml=f"scenecc: 1\nentities: {{a: {{{BOX}}}}}\n",
+    ),
+    "a chain of frames": lambda folder: scene(
+        folder,
+        "frames:\n  f0: {pose: [0, 0, 0]}\n"
+        + "".join(f"  f{i}: {{pose: {{p: [0, 0, 0.1], relative_to: f{i - 1}}}}}\n" for i in range(1, 20_000)),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CLEAN)
+def test_what_is_only_large_passes_in_bounds(name: str, tmp_path: Path) -> None:
+    codes, peak = validated(CLEAN[name](tmp_path))
+    assert not codes
+    assert peak < GIB
+
+
+def test_a_large_mesh_is_read_in_bounds(tmp_path: Path) -> None:
+    codes, peak = validated(scene(tmp_path, MESH % "m.stl", m_stl=stl(400_000)))
+    assert "SC607" not in codes
+    assert peak < GIB
