@@ -10,7 +10,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.checks.mesh_data import AssetError, MeshData, Reading, integer, number, part, plain_text
-from scenecc.checks.mesh_text import INDEX, LONGEST_RUN, NUMBER, ROW_BYTES, Budget, Lines, floats, integers, run_of
+from scenecc.checks.mesh_text import (
+    INDEX,
+    LONGEST_RUN,
+    NUMBER,
+    ROW_BYTES,
+    Budget,
+    Lines,
+    floats,
+    integers,
+    run_of,
+    words,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -101,14 +112,13 @@ def _fans(faces: NDArray[Any], budget: Budget) -> NDArray[np.int64]:
 def _header(data: bytes) -> tuple[str, list[_Element], int]:
     """Byte order ("" for text), elements, and where the data starts."""
     end = data.find(b"\nend_header", 0, 1 << 16) + 1
-    newline = data.find(b"\n", end)
-    if not data.startswith((b"ply\n", b"ply\r\n")) or end == 0 or newline < 0:
+    newline = max(data.find(b"\n", end), end)
+    if not data.startswith((b"ply\n", b"ply\r\n")) or data[end:newline].rstrip(b" \t\r") != b"end_header":
         raise ValueError("its header has no beginning or no end")
     order: str | None = None
     elements: list[_Element] = []
     for line in plain_text(data[:end]).split("\n")[1:-1]:
-        words = line.split()
-        match words:
+        match words(line.removesuffix("\r")):
             case ["format", kind, "1.0"] if kind in _ORDERS:
                 order = _ORDERS[kind]
             case ["comment" | "obj_info", *_]:
@@ -269,23 +279,23 @@ def _words(lines: Lines) -> list[str]:
     line = lines.filled()
     if line is None:
         raise ValueError("it has fewer lines than its header claims")
-    return line.split()
+    return words(line)
 
 
-def _row(words: list[str], element: _Element) -> list[float]:
+def _row(said: list[str], element: _Element) -> list[float]:
     """Coordinates of a vertex, indices of a face; what else stands in the line is only counted."""
     found: dict[str, list[float]] = {}
     at = 0
     for one in element.properties:
         count = 1
         if one.count:
-            count, at = integer(words[at]), at + 1
-        values = words[at : at + count]
+            count, at = integer(said[at]), at + 1
+        values = said[at : at + count]
         if count < 0 or len(values) < count:
             raise ValueError("a line has fewer numbers than it should")
         found[one.name] = [number(word) if one.kind[0] == "f" else integer(word) for word in values]
         at += count
-    if at != len(words):
+    if at != len(said):
         raise ValueError("a line has more numbers than it should")
     if element.name == "vertex":
         return [number for axis in "xyz" for number in found[axis]]

@@ -125,6 +125,8 @@ BROKEN: dict[str, tuple[str | bytes, str]] = {
     "comment.obj": ("# nothing\n", "SC413"),
     "points.obj": ("v 0 0 0\nv 1 0 0\n", "SC413"),
     "an_obj.stl": (TETRA, "SC412"),
+    "end.ply": (ply().replace(b"end_header", b"end_headers"), "SC412"),
+    "parted.ply": (ply().replace(b"list uchar", b"list\ruchar"), "SC412"),
     "cut.stl": (stl()[:-1], "SC412"),
     "longer.stl": (stl() + b"x", "SC412"),
     "header.stl": (stl()[:50], "SC412"),
