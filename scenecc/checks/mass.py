@@ -145,18 +145,24 @@ def mass_is_held(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, 
         given += [body.inertial.mass, body.inertial.inertia]
     if not (places or given) or waits([*places, *given], drawn=drawn):
         return
-    far = max((abs(number) for place in places for number in (*lowest(place)[:3], *highest(place)[:3])), default=0)
+    far = max((abs(number) for place in places for row in _ends(place) for number in row[:3]), default=0)
     if far > FARTHEST:
         message = (
             f"a shape or the centre of mass of `{name}` is {far:.3g} m from it: single precision does not hold that"
         )
         sink.report("SC512", message, origin, at="key", hint="mend the coordinates: they are in metres")
-    wrong = [number for item in given for number in (*lowest(item), *highest(item)) if not LEAST <= number <= 1 / LEAST]
+    wrong = [number for item in given for row in _ends(item) for number in row if not LEAST <= number <= 1 / LEAST]
     if wrong:
         message = (
             f"the mass or a moment of inertia of `{name}` is {wrong[0]:.3g}, whose inverse the engine does not hold"
         )
         sink.report("SC512", message, origin, at="key")
+
+
+def _ends(value: Value) -> list[Row]:
+    """Every row that a value can have, or else the least and the most that each of its numbers can be."""
+    found = alternatives(value)
+    return [lowest(value), highest(value)] if found is None else found
 
 
 def inertia_is_real(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
