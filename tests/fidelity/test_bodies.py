@@ -95,15 +95,6 @@ def test_inertial_without_any_shape() -> None:
     assert_same(Case(BodyStructure("dynamic", inertial=INERTIAL), give))
 
 
-def test_small_body_keeps_the_least_mass_that_sapien_gives() -> None:
-    assert_same(
-        Case(
-            BodyStructure("dynamic", (box_shape(0.001, 0.001, 0.001, density=constant(10.0)),)),
-            lambda b, _: b.add_box_collision(half_size=[0.001] * 3, density=10.0),
-        )
-    )
-
-
 def test_all_knobs_at_once() -> None:
     def by_hand_set(component: Any, scene: int) -> None:
         for name, (_, values) in KNOBS.items():

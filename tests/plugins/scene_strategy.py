@@ -355,9 +355,14 @@ def _scales(document: dict[str, Any], random: Random) -> None:
     for node in nodes(document):
         if "scale" in node:
             scale = node["scale"]
-            node["scale"] = [item or 1 for item in scale] if isinstance(scale, list) else scale or 1
+            node["scale"] = [_scale(item) for item in scale] if isinstance(scale, list) else _scale(scale)
         if "decomposition_params" in node:
             node["decomposition"] = "coacd"
+
+
+def _scale(item: float) -> float:
+    """Never 0, and large enough for a mesh to weigh a milligram."""
+    return max(item, 0.1) if item >= 0 else item
 
 
 def _body_types(document: dict[str, Any], random: Random) -> None:

@@ -54,6 +54,8 @@ def shapes_mass(structure: BodyStructure, rows: NDArray[np.intp], meshes: Meshes
     """What the shapes weigh [kg] a row, or in all rows, by their densities and volumes."""
     total = np.zeros(1)
     for shape in structure.collisions:
+        if isinstance(shape.geometry, Plane):
+            break  # SAPIEN weighs a body anew with each shape; PhysX cannot, once one of them is endless
         total = total + _density(shape, rows) * volume(shape.geometry, rows, meshes)
     if structure.body_type == "kinematic":
         # It is moved by nobody's force, so that nobody minds the milligram.
