@@ -142,7 +142,7 @@ def _doubt(node: Node, wanted: Kind | None, leaves: Leaves) -> Doubt | None:
         key = (node.kind, node.shape, *key, id(leaves.scenes))
     elif isinstance(node, Computed):
         convert = None if wanted is None or node.shape is not None else wanted.convert
-        dtype = None if wanted is None or node.shape != () else wanted.dtype
+        dtype = None if wanted is None or wanted.free or node.shape != () else wanted.dtype
         key = (_identity(node), id(convert), dtype, id(leaves.scenes))
     else:
         return None

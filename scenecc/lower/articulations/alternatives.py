@@ -40,7 +40,7 @@ _KINDS = {
 """The keys, in the order that tells alternatives apart."""
 
 _WANTED = {"float64": "a number", "bool": "true or false"}
-_INDEX = Kind(dtype="int64", fallback=0)
+_INDEX = Kind(dtype="int64", fallback=0, free=True)  # expressions give what it is picked by, and not itself
 
 Combination = tuple[Any, ...]
 """A value of each key that is written, in their order."""
