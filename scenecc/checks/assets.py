@@ -255,11 +255,7 @@ def _read(checker: _Checker, asset: AssetFile, named: dict[str, Path]) -> MeshDa
 def _check_named(
     checker: _Checker, asset: AssetFile, mesh: MeshData, by_use: Mapping[Use, Origin], named: dict[str, Path]
 ) -> None:
-    """The files that an asset names: none may be outside. What a build opens of them is added to `named`.
-
-    Of what only collides the engine opens the materials all the same, and in place of one that is not there whatever
-    it takes for it; a decomposition opens none.
-    """
+    """The files that an asset names: none may be outside. What a build opens of them is added to `named`."""
     seen = by_use.get("seen")
     origin = seen or next(iter(by_use.values()))
     waiting = list(mesh.references)
@@ -278,7 +274,8 @@ def _check_named(
             if seen is not None and reference.kind == "image":
                 _check_texture(checker, path)
             elif reference.kind in {"material", "instead"} and any(use != "decomposed" for use in by_use):
-                # The engine reads it for what collides, too, and gives up where it cannot; it opens no images then.
+                # The engine reads it for what collides, too (and whatever it takes for one that is missing), and gives
+                # up where it cannot; images it opens for what is seen alone. A decomposition reads none of them.
                 images = mtl_images(_bytes(checker, path))
                 waiting.extend(images if seen is not None else ())
             elif reference.kind != "buffer" or path not in checker.read:

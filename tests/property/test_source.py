@@ -22,11 +22,12 @@ from scenecc.source.reader import parse_yaml
 # the reader refuses in any text; both are taken out of what is dumped.
 CHARACTERS = st.characters(exclude_categories=["Cs"], exclude_characters="\x85\u2028\u2029\ufffe\uffff\x7f")
 TEXTS = st.text(CHARACTERS, max_size=20)
+KEYS = TEXTS.filter(lambda key: "\0" not in key)
 SCALARS = st.booleans() | st.integers(-(10**30), 10**30) | st.floats(allow_nan=False) | TEXTS
 DATA = st.dictionaries(
-    TEXTS,
+    KEYS,
     st.recursive(
-        SCALARS, lambda below: st.lists(below, max_size=4) | st.dictionaries(TEXTS, below, max_size=4), max_leaves=20
+        SCALARS, lambda below: st.lists(below, max_size=4) | st.dictionaries(KEYS, below, max_size=4), max_leaves=20
     ),
     max_size=5,
 )
