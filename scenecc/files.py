@@ -44,15 +44,17 @@ def replace_all(files: Mapping[Path, bytes], folders: Sequence[Path] = ()) -> No
 
 def _write(part: Path, data: bytes) -> None:
     """Writes a new file. It has no name until it is whole: of a process that is killed, nothing is left."""
+    part.unlink(missing_ok=True)  # of a process that was killed, on a file system of the second kind
+    named = False
     try:
         handle = os.open(part.parent, os.O_TMPFILE | os.O_WRONLY, 0o666)
     except OSError:  # some file systems know no such files
-        handle = os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
+        handle, named = os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666), True
     with os.fdopen(handle, "wb") as file:
         file.write(data)
         file.flush()
         os.fsync(handle)
-        if not part.exists():
+        if not named:
             # With a folder, Python has the system follow the link there.
             os.link(f"/proc/self/fd/{handle}", part, src_dir_fd=handle)
 

@@ -104,5 +104,5 @@ def interrupts_wait() -> Generator[None]:
     finally:
         for number, handler in handlers.items():
             signal.signal(number, handler)
-        if waiting:
-            handlers[waiting[0][0]](*waiting[0])
+        for number, _ in waiting:
+            signal.raise_signal(number)

@@ -20,7 +20,7 @@ def main() -> "NoReturn":
     """The process `scenecc`: ends with the status of its command, or with that of a signal."""
     end_at_signals()  # before the imports, which take longer than many a command
 
-    if sys.getfilesystemencoding() == "ascii":
+    if sys.getfilesystemencoding() == "ascii" and os.environ.get("PYTHONUTF8") != "1":  # `-X utf8=0` is stronger
         # LC_ALL=C and PYTHONUTF8=0: text from a file could name none beyond ASCII, and SAPIEN takes no such name.
         os.environ["PYTHONUTF8"] = "1"
         os.execv(sys.executable, sys.orig_argv)  # noqa: S606 - this process again

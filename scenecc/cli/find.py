@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
+from scenecc.regular_file import NotAFileError, open_regular
+
 STDIN: Final = "-"
 
 _SUFFIXES: Final = (".yaml", ".yml")
@@ -84,9 +86,10 @@ def _yaml_files(folder: str, found: Found) -> Iterator[str]:
 
 
 def _is_scene(file: str) -> bool:
-    if not Path(file).is_file():
+    try:
+        with open_regular(file) as stream:
+            data = stream.read(_SEARCHED_BYTES)
+    except (NotAFileError, IsADirectoryError):
         return False
-    with Path(file).open("rb") as stream:
-        data = stream.read(_SEARCHED_BYTES)
     encoding = "utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig"
     return _LANGUAGE_KEY.search(data.decode(encoding, errors="replace")) is not None

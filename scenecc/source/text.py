@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import codecs
-import errno
 import os
 import re
 from typing import IO, TYPE_CHECKING, cast
 
 from scenecc.diagnostics import Location, Sink
-from scenecc.regular_file import open_regular
+from scenecc.regular_file import NotAFileError, open_regular
 from scenecc.source.lines import Lines
 
 if TYPE_CHECKING:
@@ -39,7 +38,7 @@ def read_bytes(name: str, sink: Sink, limits: Limits) -> bytes | None:
         return None
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        is_pipe = isinstance(error, OSError) and error.errno == errno.EINVAL
+        is_pipe = isinstance(error, NotAFileError)
         hint = "give it as standard input (`-`)" if is_pipe else None
         sink.report("SC001", reason if is_pipe else f"cannot open the file: {reason}", Location(name), hint=hint)
         return None

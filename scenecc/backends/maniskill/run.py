@@ -42,7 +42,7 @@ def run(plan: ScenePlan, scene: Any, sink: Sink) -> LoadedScene | None:
     with engine_settings(Physics(sdf=plan.physics.sdf)), collector_paused():
         turns = prepare(built, tuple(range(plan.num_scenes)), sink, rendered=scene.can_render())
         loaded = None if turns is None else _filled(plan, turns, scene, sink)
-    return loaded if unchanged(plan, sink) else None
+    return loaded if loaded is not None and unchanged(plan, sink) else None
 
 
 def _filled(plan: ScenePlan, turns: list[AnyTurn], scene: Any, sink: Sink) -> LoadedScene | None:

@@ -8,14 +8,13 @@ import json
 import os
 import signal
 import sys
-from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from scenecc.regular_file import open_regular
+from scenecc.regular_file import read_checked
 
 HEADER = """ply
 format binary_little_endian 1.0
@@ -48,15 +47,6 @@ def ply(parts: list[tuple[Any, Any]]) -> bytes:
     return header.encode("ascii") + vertices.tobytes() + faces.tobytes()
 
 
-def checked(path: str, digest: str) -> bytes:
-    """The content of a file. Raises ValueError where it is not that of the hash."""
-    with open_regular(path) as file:
-        data = file.read()
-    if sha256(data).hexdigest() != digest:
-        raise ValueError(f"'{path}' changed while the scene was built")
-    return data
-
-
 def main() -> None:
     """Cuts one mesh into convex parts and writes them as one mesh of separate components."""
     request = json.load(sys.stdin)
@@ -65,9 +55,9 @@ def main() -> None:
     trimesh: Any = importlib.import_module("trimesh")
     coacd.set_log_level("error")
     # What was checked, and nothing that it names but buffers: trimesh would open materials and their images.
-    mesh, buffers = request["mesh"], {name: checked(*each) for name, each in request["buffers"].items()}
+    mesh, buffers = request["mesh"], {name: read_checked(*each) for name, each in request["buffers"].items()}
     kind = Path(mesh[0]).suffix[1:].lower()
-    whole = trimesh.load(BytesIO(checked(*mesh)), kind, resolver=buffers, force="mesh", skip_materials=True)
+    whole = trimesh.load(BytesIO(read_checked(*mesh)), kind, resolver=buffers, force="mesh", skip_materials=True)
     parts = coacd.run_coacd(coacd.Mesh(whole.vertices, whole.faces), **request["arguments"])
     # SAPIEN passes each part through trimesh, which joins equal vertices; so must this, to be equal.
     meshes = [trimesh.Trimesh(vertices, faces) for vertices, faces in parts]

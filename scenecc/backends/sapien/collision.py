@@ -67,10 +67,12 @@ def _convex_parts(geometry: ConvexParts, build: Build) -> Callable[[int], Any]:
 
 def _hull(geometry: ConvexMesh | ConvexParts, build: Build) -> tuple[Column, Column]:
     """File and scale, which PhysX wants above 0."""
-    is_parts = isinstance(geometry, ConvexParts)
-    file = build.resources.parts(taken(geometry.file, build.rows), geometry.coacd if is_parts else None)
-    scale = taken(geometry.scale, build.rows)
-    return mirrored_column(file, scale, parts=is_parts), vectors(np.abs(scale))
+    file, scale = taken(geometry.file, build.rows), taken(geometry.scale, build.rows)
+    if isinstance(geometry, ConvexParts):
+        meshes = build.resources.parts(file, geometry.coacd)
+    else:
+        meshes = build.resources.meshes(file, "SC801")
+    return mirrored_column(meshes, scale, parts=isinstance(geometry, ConvexParts)), vectors(np.abs(scale))
 
 
 def _triangle_mesh(geometry: TriangleMesh, build: Build) -> Callable[[int], Any]:

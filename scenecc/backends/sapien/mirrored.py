@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
-import tempfile
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +12,7 @@ from scenecc.backends.sapien.coacd_worker import ply
 from scenecc.backends.sapien.decomposition import cache_folder
 from scenecc.backends.sapien.engine import physx
 from scenecc.backends.sapien.failure import EngineFailure
+from scenecc.files import replace_all
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -67,11 +65,7 @@ def mirrored(mesh: str, signs: Signs, *, parts: bool) -> str:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if not file.exists():
-            # Whole or not at all: others may look for it meanwhile.
-            handle, name = tempfile.mkstemp(dir=folder)
-            with os.fdopen(handle, "wb") as stream:
-                stream.write(content)
-            Path(name).replace(file)
+            replace_all({file: content})
     except OSError as error:
         hint = f"mirrored meshes are kept in '{folder}'; XDG_CACHE_HOME names another place"
         raise EngineFailure("SC801", f"the mirrored '{mesh}' cannot be written: {error}", hint=hint) from error
