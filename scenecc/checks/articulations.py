@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from scenecc.plan.articulation import Joint, Mimic
 
 
-_FARTHEST = 1e9
-"""How far a joint is from its links [m]: what the engine computes with its square is no number sooner or later."""
+_FARTHEST = 1e6
+"""How far a joint is from its links [m]: beyond, a simulation counts as diverged (SC820)."""
 
 
 def check_articulation(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:

@@ -11,7 +11,7 @@ from scenecc.checks.image_jpeg import check_jpeg, jpeg_size
 from scenecc.checks.image_ktx import MAGICS, ktx_size
 from scenecc.checks.image_plain import bmp_size, check_bmp, check_hdr, check_tga, hdr_size, is_tga
 from scenecc.checks.image_png import SIGNATURE, check_png, png_size
-from scenecc.checks.image_size import ImageSize
+from scenecc.checks.image_size import Blocks, ImageSize
 from scenecc.checks.mesh_data import AssetError
 from scenecc.regular_file import open_regular
 
@@ -31,13 +31,14 @@ def image_size(path: Path) -> ImageSize:
         return _size(file, path.suffix)
 
 
-def check_image(file: BinaryIO, max_bytes: int, suffix: str = "") -> None:
+def check_image(file: BinaryIO, max_bytes: int, suffix: str = "", blocks: Blocks | None = None) -> None:
     """Checks all of an image.
 
     Args:
         file: the image, at its start.
         max_bytes: how much it may take once unpacked [bytes].
         suffix: of its name, by which SAPIEN tells EXR and KTX from all others; "": it is a part of another file.
+        blocks: how much of JPEGs is looked at, this one among others; None: of this one as much as ever.
 
     Raises:
         AssetError: it is no image that SAPIEN loads, cut short, or too large.
@@ -45,7 +46,7 @@ def check_image(file: BinaryIO, max_bytes: int, suffix: str = "") -> None:
     try:
         size = _size(file, suffix)
         if size.columns >= 1 and size.rows >= 1 and sum(size.level_bytes) * size.sides <= max_bytes:
-            _check_pixels(file, suffix)
+            _check_pixels(file, suffix, blocks or Blocks())
     except (struct.error, EOFError, ValueError) as error:
         raise AssetError("SC420", f"the image cannot be read: {error}", "save it again as PNG or JPEG") from error
     if size.columns < 1 or size.rows < 1:
@@ -91,13 +92,15 @@ def _kind(head: bytes) -> str:
     return "tga" if is_tga(head) else ""
 
 
-def _check_pixels(file: BinaryIO, suffix: str) -> None:
+def _check_pixels(file: BinaryIO, suffix: str, blocks: Blocks) -> None:
     """Reads an image to its end."""
     file.seek(0)
-    check = _CHECKS.get(suffix if suffix in _BY_SUFFIX else _kind(file.read(32)))
+    kind = suffix if suffix in _BY_SUFFIX else _kind(file.read(32))
     file.seek(0)
-    if check is not None:
-        check(file)
+    if kind == "jpeg":
+        check_jpeg(file, blocks)
+    elif kind in _CHECKS:
+        _CHECKS[kind](file)
 
 
 _STARTS = {
@@ -113,7 +116,6 @@ _STARTS = {
 _CHECKS = {
     ".exr": check_exr,
     "png": check_png,
-    "jpeg": check_jpeg,
     "bmp": check_bmp,
     "hdr": check_hdr,
     "tga": check_tga,

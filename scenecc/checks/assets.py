@@ -15,22 +15,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 from urllib.parse import unquote
 
-from scenecc.checks.asset_image import IMAGE_SUFFIXES, check_image, image_size
-from scenecc.checks.judged import rows
-from scenecc.checks.mesh_data import AssetError, MeshData, Reading, Reference, Total
+from scenecc.checks.asset_image import IMAGE_SUFFIXES, check_image
+from scenecc.checks.image_size import Blocks
+from scenecc.checks.judged import indices
+from scenecc.checks.mesh_data import AssetError, MeshData, Reading, Reference, Total, TotalError
 from scenecc.checks.mesh_mtl import in_place_of, mtl_images
 from scenecc.checks.mesh_read import MESH_SUFFIXES, SEEN_SUFFIXES, read_mesh
 from scenecc.checks.mesh_rules import check_use
 from scenecc.checks.same_files import check_same
+from scenecc.checks.surroundings import check_surroundings
 from scenecc.diagnostics import Origin
 from scenecc.plan import (
     ConvexMesh,
     ConvexParts,
-    CubeMap,
     Mesh,
     MeshGeometry,
     NamedFile,
-    SkyMap,
     TexturedLight,
     TriangleMesh,
 )
@@ -38,7 +38,7 @@ from scenecc.regular_file import open_regular, state_of
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
-    from scenecc.plan import AssetFile, ScenePlan, Value, VisualMaterial
+    from scenecc.plan import AssetFile, ScenePlan, VisualMaterial
     from scenecc.regular_file import State
 
 Use = Literal["hull", "parts", "triangles", "seen", "decomposed", "texture"]
@@ -59,14 +59,18 @@ class _Checker:
     """What is known of the files of one check.
 
     Attributes:
+        blocks: how much of all JPEGs is looked at.
         read: hash and state of each file that was read, by its path.
+        textures: what is wrong with each texture, by its path: several meshes may share one.
     """
 
     sink: Sink
     resolve_named: ResolveNamed
     max_bytes: int
     total: Total
+    blocks: Blocks = field(default_factory=Blocks)
     read: dict[Path, tuple[str, State]] = field(default_factory=dict["Path", "tuple[str, State]"])
+    textures: dict[Path, AssetError | None] = field(default_factory=dict["Path", "AssetError | None"])
 
 
 def check_assets(
@@ -108,12 +112,8 @@ def check_assets(
             names = tuple(NamedFile(uri, checker.read[path][0], path, checker.read[path][1]) for uri, path in named)
             files[index] = replace(asset, sha256=digest, names=names, state=state)
             check_same(asset, files[index], first, sink)
-    if plan.environment is not None and plan.environment.map is not None and not sink.failed:
-        place = plan.environment.origin or plan.origin or Origin(None)
-        if isinstance(plan.environment.map, CubeMap):
-            _check_faces(plan, plan.environment.map, place.child("map"), sink)
-        else:
-            _check_sky(plan, plan.environment.map, place.child("map"), sink)
+    if not sink.failed:
+        check_surroundings(plan, sink)
     return tuple(files)
 
 
@@ -126,10 +126,10 @@ def _uses(plan: ScenePlan, origins: Mapping[int, Origin]) -> Iterator[tuple[int,
         for shape in (*structure.collisions, *structure.visuals):
             geometry = shape.geometry
             if isinstance(geometry, MeshGeometry):
-                for index in _indices(geometry.file):
+                for index in indices(geometry.file):
                     yield index, _use(geometry), (shape.origin or structure.origin or top).child("file")
         for shape in structure.visuals:
-            for index in _indices(shape.material) if shape.material is not None else ():
+            for index in indices(shape.material) if shape.material is not None else ():
                 place = (shape.origin or structure.origin or top).child("material")
                 for file in _textures(plan.visual_materials[index]):
                     yield file, "texture", origins.get(file, place)
@@ -140,52 +140,10 @@ def _of_pictures(plan: ScenePlan) -> Iterator[int]:
     surroundings = plan.environment and plan.environment.map
     if surroundings is not None:
         for item in fields(surroundings):
-            yield from _indices(getattr(surroundings, item.name))
+            yield from indices(getattr(surroundings, item.name))
     for light in plan.lights:
         if isinstance(light.light, TexturedLight):
-            yield from _indices(light.light.texture.file)
-
-
-def _check_faces(plan: ScenePlan, surroundings: CubeMap, origin: Origin, sink: Sink) -> None:
-    """That six pictures make a cube in every scene: they have one size, and one kind of pixels."""
-    faces = [getattr(surroundings, item.name) for item in fields(surroundings)]
-    found = rows(faces)
-    # Of what is drawn any may meet any.
-    sides = [[index for face in faces for index in _indices(face)]] if found is None else found
-    for side in sides:
-        indices = [int(index[0]) if isinstance(index, tuple) else index for index in side]
-        sizes = {index: image_size(plan.files[index].path) for index in dict.fromkeys(indices)}
-        few = next((index for index in indices if not sizes[index].has_all_levels), None)
-        if few is not None:
-            message = f"a side of a cube has levels down to one pixel, or none, and {plan.files[few].uri} has fewer"
-            sink.report("SC553", message, origin)
-            return
-        first = indices[0]
-        other = next((index for index in indices if sizes[index] != sizes[first]), None)
-        if other is not None:
-            a, b = (f"{plan.files[index].uri} ({sizes[index]})" for index in (first, other))
-            sink.report("SC553", f"the sides of a cube are alike, and {a} and {b} are not", origin)
-            return
-
-
-def _check_sky(plan: ScenePlan, surroundings: SkyMap, origin: Origin, sink: Sink) -> None:
-    """That one picture holds the whole sphere: a turn from left to right, and half a one from top to bottom."""
-    for index in _indices(surroundings.file):
-        size = image_size(plan.files[index].path)
-        if size.levels and not (size.sides == 6 and size.columns == size.rows and size.has_all_levels):
-            what = "a KTX of all directions has six square sides, and levels down to one pixel"
-            hint = "make it with its mipmaps, or take one picture in PNG, HDR or EXR"
-            sink.report("SC554", f"{what}; {plan.files[index].uri} has not", origin, hint=hint)
-            return
-        if not size.levels and size.columns != 2 * size.rows:
-            message = f"a map of all directions is twice as wide as it is high, and {plan.files[index].uri} is not"
-            sink.report("SC554", f"{message} ({size})", origin, hint="six pictures are written {px: …, nx: …, …}")
-            return
-
-
-def _indices(value: Value) -> list[int]:
-    """Every alternative of a table index, by first use."""
-    return list(dict.fromkeys(map(int, value.numbers())))
+            yield from indices(light.light.texture.file)
 
 
 def _use(geometry: MeshGeometry) -> Use:
@@ -202,7 +160,7 @@ def _use(geometry: MeshGeometry) -> Use:
 
 def _textures(material: VisualMaterial) -> Iterator[int]:
     for texture in material.textures().values():
-        yield from _indices(texture.file)
+        yield from indices(texture.file)
 
 
 def _check_mesh(checker: _Checker, asset: AssetFile, by_use: dict[Use, Origin]) -> dict[str, Path]:
@@ -284,7 +242,7 @@ def _check_named(
             named[reference.uri] = path
     for image in mesh.images if seen is not None else ():
         with _reporting(checker, asset, origin):
-            check_image(io.BytesIO(image), checker.max_bytes)
+            check_image(io.BytesIO(image), checker.max_bytes, blocks=checker.blocks)
 
 
 @contextmanager
@@ -320,11 +278,22 @@ def _named(checker: _Checker, asset: AssetFile, reference: Reference) -> Path:
 
 
 def _check_texture(checker: _Checker, path: Path) -> None:
+    if path not in checker.textures:
+        checker.textures[path] = None
+        try:
+            _check_new_texture(checker, path)
+        except AssetError as fault:
+            checker.textures[path] = fault
+    if (fault := checker.textures[path]) is not None:
+        raise fault
+
+
+def _check_new_texture(checker: _Checker, path: Path) -> None:
     suffix = path.suffix.lower()
     if suffix not in IMAGE_SUFFIXES:
         kind = f"`{suffix}` is no image format" if suffix else "a file without a suffix is no image"
         raise AssetError("SC410", f"{kind} that is read, in {path.name}", "save it as PNG or JPEG")
-    check_image(io.BytesIO(_bytes(checker, path)), checker.max_bytes, path.suffix)
+    check_image(io.BytesIO(_bytes(checker, path)), checker.max_bytes, path.suffix, checker.blocks)
 
 
 def _bytes(checker: _Checker, path: Path) -> bytes:
@@ -341,10 +310,14 @@ def _bytes(checker: _Checker, path: Path) -> bytes:
             f"{path.name} has {state[2]} bytes, and the limit asset_bytes is {checker.max_bytes}",
             "make it smaller, or raise the limit with --limit asset_bytes=N",
         )
-    checker.total.take(len(data))
+    if path not in checker.read:
+        checker.total.take(len(data))
     checker.read[path] = sha256(data).hexdigest(), state
     return data
 
 
 def _report(checker: _Checker, asset: AssetFile, origin: Origin, fault: AssetError) -> None:
+    if isinstance(fault, TotalError) and checker.total.told:
+        return  # one thing to mend, however many files come after
+    checker.total.told |= isinstance(fault, TotalError)
     checker.sink.report(fault.code, f"{asset.uri}: {fault.message}", origin, hint=fault.hint)

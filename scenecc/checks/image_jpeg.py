@@ -10,16 +10,13 @@ from math import ceil
 from typing import BinaryIO
 
 from scenecc.checks.image_jpeg_codes import Component, Scan, Table, check_codes, code_table
-from scenecc.checks.image_size import ImageSize, exactly
+from scenecc.checks.image_size import Blocks, ImageSize, exactly
 
 _FRAMES = {0xC0, 0xC1, 0xC2}
 _TABLES = {0xC4, 0xDB, 0xDD}
 _PASSED = {0xFE, *range(0xE0, 0xF0)}
 _MOST_TABLES, _MOST_SCANS = 1024, 128
 """Pictures have 4 of the one and 10 of the other; each takes its time, however small it is."""
-_MOST_BLOCKS = 1_000_000
-"""How many blocks of 8 × 8 pixels are looked at, those of each scan counted: half a dozen seconds. A picture of 16
-million pixels has fewer; of what lies beyond, the headers alone are looked at."""
 _MARKER = re.compile(rb"\xff+[^\xff\x00\xd0-\xd7]")
 """What ends a scan: neither a byte 0xFF of its own, nor a restart."""
 _RESTART = re.compile(rb"\xff+([\xd0-\xd7])")
@@ -34,7 +31,7 @@ class _Picture:
         steps: the steps of the lowest frequency, by table.
         every: how many steps of a scan stand between two restarts; 0: all.
         shared: how many steps a scan of several colours has.
-        tables, scans, blocks: how many of each there were.
+        tables, scans: how many of each there were.
     """
 
     codes: dict[tuple[int, int], Table] = field(default_factory=dict[tuple[int, int], Table])
@@ -45,7 +42,6 @@ class _Picture:
     shared: int = 0
     tables: int = 0
     scans: int = 0
-    blocks: int = 0
 
 
 def jpeg_size(file: BinaryIO) -> ImageSize:
@@ -59,8 +55,8 @@ def jpeg_size(file: BinaryIO) -> ImageSize:
     raise ValueError("it ends before its size is told")
 
 
-def check_jpeg(file: BinaryIO) -> None:
-    """Reads all of a JPEG.
+def check_jpeg(file: BinaryIO, blocks: Blocks) -> None:
+    """Reads all of a JPEG, as long as there are `blocks` left.
 
     Raises:
         ValueError, EOFError, struct.error: it is cut short, damaged, or of a kind that SAPIEN does not load.
@@ -76,7 +72,7 @@ def check_jpeg(file: BinaryIO) -> None:
             _frame(body, picture)
             picture.progressive = marker == 0xC2
         elif marker == 0xDA:
-            shown |= _scan(body, picture, file)
+            shown |= _scan(body, picture, file, blocks)
     if not shown or shown != set(picture.components):
         raise ValueError("it has no pixels of one of its colours")
 
@@ -141,7 +137,7 @@ def _frame(body: bytes, picture: _Picture) -> None:
     picture.shared = ceil(columns / (8 * across)) * ceil(rows / (8 * down))
 
 
-def _scan(body: bytes, picture: _Picture, file: BinaryIO) -> set[int]:
+def _scan(body: bytes, picture: _Picture, file: BinaryIO, blocks: Blocks) -> set[int]:
     """Reads a scan, and gives the numbers of its colours."""
     count = body[0] if body else 0
     if not 1 <= count <= len(picture.components) or len(body) != 4 + 2 * count:
@@ -169,11 +165,11 @@ def _scan(body: bytes, picture: _Picture, file: BinaryIO) -> set[int]:
     alone = shown[0][0]
     total = picture.shared if count > 1 else alone.across * alone.down
     picture.scans += 1
-    picture.blocks += total * sum(component.per if count > 1 else 1 for component, _, _ in shown)
+    blocks.left -= total * sum(component.per if count > 1 else 1 for component, _, _ in shown)
     if picture.scans > _MOST_SCANS:
         raise ValueError(f"it has more than {_MOST_SCANS} scans")
     pieces = _pieces(file)
-    if picture.blocks <= _MOST_BLOCKS:
+    if blocks.left >= 0:
         check_codes(pieces, scan, shown, total, picture.every)
     return set(numbers)
 

@@ -52,6 +52,11 @@ def alternatives(value: Value) -> list[Row] | None:
     return None if several is None else list(map(_row, several))
 
 
+def indices(value: Value) -> list[int]:
+    """Every alternative of a table index, by first use."""
+    return list(dict.fromkeys(map(int, value.numbers())))
+
+
 def lowest(value: Value) -> Row:
     """The least that each component can be."""
     return _corner(value, high=False)

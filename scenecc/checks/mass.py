@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.checks.judged import Row, alternatives, highest, lowest, rows, waits
 from scenecc.plan import Box, Capsule, Cylinder, Sphere, literal
-from scenecc.plan.bounds import FARTHEST
+from scenecc.plan.bounds import FARTHEST, LARGEST, SMALLEST
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -20,11 +20,8 @@ if TYPE_CHECKING:
 DENSITY = 1000.0
 """SAPIEN's own [kg/m³]."""
 
-LIGHTEST, LARGEST = 1e-6, 3.4028234663852886e38
-"""What SAPIEN makes of a smaller mass, and the end of single precision [kg]."""
-
-LEAST = 1.1754943508222875e-38
-"""Of a mass or a moment: the engine keeps the inverse, and takes 1 where that is no normal number."""
+LIGHTEST = 1e-6
+"""What SAPIEN makes of a smaller mass [kg]."""
 
 MOVED = frozenset(("dynamic", "link"))
 """Bodies that PhysX moves by forces."""
@@ -151,7 +148,10 @@ def mass_is_held(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, 
             f"a shape or the centre of mass of `{name}` is {far:.3g} m from it: single precision does not hold that"
         )
         sink.report("SC512", message, origin, at="key", hint="mend the coordinates: they are in metres")
-    wrong = [number for item in given for row in _ends(item) for number in row if not LEAST <= number <= 1 / LEAST]
+    # The engine keeps the inverse, and takes 1 where that is no normal number.
+    wrong = [
+        number for item in given for row in _ends(item) for number in row if not SMALLEST <= number <= 1 / SMALLEST
+    ]
     if wrong:
         message = (
             f"the mass or a moment of inertia of `{name}` is {wrong[0]:.3g}, whose inverse the engine does not hold"

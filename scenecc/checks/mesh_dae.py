@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenecc.checks.mesh_dae_images import dae_images
-from scenecc.checks.mesh_data import AssetError, MeshData, Part, Reading, part
+from scenecc.checks.mesh_data import AssetError, MeshData, Part, Reading, Total, part
 from scenecc.checks.mesh_text import EXPONENT, LONGEST_RUN, NUMBER, Budget, floats
 from scenecc.checks.mesh_xml import Node, by_id, parse_mesh_xml
 
@@ -237,7 +237,7 @@ def _numbers(text: str, pattern: re.Pattern[str], budget: Budget) -> NDArray[np.
 
 
 def _exactly(text: str, count: int, what: str) -> NDArray[np.float64]:
-    numbers = _numbers(text[:2000], _REALS, Budget(2**20))
+    numbers = _numbers(text[:2000], _REALS, Budget(2**20, Total(2**22)))
     if len(numbers) != count:
         raise ValueError(f"`{what}` has {len(numbers)} numbers, and {count} belong there")
     if not np.isfinite(numbers).all():

@@ -50,6 +50,10 @@ OpenNamed = Callable[[Reference], bytes]
 """Reads a file that the asset names. Raises `AssetError`."""
 
 
+class TotalError(AssetError):
+    """All files of a scene together take too much."""
+
+
 @dataclass(slots=True)
 class Total:
     """Counts what is read for one scene.
@@ -57,10 +61,12 @@ class Total:
     Attributes:
         most: how much that may be (limit `assets_bytes`) [bytes].
         taken: how much it was.
+        told: whether it was reported that this is too much.
     """
 
     most: int
     taken: int = 0
+    told: bool = False
 
     def take(self, size: int) -> None:
         """Counts so many bytes.
@@ -70,7 +76,7 @@ class Total:
         """
         self.taken += size
         if self.taken > self.most:
-            raise AssetError(
+            raise TotalError(
                 "SC607",
                 f"with it, the files of the scene and their triangles take more than {self.most} bytes",
                 "use fewer or simpler meshes, or raise the limit with --limit assets_bytes=N",
@@ -84,12 +90,12 @@ class Reading:
     Attributes:
         open_named: reads a file that it names.
         max_bytes: size of the largest file [bytes]; its triangles take a few times as much in memory.
-        total: counts what all meshes of a scene take [bytes]; None: nothing does.
+        total: counts what all meshes of a scene take [bytes].
     """
 
     open_named: OpenNamed
     max_bytes: int
-    total: Total | None = None
+    total: Total
 
 
 @dataclass(frozen=True, slots=True)

@@ -88,7 +88,7 @@ def _split(data: bytes, budget: Budget) -> tuple[dict[str, Any], bytes | None]:
         if kind != b"JSON" or 20 + size > length:
             raise ValueError("its first chunk is not JSON")
         text, start = data[20 : 20 + size], 20 + size
-        if size % 4 or kind != b"JSON":
+        if size % 4:
             raise ValueError("its first chunk does not end where the next can begin")
         if start < length:
             size, kind = struct.unpack_from("<I4s", data.ljust(start + 8, b"\0"), start)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from typing import TYPE_CHECKING
 
@@ -91,6 +92,9 @@ def in_place_of(material: str, mesh: Path) -> list[str]:
         while at > 0:
             tried.append(path[at + 1 : at + length])
             at = path.rfind("/", 0, at)
-    return [
-        name for name in dict.fromkeys(tried) if (mesh.parent / name).exists() and not (mesh.parent / name).is_dir()
-    ]
+    # Unlike a `Path`, these raise nothing for a name that is too long.
+    return [name for name in dict.fromkeys(tried) if _is_there(f"{mesh.parent}/{name}")]
+
+
+def _is_there(path: str) -> bool:
+    return os.path.exists(path) and not os.path.isdir(path)  # noqa: PTH110, PTH112

@@ -35,7 +35,8 @@ _FACES = {
     )
 }
 """Triangles and squares, by their corners and what the numbers of one name. Other lines are read word by word."""
-_COMMENTS = run_of(lines=rb"#[^\n]*\n")
+_COMMENTS = run_of(lines=rb"#[^\n\\]*\n")
+_LONGEST_LINE = 1_000_000
 _NAMED = ("vertex", "texture coordinate", "normal")
 _LETTERS = {"v": 0, "vt": 1, "vn": 2}
 _NUMBERS = ({3, 4, 6}, {2, 3}, {3})
@@ -54,10 +55,10 @@ def read_obj(data: bytes, reading: Reading) -> MeshData:
     mesh = _Mesh(Budget(reading.max_bytes, reading.total))
     row = 0
     try:
-        lines = Lines(_joined(data))
+        lines = _lines(data)
         while True:
             if not _run(lines, mesh):
-                line = lines.raw()
+                line = _continued(lines)
                 if line is None:
                     break
                 row = lines.row
@@ -71,30 +72,28 @@ def read_obj(data: bytes, reading: Reading) -> MeshData:
     return MeshData(parts, tuple(Reference(name, "material") for name in mesh.materials))
 
 
-def _joined(data: bytes) -> bytes:
-    """The text without the line breaks that a backslash takes back, at the same numbers of lines.
-
-    Raises:
-        ValueError: SAPIEN's reader skips the first line.
-    """
+def _lines(data: bytes) -> Lines:
     if data.startswith(b"\xef\xbb\xbf") and data[3:4] not in {b"#", b"\r", b"\n"}:
         raise ValueError("a mark of UTF-8 stands before its first line, which SAPIEN's reader skips then")
-    if b"\\" not in data:
-        return data
-    out: list[bytes] = []
-    taken = 0
-    for line in re.sub(rb"\r+\n", b"\n", data).split(b"\n"):
-        if taken:
-            out[-1] += line
-        else:
-            out.append(line)
-        if out[-1].endswith(b"\\"):
-            out[-1] = out[-1][:-1]
-            taken += 1
-        else:
-            out += [b""] * taken
-            taken = 0
-    return b"\n".join(out)
+    return Lines(data)
+
+
+def _continued(lines: Lines) -> str | None:
+    """The next line, with those in which it goes on behind a backslash; None at the end.
+
+    Raises:
+        ValueError: it is longer than any that is meant.
+    """
+    pieces: list[str] = []
+    length = 0
+    while (line := lines.raw()) is not None:
+        length += len(line)
+        if length > _LONGEST_LINE:
+            raise ValueError(f"it has more than {_LONGEST_LINE} characters")
+        if not line.endswith("\\"):
+            return "".join([*pieces, line]) if pieces else line
+        pieces.append(line[:-1])
+    return "".join(pieces) if pieces else None
 
 
 @dataclass(slots=True)

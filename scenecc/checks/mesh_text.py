@@ -115,7 +115,7 @@ _TIMES = 3
 class Budget:
     """Counts what a mesh takes in memory, before it is made: a file may ask for far more than its own size."""
 
-    def __init__(self, max_bytes: int, total: Total | None = None) -> None:
+    def __init__(self, max_bytes: int, total: Total) -> None:
         self._max_bytes = _TIMES * max_bytes
         self._total = total
         self._used = 0
@@ -126,8 +126,7 @@ class Budget:
         Raises:
             AssetError: they are too many.
         """
-        if self._total is not None:
-            self._total.take(size)
+        self._total.take(size)
         self._used += size
         if self._used > self._max_bytes:
             raise AssetError(

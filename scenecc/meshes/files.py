@@ -17,14 +17,14 @@ import numpy as np
 from scenecc.meshes.images import Images, image_of
 from scenecc.meshes.primitives import surface
 from scenecc.meshes.surface import Look, MeshProblem, Part
-from scenecc.regular_file import open_regular
+from scenecc.regular_file import ChangedError, read_checked
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
     from scenecc.meshes.surface import Vec3, Vec4
-    from scenecc.plan import AssetFile
+    from scenecc.plan import AssetFile, NamedFile
 
 _WHITE: Final = (1.0, 1.0, 1.0, 1.0)
 _GREY: Final = (0.6, 0.6, 0.6, 1.0)
@@ -90,22 +90,19 @@ class _Named:
 
     __getitem__ = get
 
-    def path(self, name: str) -> Path | None:
-        """Where a file is; None where the mesh was not found to name it."""
-        one = self._by_name.get(name)
-        return one and one.path
+    def find(self, name: str) -> NamedFile | None:
+        """A file; None where the mesh was not found to name it."""
+        return self._by_name.get(name)
 
 
 def _checked(path: Path, digest: str | None) -> bytes:
     """The content of a file. Raises MeshProblem where it is not what it was when it was checked."""
     try:
-        with open_regular(path) as stream:
-            data = stream.read()
+        return read_checked(path, digest)
+    except ChangedError as error:
+        raise MeshProblem("SC422", f"'{path}' changed while the scene was built") from error
     except OSError as error:
         raise MeshProblem("SC747", f"'{path}' cannot be read: {error.strerror}") from error
-    if digest is not None and sha256(data).hexdigest() != digest:
-        raise MeshProblem("SC422", f"'{path}' changed while the scene was built")
-    return data
 
 
 def _read(data: bytes, file: AssetFile) -> tuple[Part, ...]:
@@ -203,12 +200,12 @@ def _of_glossy(material: Any, path: Path, named: _Named, images: Images) -> Look
 
 def _maps(given: dict[str, Any], files: _Named, images: Images) -> dict[str, Any]:
     """Images of a material that trimesh leaves as words. The file's name is the last of them, after options."""
-    named = {field: files.path(given[key][-1]) for key, field in _MAPS.items() if given.get(key)}
+    named = {field: files.find(given[key][-1]) for key, field in _MAPS.items() if given.get(key)}
     try:
         return {
-            field: images.file(path, {"srgb": field == "emission_image"})
-            for field, path in named.items()
-            if path is not None
+            field: images.file(one.path, one.sha256, {"srgb": field == "emission_image"})
+            for field, one in named.items()
+            if one is not None and one.path is not None
         }
     except MeshProblem as problem:
         code = (

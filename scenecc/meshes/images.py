@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.meshes.surface import Image, MeshProblem
-from scenecc.regular_file import open_regular
+from scenecc.regular_file import ChangedError, read_checked
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -31,14 +31,19 @@ class Images:
     def __init__(self) -> None:
         self._read: dict[Path, tuple[bytes, Suffix, Pixels]] = {}
 
-    def file(self, path: Path, sampling: dict[str, Any]) -> Image:
-        """An image of a file. `sampling`: what of filter mode, address mode and sRGB is given.
+    def file(self, path: Path, digest: str | None, sampling: dict[str, Any]) -> Image:
+        """An image of a file.
+
+        Args:
+            path: of the file.
+            digest: SHA-256 of what was checked of it.
+            sampling: what of filter mode, address mode and sRGB is given.
 
         Raises:
             MeshProblem: it cannot be read, or Pillow is missing.
         """
         if path not in self._read:
-            self._read[path] = _opened(path)
+            self._read[path] = _opened(path, digest)
         data, suffix, pixels = self._read[path]
         given = {name: sampling[name] for name in ("srgb", "filter_mode", "address_mode") if name in sampling}
         return Image(_digest(data), data, suffix, pixels, path.stem, **given)
@@ -75,7 +80,7 @@ def as_png(pixels: Pixels) -> bytes:
     return data.getvalue()
 
 
-def _opened(path: Path) -> tuple[bytes, Suffix, Pixels]:
+def _opened(path: Path, digest: str | None) -> tuple[bytes, Suffix, Pixels]:
     suffix = path.suffix.lower()
     if suffix not in _READ:
         raise MeshProblem("SC748", f"an image of the kind `{suffix}` is left out", "save it as PNG or JPEG")
@@ -84,10 +89,11 @@ def _opened(path: Path) -> tuple[bytes, Suffix, Pixels]:
     except ImportError as error:
         raise MeshProblem("SC813", f"textures need Pillow: {error}", 'run `pip install "scenecc[export]"`') from error
     try:
-        with open_regular(path) as file:
-            data = file.read()
+        data = read_checked(path, digest)
         pixels = pillow.open(BytesIO(data))
         pixels.load()
+    except ChangedError as error:
+        raise MeshProblem("SC422", f"'{path}' changed while the scene was built") from error
     except (OSError, ValueError) as error:
         raise MeshProblem("SC748", f"'{path}' cannot be read: {error}", "save it as PNG or JPEG") from error
     return (data, _KEPT[suffix], pixels) if suffix in _KEPT else (as_png(pixels), ".png", pixels)

@@ -41,9 +41,9 @@ class Looks:
         return self._made[key]
 
     def _image(self, texture: Any, row: int) -> Image | None:
-        path = self._plan.files[int(texture.file.row(row))].path
+        file = self._plan.files[int(texture.file.row(row))]
         try:
-            return self._images.file(path, texture.sampling())
+            return self._images.file(file.path, file.sha256, texture.sampling())
         except MeshProblem as problem:
             if problem.code == "SC813":
                 raise

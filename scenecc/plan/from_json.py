@@ -96,9 +96,9 @@ def _is_plan(data: object, sink: Sink, origin: Origin) -> TypeGuard[dict[str, An
         sink.report("SC702", "this is not a plan: it has no key `scenecc_plan`", origin)
         return False
     version: object = data["scenecc_plan"]
-    if version is not True and version in (1, PLAN_VERSION):
+    if type(version) is int and version in (1, PLAN_VERSION):
         return True
-    message = f"this plan has version {_shown(version)}; version {PLAN_VERSION} is read here"
+    message = f"this plan has version {_shown(version)}; versions 1 and {PLAN_VERSION} are read here"
     sink.report("SC702", message, origin.child("scenecc_plan"))
     return False
 

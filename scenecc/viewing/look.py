@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from ipaddress import ip_address
 from typing import Final
 
@@ -47,7 +47,7 @@ class Place:
 
     host: str = "127.0.0.1"
     port: int | None = None
-    token: str | None = None
+    token: str | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         if self.port is not None and not 0 <= self.port <= _LAST_PORT:

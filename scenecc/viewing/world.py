@@ -83,8 +83,8 @@ class World:
 
     def step(self, n: int = 1, *, check: bool = False) -> None:
         """Simulates some steps in every scene. With `check`, raises SceneError once they have diverged."""
-        self.steps += n
         self._batch.step(n, check=check)
+        self.steps += n
 
     def reset(self, seed: int) -> None:
         """Puts all bodies back to their start, drawn with another seed where a reset draws it.

@@ -13,6 +13,7 @@ from scenecc.emit.python.layout import WIDTH, Node, Source, call, list_of, strin
 from scenecc.plan import ArticulationStructure, CoacdParams, Value
 from scenecc.plan.fields import Many, OneOf, Quantity, slots
 from scenecc.plan.fields import Node as Holder
+from scenecc.regular_file import read_checked
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -236,7 +237,7 @@ def _is_packed(file: AssetFile) -> bool:
 
 
 def _packed(file: AssetFile) -> Node:
-    text = base64.b64encode(zlib.compress(file.path.read_bytes(), 9)).decode("ascii")
+    text = base64.b64encode(zlib.compress(read_checked(file.path, file.sha256), 9)).decode("ascii")
     lines = [string(text[start : start + _LINE]) for start in range(0, len(text), _LINE)]
     return call("packed_file", string(file.path.name), list_of(lines))
 

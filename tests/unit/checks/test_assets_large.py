@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from plugins.mesh_files import codes, write
 
-from scenecc.checks.mesh_data import AssetError, MeshData, Reading, Reference
+from scenecc.checks.mesh_data import AssetError, MeshData, Reading, Reference, Total
 from scenecc.checks.mesh_read import read_mesh
 from scenecc.checks.mesh_text import Lines
 
@@ -22,7 +22,7 @@ def no_file(reference: Reference) -> bytes:
 
 
 def read(data: bytes, suffix: str, max_bytes: int = 256 * MIB) -> MeshData:
-    return read_mesh(data, suffix, Reading(no_file, max_bytes))
+    return read_mesh(data, suffix, Reading(no_file, max_bytes, Total(2**40)))
 
 
 def table(rows: int, columns: int, seed: int) -> list[list[float]]:
