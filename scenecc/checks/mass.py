@@ -26,6 +26,9 @@ LIGHTEST = 1e-6
 MOVED = frozenset(("dynamic", "link"))
 """Bodies that PhysX moves by forces."""
 
+_WEIGHED = MOVED | {"kinematic"}
+"""Bodies that the engine computes a mass for."""
+
 _SIZES: dict[type, Callable[[Any], tuple[Value, ...]]] = {
     Box: lambda shape: (shape.half_size,),
     Sphere: lambda shape: (shape.radius,),
@@ -58,8 +61,8 @@ def mass_is_clear(body: BodyStructure, _name: str, origin: Origin, sink: Sink) -
 
 
 def weight_can_be_held(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    """What follows from the densities of a body that moves is a mass that SAPIEN keeps as it is."""
-    if body.body_type not in MOVED or body.inertial is not None or not body.collisions:
+    """What follows from the densities is a mass that SAPIEN keeps as it is; of a kinematic body: can hold."""
+    if body.body_type not in _WEIGHED or body.inertial is not None or not body.collisions:
         return
     shapes = [(shape.geometry, _SAPIEN if shape.density is None else shape.density) for shape in body.collisions]
     values = [density for _, density in shapes]
@@ -82,16 +85,19 @@ def _weighs(
 ) -> bool:
     """Whether one row of a body's densities, then its sizes, gives a mass that can be held; otherwise a report."""
     sizes = iter(row[len(types) :])
-    weight, dense = 0.0, False
+    weight, dense, complete = 0.0, False, True
     for type_, (density,) in zip(types, row, strict=False):
         volume = _VOLUME.get(type_)
         measured = None if volume is None else volume([next(sizes) for _ in range(_SIZE_COUNT[type_])])
         if density:
             dense = True
-            if measured is None:
-                return True
-            weight += measured * density
+            # What a mesh weighs is known once the engine has read it; the other shapes alone may weigh too much.
+            complete = complete and measured is not None
+            weight += (measured or 0) * density
+    light = complete and body.body_type in MOVED
     if not dense:
+        if not light:
+            return True
         _weightless(body, name, origin, sink)
     elif weight > LARGEST:
         hint = "mend the sizes or the densities: lengths are in metres"
@@ -101,7 +107,7 @@ def _weighs(
         hint = "mend the sizes or the densities: lengths are in metres"
         message = f"`{name}` is so large that single precision does not hold its inertia"
         sink.report("SC512", message, origin, at="key", hint=hint)
-    elif weight < LIGHTEST:
+    elif light and weight < LIGHTEST:
         hint = "mend the sizes or the densities (lengths are in metres), or give `inertial`"
         message = f"`{name}` weighs {weight:.3g} kg by its densities, and SAPIEN would make a milligram of it"
         sink.report("SC511", message, origin, at="key", hint=hint)

@@ -20,6 +20,7 @@ from scenecc.plan import (
     BodyStructure,
     Box,
     CollisionShape,
+    ConvexMesh,
     Entity,
     Inertial,
     Physics,
@@ -100,6 +101,24 @@ def test_each_rule(structure: BodyStructure, code: str, sink: Any) -> None:
 @pytest.mark.parametrize("kind", ["static", "kinematic"])
 def test_what_stands_still_may_be_seen_alone(kind: Any, sink: Any) -> None:
     check(sink, entity("a", BodyStructure(kind, (), (SEEN,))))
+
+
+LONG = CollisionShape(Box(constant([0.03, 0.03, 1e38])))
+MESHED = CollisionShape(ConvexMesh(constant(0, np.int64), constant([1, 1, 1])))
+
+
+@pytest.mark.parametrize("kind", ["dynamic", "kinematic"])
+@pytest.mark.parametrize("others", [(), (BALL,), (MESHED,)], ids=["alone", "ball", "mesh"])
+def test_one_huge_shape_is_enough(kind: Any, others: tuple[CollisionShape, ...], sink: Any) -> None:
+    check(sink, entity("a", body(*others, LONG, kind=kind)))
+    sink.take("SC512")
+
+
+def test_what_a_mesh_adds_may_be_enough_and_nobody_minds_a_kinematic_milligram(sink: Any) -> None:
+    tiny = CollisionShape(Sphere(constant(1e-5)))
+    check(sink, entity("a", body(tiny, MESHED)))
+    check(sink, entity("b", body(tiny, kind="kinematic")))
+    check(sink, entity("c", body(CollisionShape(Sphere(constant(1.0)), density=constant(0.0)), kind="kinematic")))
 
 
 def test_an_inertial_is_enough_for_a_body_that_is_only_seen(sink: Any) -> None:
