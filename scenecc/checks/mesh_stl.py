@@ -56,7 +56,7 @@ def read_stl(data: bytes, reading: Reading) -> MeshData:
     count = int.from_bytes(data[80:84], "little")
     if len(data) >= 84 and len(data) == 84 + 50 * count:
         corners = np.frombuffer(data, _FACET, count, 84)["corners"].reshape(-1, 3)
-    elif data.lstrip()[:5].lower() == b"solid":
+    elif data.lstrip()[:5] == b"solid":
         corners = _text_corners(data, budget)
     else:
         said = f"says {count} triangles" if len(data) >= 84 else "is shorter than its header"
@@ -86,7 +86,7 @@ def _text_corners(data: bytes, budget: Budget) -> NDArray[np.float32]:
             line = lines.line()
             if line is None:
                 break
-            words += _words(line.lower())
+            words += _words(line)
             if len(words) >= _TEXT_FACET:
                 budget.take(36 + 7 * ROW_BYTES)
                 with np.errstate(over="ignore"):

@@ -136,6 +136,8 @@ BROKEN: dict[str, tuple[str | bytes, str]] = {
     "text_empty.stl": ("solid\nendsolid\n", "SC413"),
     "text_split.stl": (stl_text().replace(b"vertex 0.1 ", b"vertex 0.1\n"), "SC412"),
     "text_word.stl": (stl_text().replace(b"endloop", b"endlop"), "SC412"),
+    "text_case.stl": (stl_text().replace(b"normal", b"noRmal", 1), "SC412"),
+    "text_capitals.stl": (stl_text().upper(), "SC412"),
     "cut.ply": (ply()[:-1], "SC412"),
     "longer.ply": (ply() + b"x", "SC412"),
     "line_break.ply": (
