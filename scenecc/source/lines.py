@@ -39,6 +39,10 @@ class Lines:
         parts = self._unified.split("\n", line + 1)
         return len(parts) <= line + 1 or not parts[-1].strip()
 
+    def is_past(self, line: int) -> bool:
+        """Whether a 0-based line is none of the text's."""
+        return line > self._unified.count("\n")
+
     def location(self, line: int, column: int, end_column: int | None = None) -> Location:
         """The place of 0-based columns `column` to `end_column` (excluded; None: the line's end) of a 0-based line.
 

@@ -83,6 +83,9 @@ def report_syntax(error: YAMLError, faults: Faults) -> None:
     related = ()
     if advice.related is not None and context is not None and (context.line, context.column) != (line, column):
         related = ((advice.related, lines.location(context.line, context.column, context.column + 1)),)
+    if lines.is_past(line):
+        # libyaml ends a last line that has no line break, and names the line after it.
+        line, column = line - 1, len(lines.line(line - 1))
     place = lines.location(line, column, column + advice.length)
     faults.report("SC003", advice.message, place, hint=advice.hint, related=related)
 

@@ -31,6 +31,8 @@ CASES = {
     "a: 'x\nb: 1": (1, 4, 5, "quote is never closed", None),
     "a: [1, , 2]": (1, 8, 9, "nothing before this comma", "comma"),
     "a: ]": (1, 4, 5, "a value was expected, not `]`", "bracket"),
+    "n: \nd: {c,": (2, 7, 8, "a value was expected, not the end", "bracket"),
+    "n: \nd: [1,\n": (3, 1, 2, "a value was expected, not the end", "bracket"),
     "a: [1]]\nb: 1": (1, 7, 8, "`]` closes nothing", "take it away"),
     'a: "x" y': (1, 8, 9, "follows a value", "quote the whole"),
     "a: @x": (1, 4, 5, "cannot start with `@`", "quote"),
