@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -217,7 +216,6 @@ TARGETS = tuple(_CORPORA)
 
 
 def copy_of(seed: Seed, folder: Path, data: bytes) -> None:
-    """A seed's folder with other data in its mutated file; the other files are links to the seed's."""
-    shutil.copytree(seed.folder, folder, copy_function=os.link)
-    (folder / seed.name).unlink()
+    """A seed's folder with other data in its mutated file. No links: they change what they link."""
+    shutil.copytree(seed.folder, folder, copy_function=shutil.copyfile)
     (folder / seed.name).write_bytes(data)
