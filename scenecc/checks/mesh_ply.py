@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from array import array
 from dataclasses import dataclass, field
@@ -49,6 +50,11 @@ _TYPES = {
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 _FACES = {"vertex_indices", "vertex_index"}
 _CODES = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d"}
+_COUNTING_COMMENT = re.compile(
+    rb"ply\r?\n[ \t]*format[ \t]+ascii[^\n]*\n"
+    rb"(?:(?![ \t]*(?:element|comment[ \t]+\S))[^\n]*\n)*[ \t]*comment[ \t]+[0-9]"
+)
+"""SAPIEN's reader leaves out as many rows of a text as its first comment says, if that begins with a number."""
 _TRIANGLES = run_of(b"3", INDEX, INDEX, INDEX)
 
 
@@ -115,12 +121,16 @@ def _header(data: bytes) -> tuple[str, list[_Element], int]:
     newline = max(data.find(b"\n", end), end)
     if not data.startswith((b"ply\n", b"ply\r\n")) or data[end:newline].rstrip(b" \t\r") != b"end_header":
         raise ValueError("its header has no beginning or no end")
+    if _COUNTING_COMMENT.match(data, 0, end):
+        raise ValueError("the first comment of its header begins with a number, which SAPIEN takes for a count of rows")
     order: str | None = None
     elements: list[_Element] = []
     for line in plain_text(data[:end]).split("\n")[1:-1]:
         match words(line.removesuffix("\r")):
-            case ["format", kind, "1.0"] if kind in _ORDERS:
+            case ["format", kind, "1.0"] if kind in _ORDERS and order is None:
                 order = _ORDERS[kind]
+            case _ if order is None:
+                raise ValueError("its second line names no format")
             case ["comment" | "obj_info", *_]:
                 pass
             case ["element", name, rows] if rows.isdigit() and len(rows) < 12 and int(rows) <= len(data):

@@ -71,6 +71,8 @@ WHOLE: dict[str, bytes] = {
     "a.ply": ply(),
     "big.ply": ply(kind="binary_big_endian"),
     "text.ply": ply(kind="ascii"),
+    "number_in_comment.ply": ply(kind="ascii").replace(b"by hand", b"by hand\ncomment 2 by hand"),
+    "binary_comment.ply": ply().replace(b"comment made", b"comment 2"),
     "a.glb": glb(),
 }
 
@@ -138,6 +140,12 @@ BROKEN: dict[str, tuple[str | bytes, str]] = {
     "text_word.stl": (stl_text().replace(b"endloop", b"endlop"), "SC412"),
     "text_case.stl": (stl_text().replace(b"normal", b"noRmal", 1), "SC412"),
     "text_capitals.stl": (stl_text().upper(), "SC412"),
+    "late_format.ply": (ply().replace(b"ply\n", b"ply\ncomment x\n", 1), "SC412"),
+    "counting.ply": (ply(kind="ascii").replace(b"comment made", b"comment 2"), "SC412"),
+    "counting_after_others.ply": (
+        ply(kind="ascii").replace(b"comment made", b"obj_info x\ncomment\ncomment 25 made"),
+        "SC412",
+    ),
     "cut.ply": (ply()[:-1], "SC412"),
     "longer.ply": (ply() + b"x", "SC412"),
     "line_break.ply": (
