@@ -75,30 +75,36 @@ def included(folder: Path) -> Path:
 MESH = "entities: {a: {body_type: static, shapes: [{type: triangle_mesh, file: %s}]}}\n"
 
 
+CORNERS = {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}
+
+
 def gltf(**keys: Any) -> bytes:
-    """A glTF of one mesh, whose POSITION is the first accessor: three vertices that no buffer holds."""
-    primitive = {"attributes": {"POSITION": 0}}
+    """A glTF of one mesh of three vertices, which are the first bytes of its first buffer."""
     document = {
         "asset": {"version": "2.0"},
         "scenes": [{"nodes": [0]}],
         "nodes": [{"mesh": 0}],
-        "meshes": [{"primitives": [primitive]}],
-        "accessors": [{"componentType": 5126, "count": 3, "type": "VEC3"}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [CORNERS],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "buffers": [{"byteLength": 36, "uri": f"data:application/octet-stream;base64,{'A' * 48}"}],
     }
     return json.dumps(document | keys).encode()
 
 
+def sparse(kind: int, count: int, width: str) -> dict[str, Any]:
+    """An accessor of any number of rows, of which a buffer holds but one."""
+    one = {"count": 1, "indices": {"bufferView": 0, "componentType": 5121}, "values": {"bufferView": 0}}
+    return {"componentType": kind, "count": count, "type": width, "sparse": one}
+
+
 def many_vertices(folder: Path) -> Path:
-    accessor = {"componentType": 5126, "count": 11_000_000, "type": "VEC3"}
-    return scene(folder, MESH % "m.gltf", m_gltf=gltf(accessors=[accessor]))
+    return scene(folder, MESH % "m.gltf", m_gltf=gltf(accessors=[sparse(5126, 9_000_000, "VEC3")]))
 
 
 def long_strip(folder: Path) -> Path:
-    accessors = [
-        {"componentType": 5126, "count": 3, "type": "VEC3"},
-        {"componentType": 5121, "count": 60_000_000, "type": "SCALAR"},
-    ]
     primitive = {"attributes": {"POSITION": 0}, "indices": 1, "mode": 5}
+    accessors = [CORNERS, sparse(5121, 20_000_000, "SCALAR")]
     return scene(folder, MESH % "m.gltf", m_gltf=gltf(accessors=accessors, meshes=[{"primitives": [primitive]}]))
 
 
@@ -123,7 +129,7 @@ def large_obj(folder: Path) -> Path:
 
 
 def slow_obj(folder: Path) -> Path:
-    return scene(folder, MESH % "m.obj", m_obj=b"v 0 0 0\nv 1 0 0\nv 0 1 0\n" + b"f 1 2 3 #\n" * 3_000_000)
+    return scene(folder, MESH % "m.obj", m_obj=b"v 0 0 0\nv 1 0 0\nv 0 1 0\n" + b"f 1 2 3 1 2\n" * 3_000_000)
 
 
 def long_mtl(folder: Path) -> Path:
@@ -137,8 +143,6 @@ def meshes_together(folder: Path) -> Path:
         with (folder / f"b{i}.bin").open("wb") as file:
             file.truncate(60 * MIB)
         keys = {
-            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
-            "bufferViews": [{"buffer": 0, "byteLength": 36}],
             "buffers": [{"byteLength": 60 * MIB, "uri": f"b{i}.bin"}],
         }
         (folder / f"m{i}.gltf").write_bytes(gltf(**keys))

@@ -14,10 +14,12 @@ def test_the_defaults_are_those_of_the_language() -> None:
         depth=100,
         alias_nodes=10_000,
         includes=32,
-        objects=1_000_000,
+        objects=130_000,
         scenes=65_536,
         objects_times_scenes=10_000_000,
-        asset_bytes=256 * 2**20,
+        asset_bytes=64 * 2**20,
+        assets_bytes=512 * 2**20,
+        computed=20_000_000,
     )
 
 
