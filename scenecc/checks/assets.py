@@ -22,6 +22,7 @@ from scenecc.checks.mesh_data import AssetError, MeshData, Reading, Reference, T
 from scenecc.checks.mesh_mtl import in_place_of, mtl_images
 from scenecc.checks.mesh_read import MESH_SUFFIXES, SEEN_SUFFIXES, read_mesh
 from scenecc.checks.mesh_rules import check_use
+from scenecc.checks.mesh_text import Budget
 from scenecc.checks.same_files import check_same
 from scenecc.checks.surroundings import check_surroundings
 from scenecc.diagnostics import Origin
@@ -46,6 +47,9 @@ Use = Literal["hull", "parts", "triangles", "seen", "decomposed", "texture"]
 
 ResolveNamed = Callable[[str, "AssetFile"], "Path | tuple[str, str, str | None]"]
 """Finds a file that an asset names: its path, or why it may not be read (code, message, hint)."""
+
+_NAMED_BYTES = 4096
+"""What a file counts for that a mesh names: it takes time to look for it."""
 
 _USD = (".usd", ".usda", ".usdc", ".usdz")
 
@@ -207,7 +211,9 @@ def _read(checker: _Checker, asset: AssetFile, named: dict[str, Path]) -> MeshDa
         return _bytes(checker, path)
 
     reading = Reading(open_named, checker.max_bytes, checker.total)
-    return read_mesh(_bytes(checker, asset.path), suffix, reading)
+    mesh = read_mesh(_bytes(checker, asset.path), suffix, reading)
+    checker.total.take(_NAMED_BYTES * len(mesh.references))
+    return mesh
 
 
 def _check_named(
@@ -217,8 +223,7 @@ def _check_named(
     seen = by_use.get("seen")
     origin = seen or next(iter(by_use.values()))
     waiting = list(mesh.references)
-    while waiting:
-        reference = waiting.pop(0)
+    for reference in waiting:  # which grows
         with _reporting(checker, asset, origin):
             try:
                 path = _named(checker, asset, reference)
@@ -234,8 +239,10 @@ def _check_named(
             elif reference.kind in {"material", "instead"} and any(use != "decomposed" for use in by_use):
                 # The engine reads it for what collides, too (and whatever it takes for one that is missing), and gives
                 # up where it cannot; images it opens for what is seen alone. A decomposition reads none of them.
-                images = mtl_images(_bytes(checker, path))
-                waiting.extend(images if seen is not None else ())
+                images = mtl_images(_bytes(checker, path), Budget(checker.max_bytes, checker.total))
+                if seen is not None:
+                    checker.total.take(_NAMED_BYTES * len(images))
+                    waiting.extend(images)
             elif reference.kind != "buffer" or path not in checker.read:
                 # Which nothing opens: an image of what only collides, a buffer that nothing reads.
                 continue

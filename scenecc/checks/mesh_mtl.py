@@ -7,12 +7,11 @@ import re
 from typing import TYPE_CHECKING
 
 from scenecc.checks.mesh_data import AssetError, Reference
-from scenecc.checks.mesh_text import Lines, words
+from scenecc.checks.mesh_text import Budget, Lines, words
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-_MOST_LINES = 100_000
 _MAPS = re.compile(r"(?i)(?:map_|bump|norm|disp|decal|refl)[^ \t]*[ \t]+(.*)")
 """SAPIEN's reader looks at the first letters of the word alone, and takes all that follows it for the name."""
 _NUMBERS = re.compile(r"([kK][adse]|Tf|Ps)|disp|[da]|Tr|[nN][si]|P[rm]|Pcr?")
@@ -26,19 +25,17 @@ _OPTION_WORDS = (
 """How many words follow an option, as SAPIEN's reader counts them."""
 
 
-def mtl_images(data: bytes) -> tuple[Reference, ...]:
+def mtl_images(data: bytes, budget: Budget) -> tuple[Reference, ...]:
     """The images that an MTL names. SAPIEN seeks them beside the OBJ.
 
     Raises:
         AssetError: it is no text, SAPIEN reads a line of it otherwise, or it lacks a number, which ends the loading of
             the whole mesh.
     """
-    if data.count(b"\n") > _MOST_LINES:
-        raise AssetError("SC607", f"the MTL has more than {_MOST_LINES} lines", "leave materials out that nothing uses")
     names: dict[str, None] = {}
     row = 0
     try:
-        lines = Lines(data)
+        lines = Lines(data, budget)
         while (raw := lines.raw()) is not None:
             row = lines.row
             line = raw.lstrip(" \t")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenecc.checks.mesh_data import AssetError, MeshData, Reading, Reference, number, part
-from scenecc.checks.mesh_text import NUMBER, ROW_BYTES, Budget, Lines, floats, integers, run_of, words
+from scenecc.checks.mesh_text import NUMBER, Budget, Lines, floats, integers, run_of, words
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -35,7 +35,7 @@ _FACES = {
     )
 }
 """Triangles and squares, by their corners and what the numbers of one name. Other lines are read word by word."""
-_COMMENTS = run_of(lines=rb"#[^\n\\]*\n")
+_COMMENTS = run_of(lines=rb"(?:#[^\n\\]*|[ \t]*\r?)\n")
 _LONGEST_LINE = 1_000_000
 _NAMED = ("vertex", "texture coordinate", "normal")
 _LETTERS = {"v": 0, "vt": 1, "vn": 2}
@@ -55,7 +55,7 @@ def read_obj(data: bytes, reading: Reading) -> MeshData:
     mesh = _Mesh(Budget(reading.max_bytes, reading.total))
     row = 0
     try:
-        lines = _lines(data)
+        lines = _lines(data, mesh.budget)
         while True:
             if not _run(lines, mesh):
                 line = _continued(lines)
@@ -72,10 +72,10 @@ def read_obj(data: bytes, reading: Reading) -> MeshData:
     return MeshData(parts, tuple(Reference(name, "material") for name in mesh.materials))
 
 
-def _lines(data: bytes) -> Lines:
+def _lines(data: bytes, budget: Budget) -> Lines:
     if data.startswith(b"\xef\xbb\xbf") and data[3:4] not in {b"#", b"\r", b"\n"}:
         raise ValueError("a mark of UTF-8 stands before its first line, which SAPIEN's reader skips then")
-    return Lines(data)
+    return Lines(data, budget)
 
 
 def _continued(lines: Lines) -> str | None:
@@ -156,7 +156,7 @@ def _run(lines: Lines, mesh: _Mesh) -> bool:
                     mesh.has_faces = True
                     mesh.add_faces(np.stack(fans, axis=1) - 1)
                     return True
-        case b"#":
+        case b"#" | b" " | b"\t" | b"\r" | b"\n":
             return bool(lines.run(_COMMENTS))
         case _:
             pass
@@ -180,7 +180,6 @@ def _line(line: str, mesh: _Mesh) -> None:
     """A line that is not of the usual kinds."""
     if not line.strip(" \t") or line[0] == "#":
         return
-    mesh.budget.take(ROW_BYTES)
     if line[0] in " \t":
         raise ValueError("it begins with a blank, and SAPIEN's reader skips such lines")
     word, *rest = words(line)

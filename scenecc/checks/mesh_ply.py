@@ -214,6 +214,7 @@ def _uneven(data: bytes, start: int, order: str, element: _Element, budget: Budg
     ]
     lengths = {code: struct.Struct(ends + code) for code in set(_CODES.values())}
     triangles = array("q")
+    budget.spend(ROW_BYTES * element.rows * len(plan))
     for _ in range(element.rows):
         for wanted, code, size, counted in plan:
             count = 1
@@ -233,7 +234,7 @@ def _add_fan(corners: Sequence[float], triangles: array[int], budget: Budget) ->
     if len(corners) < 3:
         # SAPIEN does not survive these.
         raise ValueError("a face has fewer than three corners")
-    budget.take(24 * (len(corners) - 2) + ROW_BYTES)
+    budget.take(24 * (len(corners) - 2))
     index = [int(corner) for corner in corners]
     for i in range(1, len(index) - 1):
         triangles.extend((index[0], index[i], index[i + 1]))
@@ -241,7 +242,7 @@ def _add_fan(corners: Sequence[float], triangles: array[int], budget: Budget) ->
 
 def _text(data: bytes, start: int, elements: list[_Element], budget: Budget) -> Iterator[tuple[str, NDArray[Any]]]:
     """Likewise, of a text."""
-    lines = Lines(data, start)
+    lines = Lines(data, budget, start)
     for element in elements:
         if element.name == "face":
             yield "face", _text_faces(lines, element, budget)
@@ -262,7 +263,7 @@ def _text(data: bytes, start: int, elements: list[_Element], budget: Budget) -> 
             row = _row(_words(lines), element)
             left -= 1
             if axes:
-                budget.take(24 + ROW_BYTES)
+                budget.take(24)
                 numbers.extend(row)
         yield element.name, np.frombuffer(numbers).reshape(-1, 3)
     if lines.filled() is not None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenecc.checks.mesh_data import AssetError, MeshData, Reading, number, part
-from scenecc.checks.mesh_text import NUMBER, ROW_BYTES, Budget, Lines, floats, line_of, run_of
+from scenecc.checks.mesh_text import NUMBER, Budget, Lines, floats, line_of, run_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -74,7 +74,7 @@ def _text_corners(data: bytes, budget: Budget) -> NDArray[np.float32]:
     corners = array("f")
     words: list[str] = []
     try:
-        lines = Lines(data)
+        lines = Lines(data, budget)
         while True:
             if not words and (run := lines.run(_FACETS)):
                 numbers = floats(_WORD.sub(b" ", run)).reshape(-1, 12)[:, 3:]
@@ -88,7 +88,7 @@ def _text_corners(data: bytes, budget: Budget) -> NDArray[np.float32]:
                 break
             words += _words(line)
             if len(words) >= _TEXT_FACET:
-                budget.take(36 + 7 * ROW_BYTES)
+                budget.take(36)
                 with np.errstate(over="ignore"):
                     corners.frombytes(np.array(_facet(words[:_TEXT_FACET])).astype(np.float32).tobytes())
                 del words[:_TEXT_FACET]

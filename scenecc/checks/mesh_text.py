@@ -56,8 +56,8 @@ class Lines:
         row: how many lines were read.
     """
 
-    def __init__(self, data: bytes, start: int = 0) -> None:
-        """Starts at an offset.
+    def __init__(self, data: bytes, budget: Budget, start: int = 0) -> None:
+        """Starts at an offset. The budget pays for each run, and for each line that is read alone: they take time.
 
         Raises:
             ValueError: the data holds characters that no text has.
@@ -65,6 +65,7 @@ class Lines:
         check_plain(data)
         self.row = 0
         self._data = data
+        self._budget = budget
         self._at = start
 
     def letter(self) -> bytes:
@@ -76,6 +77,7 @@ class Lines:
         match = pattern.match(self._data, self._at)
         if match is None:
             return b""
+        self._budget.spend(ROW_BYTES)
         self._at = match.end()
         run = match[0]
         self.row += run.count(b"\n")
@@ -92,6 +94,7 @@ class Lines:
             return None
         end = self._data.find(b"\n", self._at)
         end = len(self._data) if end < 0 else end
+        self._budget.spend(ROW_BYTES + _LETTER_BYTES * (end - self._at))
         line = self._data[self._at : end]
         self._at = end + 1
         self.row += 1
@@ -105,8 +108,8 @@ class Lines:
         return line
 
 
-ROW_BYTES = 256
-"""What a line or row that is read word by word counts for, beside what it holds: it takes time."""
+ROW_BYTES, _LETTER_BYTES = 512, 16
+"""What a row that is read alone counts for, and each letter of a line, beside what it holds: its words take time."""
 
 _TIMES = 3
 """Arrays take up to three times the file of which they are all: `f 1 2 3` is eight bytes, and 24 as integers."""
@@ -120,13 +123,21 @@ class Budget:
         self._total = total
         self._used = 0
 
+    def spend(self, size: int) -> None:
+        """Counts what takes time, or memory for a moment, for all meshes of the scene together.
+
+        Raises:
+            AssetError: it is too much.
+        """
+        self._total.take(size)
+
     def take(self, size: int) -> None:
         """Counts so many bytes.
 
         Raises:
             AssetError: they are too many.
         """
-        self._total.take(size)
+        self.spend(size)
         self._used += size
         if self._used > self._max_bytes:
             raise AssetError(

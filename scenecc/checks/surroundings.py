@@ -33,15 +33,15 @@ def _check_faces(plan: ScenePlan, surroundings: CubeMap, origin: Origin, sink: S
     # Of what is drawn any may meet any.
     sides = [[index for face in faces for index in indices(face)]] if found is None else found
     for side in sides:
-        found_indices = [int(index[0]) if isinstance(index, tuple) else index for index in side]
-        sizes = {index: image_size(plan.files[index].path) for index in dict.fromkeys(found_indices)}
-        few = next((index for index in found_indices if not sizes[index].has_all_levels), None)
+        numbers = [int(index[0]) if isinstance(index, tuple) else index for index in side]
+        sizes = {index: image_size(plan.files[index].path) for index in dict.fromkeys(numbers)}
+        few = next((index for index in numbers if not sizes[index].has_all_levels), None)
         if few is not None:
             message = f"a side of a cube has levels down to one pixel, or none, and {plan.files[few].uri} has fewer"
             sink.report("SC553", message, origin)
             return
-        first = found_indices[0]
-        other = next((index for index in found_indices if sizes[index] != sizes[first]), None)
+        first = numbers[0]
+        other = next((index for index in numbers if sizes[index] != sizes[first]), None)
         if other is not None:
             a, b = (f"{plan.files[index].uri} ({sizes[index]})" for index in (first, other))
             sink.report("SC553", f"the sides of a cube are alike, and {a} and {b} are not", origin)

@@ -128,6 +128,9 @@ def large_obj(folder: Path) -> Path:
     return scene(folder, MESH % "m.obj")
 
 
+TRIANGLE = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+
+
 def slow_obj(folder: Path) -> Path:
     return scene(folder, MESH % "m.obj", m_obj=b"v 0 0 0\nv 1 0 0\nv 0 1 0\n" + b"f 1 2 3 1 2\n" * 3_000_000)
 
@@ -207,6 +210,14 @@ REFUSED: dict[str, tuple[Callable[[Path], Path], str]] = {
     "one image named often": (one_image_often, "SC607"),
     "a large OBJ": (large_obj, "SC607"),
     "an OBJ to be read word by word": (slow_obj, "SC607"),
+    "an OBJ of lines that are continued": (
+        lambda folder: scene(folder, MESH % "m.obj", m_obj=TRIANGLE + b"v 0 0 0 \\\n" * 3_000_000),
+        "SC607",
+    ),
+    "an OBJ whose lines alternate": (
+        lambda folder: scene(folder, MESH % "m.obj", m_obj=TRIANGLE + b"v 0 0 0\nf 1 2 3\n" * 1_000_000),
+        "SC607",
+    ),
     "a long MTL": (long_mtl, "SC607"),
     "meshes together": (meshes_together, "SC607"),
 }
@@ -232,6 +243,7 @@ CLEAN: dict[str, Callable[[Path], Path]] = {
         uses(99_000).replace("use:", "pose: ['${i}', 0, 0], use:"),
         p0_yaml=f"scenecc: 1\nentities: {{a: {{{BOX}}}}}\n",
     ),
+    "an OBJ of empty lines": lambda folder: scene(folder, MESH % "m.obj", m_obj=TRIANGLE + b"\n" * 50_000_000),
     "a chain of frames": lambda folder: scene(
         folder,
         "frames:\n  f0: {pose: [0, 0, 0]}\n"
