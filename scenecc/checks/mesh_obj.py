@@ -82,14 +82,15 @@ def _continued(lines: Lines) -> str | None:
     """The next line, with those in which it goes on behind a backslash; None at the end.
 
     Raises:
-        ValueError: it is longer than any that is meant.
+        AssetError: it is longer than any that is meant.
     """
     pieces: list[str] = []
     length = 0
     while (line := lines.raw()) is not None:
         length += len(line)
         if length > _LONGEST_LINE:
-            raise ValueError(f"it has more than {_LONGEST_LINE} characters")
+            message = f"line {lines.row} of the OBJ has more than {_LONGEST_LINE} characters"
+            raise AssetError("SC607", message, "export the mesh again, as triangles")
         if not line.endswith("\\"):
             return "".join([*pieces, line]) if pieces else line
         pieces.append(line[:-1])
