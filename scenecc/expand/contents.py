@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 SHAPE_LISTS = frozenset(("shapes", "collisions", "visuals"))
 """Keys of the lists whose items may be repeated."""
 
-_PER_OBJECT = 8
+PER_OBJECT = 8
 """How many values count as an object."""
 
-_FORM = 4
+FORM = 4
 """How many values a form counts for beside those that it holds."""
 
-_ROBOTS = frozenset(("root", "urdf", "mjcf"))
-_ROBOT = 8
+ROBOTS = frozenset(("root", "urdf", "mjcf"))
+ROBOT = 8
 """For how many objects a robot counts beside its shapes."""
 
-_CHARACTERS = 64
+CHARACTERS = 64
 """How many characters of a text that was made count as an object."""
 
 _PER_VALUE = 8
@@ -44,7 +44,7 @@ def count_values(node: Any, most: int | None = None) -> int:
         if is_mapping(item):
             waiting += item.values()
             if not VARIATION_FORMS.isdisjoint(item):
-                count += _FORM
+                count += FORM
         elif is_sequence(item):
             waiting += item
         else:
@@ -55,14 +55,14 @@ def count_values(node: Any, most: int | None = None) -> int:
 def weight(node: Any) -> int:
     """For how many objects something counts that has a name: for each of its shapes, and more where it is long."""
     if not is_mapping(node):
-        return max(1, count_values(node) // _PER_OBJECT)
-    robot = _ROBOT if not _ROBOTS.isdisjoint(node) else 0
-    return max(1, count_values(node) // _PER_OBJECT, _shapes(node)) + robot
+        return max(1, count_values(node) // PER_OBJECT)
+    robot = ROBOT if not ROBOTS.isdisjoint(node) else 0
+    return max(1, count_values(node) // PER_OBJECT, _shapes(node)) + robot
 
 
 def beyond(made: Any) -> int:
     """For how many objects a text or list counts that an expression gave, beside the object that it is part of."""
-    return len(made) // _CHARACTERS if made.__class__ is str else count_values(made) // _PER_OBJECT
+    return len(made) // CHARACTERS if made.__class__ is str else count_values(made) // PER_OBJECT
 
 
 def _shapes(node: dict[str, Any]) -> int:
