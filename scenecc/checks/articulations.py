@@ -60,7 +60,7 @@ def _is_near(joint: Joint, origin: Origin, sink: Sink, *, drawn: bool) -> None:
         return
     far = max(abs(number) for place in places for number in (*lowest(place)[:3], *highest(place)[:3]))
     if far > _FARTHEST:
-        message = f"the joint `{cut(joint.name)}` is {far:.3g} m from a link of it: single precision does not hold that"
+        message = f"the joint `{cut(joint.name)}` is {far:.3g} m from a link of it, and {_FARTHEST:g} m is the most"
         sink.report("SC512", message, joint.origin or origin, hint="mend the coordinates: they are in metres")
 
 

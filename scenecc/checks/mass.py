@@ -151,7 +151,8 @@ def mass_is_held(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, 
     far = max((abs(number) for place in places for row in _ends(place) for number in row[:3]), default=0)
     if far > FARTHEST:
         message = (
-            f"a shape or the centre of mass of `{name}` is {far:.3g} m from it: single precision does not hold that"
+            f"a shape or the centre of mass of `{name}` is {far:.3g} m from its origin, and {FARTHEST:g} m is the most "
+            "that leaves something of its inertia in single precision"
         )
         sink.report("SC512", message, origin, at="key", hint="mend the coordinates: they are in metres")
     # The engine keeps the inverse, and takes 1 where that is no normal number.

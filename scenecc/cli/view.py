@@ -54,7 +54,7 @@ Host = Annotated[
     typer.Option(
         "--host",
         metavar="ADDRESS",
-        help="Where to listen; 0.0.0.0 lets everybody in who has the --token.",
+        help="Where to listen. With 0.0.0.0 other machines reach the page, too: see --token.",
         show_default="127.0.0.1",
     ),
 ]

@@ -13,7 +13,7 @@ from scenecc.diagnostics.words import cut, suggest
 from scenecc.expand.written import holds_no_more
 from scenecc.source.paths import AssetScope, has_package, resolve
 from scenecc.source.read import read_text
-from scenecc.source.text import read_bytes
+from scenecc.source.text import read_bytes, text_size
 from scenecc.source.uris import Refusal
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def scene_loader(scope: AssetScope, limits: Limits, sink: Sink) -> Load:
             tree = posixpath.dirname(uri) if _IN_TREE.match(uri) else None
             shown = shown or (uri if tree is not None else _shown(reference, owner))
             document = _read(found.path, shown, place, limits, sink)
-            total += len(document.text or "") if document is not None else 0
+            total += text_size(document.text or "") if document is not None else 0
             if total > limits.text_bytes:
                 message = f"the files that are included and used are longer than {limits.text_bytes} bytes together"
                 hint = "`--limit text_bytes=N` or `limits={'text_bytes': N}` raises the limit"

@@ -14,7 +14,7 @@ from scenecc.source.faults import Faults
 from scenecc.source.limits import Limits
 from scenecc.source.lines import Lines
 from scenecc.source.reader import read_yaml
-from scenecc.source.text import decode, read_bytes
+from scenecc.source.text import check_values, decode, read_bytes
 from scenecc.source.values import plain_mapping
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def read_text(
         path: absolute path of the file that the text is from.
     """
     decoded = decode(text, name, sink, limits)
-    if decoded is None:
+    if decoded is None or not check_values(decoded, name, sink, limits):
         return None
     lines = Lines(name, decoded)
     faults = Faults(lines, sink)

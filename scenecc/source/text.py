@@ -149,10 +149,24 @@ def _not_text(error: UnicodeDecodeError, name: str | None, sink: Sink) -> None:
     )
 
 
-def _too_long(name: str | None, sink: Sink, limits: Limits) -> None:
+def text_size(text: str) -> int:
+    """The bytes that a YAML text counts for: at least four for each value, since a value takes far more in memory."""
+    return max(len(text), 4 * (text.count(",") + text.count("\n")))
+
+
+def check_values(text: str, name: str | None, sink: Sink, limits: Limits) -> bool:
+    """Whether a YAML text may hold as many values as it does; otherwise that is reported."""
+    if text_size(text) <= limits.text_bytes:
+        return True
+    most = limits.text_bytes // 4
+    _too_long(name, sink, limits, f"the text has more than {most} commas and lines (a quarter of the limit text_bytes)")
+    return False
+
+
+def _too_long(name: str | None, sink: Sink, limits: Limits, message: str = "") -> None:
     sink.report(
         "SC601",
-        f"the text is longer than {limits.text_bytes} bytes (limit text_bytes)",
+        message or f"the text is longer than {limits.text_bytes} bytes (limit text_bytes)",
         Location(name),
         hint="`--limit text_bytes=N` or `limits={'text_bytes': N}` raises the limit",
     )

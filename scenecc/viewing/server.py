@@ -96,7 +96,7 @@ class _Guard:
 
     def __call__(self, *given: Any, process_request: Any, **options: Any) -> Any:
         # What a browser sends may be anything: of a message that nobody understands, nobody needs a traceback.
-        asyncio.get_running_loop().set_exception_handler(_untold)
+        asyncio.get_running_loop().set_exception_handler(_log)
         logger = logging.getLogger("scenecc.viewing.server")
         logger.disabled = True
         # Pages of other sites, open in the same browser, do not talk to a loopback address; a program names no origin.
@@ -122,8 +122,9 @@ class _Guard:
         return response
 
 
-def _untold(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-    del loop, context
+def _log(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    del loop
+    logging.getLogger("scenecc.viewing").debug(context["message"], exc_info=context.get("exception"))
 
 
 @contextmanager

@@ -162,6 +162,7 @@ REFUSED: dict[str, tuple[Callable[[Path], Path], str]] = {
         lambda folder: scene(folder, copies(1000).replace("}}, shapes", "}, j: {count: 1000}}, shapes")),
         "SC604",
     ),
+    "values of one letter": (lambda folder: scene(folder, f"x-a: [{'1,' * 5_000_000}1]\n"), "SC601"),
     "prefabs of prefabs": (prefabs_of_prefabs, "SC604"),
     "empty prefabs": (lambda folder: scene(folder, uses(1_000_000), p0_yaml="scenecc: 1\n"), "SC604"),
     "lights": (

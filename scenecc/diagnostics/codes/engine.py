@@ -152,7 +152,8 @@ ROWS: tuple[Code, ...] = (
         "more physical materials than the engine can number",
         "PhysX numbers the materials of a process in 16 bits. Beside its default one there is room for 65 534, and "
         "SAPIEN crashes on one more. Each material that has a friction or a restitution is one of them; where these "
-        "differ from scene to scene, there is one for each of their values.",
+        "differ from scene to scene, there is one for each of their values. Those that other code makes are "
+        "not counted.",
         "$ scenecc build scene.yaml --num-scenes 4096    # where each of 20 entities draws its friction",
         "Build fewer scenes in one process (`--scenes 0:2048`, `scene_idxs=`), close batches that are no longer "
         "needed, or draw from few values: `{choice: [0.2, 0.4, 0.6]}`.",

@@ -11,7 +11,8 @@ ROWS: tuple[Code, ...] = (
         title="the text is too long",
         cause=(
             "A scene file is at most 16 MiB of text (limit text_bytes), and so are all files together that it "
-            "includes and uses. A dict is held to as many values."
+            "includes and uses. Each comma and each line of YAML counts as four bytes at least. "
+            "A dict is held to as many values."
         ),
         example="$ head -c 17000000 /dev/zero | tr '\\0' '#' | scenecc validate -",
         cure=_RAISE.format("text_bytes")

@@ -50,7 +50,7 @@ HOSTILE: dict[str, tuple[Callable[[], str | bytes], str]] = {
     "16 MiB of [ in a key": (lambda: "a: " + "[" * (16 * MIB - 3), "SC602"),
     "16 MiB of {": (lambda: "{" * 16 * MIB, "SC602"),
     "16 MiB of blanks": (lambda: " " * 16 * MIB, "SC012"),
-    "16 MiB of line breaks": (lambda: "\n" * 16 * MIB, "SC012"),
+    "16 MiB of line breaks": (lambda: "\n" * 16 * MIB, "SC601"),
     "16 MiB of comment": (lambda: "#" * 16 * MIB, "SC012"),
     "16 MiB of one scalar": (lambda: "x" * 16 * MIB, "SC013"),
     "16 MiB of quotes": (lambda: 'a: "' + "x" * (16 * MIB - 4), "SC003"),
