@@ -39,11 +39,11 @@ def status(diagnostics: Iterable[Diagnostic], *, strict: bool = False) -> Status
 
 
 def _blamed(diagnostic: Diagnostic) -> Status:
-    from scenecc.diagnostics.codes import at_fault
+    from scenecc.diagnostics.codes import CODES
 
     if diagnostic.line is None and (diagnostic.file or "").startswith(_SET):
         return Status.usage
-    return Status[at_fault(diagnostic.code)]
+    return Status[CODES[diagnostic.code].at_fault]
 
 
 def of_settings(diagnostics: Iterable[Diagnostic], settings: Container[str]) -> list[Diagnostic]:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Literal
 
-from scenecc.diagnostics.codes import CODES
+from scenecc.diagnostics.codes import CODES, Severity
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.origin import (
     At,
@@ -24,8 +23,6 @@ from scenecc.diagnostics.spans import Span, within
 
 MAX_REPORTS = 1000
 """How many errors are told, and how many warnings: a file of nothing but errors must not fill the memory."""
-
-Severity = Literal["error", "warning", "note"]
 
 
 @frozen

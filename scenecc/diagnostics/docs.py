@@ -12,7 +12,7 @@ from scenecc.diagnostics.explain import markdown
 _HEAD = """\
 # Diagnostics
 
-<!-- Generated from scenecc/diagnostics/codes/ by `python -m scenecc.diagnostics.docs docs/diagnostics.md`. -->
+<!-- Generated from scenecc/diagnostics/codes.yaml by `python -m scenecc.diagnostics.docs docs/diagnostics.md`. -->
 
 Everything that scenecc has to say about a scene has a code, a severity, a place in the file and, where there
 is more to say, a hint. Errors stop the work after the stage that found them, so that all errors of a stage are
@@ -37,8 +37,9 @@ lines: its places are the paths alone.
 """
 
 
-def page(codes: Sequence[Code] = tuple(CODES.values())) -> str:
+def page(codes: Sequence[Code] | None = None) -> str:
     """The whole page: for each band a table of its codes, then each of them with cause, example and cure."""
+    codes = tuple(CODES.values()) if codes is None else codes
     bands = {digit: sorted((row for row in codes if row.code[2] == digit), key=_by_code) for digit in BANDS}
     return "\n".join([_HEAD, *(_band(digit, rows) for digit, rows in bands.items() if rows)])
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
-from scenecc.diagnostics.codes import at_fault
+from scenecc.diagnostics.codes import CODES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -31,5 +31,5 @@ class SceneError(Exception):
     @property
     def at_fault(self) -> Literal["scene", "machine"]:
         """The scene, or the engine and the machine, which count first where both are."""
-        errors = (d.code for d in self.diagnostics if d.severity == "error")
-        return "machine" if "machine" in map(at_fault, errors) else "scene"
+        faults = {CODES[found.code].at_fault for found in self.diagnostics if found.severity == "error"}
+        return "machine" if "machine" in faults else "scene"

@@ -8,14 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from scenecc.diagnostics.codes import Code
-from scenecc.diagnostics.codes.usage import ROWS
+from scenecc.diagnostics.codes import CODES, Code
 
 SCENE = "scenecc: 1\nentities:\n  cube: {shapes: [{type: box, half_size: [0.1, 0.1, 0.1]}]}\n"
 NEEDS_PERMISSIONS = {"SC903"}
 
 
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: row.code)
+@pytest.mark.parametrize("row", [row for code, row in CODES.items() if code[2] == "9"], ids=lambda row: row.code)
 def test_the_command_gives_its_code_and_2(row: Code, tmp_path: Path, environment: dict[str, str]) -> None:
     if row.code in NEEDS_PERMISSIONS and os.geteuid() == 0:
         pytest.skip("root may read everything")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from scenecc.diagnostics import Diagnostic, Origin, Sink
-from scenecc.diagnostics.codes.mjcf import ROWS
+from scenecc.diagnostics.codes import CODES
 from scenecc.robots.description import MeshGeometry
 from scenecc.robots.mjcf import read_mjcf
 from scenecc.source.paths import AssetScope, Resolved
@@ -62,7 +62,10 @@ def described(world: str, folder: Path, rest: str = "") -> Description:
     return found
 
 
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: row.code)
+EXAMPLES = [row for row in CODES.values() if "# robot.xml: " in row.example]
+
+
+@pytest.mark.parametrize("row", EXAMPLES, ids=lambda row: row.code)
 def test_the_example_of_a_code_gives_it_and_no_other(row: Code, tmp_path: Path) -> None:
     content = row.example.split("# robot.xml: ")[1]
     path = tmp_path / "robot.xml"

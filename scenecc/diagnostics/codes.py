@@ -1,0 +1,122 @@
+"""The table of diagnostic codes, as data in `codes.yaml`.
+
+The file is read when something is first reported. Severities and titles are found without parsing it; cause, example
+and cure of a code are parsed when somebody asks for them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any, Final, Literal, cast
+
+from scenecc.diagnostics.frozen import frozen
+
+Severity = Literal["error", "warning", "note"]
+
+Fault = Literal["scene", "usage", "machine"]
+"""What has to be put right: the scene file, the command, or the engine and the machine."""
+
+BANDS: Final[dict[str, str]] = {
+    "0": "reading YAML",
+    "1": "the language: the shape of the data",
+    "2": "parameters, expressions, prefabs and includes",
+    "3": "names and scene selections",
+    "4": "assets and files of robots",
+    "5": "physics",
+    "6": "limits",
+    "7": "plans as JSON, and files of other programs",
+    "8": "the engine and the machine",
+    "9": "use of the tool",
+}
+"""What the first digit of a code means."""
+
+_FAULTS: Final[dict[str, Fault]] = {"8": "machine", "9": "usage"}
+"""What has to be put right for a code, by its first digit; for all others it is the scene."""
+
+_FILE = Path(__file__).with_name("codes.yaml")
+_ENTRY = re.compile(
+    r"^(SC\d{3}):\n"
+    r"  severity: (error|warning|note)\n"
+    r"(?:  at_fault: (scene|usage|machine)\n)?"
+    r"(?:  .*\n|\n)+",
+    re.MULTILINE,
+)
+
+
+@frozen
+class Code:
+    """What one diagnostic code means, for `scenecc explain` and `docs/diagnostics.md`.
+
+    Attributes:
+        code: `SC` and three digits. The first digit is the stage.
+        severity: what a report of this code is.
+        at_fault: what has to be put right where it is reported.
+        entry: the code's entry in `codes.yaml`.
+    """
+
+    code: str
+    severity: Severity
+    at_fault: Fault
+    entry: str
+
+    @property
+    def title(self) -> str:
+        """The rule, in a few words."""
+        return self._text("title")
+
+    @property
+    def cause(self) -> str:
+        """Why it is refused: what SAPIEN would do, or what it could mean."""
+        return self._text("cause")
+
+    @property
+    def example(self) -> str:
+        """A scene file (or the command) that gives it."""
+        return self._text("example")
+
+    @property
+    def cure(self) -> str:
+        """The same, mended, or what to do."""
+        return self._text("cure")
+
+    def _text(self, key: str) -> str:
+        return _parsed(self.entry)[self.code][key]
+
+
+@cache
+def _parsed(entry: str) -> dict[str, dict[str, Any]]:
+    import yaml  # noqa: PLC0415 - needed once something is reported
+
+    # The parser in C where PyYAML has it: `scenecc explain` parses every entry for its list of titles.
+    return yaml.load(entry, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # noqa: S506 - both are safe
+
+
+class _Codes(Mapping[str, Code]):
+    """Every code, in order, read when somebody asks for one."""
+
+    def __init__(self) -> None:
+        self._rows: dict[str, Code] = {}
+
+    def _table(self) -> dict[str, Code]:
+        if not self._rows:
+            for found in _ENTRY.finditer(_FILE.read_text(encoding="utf-8")):
+                code, severity, fault = found.groups()
+                default = _FAULTS.get(code[2], "scene")
+                self._rows[code] = Code(code, cast("Severity", severity), cast("Fault", fault or default), found[0])
+        return self._rows
+
+    def __getitem__(self, code: str) -> Code:
+        return self._table()[code]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._table())
+
+    def __len__(self) -> int:
+        return len(self._table())
+
+
+CODES: Final[Mapping[str, Code]] = _Codes()
+"""Every code, by code."""
