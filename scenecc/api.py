@@ -7,13 +7,13 @@ and stops.
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import TYPE_CHECKING, Any, overload
 
 from scenecc.diagnostics import Diagnostic, SceneError, Sink
-from scenecc.front import Compiled, Options, Source, compile_source, indices
+from scenecc.front import Audit, Backend, Options, Source, compile_source, compiled, indices, instantiated
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping
     from os import PathLike
     from pathlib import Path
 
@@ -64,9 +64,6 @@ __all__ = [
     "validate",
     "view_scene",
 ]
-
-Backend = Literal["cpu", "cuda"]
-Audit = Literal["full", "fast", "off"]
 
 
 def validate(
@@ -229,49 +226,12 @@ def plan_text(plan: ScenePlan, *, base: Path | None = None) -> str:
     return plan_to_json(plan, base=base)
 
 
-def compiled(source: Source, options: Options, sink: Sink) -> Compiled:
-    """A scene's plan, and how long each stage took. Raises SceneError."""
-    found = compile_source(source, options, sink)
-    if found is None:
-        raise SceneError(sink.diagnostics())
-    return found
-
-
 def _into(scene: ManiSkillScene, plan: ScenePlan, sink: Sink) -> LoadedScene:
     from scenecc.backends.maniskill import instantiate
 
     if (loaded := instantiate(plan, scene, sink)) is None:
         raise SceneError(sink.diagnostics())
     return loaded
-
-
-def instantiated(
-    plan: ScenePlan,
-    sink: Sink,
-    *,
-    backend: Backend,
-    scene_idxs: Sequence[int] | None,
-    render: bool | None,
-    audit: Audit,
-    progress: Callable[[int, int], None] | None = None,
-) -> SceneBatch:
-    """The live scenes of a plan; arguments as of `load_scene`.
-
-    Raises:
-        SceneError: the engine or the machine is at fault.
-        ValueError: an argument is out of its range.
-    """
-    from scenecc.backends.sapien import instantiate
-
-    for name, value, known in (("backend", backend, ("cpu", "cuda")), ("audit", audit, ("full", "fast", "off"))):
-        if value not in known:
-            raise ValueError(f"{name} is one of {', '.join(known)}, not {value!r}")
-    batch = instantiate(
-        plan, sink, device=backend, scene_idxs=scene_idxs, render=render, audit=audit, progress=progress
-    )
-    if batch is None:
-        raise SceneError(sink.diagnostics())
-    return batch
 
 
 _BATCHES = ("ArticulationBatch", "ArticulationState", "EntityBatch", "EntityState", "SceneBatch", "SceneState")

@@ -6,18 +6,16 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from scenecc.api import SceneError, compiled, instantiated
-from scenecc.diagnostics import Diagnostic, Sink
-from scenecc.front import Options, Source, select_scenes
+from scenecc.diagnostics import Diagnostic, SceneError, Sink
+from scenecc.front import Options, Source, compiled, instantiated, select_scenes
 from scenecc.front.options import integer
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
     from os import PathLike
 
-    from scenecc.api import Audit, Backend
     from scenecc.backends.sapien import SceneBatch
-    from scenecc.front import Compiled
+    from scenecc.front import Audit, Backend, Compiled
     from scenecc.plan import Entity, ScenePlan
     from scenecc.summary import Item, SummaryRow
     from scenecc.summary.bodies import Made

@@ -6,11 +6,10 @@ import re
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
-from scenecc.api import SceneError, compiled, instantiated
-from scenecc.diagnostics import Location, Sink
+from scenecc.diagnostics import Location, SceneError, Sink
 from scenecc.emit import EXPORTS, export
 from scenecc.emit.choice import Choice
-from scenecc.front import Options, Source, select_scenes
+from scenecc.front import Options, Source, compiled, instantiated, select_scenes
 from scenecc.front.options import integer
 
 if TYPE_CHECKING:

@@ -66,11 +66,10 @@ def emit_scene(
         SceneError: the scene is at fault, or cannot be written so.
         ValueError: there is no such target.
     """
-    from scenecc.api import SceneError, compiled
-    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics import SceneError, Sink
     from scenecc.emit import EMITTERS
     from scenecc.emit import emit as write
-    from scenecc.front import Options
+    from scenecc.front import Options, compiled
 
     if target not in EMITTERS:
         raise ValueError(f"there is no target {target!r}; there are {', '.join(EMITTERS)}")
@@ -137,8 +136,7 @@ def list_params(
     Raises:
         SceneError: one of these files is at fault.
     """
-    from scenecc.api import SceneError
-    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics import SceneError, Sink
     from scenecc.expand.documents import scene_loader
     from scenecc.expand.listing import list_params as listed
     from scenecc.front import Options, as_plan, read_input
@@ -200,8 +198,7 @@ def compare_scenes(
     Raises:
         SceneError: one of them, or each, is at fault.
     """
-    from scenecc.api import SceneError
-    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics import SceneError, Sink
     from scenecc.front import Options, compile_source
     from scenecc.plan.compare import differences
 

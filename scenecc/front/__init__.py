@@ -1,7 +1,20 @@
-"""The compiler's front: whatever a source is, to a plan that every check has seen. No engine."""
+"""What stands between a source and a checked plan: its reading, and the stages one after the other."""
 
-from scenecc.front.compile import Compiled, compile_source
+from scenecc.front.compile import Audit, Backend, Compiled, compile_source, compiled, instantiated
 from scenecc.front.inputs import Source, as_plan, read_input
 from scenecc.front.options import Options, indices, select_scenes
 
-__all__ = ["Compiled", "Options", "Source", "as_plan", "compile_source", "indices", "read_input", "select_scenes"]
+__all__ = [
+    "Audit",
+    "Backend",
+    "Compiled",
+    "Options",
+    "Source",
+    "as_plan",
+    "compile_source",
+    "compiled",
+    "indices",
+    "instantiated",
+    "read_input",
+    "select_scenes",
+]

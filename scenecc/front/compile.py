@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
-from scenecc.diagnostics import Location, Origin, Sink
+from scenecc.diagnostics import Location, Origin, SceneError, Sink
 from scenecc.diagnostics.collector import collector_paused
 from scenecc.diagnostics.frozen import frozen
 from scenecc.front.files import named_resolver, resolver
@@ -17,6 +17,9 @@ from scenecc.front.inputs import Input, as_plan, read_input
 from scenecc.source.paths import AssetScope, Memory, Resolved
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from scenecc.backends.sapien import SceneBatch
     from scenecc.expand.documents import SceneDocument
     from scenecc.expand.expansion import Expansion
     from scenecc.front.inputs import Source
@@ -27,6 +30,12 @@ if TYPE_CHECKING:
     from scenecc.robots.description import Description
     from scenecc.source import Document, Limits
     from scenecc.spec.document import SceneFile
+
+Backend = Literal["cpu", "cuda"]
+"""Where PhysX runs."""
+
+Audit = Literal["full", "fast", "off"]
+"""How much is read back from the engine and compared with the plan."""
 
 Origins = tuple[Mapping[int, Origin], Mapping[int, Origin]]
 """Where the files and the physical materials of a plan are written, by index."""
@@ -324,3 +333,40 @@ def _checked(plan: ScenePlan, origins: Origins, scope: AssetScope, limits: Limit
         )
         plan = replace(plan, files=files)
     return None if sink.failed else plan
+
+
+def compiled(source: Source, options: Options, sink: Sink) -> Compiled:
+    """A scene's plan, and how long each stage took. Raises SceneError."""
+    found = compile_source(source, options, sink)
+    if found is None:
+        raise SceneError(sink.diagnostics())
+    return found
+
+
+def instantiated(
+    plan: ScenePlan,
+    sink: Sink,
+    *,
+    backend: Backend,
+    scene_idxs: Sequence[int] | None,
+    render: bool | None,
+    audit: Audit,
+    progress: Callable[[int, int], None] | None = None,
+) -> SceneBatch:
+    """The live scenes of a plan; arguments as of `load_scene`.
+
+    Raises:
+        SceneError: the engine or the machine is at fault.
+        ValueError: an argument is out of its range.
+    """
+    from scenecc.backends.sapien import instantiate
+
+    for name, value, known in (("backend", backend, ("cpu", "cuda")), ("audit", audit, ("full", "fast", "off"))):
+        if value not in known:
+            raise ValueError(f"{name} is one of {', '.join(known)}, not {value!r}")
+    batch = instantiate(
+        plan, sink, device=backend, scene_idxs=scene_idxs, render=render, audit=audit, progress=progress
+    )
+    if batch is None:
+        raise SceneError(sink.diagnostics())
+    return batch

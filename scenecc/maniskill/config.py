@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.api import SceneError, compiled
 from scenecc.backends import maniskill
-from scenecc.diagnostics import Sink
-from scenecc.front import Options
+from scenecc.diagnostics import SceneError, Sink
+from scenecc.front import Options, compiled
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

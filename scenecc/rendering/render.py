@@ -5,9 +5,8 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any
 
-from scenecc.api import SceneError, compiled, instantiated
-from scenecc.diagnostics import Location, Sink
-from scenecc.front import Options, Source
+from scenecc.diagnostics import Location, SceneError, Sink
+from scenecc.front import Options, Source, compiled, instantiated
 from scenecc.front.options import integer
 from scenecc.pictures.encode import WHATS, What
 from scenecc.pictures.packages import INSTALL, missing

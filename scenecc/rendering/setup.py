@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scenecc.api import SceneError
-from scenecc.diagnostics import Location
+from scenecc.diagnostics import Location, SceneError
 from scenecc.diagnostics.words import index_ranges, suggest
 from scenecc.front import select_scenes
 from scenecc.pictures.sheet import sheet_size

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.api import SceneError
-from scenecc.diagnostics import Location
+from scenecc.diagnostics import Location, SceneError
 from scenecc.diagnostics.render import render
 from scenecc.viewing.controls import AsWritten
 from scenecc.viewing.loading import load

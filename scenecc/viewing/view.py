@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from scenecc.api import SceneError
-from scenecc.diagnostics import Location, Sink
+from scenecc.diagnostics import Location, SceneError, Sink
 from scenecc.front import Options
 from scenecc.front.options import integer
 from scenecc.viewing.loading import load

@@ -5,10 +5,9 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Final, Literal
 
-from scenecc.api import SceneError, instantiated
-from scenecc.diagnostics import Sink
+from scenecc.diagnostics import SceneError, Sink
 from scenecc.emit.problems import tell_problem
-from scenecc.front import select_scenes
+from scenecc.front import instantiated, select_scenes
 from scenecc.front.options import integer
 from scenecc.meshes import MeshProblem
 from scenecc.meshes.layout import draw_scene
