@@ -10,52 +10,129 @@ from scenecc.version import VERSION as __version__
 
 TYPE_CHECKING = False  # that of `typing` takes its time, and the command hears signals once this is loaded
 if TYPE_CHECKING:
-    from scenecc.api import (
-        ArticulationBatch,
-        ArticulationState,
-        Diagnostic,
-        EntityBatch,
-        EntityState,
-        SceneBatch,
-        SceneError,
-        ScenePlan,
-        SceneState,
-        compile_scene,
-        emit_scene,
-        export_scene,
-        load_scene,
-        render_scene,
-        validate,
+    from scenecc.backends.sapien import (
+        ArticulationBatch as ArticulationBatch,
     )
-    from scenecc.questions import json_schema
+    from scenecc.backends.sapien import (
+        ArticulationState as ArticulationState,
+    )
+    from scenecc.backends.sapien import (
+        EntityBatch as EntityBatch,
+    )
+    from scenecc.backends.sapien import (
+        EntityState as EntityState,
+    )
+    from scenecc.backends.sapien import (
+        SceneBatch as SceneBatch,
+    )
+    from scenecc.backends.sapien import (
+        SceneState as SceneState,
+    )
+    from scenecc.diagnostics import Diagnostic as Diagnostic
+    from scenecc.errors import SceneError as SceneError
+    from scenecc.expand.listing import ParamRow as ParamRow
+    from scenecc.expand.listing import PrefabRow as PrefabRow
+    from scenecc.export import emit_scene as emit_scene
+    from scenecc.export import export_scene as export_scene
+    from scenecc.options import CompileOptions as CompileOptions
+    from scenecc.plan import ScenePlan as ScenePlan
+    from scenecc.plan.compare import Difference as Difference
+    from scenecc.rendering import (
+        LegendRow as LegendRow,
+    )
+    from scenecc.rendering import (
+        Picture as Picture,
+    )
+    from scenecc.rendering import (
+        Rendering as Rendering,
+    )
+    from scenecc.rendering import (
+        render_scene as render_scene,
+    )
+    from scenecc.scene import (
+        Build as Build,
+    )
+    from scenecc.scene import (
+        build_scene as build_scene,
+    )
+    from scenecc.scene import (
+        compare_scenes as compare_scenes,
+    )
+    from scenecc.scene import (
+        compile_scene as compile_scene,
+    )
+    from scenecc.scene import (
+        json_schema as json_schema,
+    )
+    from scenecc.scene import (
+        list_params as list_params,
+    )
+    from scenecc.scene import (
+        list_prefabs as list_prefabs,
+    )
+    from scenecc.scene import (
+        load_scene as load_scene,
+    )
+    from scenecc.scene import (
+        plan_text as plan_text,
+    )
+    from scenecc.scene import (
+        validate as validate,
+    )
+    from scenecc.summary import Item as Item
+    from scenecc.summary import SummaryRow as SummaryRow
+    from scenecc.summary.inspect_scene import inspect_scene as inspect_scene
+    from scenecc.viewing import Look as Look
+    from scenecc.viewing import Place as Place
+    from scenecc.viewing import export_page as export_page
+    from scenecc.viewing import view_scene as view_scene
 
-__all__ = [
-    "ArticulationBatch",
-    "ArticulationState",
-    "Diagnostic",
-    "EntityBatch",
-    "EntityState",
-    "SceneBatch",
-    "SceneError",
-    "ScenePlan",
-    "SceneState",
-    "__version__",
-    "compile_scene",
-    "emit_scene",
-    "export_scene",
-    "json_schema",
-    "load_scene",
-    "render_scene",
-    "validate",
-]
+_MODULES = {
+    "backends.sapien": (
+        "ArticulationBatch",
+        "ArticulationState",
+        "EntityBatch",
+        "EntityState",
+        "SceneBatch",
+        "SceneState",
+    ),
+    "diagnostics": ("Diagnostic",),
+    "errors": ("SceneError",),
+    "expand.listing": ("ParamRow", "PrefabRow"),
+    "export": ("emit_scene", "export_scene"),
+    "options": ("CompileOptions",),
+    "plan": ("ScenePlan",),
+    "plan.compare": ("Difference",),
+    "rendering": ("LegendRow", "Picture", "Rendering", "render_scene"),
+    "scene": (
+        "Build",
+        "build_scene",
+        "compare_scenes",
+        "compile_scene",
+        "json_schema",
+        "list_params",
+        "list_prefabs",
+        "load_scene",
+        "plan_text",
+        "validate",
+    ),
+    "summary": ("Item", "SummaryRow"),
+    "summary.inspect_scene": ("inspect_scene",),
+    "viewing": ("Look", "Place", "export_page", "view_scene"),
+}
+"""The public names by their modules, which are loaded when somebody asks for one."""
+
+_HOME = {name: module for module, names in _MODULES.items() for name in names}
+
+__all__ = [*sorted(_HOME), "__version__"]  # noqa: PLE0604  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def __getattr__(name: str) -> object:
-    if name in __all__:
-        from scenecc import api, questions
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
 
-        return getattr(questions if name in questions.__all__ else api, name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
 
 
 def __dir__() -> list[str]:

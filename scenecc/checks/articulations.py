@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Literal
 
 from scenecc.checks.judged import above_pairs, highest, lowest, waits
-from scenecc.diagnostics.words import cut, suggest_name
+from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.plan.articulation import MOST_LINKS
 from scenecc.plan.tendons import why_no_tendon
 

@@ -13,7 +13,7 @@ from scenecc.checks.image_plain import bmp_size, check_bmp, check_hdr, check_tga
 from scenecc.checks.image_png import SIGNATURE, check_png, png_size
 from scenecc.checks.image_size import Blocks, ImageSize
 from scenecc.checks.mesh_data import AssetError
-from scenecc.regular_file import open_regular
+from scenecc.files import open_regular
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -26,6 +26,7 @@ from scenecc.checks.mesh_text import Budget
 from scenecc.checks.same_files import check_same
 from scenecc.checks.surroundings import check_surroundings
 from scenecc.diagnostics import Origin
+from scenecc.files import open_regular, state_of
 from scenecc.plan import (
     ConvexMesh,
     ConvexParts,
@@ -35,12 +36,11 @@ from scenecc.plan import (
     TexturedLight,
     TriangleMesh,
 )
-from scenecc.regular_file import open_regular, state_of
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
+    from scenecc.files import State
     from scenecc.plan import AssetFile, ScenePlan, VisualMaterial
-    from scenecc.regular_file import State
 
 Use = Literal["hull", "parts", "triangles", "seen", "decomposed", "texture"]
 """What a file is for: a hull, the hulls of its parts, its triangles, a picture, a decomposition, a texture."""

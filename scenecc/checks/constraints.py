@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from scenecc.checks.judged import above_pairs, alternatives, waits
 from scenecc.diagnostics import Origin
-from scenecc.diagnostics.words import cut
+from scenecc.diagnostics.messages import cut
 from scenecc.plan import ArticulationStructure, Distance, Drive, Gear
 
 if TYPE_CHECKING:

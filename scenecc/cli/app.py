@@ -17,11 +17,10 @@ from scenecc.cli.diff import diff
 from scenecc.cli.emit import emit
 from scenecc.cli.explain import explain
 from scenecc.cli.inspect import inspect
-from scenecc.cli.output import print_err
+from scenecc.cli.output import Status, print_err
 from scenecc.cli.params import params
 from scenecc.cli.prefabs import prefabs
 from scenecc.cli.render import render
-from scenecc.cli.report import Status
 from scenecc.cli.schema import schema
 from scenecc.cli.validate import validate
 from scenecc.cli.view import view
@@ -64,7 +63,7 @@ def main() -> None:
     except Exception as error:  # noqa: BLE001 - the process's edge: its status must not blame the scene
         import traceback
 
-        from scenecc.diagnostics.render.terminal import visible
+        from scenecc.diagnostics.formats.style import visible
 
         if isinstance(error, OSError) and error.errno == errno.ENOSPC:  # of the standard output, for a help text
             sys.exit(_fault(os.strerror(errno.ENOSPC)))

@@ -5,33 +5,23 @@ from __future__ import annotations
 import sys
 import time
 from enum import Enum
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from scenecc.cli.arguments import path_faults
-from scenecc.cli.find import STDIN
 from scenecc.cli.options import (
-    AllowOutside,
-    AssetRoots,
     Format,
     FormatOption,
-    Limits,
-    NumScenes,
-    Params,
     SceneArgument,
-    Seed,
     Steps,
-    parse_limits,
-    parse_params,
+    takes_compile_options,
 )
-from scenecc.cli.output import STDOUT, base_folder, print_err, print_out, write
-from scenecc.cli.progress import progress
-from scenecc.cli.report import end, of_settings, usage_error
-from scenecc.cli.table import built, plain, planned, stage_times
+from scenecc.cli.output import STDOUT, base_folder, end, of_settings, print_err, print_out, progress, usage_error, write
+from scenecc.cli.paths import STDIN, path_faults
+from scenecc.cli.tables import built, plain, planned, stage_times
 
 if TYPE_CHECKING:
-    from scenecc.api import Build, SceneBatch
+    from scenecc import Build, SceneBatch
 
 _STRIDE = 10
 """Steps between two reports of the progress."""
@@ -64,12 +54,10 @@ Render = Annotated[
 ]
 
 
+@takes_compile_options
 def build(
     scene: SceneArgument,
     *,
-    num_scenes: NumScenes = None,
-    seed: Seed = None,
-    params: Params = None,
     scenes: Scenes = None,
     backend: Annotated[Backend, typer.Option("--backend", help="Where PhysX runs.")] = Backend.cpu,
     steps: Steps = 0,
@@ -77,10 +65,8 @@ def build(
     output: Output = None,
     render: Render = None,
     audit: Annotated[Audit, typer.Option("--audit", help="How much is read back from the engine.")] = Audit.fast,
-    asset_roots: AssetRoots = None,
-    allow_outside_assets: AllowOutside = False,
-    limits: Limits = None,
     form: FormatOption = Format.text,
+    options: dict[str, Any],
 ) -> None:
     """Build a scene as parallel SAPIEN scenes.
 
@@ -93,47 +79,41 @@ def build(
       scenecc build scenes/tabletop.yaml --dry-run -o plan.json
       scenecc build scenes/parameters.yaml --set size=0.6 --set color="#884422"
     """
-    from scenecc import api
+    import scenecc
 
-    checked_limits, values = parse_limits(limits), parse_params(params)
     faults = path_faults(scene, output, form)
     if faults:
         end(faults, form)
     try:
         with progress("build") as show:
-            result = api.build_scene(
+            result = scenecc.build_scene(
                 sys.stdin.buffer if scene == STDIN else scene,
-                num_scenes=num_scenes,
-                seed=seed,
-                params=values,
+                **options,
                 scenes=scenes,
                 backend=backend.value,
                 dry_run=dry_run,
                 render=render,
                 audit=audit.value,
-                asset_roots=asset_roots or (),
-                allow_outside_assets=allow_outside_assets,
-                limits=checked_limits,
                 progress=show,
             )
-    except api.SceneError as error:
-        end(of_settings(error.diagnostics, values), form)
+    except scenecc.SceneError as error:
+        end(of_settings(error.diagnostics, options["params"]), form)
     _conclude(result, steps, output, form)
 
 
 def _conclude(result: Build, steps: int, output: str | None, form: Format) -> NoReturn:
     """Simulates, writes the plan, and says what was done."""
-    from scenecc import api
+    import scenecc
 
     timings, diagnostics = dict(result.timings), list(result.diagnostics)
     if result.batch is not None:
         try:
             with result.batch:
                 timings |= _step(result.batch, steps)
-        except api.SceneError as error:
+        except scenecc.SceneError as error:
             end([*diagnostics, *error.diagnostics], form)
     if output is not None:
-        reason = write(output, api.plan_text(result.plan, base=base_folder(output)))
+        reason = write(output, scenecc.plan_text(result.plan, base=base_folder(output)))
         if reason is not None:
             diagnostics.append(usage_error(*reason, file=output))
     if form is Format.text:
@@ -155,7 +135,7 @@ def _step(batch: SceneBatch, steps: int) -> dict[str, float]:
 
 
 def _summary(result: Build, timings: dict[str, float]) -> str:
-    from scenecc.diagnostics.render import wants_color
+    from scenecc.diagnostics.formats import wants_color
 
     show, done = (planned, "planned") if result.batch is None else (built, "built")
     rows = show(result.summary, color=wants_color(sys.stdout))

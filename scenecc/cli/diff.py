@@ -5,44 +5,80 @@ from __future__ import annotations
 import json
 import sys
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Annotated
+from itertools import groupby
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from scenecc.cli.arguments import path_faults
-from scenecc.cli.differences import differences_text
-from scenecc.cli.find import STDIN
 from scenecc.cli.options import (
-    AllowOutside,
-    AssetRoots,
     Format,
-    Limits,
-    NumScenes,
-    Params,
-    Seed,
     TableFormat,
     TableFormatOption,
-    parse_limits,
-    parse_params,
+    takes_compile_options,
 )
-from scenecc.cli.output import print_out
-from scenecc.cli.report import Status, end, of_settings, print_asides
+from scenecc.cli.output import Status, end, of_settings, print_asides, print_out
+from scenecc.cli.paths import STDIN, path_faults
+from scenecc.cli.tables import plain
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from scenecc import Difference
     from scenecc.diagnostics import Diagnostic
 
 
+_SIGNS: Final = {"added": "+", "removed": "-", "moved": ">", "changed": "~"}
+_COLORS: Final = {"+": 32, "-": 31, ">": 33, "~": 33}
+
+
+def differences_text(differences: Sequence[Difference], *, color: bool) -> str:
+    """An object a line, and below it a field a line: `+` what only the second has, `-` what only the first has,
+    `~` what is another in them, `>` what is built at another time. Nothing where nothing differs.
+    """
+    if not differences:
+        return ""
+    lines = [line for _, group in groupby(differences, _object) for line in _lines(list(group))]
+    count = "1 difference" if len(differences) == 1 else f"{len(differences)} differences"
+    shown = [f"\x1b[{_COLORS[sign]}m{sign} {text}\x1b[0m" if color else f"{sign} {text}" for sign, text in lines]
+    return "\n".join([*shown, count]) + "\n"
+
+
+def _object(one: Difference) -> tuple[str, str]:
+    return one.section, one.name
+
+
+def _lines(group: Sequence[Difference]) -> Iterator[tuple[str, str]]:
+    name = _name(group[0])
+    fields = [one for one in group if one.path]
+    for one in group:
+        if not one.path:
+            yield _SIGNS[one.kind], f"{name}: {_values(one)}"
+    if fields and len(fields) == len(group) and name:
+        yield "~", name
+    for one in fields:
+        where = "" if one.scene_count is None else f" (in {one.scene_count} scene{'s' * (one.scene_count != 1)})"
+        indent = "    " if name else ""
+        yield _SIGNS[one.kind], f"{indent}{plain(one.path)}: {_values(one)}{where}"
+
+
+def _name(one: Difference) -> str:
+    if one.section == "plan":
+        return ""
+    return f"{one.section}.{plain(one.name)}" if one.name else one.section
+
+
+def _values(one: Difference) -> str:
+    both = [plain(text) for text in (one.a, one.b) if text is not None]
+    return " → ".join(both)
+
+
+@takes_compile_options
 def diff(
     first: Annotated[str, typer.Argument(metavar="A", help="A scene file or a plan, or - for standard input.")],
     second: Annotated[str, typer.Argument(metavar="B", help="The same.")],
     *,
-    num_scenes: NumScenes = None,
-    seed: Seed = None,
-    params: Params = None,
-    asset_roots: AssetRoots = None,
-    allow_outside_assets: AllowOutside = False,
-    limits: Limits = None,
     form: TableFormatOption = TableFormat.text,
+    options: dict[str, Any],
 ) -> None:
     """Say what differs between two scenes, by what they build.
 
@@ -56,9 +92,8 @@ def diff(
       scenecc diff scenes/tabletop.yaml scenes/obstacle.yaml
       git show HEAD:scenes/tabletop.yaml | scenecc diff - scenes/tabletop.yaml
     """
-    from scenecc import api, questions
+    import scenecc
 
-    checked_limits, values = parse_limits(limits), parse_params(params)
     if first == second == STDIN:
         raise typer.BadParameter("standard input holds one scene only", param_hint="'B'")
     faults = [*path_faults(first, None), *path_faults(second, None)]
@@ -66,25 +101,20 @@ def diff(
         end(faults, least=Status.usage)  # 1 is the status of scenes that differ
     found: list[Diagnostic] = []
     try:
-        differences = questions.compare_scenes(
+        differences = scenecc.compare_scenes(
             sys.stdin.buffer if first == STDIN else first,
             sys.stdin.buffer if second == STDIN else second,
-            num_scenes=num_scenes,
-            seed=seed,
-            params=values,
-            asset_roots=asset_roots or (),
-            allow_outside_assets=allow_outside_assets,
-            limits=checked_limits,
+            **options,
             found=found,
         )
-    except api.SceneError as error:
-        end(of_settings(error.diagnostics, values), least=Status.usage)
+    except scenecc.SceneError as error:
+        end(of_settings(error.diagnostics, options["params"]), least=Status.usage)
     print_asides(found, Format.text)
     if form is TableFormat.json:
         rows = [asdict(difference) for difference in differences]
         print_out(json.dumps({"differences": rows}, indent=2, ensure_ascii=False) + "\n")
     else:
-        from scenecc.diagnostics.render import wants_color
+        from scenecc.diagnostics.formats import wants_color
 
         print_out(differences_text(differences, color=wants_color(sys.stdout)))
     raise typer.Exit(Status.scene if differences else Status.fine)

@@ -11,26 +11,26 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from scenecc.cli.arguments import path_faults
-from scenecc.cli.find import STDIN
 from scenecc.cli.options import (
-    AllowOutside,
-    AssetRoots,
     Format,
-    Limits,
-    NumScenes,
-    Params,
     SceneArgument,
-    Seed,
     Show,
     at_least,
-    parse_limits,
-    parse_params,
     shown,
+    takes_compile_options,
 )
-from scenecc.cli.output import STDOUT, base_folder, write, write_files
-from scenecc.cli.progress import progress
-from scenecc.cli.report import end, of_settings, print_asides, usage_error
+from scenecc.cli.output import (
+    STDOUT,
+    base_folder,
+    end,
+    of_settings,
+    print_asides,
+    progress,
+    usage_error,
+    write,
+    write_files,
+)
+from scenecc.cli.paths import STDIN, path_faults
 
 if TYPE_CHECKING:
     from scenecc.cli.output import Unwritten
@@ -69,6 +69,7 @@ Shown = Annotated[Show, typer.Option("--show", help="Draw what is seen, or the c
 EntityName = Annotated[str | None, typer.Option("--entity", metavar="NAME", help="Write this entity alone (urdf).")]
 
 
+@takes_compile_options
 def emit(
     scene: SceneArgument,
     *,
@@ -80,12 +81,7 @@ def emit(
     grid: Grid = False,
     show: Shown = Show.visual,
     entity: EntityName = None,
-    num_scenes: NumScenes = None,
-    seed: Seed = None,
-    params: Params = None,
-    asset_roots: AssetRoots = None,
-    allow_outside_assets: AllowOutside = False,
-    limits: Limits = None,
+    options: dict[str, Any],
 ) -> None:
     """Write a scene for another program.
 
@@ -108,34 +104,26 @@ def emit(
     """
     asked = {"scene": index, "grid": grid, "show": show is Show.collision, "entity": entity}
     folder = _check(target, output, asked)
-    checked_limits, values = parse_limits(limits), parse_params(params)
     faults = path_faults(scene, output, folder=folder)
     if faults:
         end(faults)
-    options: dict[str, Any] = {
-        "num_scenes": num_scenes,
-        "seed": seed,
-        "params": values,
-        "asset_roots": asset_roots or (),
-        "allow_outside_assets": allow_outside_assets,
-        "limits": checked_limits,
-    }
     source = sys.stdin.buffer if scene == STDIN else scene
+    params = options["params"]
     if target in _TEXTS:
-        _write(lambda found: _emit_text(source, target, output, options, found), values, output)
+        _write(lambda found: _emit_text(source, target, output, options, found), params, output)
     options |= {"scene": index, "grid": grid, "show": show.value, "entity": entity, "folder": folder}
     options["binary"] = target is Target.usd and Path(output).suffix.lower() in _BINARY
-    _write(lambda found: _emit_files(source, target, output, options, found), values, output)
+    _write(lambda found: _emit_files(source, target, output, options, found), params, output)
 
 
 def _check(target: Target, output: str, asked: Mapping[str, Any]) -> bool:
     """Whether the output is a folder. Raises typer.BadParameter for options or a file that the target does not take."""
-    from scenecc import exporting
+    from scenecc.export import check_choice
 
     given = [word for word, value in asked.items() if value is not None and value is not False]
     several = target is Target.urdf and "entity" not in given
     try:
-        exporting.check_choice(target.value, given)
+        check_choice(target.value, given)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from None
     suffix, suffixes = Path(output).suffix.lower(), _SUFFIXES.get(target)
@@ -151,31 +139,31 @@ def _emit_text(
     source: Any, target: Target, output: str, options: dict[str, Any], found: list[Diagnostic]
 ) -> Unwritten | None:
     """Writes a text; why that failed."""
-    from scenecc import api
+    import scenecc
 
-    return write(output, api.emit_scene(source, target.value, base=base_folder(output), found=found, **options))
+    return write(output, scenecc.emit_scene(source, target.value, base=base_folder(output), found=found, **options))
 
 
 def _emit_files(
     source: Any, target: Target, output: str, options: dict[str, Any], found: list[Diagnostic]
 ) -> Unwritten | None:
     """Writes files; why that failed."""
-    from scenecc import exporting
+    import scenecc
 
     name = None if output == STDOUT else Path(output).stem
     with progress("build") as show:
-        files = exporting.export_scene(source, target.value, name=name, found=found, progress=show, **options)
+        files = scenecc.export_scene(source, target.value, name=name, found=found, progress=show, **options)
     return write_files(output, files, folder=options["folder"])
 
 
 def _write(make: Callable[[list[Diagnostic]], Unwritten | None], values: Mapping[str, Any], output: str) -> NoReturn:
     """Writes what `make` makes and tells of warnings; ends the command."""
-    from scenecc import api
+    import scenecc
 
     warnings: list[Diagnostic] = []
     try:
         reason = make(warnings)
-    except api.SceneError as error:
+    except scenecc.SceneError as error:
         end(of_settings(error.diagnostics, values))
     print_asides(warnings, Format.text)
     if reason is not None:

@@ -6,8 +6,7 @@ from typing import Annotated
 
 import typer
 
-from scenecc.cli.output import print_out
-from scenecc.cli.report import end, usage_error
+from scenecc.cli.output import end, print_out, usage_error
 
 
 def explain(
@@ -22,8 +21,8 @@ def explain(
       scenecc explain SC101
       scenecc explain
     """
-    from scenecc.diagnostics.explain import explain as explanation
-    from scenecc.diagnostics.explain import nearest_codes
+    from scenecc.diagnostics.reference import explain as explanation
+    from scenecc.diagnostics.reference import nearest_codes
 
     if code is None:
         print_out(_list())

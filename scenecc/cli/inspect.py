@@ -4,30 +4,20 @@ from __future__ import annotations
 
 import json
 import sys
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from scenecc.cli.arguments import path_faults
-from scenecc.cli.find import STDIN
 from scenecc.cli.options import (
-    AllowOutside,
-    AssetRoots,
     Format,
-    Limits,
-    NumScenes,
-    Params,
     SceneArgument,
-    Seed,
     TableFormat,
     TableFormatOption,
     at_least,
-    parse_limits,
-    parse_params,
+    takes_compile_options,
 )
-from scenecc.cli.output import print_out
-from scenecc.cli.progress import progress
-from scenecc.cli.report import end, of_settings, print_asides
+from scenecc.cli.output import end, of_settings, print_asides, print_out, progress
+from scenecc.cli.paths import STDIN, path_faults
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
@@ -46,6 +36,7 @@ AskEngine = Annotated[
 ]
 
 
+@takes_compile_options
 def inspect(
     scene: SceneArgument,
     *,
@@ -53,13 +44,8 @@ def inspect(
     entity: Entity = None,
     depth: Depth = None,
     ask: AskEngine = True,
-    num_scenes: NumScenes = None,
-    seed: Seed = None,
-    params: Params = None,
-    asset_roots: AssetRoots = None,
-    allow_outside_assets: AllowOutside = False,
-    limits: Limits = None,
     form: TableFormatOption = TableFormat.text,
+    options: dict[str, Any],
 ) -> None:
     """Show what a scene holds, as a tree.
 
@@ -74,36 +60,30 @@ def inspect(
       scenecc inspect scenes/robot_arm.yaml --depth 2 --no-build
       scenecc inspect scenes/tabletop.yaml --format json
     """
-    from scenecc import api
+    import scenecc
 
-    checked_limits, values = parse_limits(limits), parse_params(params)
     faults = path_faults(scene, None)
     if faults:
         end(faults)
     warnings: list[Diagnostic] = []
     try:
         with progress("build") as show:
-            item = api.inspect_scene(
+            item = scenecc.inspect_scene(
                 sys.stdin.buffer if scene == STDIN else scene,
                 scene=index,
                 entity=entity,
                 depth=depth,
                 build=ask,
-                num_scenes=num_scenes,
-                seed=seed,
-                params=values,
-                asset_roots=asset_roots or (),
-                allow_outside_assets=allow_outside_assets,
-                limits=checked_limits,
+                **options,
                 found=warnings,
                 progress=show,
             )
-    except api.SceneError as error:
-        end(of_settings(error.diagnostics, values))
+    except scenecc.SceneError as error:
+        end(of_settings(error.diagnostics, options["params"]))
     print_asides(warnings, Format.text)
     if form is TableFormat.json:
         print_out(json.dumps(item.data(), indent=2, ensure_ascii=False) + "\n")
     else:
-        from scenecc.cli.tree import tree_text
+        from scenecc.cli.tables import tree_text
 
         print_out(tree_text(item))

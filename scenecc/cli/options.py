@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from enum import Enum
+from functools import wraps
+from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, get_type_hints
 
 import typer
 
@@ -52,7 +54,7 @@ def at_least(least: int, *, digits: int = 18) -> Callable[[str | int], int]:
 
 def shown(text: str) -> str:
     """What somebody wrote, in quotes, in short and harmless."""
-    from scenecc.diagnostics.render.terminal import visible
+    from scenecc.diagnostics.formats.style import visible
 
     return f"'{visible(text[:_SHOWN])}{'…' if len(text) > _SHOWN else ''}'"
 
@@ -63,7 +65,7 @@ def parse_limits(given: list[str] | None) -> dict[str, int]:
     Raises:
         typer.BadParameter: for what is not `name=value`, an unknown name, or a value that is no positive integer.
     """
-    from scenecc import questions
+    from scenecc.source import make_limits
 
     limits: dict[str, int] = {}
     for item in given or ():
@@ -73,32 +75,53 @@ def parse_limits(given: list[str] | None) -> dict[str, int]:
             raise typer.BadParameter(message, param_hint="'--limit'")
         limits[name] = int(value)
     try:
-        questions.check_limits(limits)
+        make_limits(limits)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="'--limit'") from None
     return limits
 
 
 def parse_params(given: list[str] | None) -> dict[str, Any]:
-    """`["size=0.5"]` as a mapping.
+    """`["size=0.5"]` as a mapping; values are YAML on one line.
 
     Raises:
         typer.BadParameter: for what is not `name=value` with a YAML value, or names a parameter twice.
     """
-    from scenecc import questions
-    from scenecc.diagnostics.render.terminal import visible
+    from scenecc.diagnostics.formats.style import visible
 
     params: dict[str, Any] = {}
     for item in given or ():
-        try:
-            name, value = questions.read_setting(item)
-        except ValueError as error:
-            message = f"{shown(item)}: {visible(str(error))}"
-            raise typer.BadParameter(message, param_hint="'--set'") from None
+        name, value, fault = _read_setting(item)
+        if fault is not None:
+            raise typer.BadParameter(f"{shown(item)}: {visible(fault)}", param_hint="'--set'")
         if name in params:
             raise typer.BadParameter(f"{shown(name)} is set twice", param_hint="'--set'")
         params[name] = value
     return params
+
+
+def _read_setting(text: str) -> tuple[str, Any, str | None]:
+    """The name and the value of a parameter, from `name=value`; then why it is not of that form."""
+    from scenecc.diagnostics import Sink
+    from scenecc.source import read_value
+
+    name, equals, written = text.partition("=")
+    if not equals or not name.strip():
+        return name, None, "it is not name=value, as in size=0.5"
+    sink = Sink()
+    value = read_value(written, sink)
+    for found in sink.diagnostics():
+        empty = found.code == "SC006"
+        return (
+            name,
+            None,
+            'it has no value (an empty text is "")' if empty else found.message + _in_brackets(found.hint),
+        )
+    return name.strip(), value, None
+
+
+def _in_brackets(hint: str | None) -> str:
+    return f" ({hint})" if hint else ""
 
 
 SceneArgument = Annotated[
@@ -133,3 +156,43 @@ Limits = Annotated[
 ]
 TableFormatOption = Annotated[TableFormat, typer.Option("--format", help="How the result is printed.")]
 FormatOption = Annotated[Format, typer.Option("--format", help="How diagnostics are printed.")]
+
+_COMPILE_OPTIONS: Final[dict[str, tuple[Any, Any]]] = {
+    "num_scenes": (NumScenes, None),
+    "seed": (Seed, None),
+    "params": (Params, None),
+    "asset_roots": (AssetRoots, None),
+    "allow_outside_assets": (AllowOutside, False),
+    "limits": (Limits, None),
+}
+"""What the command line has of `CompileOptions`, by name: the option and its default."""
+
+
+def takes_compile_options(
+    command: Callable[..., None], names: Container[str] = _COMPILE_OPTIONS
+) -> Callable[..., None]:
+    """Gives a command these options, ahead of its own `--format`. It gets them read, as the keyword `options`."""
+    taken = {name: row for name, row in _COMPILE_OPTIONS.items() if name in names}
+    hints = get_type_hints(command, include_extras=True)
+
+    @wraps(command)
+    def run(*arguments: Any, **given: Any) -> None:
+        options = {name: given.pop(name, default) for name, (_, default) in taken.items()}
+        options["limits"] = parse_limits(options["limits"])
+        if "params" in taken:
+            options["params"] = parse_params(options["params"])
+        options["asset_roots"] = options["asset_roots"] or ()
+        command(*arguments, options=options, **given)
+
+    own = [each.replace(annotation=hints[each.name]) for each in signature(command).parameters.values()]
+    last = [each for each in own if each.name == "form"]
+    own = [each for each in own if each.name not in {"form", "options"}]
+    shared = [
+        Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=option)
+        for name, (option, default) in taken.items()
+    ]
+    # Typer reads these, and not what they are wrapped around.
+    vars(run)["__signature__"] = Signature([*own, *shared, *last])
+    run.__annotations__ = {each.name: each.annotation for each in (*own, *shared, *last)}
+    del vars(run)["__wrapped__"]
+    return run

@@ -1,4 +1,4 @@
-"""Where a command writes: standard output, or a file that is written whole or not at all."""
+"""What commands print and write: diagnostics and the exit status that follows from them, results, a progress bar."""
 
 from __future__ import annotations
 
@@ -6,13 +6,22 @@ import errno
 import os
 import signal
 import sys
-from collections.abc import Mapping
-from contextlib import suppress
+import time
+from collections.abc import Callable, Container, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from enum import IntEnum
 from pathlib import Path
+from typing import TYPE_CHECKING, Final, NoReturn, TypeVar
 
 import typer
 
+from scenecc.cli.options import Format
 from scenecc.files import replace_all
+from scenecc.interrupt import undoing
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Diagnostic
+
 
 STDOUT = "-"
 
@@ -141,3 +150,125 @@ def write_files(target: str, files: Mapping[str, bytes], *, folder: bool) -> Unw
 
 def _unwritten(name: str, error: OSError) -> Unwritten:
     return "SC818" if error.errno in _OF_THE_MACHINE else "SC904", f"`{name}` cannot be written: {error.strerror}"
+
+
+class Status(IntEnum):
+    """Exit statuses. Of several that apply, the highest says what has to be put right first."""
+
+    fine = 0
+    scene = 1
+    usage = 2
+    machine = 3
+
+
+_PARAMS = "params"
+"""The file that the API names for a value of `params=`."""
+
+_SET = "--set"
+"""And the command line, which is then used wrongly."""
+
+
+def status(diagnostics: Iterable[Diagnostic], *, strict: bool = False) -> Status:
+    """The exit status. `strict`: warnings count as errors do."""
+    counted = ("error", "warning") if strict else ("error",)
+    return max((_blamed(d) for d in diagnostics if d.severity in counted), default=Status.fine)
+
+
+def _blamed(diagnostic: Diagnostic) -> Status:
+    from scenecc.diagnostics.codes import CODES
+
+    if diagnostic.line is None and (diagnostic.file or "").startswith(_SET):
+        return Status.usage
+    return Status[CODES[diagnostic.code].at_fault]
+
+
+def of_settings(diagnostics: Iterable[Diagnostic], settings: Container[str]) -> list[Diagnostic]:
+    """The same diagnostics, those about `params=` of the API as ones about `--set`. `settings`: its names."""
+    from dataclasses import replace
+
+    from scenecc.diagnostics import Location
+
+    found: list[Diagnostic] = []
+    for diagnostic in diagnostics:
+        if diagnostic.file == _PARAMS and diagnostic.line is None:
+            place = f"{_SET} {diagnostic.path}" if diagnostic.path in settings else _SET
+            diagnostic = replace(diagnostic, location=Location(place), path="")  # noqa: PLW2901 - the same, elsewhere
+        found.append(diagnostic)
+    return found
+
+
+def print_findings(diagnostics: Sequence[Diagnostic], form: Format) -> None:
+    """Prints diagnostics that are what the command was asked for: on standard output."""
+    if form is Format.text and not diagnostics:
+        return  # nothing to say, and nothing to load for it
+    from scenecc.diagnostics.formats import render, wants_color
+
+    print_out(render(diagnostics, form.value, color=wants_color(sys.stdout)))
+
+
+def print_asides(diagnostics: Sequence[Diagnostic], form: Format) -> None:
+    """Prints diagnostics beside another result: text on standard error, the formats of programs on standard output."""
+    if form is not Format.text:
+        print_findings(diagnostics, form)
+    elif diagnostics:
+        from scenecc.diagnostics.formats import render, wants_color
+
+        print_err(render(diagnostics, color=wants_color(sys.stderr)))
+
+
+def end(diagnostics: Sequence[Diagnostic], form: Format = Format.text, *, least: Status = Status.fine) -> NoReturn:
+    """Ends the command: prints diagnostics beside its result, and exits with their status, `least` or above."""
+    print_asides(diagnostics, form)
+    raise typer.Exit(max(status(diagnostics), least))
+
+
+def usage_error(code: str, message: str, *, file: str | None = None, hint: str | None = None) -> Diagnostic:
+    """A diagnostic about the command line itself."""
+    from scenecc.diagnostics import Diagnostic, Location
+
+    return Diagnostic(code, "error", message, Location(file), hint=hint)
+
+
+_PATIENCE: Final = 0.5
+"""Seconds that work takes before it is called long."""
+
+_EVERY: Final = 0.1
+_WIDTH: Final = 40
+_CLEAR: Final = "\r\x1b[K"
+
+Show = Callable[[int, int], None]
+"""Told how much is done, and of how much."""
+
+Item = TypeVar("Item")
+
+
+@contextmanager
+def progress(label: str) -> Generator[Show | None, None, None]:
+    """Shows a bar while something lasts. None where nobody would see it."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    shown_at = time.monotonic() + _PATIENCE - _EVERY
+
+    def show(done: int, total: int) -> None:
+        nonlocal shown_at
+        now = time.monotonic()
+        if now - shown_at < _EVERY:
+            return
+        shown_at = now
+        filled = "#" * (_WIDTH * done // total)
+        sys.stderr.write(f"{_CLEAR}{label} [{filled:-<{_WIDTH}}] {done}/{total}")
+        sys.stderr.flush()
+
+    with undoing() as undo:
+        undo.callback(os.write, sys.stderr.fileno(), _CLEAR.encode())
+        yield show
+
+
+def counted(label: str, items: Sequence[Item]) -> Iterator[Item]:
+    """The items one after another, with a bar that counts them."""
+    with progress(label) as show:
+        for done, item in enumerate(items):
+            if show is not None:
+                show(done, len(items))
+            yield item

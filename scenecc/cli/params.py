@@ -5,36 +5,31 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from scenecc.cli.arguments import path_faults
-from scenecc.cli.find import STDIN
 from scenecc.cli.options import (
-    AllowOutside,
-    AssetRoots,
-    Limits,
     SceneArgument,
     TableFormat,
     TableFormatOption,
-    parse_limits,
+    takes_compile_options,
 )
-from scenecc.cli.output import print_out
-from scenecc.cli.report import end
-from scenecc.cli.table import plain, table
+from scenecc.cli.output import end, print_out
+from scenecc.cli.paths import STDIN, path_faults
+from scenecc.cli.tables import plain, table
 
 if TYPE_CHECKING:
-    from scenecc.questions import ParamRow
+    from scenecc import ParamRow
 
 _HEAD = ("name", "type", "default", "range", "description")
 
 
+@partial(takes_compile_options, names=("asset_roots", "allow_outside_assets", "limits"))
 def params(
     scene: SceneArgument,
     *,
-    asset_roots: AssetRoots = None,
-    allow_outside_assets: AllowOutside = False,
-    limits: Limits = None,
     form: TableFormatOption = TableFormat.text,
+    options: dict[str, Any],
 ) -> None:
     """List what a scene can be given by --set.
 
@@ -43,20 +38,17 @@ def params(
       scenecc params scenes/parameters.yaml
       scenecc params scenes/parameters.yaml --format json
     """
-    from scenecc import api, questions
+    import scenecc
 
-    checked_limits = parse_limits(limits)
     faults = path_faults(scene, None)
     rows: list[ParamRow] = []
     if not faults:
         try:
-            rows = questions.list_params(
+            rows = scenecc.list_params(
                 sys.stdin.buffer if scene == STDIN else scene,
-                asset_roots=asset_roots or (),
-                allow_outside_assets=allow_outside_assets,
-                limits=checked_limits,
+                **options,
             )
-        except api.SceneError as error:
+        except scenecc.SceneError as error:
             faults = error.diagnostics
     if faults:
         end(faults)
@@ -68,7 +60,7 @@ def params(
 
 def params_table(rows: Sequence[ParamRow]) -> str:
     """A line a parameter; of one that must be given the default is a dash."""
-    from scenecc.diagnostics.render import wants_color
+    from scenecc.diagnostics.formats import wants_color
 
     if not rows:
         return "no parameters\n"

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from scenecc.cli.options import TableFormat, TableFormatOption
-from scenecc.cli.output import print_out
+from scenecc.cli.output import end, print_out, usage_error
 from scenecc.cli.params import params_data, params_table
-from scenecc.cli.report import end, usage_error
-from scenecc.cli.table import plain, table
+from scenecc.cli.tables import plain, table
 
 if TYPE_CHECKING:
-    from scenecc.questions import PrefabRow
+    from scenecc import PrefabRow
 
 _HEAD = ("name", "description", "parameters")
 _SHIPPED = "scenecc:"
@@ -36,9 +35,9 @@ def prefabs(
       scenecc prefabs
       scenecc prefabs table
     """
-    from scenecc import questions
+    import scenecc
 
-    rows = questions.list_prefabs()
+    rows = scenecc.list_prefabs()
     if name is not None:
         full = name if name.startswith(_SHIPPED) else _SHIPPED + name
         chosen = [row for row in rows if row.name == full]
@@ -54,7 +53,7 @@ def prefabs(
 
 
 def _refuse(name: str, known: list[str]) -> NoReturn:
-    from scenecc.diagnostics.words import cut, nearest
+    from scenecc.diagnostics.messages import cut, nearest
 
     # What all names start with would make any word look like them.
     near = nearest(name.removeprefix(_SHIPPED), [other.removeprefix(_SHIPPED) for other in known])
@@ -64,7 +63,7 @@ def _refuse(name: str, known: list[str]) -> NoReturn:
 
 
 def _table(rows: Sequence[PrefabRow]) -> str:
-    from scenecc.diagnostics.render import wants_color
+    from scenecc.diagnostics.formats import wants_color
 
     cells = [(row.name, plain(row.description), ", ".join(param.name for param in row.params)) for row in rows]
     return table(_HEAD, cells, color=wants_color(sys.stdout))

@@ -5,39 +5,39 @@ from __future__ import annotations
 import re
 import sys
 from enum import Enum
-from typing import TYPE_CHECKING, Annotated, Final, Literal, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, NoReturn
 
 import typer
 
-from scenecc.cli.arguments import path_faults
-from scenecc.cli.find import STDIN
 from scenecc.cli.options import (
-    AllowOutside,
-    AssetRoots,
     Format,
     FormatOption,
-    Limits,
-    NumScenes,
-    Params,
     SceneArgument,
-    Seed,
     Show,
     Steps,
     at_least,
-    parse_limits,
-    parse_params,
     shown,
+    takes_compile_options,
 )
-from scenecc.cli.output import STDOUT, outlive_pipes, print_err, print_out, write
-from scenecc.cli.progress import progress
-from scenecc.cli.report import end, of_settings, usage_error
-from scenecc.cli.table import plain, stage_times, table
-from scenecc.diagnostics.words import index_ranges
+from scenecc.cli.output import (
+    STDOUT,
+    end,
+    of_settings,
+    outlive_pipes,
+    print_err,
+    print_out,
+    progress,
+    usage_error,
+    write,
+)
+from scenecc.cli.paths import STDIN, path_faults
+from scenecc.cli.tables import plain, stage_times, table
+from scenecc.diagnostics.messages import index_ranges
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scenecc.api import Rendering
+    from scenecc import Rendering
     from scenecc.diagnostics import Diagnostic
 
 _SIZE: Final = re.compile(r"([1-9][0-9]{0,4})x([1-9][0-9]{0,4})")
@@ -54,9 +54,9 @@ class What(str, Enum):
 
 def parse_size(text: str) -> tuple[int, int]:
     """`640x480`. Raises typer.BadParameter for anything else."""
-    from scenecc import questions
+    from scenecc.plan.fields import PIXELS
 
-    found, most = _SIZE.fullmatch(text), questions.largest_picture()
+    found, most = _SIZE.fullmatch(text), int(PIXELS.high)
     size = (int(found[1]), int(found[2])) if found else (0, 0)
     if not found or max(size) > most:
         raise typer.BadParameter(
@@ -98,6 +98,7 @@ Hidden = Annotated[
 ]
 
 
+@takes_compile_options
 def render(
     scene: SceneArgument,
     *,
@@ -112,13 +113,8 @@ def render(
     video: Video = None,
     every: Every = None,
     hidden: Hidden = None,
-    num_scenes: NumScenes = None,
-    seed: Seed = None,
-    params: Params = None,
-    asset_roots: AssetRoots = None,
-    allow_outside_assets: AllowOutside = False,
-    limits: Limits = None,
     form: FormatOption = Format.text,
+    options: dict[str, Any],
 ) -> None:
     """Take a picture of a scene, or film it, with SAPIEN's renderer.
 
@@ -134,16 +130,16 @@ def render(
       scenecc render scenes/tabletop.yaml --show collision --size 800x600 -o collision.png
       scenecc render scenes/reset.yaml --steps 200 --video reset.mp4
     """
-    from scenecc import api
+    import scenecc
 
-    values, film = parse_params(params), _film(output, video, steps, every)
+    film = _film(output, video, steps, every)
     if faults := _path_faults(scene, output, video, form):
         end(faults, form)
     if film is not None:
         outlive_pipes()  # its encoder may end before all frames are there
     try:
         with progress("render") as told:
-            result = api.render_scene(
+            result = scenecc.render_scene(
                 sys.stdin.buffer if scene == STDIN else scene,
                 camera=camera,
                 scenes=which,
@@ -155,16 +151,11 @@ def render(
                 every=every,
                 collision=show is Show.collision,
                 hidden=hidden,
-                num_scenes=num_scenes,
-                seed=seed,
-                params=values,
-                asset_roots=asset_roots or (),
-                allow_outside_assets=allow_outside_assets,
-                limits=parse_limits(limits),
+                **options,
                 progress=told,
             )
-    except api.SceneError as error:
-        end(of_settings(error.diagnostics, values), form)
+    except scenecc.SceneError as error:
+        end(of_settings(error.diagnostics, options["params"]), form)
     _conclude(result, output, video, form)
 
 
@@ -223,7 +214,7 @@ def _files(result: Rendering, output: str | None, video: str | None) -> Iterator
 
 def _legend(result: Rendering) -> list[str]:
     """What the ids of a segmentation stand for."""
-    from scenecc.diagnostics.render import wants_color
+    from scenecc.diagnostics.formats import wants_color
 
     rows = [[str(row.id), row.color, plain(row.name), index_ranges(row.scene_idxs)] for row in result.legend()]
     if not rows:

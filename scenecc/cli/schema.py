@@ -16,6 +16,6 @@ def schema() -> None:
       # and as the first line of a scene file:
       # yaml-language-server: $schema=scene.schema.json
     """
-    from scenecc import questions
+    import scenecc
 
-    print_out(json.dumps(questions.json_schema(), indent=2, ensure_ascii=False) + "\n")
+    print_out(json.dumps(scenecc.json_schema(), indent=2, ensure_ascii=False) + "\n")

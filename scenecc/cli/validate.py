@@ -3,30 +3,24 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING, Annotated
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from scenecc.cli.find import STDIN, Found, find
 from scenecc.cli.options import (
-    AllowOutside,
-    AssetRoots,
     Format,
     FormatOption,
-    Limits,
-    NumScenes,
-    Params,
-    parse_limits,
-    parse_params,
+    takes_compile_options,
 )
-from scenecc.cli.output import print_err
-from scenecc.cli.progress import counted
-from scenecc.cli.report import of_settings, print_findings, status, usage_error
+from scenecc.cli.output import counted, of_settings, print_err, print_findings, status, usage_error
+from scenecc.cli.paths import STDIN, Found, find
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
 
 
+@partial(takes_compile_options, names=("num_scenes", "params", "asset_roots", "allow_outside_assets", "limits"))
 def validate(
     paths: Annotated[
         list[str], typer.Argument(metavar="PATH...", help="Scene files, folders of them, or - for standard input.")
@@ -37,11 +31,7 @@ def validate(
     scenes_only: Annotated[
         bool, typer.Option("--scenes-only", help="Pass over named files that are no scenes, too (for commit hooks).")
     ] = False,
-    num_scenes: NumScenes = None,
-    params: Params = None,
-    asset_roots: AssetRoots = None,
-    allow_outside_assets: AllowOutside = False,
-    limits: Limits = None,
+    options: dict[str, Any],
 ) -> None:
     """Check scene files. Nothing is drawn, built or written.
 
@@ -57,21 +47,16 @@ def validate(
       scenecc validate scenes/parameters.yaml --set size=0.6
       cat scene.yaml | scenecc validate -
     """
-    from scenecc import api
+    import scenecc
 
-    checked_limits, values = parse_limits(limits), parse_params(params)
     found = find(paths, scenes_only=scenes_only)
     diagnostics = _faults(found)
     for file in counted("validate", found.files):
-        here = api.validate(
+        here = scenecc.validate(
             sys.stdin.buffer if file == STDIN else file,
-            num_scenes=num_scenes,
-            params=values,
-            asset_roots=asset_roots or (),
-            allow_outside_assets=allow_outside_assets,
-            limits=checked_limits,
+            **options,
         )
-        diagnostics += of_settings(here, values) if values else here
+        diagnostics += of_settings(here, options["params"]) if options["params"] else here
     print_findings(diagnostics, form)
     if form is Format.text:
         print_err(_counts(found))

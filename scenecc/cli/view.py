@@ -7,32 +7,35 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from scenecc.cli.arguments import path_faults
-from scenecc.cli.find import STDIN
 from scenecc.cli.options import (
-    AllowOutside,
-    AssetRoots,
     Format,
-    Limits,
-    NumScenes,
-    Params,
     SceneArgument,
-    Seed,
     Show,
     at_least,
-    parse_limits,
-    parse_params,
     shown,
+    takes_compile_options,
 )
-from scenecc.cli.output import STDOUT, outlive_pipes, print_err, print_out, write
-from scenecc.cli.progress import progress
-from scenecc.cli.report import Status, end, of_settings, print_asides, status, usage_error
-from scenecc.cli.table import plain
+from scenecc.cli.output import (
+    STDOUT,
+    Status,
+    end,
+    of_settings,
+    outlive_pipes,
+    print_asides,
+    print_err,
+    print_out,
+    progress,
+    status,
+    usage_error,
+    write,
+)
+from scenecc.cli.paths import STDIN, path_faults
+from scenecc.cli.tables import plain
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from scenecc.api import Place
+    from scenecc import Place
     from scenecc.diagnostics import Diagnostic
 
 Scene = Annotated[
@@ -75,6 +78,7 @@ Token = Annotated[
 Open = Annotated[bool, typer.Option("--open", help="Open the page in the browser.")]
 
 
+@takes_compile_options
 def view(
     scene: SceneArgument,
     *,
@@ -88,12 +92,7 @@ def view(
     port: Port = None,
     token: Token = None,
     open_it: Open = False,
-    num_scenes: NumScenes = None,
-    seed: Seed = None,
-    params: Params = None,
-    asset_roots: AssetRoots = None,
-    allow_outside_assets: AllowOutside = False,
-    limits: Limits = None,
+    options: dict[str, Any],
 ) -> None:
     """Show a scene in the browser, live while you edit it.
 
@@ -107,40 +106,32 @@ def view(
       scenecc view scenes/clutter.yaml --num-scenes 16 --grid --port 0
       scenecc view scenes/tabletop.yaml --export tabletop.html --steps 200
     """
-    from scenecc import api
+    import scenecc
 
-    values, checked_limits = parse_params(params), parse_limits(limits)
     _check(export, steps, served=open_it or any(given is not None for given in (host, port, token)))
     if faults := path_faults(scene, export):
         end(faults)
-    given: dict[str, Any] = {
-        "look": api.Look(index, grid, visual=show is Show.visual, collision=show is Show.collision, shadows=shadows),
-        "num_scenes": num_scenes,
-        "seed": seed,
-        "params": values,
-        "asset_roots": asset_roots or (),
-        "allow_outside_assets": allow_outside_assets,
-        "limits": checked_limits,
-    }
+    look = scenecc.Look(index, grid, visual=show is Show.visual, collision=show is Show.collision, shadows=shadows)
     source = sys.stdin.buffer if scene == STDIN else scene
     try:
         if export is None:
             outlive_pipes()  # a browser may go away
             place = _place(host, port, token)
-            api.view_scene(
+            scenecc.view_scene(
                 source,
                 place=place,
                 ready=lambda url: _ready(url, place, open_it=open_it),
-                told=_teller(scene, values),
-                **given,
+                told=_teller(scene, options["params"]),
+                look=look,
+                **options,
             )
         else:
             found: list[Diagnostic] = []
             with progress("view") as told:
-                page = api.export_page(source, steps=steps, found=found, progress=told, **given)
+                page = scenecc.export_page(source, look=look, steps=steps, found=found, progress=told, **options)
             _write(export, page, found)
-    except api.SceneError as error:
-        end(of_settings(error.diagnostics, values))
+    except scenecc.SceneError as error:
+        end(of_settings(error.diagnostics, options["params"]))
 
 
 def _check(export: str | None, steps: int, *, served: bool) -> None:
@@ -158,11 +149,11 @@ def _place(host: str | None, port: int | None, token: str | None) -> Place:
     """Raises typer.BadParameter if there is no such port or token."""
     from secrets import token_urlsafe
 
-    from scenecc import api
+    import scenecc
 
     made_up = token_urlsafe() if token == "auto" else token  # noqa: S105 - no token
     try:
-        return api.Place(host or api.Place().host, port, made_up)
+        return scenecc.Place(host or scenecc.Place().host, port, made_up)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="'--port' / '--token'") from None
 

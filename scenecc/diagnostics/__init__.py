@@ -4,7 +4,6 @@ Every stage reports here, and this package imports none of them.
 """
 
 from scenecc.diagnostics.diagnostic import Diagnostic, Related, Severity, Sink
-from scenecc.diagnostics.error import SceneError
 from scenecc.diagnostics.origin import At, Location, Locator, Origin, Path, PathKey, Tracer, dotted, nowhere
 
 __all__ = [
@@ -16,7 +15,6 @@ __all__ = [
     "Path",
     "PathKey",
     "Related",
-    "SceneError",
     "Severity",
     "Sink",
     "Tracer",

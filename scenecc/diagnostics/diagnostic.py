@@ -14,12 +14,13 @@ from scenecc.diagnostics.origin import (
     Locator,
     Origin,
     Path,
+    Span,
     Tracer,
     as_written,
     dotted,
     nowhere,
+    within,
 )
-from scenecc.diagnostics.spans import Span, within
 
 MAX_REPORTS = 1000
 """How many errors are told, and how many warnings: a file of nothing but errors must not fill the memory."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Location, Origin
-from scenecc.diagnostics.words import cut, nearest, suggest
+from scenecc.diagnostics.messages import cut, nearest, suggest
 from scenecc.expand.contents import count_values, has_failed, is_varying
 from scenecc.expand.expansion import Mark
 from scenecc.expand.ranges import form_of, varying_misfit

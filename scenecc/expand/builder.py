@@ -6,7 +6,7 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.words import show
+from scenecc.diagnostics.messages import show
 from scenecc.expand.arguments import Argument, Bound, bind_params
 from scenecc.expand.contents import is_varying
 from scenecc.expand.expansion import Mark

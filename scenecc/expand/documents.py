@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.diagnostics.words import cut, suggest
+from scenecc.diagnostics.messages import cut, suggest
 from scenecc.expand.written import holds_no_more
 from scenecc.source.paths import AssetScope, has_package, resolve
 from scenecc.source.read import read_text

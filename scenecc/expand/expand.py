@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Location, Origin, Sink
-from scenecc.diagnostics.words import cut, suggest
+from scenecc.diagnostics.messages import cut, suggest
 from scenecc.expand.arguments import Argument, bind_params
 from scenecc.expand.builder import Builder
 from scenecc.expand.compiled import CompiledModule, compile_module

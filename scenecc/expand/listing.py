@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Origin, Sink
 from scenecc.diagnostics.frozen import frozen
-from scenecc.diagnostics.words import show
+from scenecc.diagnostics.messages import show
 from scenecc.expand.compiled import compile_module
 from scenecc.expand.documents import (
     FOLDER,

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from typing import Any
 
-from scenecc.diagnostics.words import show
+from scenecc.diagnostics.messages import show
 
 _SHOWN = 24
 """How long the value of a variable may be in the name of a copy [characters]."""

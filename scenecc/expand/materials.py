@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.words import cut, suggest
+from scenecc.diagnostics.messages import cut, suggest
 from scenecc.expand.expansion import Mark
 from scenecc.expand.output import Output, scoped
 from scenecc.spec.plain import is_mapping

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Location, Origin
-from scenecc.diagnostics.words import cut
+from scenecc.diagnostics.messages import cut
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.parse import parse
 from scenecc.spec.plain import is_mapping, is_sequence

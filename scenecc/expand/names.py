@@ -6,7 +6,7 @@ import keyword
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Literal
 
-from scenecc.diagnostics.words import cut, suggest
+from scenecc.diagnostics.messages import cut, suggest
 from scenecc.values.expression import RESERVED
 from scenecc.values.failure import ExpressionError
 

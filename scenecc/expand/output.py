@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Origin
-from scenecc.diagnostics.words import cut
+from scenecc.diagnostics.messages import cut
 from scenecc.expand.expansion import Expansion, Items, Mark, Record
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.words import cut, show, suggest
+from scenecc.diagnostics.messages import cut, show, suggest
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.param_types import KINDS, RANGED, ParamType, kind_of, out_of_range
 from scenecc.spec.plain import is_mapping, is_sequence

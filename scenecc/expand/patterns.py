@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
-from scenecc.diagnostics.words import show
+from scenecc.diagnostics.messages import show
 from scenecc.expand.contents import SHAPE_LISTS, beyond, is_varying, weight
 from scenecc.expand.expansion import Items
 from scenecc.expand.loops import Loop

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics import Origin
-from scenecc.diagnostics.words import cut
+from scenecc.diagnostics.messages import cut
 from scenecc.expand.compiled import CompiledModule, compile_module
 from scenecc.expand.contents import find_per_scene_lists
 from scenecc.expand.modules import Library, shown_chain

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.words import show
+from scenecc.diagnostics.messages import show
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.param_types import KINDS, ParamType, is_number

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.words import show
+from scenecc.diagnostics.messages import show
 from scenecc.expand.ranges import form_of
 from scenecc.expand.run import Exhausted
 from scenecc.spec.plain import is_mapping, is_sequence

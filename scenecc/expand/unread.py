@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Origin
-from scenecc.diagnostics.words import cut
+from scenecc.diagnostics.messages import cut
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.plain import EXPRESSION, is_mapping, is_sequence
 

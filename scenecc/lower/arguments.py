@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.diagnostics.words import cut, show
+from scenecc.diagnostics.messages import cut, show
 from scenecc.spec.param_types import KINDS
 
 if TYPE_CHECKING:

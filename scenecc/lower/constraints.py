@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.words import cut
+from scenecc.diagnostics.messages import cut
 from scenecc.lower.joints import lower_joint
 from scenecc.lower.names import WORLD
 from scenecc.lower.placing.chains import Step, chained, to_link

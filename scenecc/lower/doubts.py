@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.diagnostics.words import cut, show
+from scenecc.diagnostics.messages import cut, show
 from scenecc.values.failure import DrawError
 from scenecc.values.nodes import NODE_TYPES, Computed, Drawn
 from scenecc.values.operations import LISTS, kind, unlike

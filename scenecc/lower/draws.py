@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.words import cut, suggest_name
+from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.lower.arguments import Argument, judge_argument
 from scenecc.lower.doubts import foretell_draw
 from scenecc.lower.forms import Place, Reading

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scenecc.diagnostics.words import cut, suggest_name
+from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.lower.names import qualified, scope_of
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.words import cut, suggest_name
+from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.lower.forms import VARYING, Reading, holds_template, place_of
 from scenecc.lower.pending import Pending, Reset, report_failure
 from scenecc.plan import Value, literal, per_scene, varying

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.diagnostics.words import cut, suggest_name
+from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.lower.forms import place_of
 from scenecc.lower.kinds import COLOR, EMISSION, Kind, number
 from scenecc.lower.names import qualified, scope_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.words import show
+from scenecc.diagnostics.messages import show
 from scenecc.lower.forms import Place, Reading, Step
 from scenecc.plan import Value, literal, varying
 from scenecc.values.failure import DrawError

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from scenecc.diagnostics.words import show
+from scenecc.diagnostics.messages import show
 from scenecc.lower.doubts import is_by_index
 from scenecc.lower.forms import SELECTORS, VARYING, Place, Reading, Step
 from scenecc.lower.kinds import Kind

@@ -5,14 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.backends import maniskill
-from scenecc.diagnostics import SceneError, Sink
-from scenecc.front import Options, compiled
+from scenecc.diagnostics import Sink
+from scenecc.errors import SceneError
+from scenecc.options import Options
+from scenecc.pipeline import compiled
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
     from os import PathLike
 
-    from scenecc.front import Source
+    from scenecc.pipeline import Source
 
 
 def sim_config(
@@ -43,7 +45,9 @@ def sim_config(
         ValueError: `control_freq` does not divide the steps a second.
     """
     sink = Sink()
-    options = Options.of(None, None, params, None, asset_roots, allow_outside_assets, limits)
+    options = Options.of(
+        params=params, asset_roots=asset_roots, allow_outside_assets=allow_outside_assets, limits=limits
+    )
     config = maniskill.sim_config(compiled(source, options, sink).plan, sink, control_freq)
     if config is None:
         raise SceneError(sink.diagnostics())

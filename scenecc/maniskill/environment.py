@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.api import compile_scene
 from scenecc.backends.maniskill import theirs
 from scenecc.maniskill.yaml_env import YamlEnv
 from scenecc.plan import ArticulationStructure
+from scenecc.scene import compile_scene
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
     from os import PathLike
 
-    from scenecc.front import Source
+    from scenecc.pipeline import Source
     from scenecc.plan import ScenePlan
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.api import check_environments, load_scene
+from scenecc.scene import check_environments, load_scene
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
     from os import PathLike
 
     from scenecc.backends.maniskill import LoadedScene, ManiSkillScene
-    from scenecc.front import Source
+    from scenecc.pipeline import Source
 
 
 def load_into(

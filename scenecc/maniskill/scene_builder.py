@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 from scenecc.backends.maniskill.theirs import SceneBuilder
 from scenecc.maniskill.load import load_into
 from scenecc.maniskill.seeds import episode_seeds
-from scenecc.questions import list_params
+from scenecc.scene import list_params
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
     from os import PathLike
 
     from scenecc.backends.maniskill import LoadedScene
-    from scenecc.front import Source
+    from scenecc.pipeline import Source
 
 NOISE = 0.02
 """ManiSkill's, of joint positions at the start [rad]."""

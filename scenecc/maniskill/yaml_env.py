@@ -12,7 +12,7 @@ from scenecc.maniskill.config import sim_config
 from scenecc.maniskill.scene_builder import NOISE, YamlSceneBuilder
 
 if TYPE_CHECKING:
-    from scenecc.front import Source
+    from scenecc.pipeline import Source
 
 _SHOWN = "render_camera"
 """Name of the camera that shows the environment to people, as in ManiSkill's own tasks."""

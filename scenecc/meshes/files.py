@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.files import ChangedError, read_checked
 from scenecc.meshes.images import Images, image_of
 from scenecc.meshes.primitives import surface
 from scenecc.meshes.surface import Look, MeshProblem, Part
-from scenecc.regular_file import ChangedError, read_checked
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

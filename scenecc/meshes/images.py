@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.files import ChangedError, read_checked
 from scenecc.meshes.surface import Image, MeshProblem
-from scenecc.regular_file import ChangedError, read_checked
 
 if TYPE_CHECKING:
     from pathlib import Path

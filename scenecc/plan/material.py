@@ -13,8 +13,8 @@ from scenecc.diagnostics.frozen import frozen
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from scenecc.files import State
     from scenecc.plan.value import Value
-    from scenecc.regular_file import State
 
 
 @frozen

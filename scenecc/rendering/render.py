@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from scenecc.diagnostics import Location, SceneError, Sink
-from scenecc.front import Options, Source, compiled, instantiated
-from scenecc.front.options import integer
+from typing_extensions import Unpack
+
+from scenecc.diagnostics import Location, Sink
+from scenecc.errors import SceneError
+from scenecc.options import CompileOptions, Options, integer
 from scenecc.pictures.encode import WHATS, What
 from scenecc.pictures.packages import INSTALL, missing
+from scenecc.pipeline import Source, compiled, instantiated
 from scenecc.plan.fields import PIXELS
 from scenecc.plan.pictured import seen_by
 from scenecc.rendering.setup import set_up, stop
@@ -17,8 +20,7 @@ from scenecc.rendering.studio import Studio
 from scenecc.rendering.taken import Rendering
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
-    from os import PathLike
+    from collections.abc import Callable
 
     from scenecc.pictures.write import Film
 
@@ -36,14 +38,8 @@ def render_scene(
     every: int | None = None,
     collision: bool = False,
     hidden: bool | None = None,
-    num_scenes: int | None = None,
-    seed: int | None = None,
-    params: Mapping[str, Any] | None = None,
-    draws: Mapping[str, Any] | None = None,
-    asset_roots: Iterable[str | PathLike[str]] = (),
-    allow_outside_assets: bool = False,
-    limits: Mapping[str, int] | None = None,
     progress: Callable[[int, int], None] | None = None,
+    **options: Unpack[CompileOptions],
 ) -> Rendering:
     """Builds scenes, simulates them and takes a picture of each; `scenecc render` writes these.
 
@@ -62,14 +58,8 @@ def render_scene(
             as the simulation's time goes.
         collision: show what collides, and not what is seen.
         hidden: show what is `hidden` too; None: where the camera is none of the file.
-        num_scenes: in place of the file's.
-        seed: in place of the file's.
-        params: as for `validate`.
-        draws: as for `validate`.
-        asset_roots: as for `validate`.
-        allow_outside_assets: as for `validate`.
-        limits: as for `validate`.
         progress: called with (scenes, steps, frames or pictures done, of how many) as one follows the other.
+        options: those of `CompileOptions`.
 
     Raises:
         SceneError: the scene, the engine or the machine is at fault; there is no such camera or scene, or it does not
@@ -78,9 +68,9 @@ def render_scene(
     """
     _check(what, size, steps, film, every)
     sink = Sink()
-    options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
+    asked = Options.of(**options)
     _need_packages(sink, mp4=film == "mp4")
-    found = compiled(source, options, sink)
+    found = compiled(source, asked, sink)
     setup = set_up(found.plan, camera, scenes, size, what, sink, grid=grid, film=film is not None)
     plan, timings = seen_by(found.plan, setup.camera, collision=collision), dict(found.timings)
     started = time.perf_counter()

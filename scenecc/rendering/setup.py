@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scenecc.diagnostics import Location, SceneError
-from scenecc.diagnostics.words import index_ranges, suggest
-from scenecc.front import select_scenes
+from scenecc.diagnostics import Location
+from scenecc.diagnostics.messages import index_ranges, suggest
+from scenecc.errors import SceneError
 from scenecc.pictures.sheet import sheet_size
+from scenecc.pipeline import select_scenes
 from scenecc.plan.camera import WITHOUT_NORMALS
 from scenecc.plan.pictured import resized
 

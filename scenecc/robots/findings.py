@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from scenecc.diagnostics import Location, Origin, Sink
 from scenecc.diagnostics.codes import CODES
-from scenecc.diagnostics.words import nearest
-from scenecc.regular_file import open_regular
+from scenecc.diagnostics.messages import nearest
+from scenecc.files import open_regular
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.diagnostics.words import cut, suggest
+from scenecc.diagnostics.messages import cut, suggest
 from scenecc.robots.description import DescribedJoint, DescribedMimic
 from scenecc.robots.geometry import read_origin
 from scenecc.robots.pose32 import compose, pose_of_matrix

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenecc.diagnostics.words import cut
+from scenecc.diagnostics.messages import cut
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.diagnostics.words import cut
+from scenecc.diagnostics.messages import cut
 from scenecc.robots.findings import read_robot_bytes
 from scenecc.robots.reading import word
 from scenecc.robots.xml import XmlBounds, parse_xml

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scenecc.diagnostics.words import cut
+from scenecc.diagnostics.messages import cut
 from scenecc.robots.description import (
     DescribedCollision,
     DescribedJoint,

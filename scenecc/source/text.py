@@ -8,7 +8,7 @@ import re
 from typing import IO, TYPE_CHECKING, cast
 
 from scenecc.diagnostics import Location, Sink
-from scenecc.regular_file import NotAFileError, open_regular
+from scenecc.files import NotAFileError, open_regular
 from scenecc.source.lines import Lines
 
 if TYPE_CHECKING:

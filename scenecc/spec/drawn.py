@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from scenecc.diagnostics.words import show
+from scenecc.diagnostics.messages import show
 from scenecc.spec.domain import Domain
 from scenecc.spec.mistakes import THIS
 from scenecc.spec.param_types import rgba

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 from pydantic_core import PydanticCustomError
 
-from scenecc.diagnostics.words import cut, show
+from scenecc.diagnostics.messages import cut, show
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.drawn import read_drawn
 from scenecc.spec.expressions import written

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.words import cut, nearest
+from scenecc.diagnostics.messages import cut, nearest
 from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.hints import FORM_WORDS, LENGTH_HINTS, WRITTEN_AS
 from scenecc.spec.plain import is_mapping

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.diagnostics.words import show
+from scenecc.diagnostics.messages import show
 from scenecc.spec.plain import is_mapping, is_sequence
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.words import cut, listed, nearest, show, suggest
+from scenecc.diagnostics.messages import cut, listed, nearest, show, suggest
 from scenecc.spec.base import NAME_PATTERN, SPELLINGS
 from scenecc.spec.body import Body
 from scenecc.spec.copies import Copies

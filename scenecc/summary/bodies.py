@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.diagnostics.words import index_ranges
+from scenecc.diagnostics.messages import index_ranges
 from scenecc.plan import ArticulationStructure, Plane, VisualPlane
 from scenecc.plan.extent import extent, rotation_matrix
 from scenecc.plan.fields import type_name

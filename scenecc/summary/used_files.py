@@ -5,8 +5,8 @@ from __future__ import annotations
 from hashlib import sha256
 from typing import TYPE_CHECKING, Final
 
+from scenecc.files import open_regular
 from scenecc.plan import ArticulationStructure, Texture, Value
-from scenecc.regular_file import open_regular
 from scenecc.summary.bodies import used_materials
 from scenecc.summary.item import Fact, Item, some_words
 

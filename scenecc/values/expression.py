@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.diagnostics.words import suggest
+from scenecc.diagnostics.messages import suggest
 from scenecc.values import operations
 from scenecc.values.failure import ExpressionError
 from scenecc.values.functions import FUNCTIONS, MANY

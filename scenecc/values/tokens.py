@@ -9,7 +9,7 @@ from __future__ import annotations
 import keyword
 import re
 
-from scenecc.diagnostics.words import cut
+from scenecc.diagnostics.messages import cut
 from scenecc.values.failure import ExpressionError
 
 LONGEST = 1000

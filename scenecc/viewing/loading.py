@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Sink
 from scenecc.emit.problems import tell_problem
-from scenecc.front import compile_source
-from scenecc.front.listing import compiled_params
 from scenecc.meshes import Drawer
+from scenecc.pipeline import compile_source, compiled_params
 from scenecc.source.paths import Memory
 
 if TYPE_CHECKING:
@@ -18,7 +17,8 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Diagnostic
     from scenecc.expand.listing import ParamRow
-    from scenecc.front import Options, Source
+    from scenecc.options import Options
+    from scenecc.pipeline import Source
     from scenecc.plan import ScenePlan
 
 

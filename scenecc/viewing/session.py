@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.diagnostics import Location, SceneError
-from scenecc.diagnostics.render import render
+from scenecc.diagnostics import Location
+from scenecc.diagnostics.formats import render
+from scenecc.errors import SceneError
 from scenecc.viewing.controls import AsWritten
 from scenecc.viewing.loading import load
 from scenecc.viewing.mail import Mail, interrupts_kept
@@ -26,7 +27,8 @@ if TYPE_CHECKING:
     import viser
 
     from scenecc.diagnostics import Diagnostic
-    from scenecc.front import Options, Source
+    from scenecc.options import Options
+    from scenecc.pipeline import Source
     from scenecc.viewing.loading import Loading
     from scenecc.viewing.look import Look
     from scenecc.viewing.nodes import Key

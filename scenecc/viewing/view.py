@@ -12,19 +12,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from scenecc.diagnostics import Location, SceneError, Sink
-from scenecc.front import Options
-from scenecc.front.options import integer
+from typing_extensions import Unpack
+
+from scenecc.diagnostics import Location, Sink
+from scenecc.errors import SceneError
+from scenecc.options import CompileOptions, Options, integer
 from scenecc.viewing.loading import load
 from scenecc.viewing.look import Look, Place
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Generator, Sequence
 
     import viser
 
     from scenecc.diagnostics import Diagnostic
-    from scenecc.front import Source
+    from scenecc.pipeline import Source
 
 
 def view_scene(
@@ -34,13 +36,7 @@ def view_scene(
     place: Place | None = None,
     ready: Callable[[str], None] | None = None,
     told: Callable[[Sequence[Diagnostic]], None] | None = None,
-    num_scenes: int | None = None,
-    seed: int | None = None,
-    params: Mapping[str, Any] | None = None,
-    draws: Mapping[str, Any] | None = None,
-    asset_roots: Iterable[str | PathLike[str]] = (),
-    allow_outside_assets: bool = False,
-    limits: Mapping[str, int] | None = None,
+    **options: Unpack[CompileOptions],
 ) -> None:
     """Shows a scene on a page in the browser until it is interrupted, and again whenever its file changes.
 
@@ -53,13 +49,7 @@ def view_scene(
         place: where the page is served.
         ready: told the address of the page once somebody can open it.
         told: told what was found, whenever the scene was compiled or built.
-        num_scenes: in place of the file's.
-        seed: in place of the file's.
-        params: as for `validate`.
-        draws: as for `validate`.
-        asset_roots: as for `validate`.
-        allow_outside_assets: as for `validate`.
-        limits: as for `validate`.
+        options: those of `CompileOptions`.
 
     Raises:
         SceneError: the page cannot be served: a package is missing, or the address cannot be had.
@@ -69,12 +59,12 @@ def view_scene(
     from scenecc.viewing.session import Session
 
     look, place = look or Look(), place or Place()
-    options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
+    asked = Options.of(**options)
     path = Path(fspath(source)).absolute() if isinstance(source, str | PathLike) else None
     label = "scenecc" if path is None else f"scenecc: {path.stem}"
     with (
         _served(place, label) as server,
-        closing(Session(server, _again(source), options, look, path=path, told=told or _untold)) as session,
+        closing(Session(server, _again(source), asked, look, path=path, told=told or _untold)) as session,
     ):
         session.serve(lambda: (ready or _untold)(address(place, server.get_port())))
 
@@ -86,13 +76,7 @@ def export_page(
     steps: int = 0,
     found: list[Diagnostic] | None = None,
     progress: Callable[[int, int], None] | None = None,
-    num_scenes: int | None = None,
-    seed: int | None = None,
-    params: Mapping[str, Any] | None = None,
-    draws: Mapping[str, Any] | None = None,
-    asset_roots: Iterable[str | PathLike[str]] = (),
-    allow_outside_assets: bool = False,
-    limits: Mapping[str, int] | None = None,
+    **options: Unpack[CompileOptions],
 ) -> str:
     """A scene as one page of HTML that needs nothing else, no network and no server. Other arguments: as `validate`.
 
@@ -102,13 +86,7 @@ def export_page(
         steps: of the simulation, which the page plays; 0: the scene stands still.
         found: takes the warnings and notes.
         progress: called with (scenes done, scenes in all) while the engine builds, and with steps after that.
-        num_scenes: in place of the file's.
-        seed: in place of the file's.
-        params: as for `validate`.
-        draws: as for `validate`.
-        asset_roots: as for `validate`.
-        allow_outside_assets: as for `validate`.
-        limits: as for `validate`.
+        options: those of `CompileOptions`.
 
     Raises:
         SceneError: the scene, the engine or the machine is at fault, or there is no such scene.
@@ -120,8 +98,8 @@ def export_page(
 
     look = look or Look()
     steps = integer(steps, "steps", 0)
-    options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
-    loading = load(source, options, {})
+    asked = Options.of(**options)
+    loading = load(source, asked, {})
     if loading.loaded is None:
         raise SceneError(loading.diagnostics)
     check_scene(look, loading.loaded.plan)

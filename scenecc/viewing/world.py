@@ -5,12 +5,13 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Final, Literal
 
-from scenecc.diagnostics import SceneError, Sink
+from scenecc.diagnostics import Sink
 from scenecc.emit.problems import tell_problem
-from scenecc.front import instantiated, select_scenes
-from scenecc.front.options import integer
+from scenecc.errors import SceneError
 from scenecc.meshes import MeshProblem
 from scenecc.meshes.layout import draw_scene
+from scenecc.options import integer
+from scenecc.pipeline import instantiated, select_scenes
 from scenecc.plan import ArticulationStructure
 from scenecc.summary.bodies import entity_item
 from scenecc.viewing.nodes import picture

@@ -195,12 +195,12 @@ def test_numbers_keep_their_ranges(run, scene: Path) -> None:
 
 
 def test_a_plan_is_not_compiled_twice(cube: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from scenecc import api
+    from scenecc import pipeline
     from scenecc.cli.build import build
 
     compiled: list[object] = []
-    once = api.compile_source
-    monkeypatch.setattr(api, "compile_source", lambda *given: compiled.append(given[0]) or once(*given))
+    once = pipeline.compile_source
+    monkeypatch.setattr(pipeline, "compile_source", lambda *given: compiled.append(given[0]) or once(*given))
     with pytest.raises(typer.Exit):
         build(str(cube), dry_run=True, output=str(tmp_path / "plan.json"), limits=["asset_bytes=1"])
     assert compiled == [str(cube)]

@@ -92,7 +92,7 @@ def test_refused_targets_are_not_written_either(tmp_path: Path) -> None:
 
 
 def test_a_scene_is_not_written_over_itself(tmp_path: Path) -> None:
-    from scenecc.cli.arguments import path_faults
+    from scenecc.cli.paths import path_faults
 
     scene = tmp_path / "scene.yaml"
     scene.write_text("scenecc: 1\n", encoding="utf-8")

@@ -23,7 +23,8 @@ UP = [0.7071068, 0, -0.7071068, 0]
 
 
 def loaded(text: str, **options: Any) -> SceneBatch:
-    return load_scene(io.StringIO(text), **{"num_scenes": SCENES, "render": True, "audit": "full", **options})
+    given: dict[str, Any] = {"num_scenes": SCENES, "render": True, "audit": "full", **options}
+    return load_scene(io.StringIO(text), **given)
 
 
 def component(batch: SceneBatch, name: str, scene: int) -> Any:

@@ -12,7 +12,7 @@ import trimesh
 from numpy.testing import assert_allclose
 
 import scenecc
-from scenecc.exporting import export_scene
+from scenecc import export_scene
 
 ROOT = Path(__file__).parents[2]
 Y_UP = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])

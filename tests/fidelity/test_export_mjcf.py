@@ -13,9 +13,9 @@ import pytest
 import sapien
 
 import scenecc
+from scenecc import export_scene
 from scenecc.backends.sapien import SceneBatch
 from scenecc.diagnostics import Diagnostic
-from scenecc.exporting import export_scene
 from scenecc.plan import Mount
 
 mujoco = pytest.importorskip("mujoco", reason="mujoco is not installed")

@@ -13,8 +13,8 @@ import sapien
 from sapien import physx
 
 import scenecc
+from scenecc import export_scene
 from scenecc.diagnostics import Diagnostic
-from scenecc.exporting import export_scene
 
 ROOT = Path(__file__).parents[2]
 BOX = {"type": "box", "half_size": [0.1, 0.2, 0.05]}

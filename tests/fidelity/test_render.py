@@ -13,7 +13,7 @@ import sapien
 from PIL import Image, ImageSequence
 from plugins.films import decoded
 
-from scenecc.api import Rendering, SceneError, load_scene, render_scene
+from scenecc import Rendering, SceneError, load_scene, render_scene
 from scenecc.pictures.encode import ids_of
 from scenecc.pictures.sheet import BAR
 

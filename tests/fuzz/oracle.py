@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 import scenecc
-from scenecc.api import plan_text
+from scenecc import plan_text
 from scenecc.diagnostics import Diagnostic
 from scenecc.plan import ConvexParts, ScenePlan
 

@@ -19,9 +19,9 @@ def name(path: Path) -> str:
 
 
 @pytest.mark.parametrize("path", MODULES, ids=name)
-def test_a_file_has_at_most_350_lines_and_a_function_60(path: Path) -> None:
+def test_a_file_has_at_most_800_lines_and_a_function_60(path: Path) -> None:
     text = path.read_text()
-    assert len(text.splitlines()) <= 350
+    assert len(text.splitlines()) <= 800
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             assert _code_lines(node) <= 60, node.name

@@ -15,7 +15,6 @@ HEAVY = ("sapien", "trimesh", "numpy", "coacd", "mani_skill", "jsonschema")
 _SECTIONS = {
     "plan": "articulation camera constraint light mount tendons from_json",
     "robots": "urdf mjcf",
-    "front": "robots",
     "lower": "articulations cameras constraints lights mounts resets",
     "checks": "articulations constraints pictures",
     "spec": "articulation camera constraint light",
@@ -59,7 +58,7 @@ def loaded(code: str, *arguments: str, among: tuple[str, ...] = HEAVY) -> set[st
 
 
 def test_importing_the_package_loads_nothing_heavy() -> None:
-    assert loaded("import scenecc, scenecc.api, scenecc.cli") == set()
+    assert loaded("import scenecc, scenecc.scene, scenecc.cli") == set()
 
 
 @pytest.mark.parametrize("text", [SCENE, BROKEN], ids=["valid", "broken"])

@@ -8,8 +8,7 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scenecc import SceneError, compile_scene, validate
-from scenecc.api import plan_text
+from scenecc import SceneError, compile_scene, plan_text, validate
 
 RANDOMS = st.integers(0, 2**32).map(Random)
 """What scenes are made of: to draw each end by Hypothesis takes longer than to compile it."""

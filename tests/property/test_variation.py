@@ -11,9 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plugins.structures import body_of
 
-from scenecc import compile_scene
+from scenecc import compare_scenes, compile_scene
 from scenecc.plan.compare import Difference, differences
-from scenecc.questions import compare_scenes
 
 RANDOMS = st.integers(0, 2**32).map(Random)
 """What scenes are made of: to draw each form by Hypothesis takes longer than to compile it."""

@@ -16,8 +16,8 @@ import pytest
 from plugins.expectations import GOOD
 
 import scenecc
-from scenecc.api import SceneError
-from scenecc.cli.report import Status, status
+from scenecc import SceneError
+from scenecc.cli.output import Status, status
 from scenecc.diagnostics import Diagnostic, Location
 from scenecc.plan.to_json import plan_to_json
 

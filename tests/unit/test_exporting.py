@@ -6,7 +6,7 @@ from pathlib import PurePosixPath
 
 import pytest
 
-from scenecc.exporting import export_scene
+from scenecc import export_scene
 
 BALL = {"scenecc": 1, "entities": {"ball": {"shapes": [{"type": "sphere", "radius": 0.1}]}}}
 

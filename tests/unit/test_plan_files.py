@@ -9,10 +9,8 @@ from pathlib import Path
 import pytest
 from plugins.mesh_files import TETRA, write
 
-from scenecc import SceneError, compile_scene, load_scene, validate
-from scenecc.api import plan_text
+from scenecc import SceneError, compare_scenes, compile_scene, load_scene, plan_text, validate
 from scenecc.backends.sapien import run
-from scenecc.questions import compare_scenes
 
 SCENE = """scenecc: 1
 entities:

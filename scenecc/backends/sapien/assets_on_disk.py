@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 from scenecc.backends.sapien.engine import physx, render
 from scenecc.backends.sapien.engine_log import DROPPED_PART, engine_log
 from scenecc.backends.sapien.failure import EngineFailure
+from scenecc.files import State, open_regular, state_now
 from scenecc.plan import MeshGeometry
-from scenecc.regular_file import State, open_regular, state_now
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from scenecc.regular_file import read_checked
+from scenecc.files import read_checked
 
 HEADER = """ply
 format binary_little_endian 1.0

@@ -17,9 +17,8 @@ from subprocess import DEVNULL, PIPE
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from scenecc.backends.sapien.failure import EngineFailure
-from scenecc.files import replace_all
+from scenecc.files import open_regular, replace_all
 from scenecc.interrupt import child
-from scenecc.regular_file import open_regular
 
 if TYPE_CHECKING:
     from scenecc.plan import AssetFile, CoacdParams

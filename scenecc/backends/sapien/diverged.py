@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from scenecc.backends.sapien.bodies import Articulations, can_move
-from scenecc.diagnostics import Location, SceneError
+from scenecc.diagnostics import Location
+from scenecc.errors import SceneError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

@@ -11,7 +11,7 @@ from scenecc.backends.sapien.bodies import Articulations
 from scenecc.backends.sapien.columns import taken
 from scenecc.backends.sapien.state import resting, standing
 from scenecc.backends.sapien.turn import parts_of, present_rows
-from scenecc.diagnostics.words import cut
+from scenecc.diagnostics.messages import cut
 from scenecc.plan import ArticulationStructure, BodyStructure
 from scenecc.plan.articulation import JOINT_STARTS, VELOCITIES
 from scenecc.plan.shared_poses import is_pose

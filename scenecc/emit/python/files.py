@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 from scenecc.emit.python.columns import number
 from scenecc.emit.python.layout import WIDTH, Node, Source, call, list_of, string
+from scenecc.files import read_checked
 from scenecc.plan import ArticulationStructure, CoacdParams, Value
 from scenecc.plan.fields import Many, OneOf, Quantity, slots
 from scenecc.plan.fields import Node as Holder
-from scenecc.regular_file import read_checked
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import product, zip_longest
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.words import show
+from scenecc.diagnostics.messages import show
 from scenecc.lower.forms import VARYING, Place, Reading, Step, place_of
 from scenecc.lower.kinds import Kind
 from scenecc.lower.words import every_outcome

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.words import cut
+from scenecc.diagnostics.messages import cut
 from scenecc.lower.articulations.draft import Touch
 from scenecc.lower.articulations.maps import said
 from scenecc.lower.bodies import INERTIA, KNOBS

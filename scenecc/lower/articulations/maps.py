@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.words import cut, nearest
+from scenecc.diagnostics.messages import cut, nearest
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.name_patterns import name_pattern
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.words import cut
+from scenecc.diagnostics.messages import cut
 from scenecc.lower.articulations.maps import listed
 from scenecc.lower.forms import VARYING, Place, Reading, Step, place_of
 from scenecc.lower.kinds import Kind

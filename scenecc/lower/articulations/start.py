@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.words import cut
+from scenecc.diagnostics.messages import cut
 from scenecc.lower.articulations.limits import first_outside, widest
 from scenecc.lower.kinds import Kind, number
 from scenecc.lower.pending import Follows, Reset

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.diagnostics.words import cut, suggest_name
+from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.lower.forms import Place, Reading
 from scenecc.lower.placing.pose_nodes import POSE, pose_item, pose_varies
 from scenecc.lower.placing.poses import IDENTITY_POSE, Pose7, compose, lower_pose

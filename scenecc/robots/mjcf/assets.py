@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenecc.diagnostics.words import cut, suggest_name
+from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.robots.description import Look, MeshGeometry
 from scenecc.robots.mjcf.classes import Scope
 from scenecc.robots.mjcf.rotations import NO_TURN

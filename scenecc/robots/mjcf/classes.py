@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from scenecc.diagnostics.words import cut, suggest_name
+from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.robots.mjcf.attributes import Attributes
 
 if TYPE_CHECKING:

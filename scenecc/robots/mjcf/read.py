@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenecc.diagnostics.words import cut
+from scenecc.diagnostics.messages import cut
 from scenecc.robots.description import DescribedRobot, Description
 from scenecc.robots.files import RobotFiles
 from scenecc.robots.findings import Findings, ReadBudget

@@ -36,6 +36,7 @@ from scenecc.checks.assets import check_assets
 from scenecc.checks.mesh_data import Part, connected
 from scenecc.diagnostics import Origin, Sink
 from scenecc.diagnostics.codes import CODES
+from scenecc.files import open_regular
 from scenecc.plan import (
     AssetFile,
     BodyStructure,
@@ -49,7 +50,6 @@ from scenecc.plan import (
     constant,
     per_scene,
 )
-from scenecc.regular_file import open_regular
 
 USES = ("hull", "triangles", "parts", "decomposed", "seen")
 WHOLE: dict[str, bytes] = {

@@ -1,4 +1,7 @@
-"""The sink, and the fixture that fails a test which leaves a diagnostic in it."""
+"""The sink, and the fixture that fails a test which leaves a diagnostic in it.
+
+The fixture as every test gets it.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +9,16 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
 
 from scenecc.diagnostics import At, Location, Origin, Sink, dotted
 from scenecc.diagnostics.codes import CODES
+
+if TYPE_CHECKING:
+    from plugins.diagnostics import TakingSink
+
 
 TESTS = Path(__file__).parents[2]
 ERROR = next(row.code for row in CODES.values() if row.severity == "error")
@@ -168,3 +178,13 @@ def test_origins_are_traced_when_they_are_reported() -> None:
     before, after = sink.diagnostics()
     assert (before.path, after.path) == ("a", "as.written")
     assert after.related[0].message == "other (i=1)"
+
+
+def test_what_is_taken_is_expected(sink: TakingSink) -> None:
+    sink.report(ERROR, "one", Origin("s.yaml", ("a",)))
+    sink.report(ERROR, "two", Origin("s.yaml", ("b",)))
+    assert sink.take(ERROR, path="b").message == "two"
+    assert [d.message for d in sink.left()] == ["one"]
+    assert sink.take(ERROR).message == "one"
+    with pytest.raises(AssertionError, match="among: nothing"):
+        sink.take(ERROR)

@@ -17,9 +17,9 @@ from plugins.plan_parts import ROOT
 from trimesh.exchange.gltf import validate
 
 import scenecc
+from scenecc import export_scene
 from scenecc.backends.sapien import instantiate
 from scenecc.diagnostics import Diagnostic, Sink
-from scenecc.exporting import export_scene
 
 Emitted = tuple[bytes, list[Diagnostic]]
 

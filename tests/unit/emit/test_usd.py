@@ -14,9 +14,9 @@ from numpy.testing import assert_allclose
 from plugins.plan_parts import ROOT
 
 import scenecc
+from scenecc import export_scene
 from scenecc.backends.sapien import instantiate
 from scenecc.diagnostics import Diagnostic, Sink
-from scenecc.exporting import export_scene
 
 Gf: Any = import_module("pxr.Gf")  # usd-core says nothing of its types
 Usd: Any = import_module("pxr.Usd")

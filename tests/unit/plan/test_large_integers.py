@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from scenecc import compile_scene
-from scenecc.api import plan_text
+from scenecc import compile_scene, plan_text
 
 
 @pytest.mark.parametrize("number", [2**63, -(2**63) - 1, 10**30, 2**255])

@@ -6,8 +6,7 @@ from typing import Any
 
 import pytest
 
-from scenecc import compile_scene, validate
-from scenecc.api import plan_text
+from scenecc import compile_scene, plan_text, validate
 
 HUGE = 10**30
 BALL: dict[str, Any] = {"type": "sphere", "radius": 1}

@@ -16,8 +16,8 @@ from hypothesis import HealthCheck, given, settings
 from plugins.plan_strategy import plans
 
 import scenecc
-from scenecc.api import ScenePlan, inspect_scene
-from scenecc.cli.tree import tree_text
+from scenecc import ScenePlan, inspect_scene
+from scenecc.cli.tables import tree_text
 from scenecc.plan.labels import NAMES
 from scenecc.summary import Item, summarize
 from scenecc.summary.facts import axis_words, rotation_words

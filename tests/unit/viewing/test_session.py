@@ -17,7 +17,7 @@ import viser
 
 import scenecc
 from scenecc.diagnostics import Diagnostic, Location
-from scenecc.front import Options
+from scenecc.options import Options
 from scenecc.viewing.controls import AS_WRITTEN
 from scenecc.viewing.look import Look, Place
 from scenecc.viewing.server import close_server, open_server
@@ -43,7 +43,7 @@ class Shown:
     ) -> None:
         self.server, self.path = server, path
         self.told: list[list[str]] = []
-        options = Options.of(None, None, params, None, (), False, None)
+        options = Options.of(params=params)
         self.session = Session(server, lambda: str(path), options, look or Look(), path=path, told=self._hear)
 
     def _hear(self, diagnostics: Any) -> None:

@@ -11,7 +11,7 @@ import pytest
 import trimesh
 
 import scenecc
-from scenecc.front import Options
+from scenecc.options import Options
 from scenecc.viewing.loading import Loading, load
 from scenecc.viewing.look import Look
 from scenecc.viewing.nodes import Files, Frame, Mesh, Name
@@ -41,7 +41,7 @@ SCENE: dict[str, Any] = {
 
 
 def loaded(scene: dict[str, Any] = SCENE, **given: Any) -> Loading:
-    return load(scene, Options.of(None, None, None, None, (), False, None), given)
+    return load(scene, Options.of(), given)
 
 
 def world(look: Look | None = None, scene: dict[str, Any] = SCENE, **given: Any) -> World:
@@ -206,7 +206,7 @@ def test_loading_tells_what_was_used_and_looked_for(tmp_path: Any) -> None:
     scene.write_text(
         "scenecc: 1\ninclude: [part.yaml]\nentities:\n  a: {shapes: [{type: convex_mesh, file: no.obj}]}\n"
     )
-    options = Options.of(None, None, None, None, (), False, None)
+    options = Options.of()
     found = load(str(scene), options, {})
     assert found.loaded is None
     assert [one.code for one in found.diagnostics] == ["SC401"]

@@ -1,4 +1,4 @@
-"""Reading of the robots' files that a scene names: each once, however many entities have it."""
+"""Finding and reading the files that a scene, a plan or an asset names, inside what the scene may read."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ import posixpath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from scenecc.front.files import DICT
 from scenecc.plan import AssetFile
-from scenecc.source.paths import AssetScope, Resolved, resolve
+from scenecc.source.paths import AssetScope, Resolved, resolve, resolve_named
 from scenecc.source.uris import Refusal
 
 if TYPE_CHECKING:
@@ -17,9 +16,59 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
     from scenecc.expand.expansion import Expansion
     from scenecc.lower.articulations.reader import RobotReader, RobotRequest
+    from scenecc.lower.tables import FileResolver
     from scenecc.robots.description import Description
     from scenecc.robots.findings import ReadBudget
     from scenecc.source import Limits
+
+
+DICT = "<dict>"
+"""What a scene is called that no file holds."""
+
+
+def resolver(scope: AssetScope, sink: Sink, expansion: Expansion | None = None) -> FileResolver:
+    """Finds what a scene names.
+
+    Args:
+        scope: what may be read.
+        sink: takes what is wrong.
+        expansion: knows which document a path is written in; None: all is written in the top one.
+    """
+    from scenecc.plan import AssetFile
+
+    top = scope.root or Path.cwd()
+
+    def find(uri: str, origin: Origin) -> AssetFile | None:
+        """The file of a uri as written; None, reported, where it cannot be used."""
+        if sink.full:
+            return None
+        base, by = top, origin.file
+        if expansion is not None:
+            uri, document = expansion.reference(uri, origin)
+            base, by = document.folder, document.name
+        found = resolve(uri, base=base, scope=scope)
+        if isinstance(found, Refusal):
+            sink.report(found.code, found.message, origin, hint=found.hint)
+            return None
+        scope.memory.note(found, by or DICT)
+        return AssetFile(found.uri, found.path)
+
+    return find
+
+
+def named_resolver(scope: AssetScope) -> Callable[[str, AssetFile], Path | Refusal]:
+    """Finds what an asset names: a `checks.assets.ResolveNamed`."""
+
+    def find(reference: str, asset: AssetFile) -> Path | Refusal:
+        """The file of a reference inside an asset, or why it cannot be used."""
+        found = resolve_named(reference, owner=asset.path, owner_uri=asset.uri, scope=scope)
+        if isinstance(found, Refusal):
+            return found
+        scope.memory.note(found, asset.uri)
+        return found.path
+
+    return find
+
 
 Srdf = Resolved | Literal["sibling"] | None
 

@@ -1,18 +1,69 @@
-"""Writes `docs/diagnostics.md` from the table: `python -m scenecc.diagnostics.docs docs/diagnostics.md`."""
+"""What a code means, for `scenecc explain`, the help texts of formats, and `docs/diagnostics.md`.
+
+`python -m scenecc.diagnostics.reference docs/diagnostics.md` writes that page.
+"""
 
 from __future__ import annotations
 
+import difflib
+import re
 import sys
+import textwrap
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from scenecc.diagnostics.codes import BANDS, CODES, Code
-from scenecc.diagnostics.explain import markdown
+from scenecc.diagnostics.formats.style import visible
+
+_WIDTH = 100
+
+
+def explain(code: str) -> str | None:
+    """Cause, example and cure of a code, as text that is Markdown too; None for an unknown code.
+
+    `sc101` and `101` are taken for `SC101`.
+    """
+    row = CODES.get(normalized(code))
+    if row is None:
+        return None
+    return f"{row.code}: {row.title}\n\nSeverity: {row.severity}. Stage: {BANDS[row.code[2]]}.\n\n{markdown(row)}"
+
+
+def normalized(code: str) -> str:
+    """The code as the table writes it: `sc101` and `101` become `SC101`."""
+    name = code.strip().upper()
+    return f"SC{name}" if name.isdecimal() else name
+
+
+def nearest_codes(code: str, *, count: int = 3) -> list[str]:
+    """At most `count` known codes that look like `code`, nearest first."""
+    return difflib.get_close_matches(normalized(code), sorted(CODES), n=count, cutoff=0.5)
+
+
+def markdown(row: Code) -> str:
+    """Cause, example and cure of a row as Markdown, with a line break at the end."""
+    example = _example(row.example)
+    language = {"$": "console", "{": "json"}.get(example[:1], "yaml")
+    return f"{_prose(row.cause)}\n\nExample:\n\n```{language}\n{example}\n```\n\n{_prose('Cure: ' + row.cure)}\n"
+
+
+def _example(example: str) -> str:
+    """The example as it can be shown: control characters, which some are about, spelled out."""
+    return re.sub(r"[^\n\t]+", lambda run: visible(run[0]), example.strip("\n"))
+
+
+def _prose(text: str) -> str:
+    """The text with its long lines broken, for a terminal and for the page's source alike."""
+    return "\n".join(
+        textwrap.fill(line, _WIDTH, break_long_words=False, break_on_hyphens=False) if len(line) > _WIDTH else line
+        for line in text.strip().splitlines()
+    )
+
 
 _HEAD = """\
 # Diagnostics
 
-<!-- Generated from scenecc/diagnostics/codes.yaml by `python -m scenecc.diagnostics.docs docs/diagnostics.md`. -->
+<!-- Generated from scenecc/diagnostics/codes.yaml by `python -m scenecc.diagnostics.reference docs/diagnostics.md`. -->
 
 Everything that scenecc has to say about a scene has a code, a severity, a place in the file and, where there
 is more to say, a hint. Errors stop the work after the stage that found them, so that all errors of a stage are
@@ -52,7 +103,7 @@ def main(arguments: Sequence[str]) -> int:
         case [name]:
             Path(name).write_text(page(), encoding="utf-8", newline="\n")
         case _:
-            sys.stderr.write("usage: python -m scenecc.diagnostics.docs [FILE]\n")
+            sys.stderr.write("usage: python -m scenecc.diagnostics.reference [FILE]\n")
             return 2
     return 0
 

@@ -10,8 +10,7 @@ from importlib import import_module
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
-from scenecc.diagnostics.render.style import Style
-from scenecc.diagnostics.render.terminal import wants_color
+from scenecc.diagnostics.formats.style import Style, wants_color
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Diagnostic
@@ -20,10 +19,10 @@ Renderer = Callable[[Sequence["Diagnostic"], Style], str]
 """Diagnostics as one text that ends with a line break, or "" where there is nothing to say."""
 
 FORMATS: dict[str, str] = {
-    "text": "scenecc.diagnostics.render.text",
-    "json": "scenecc.diagnostics.render.json_text",
-    "github": "scenecc.diagnostics.render.github",
-    "sarif": "scenecc.diagnostics.render.sarif",
+    "text": "scenecc.diagnostics.formats.text",
+    "json": "scenecc.diagnostics.formats.json_text",
+    "github": "scenecc.diagnostics.formats.github",
+    "sarif": "scenecc.diagnostics.formats.sarif",
 }
 """Every format, by the name that `--format` takes: the module whose `render` is its `Renderer`."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from operator import index
@@ -10,29 +9,40 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics import Location, Origin, Sink
+from typing_extensions import TypedDict
+
 from scenecc.source import Limits, make_limits
-from scenecc.source.paths import asset_roots
+from scenecc.source.paths import asset_roots as search_path
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-_INDEX = re.compile(r"\s*[0-9]{1,18}\s*")
 
-
-@dataclass(frozen=True, slots=True)
-class Options:
-    """The arguments of the API that concern the compiler.
+class CompileOptions(TypedDict, total=False):
+    """The options of every function that compiles a scene, as keywords.
 
     Attributes:
         num_scenes: in place of the file's.
         seed: in place of the file's.
         params: values of the file's parameters.
         draws: values of the file's shared draws, one row a scene.
-        asset_roots: folders in which `asset://` is looked up.
+        asset_roots: folders in which `asset://` is looked up, before those of `SCENECC_ASSET_PATH`.
         allow_outside_assets: let paths leave the scene's folder and the asset roots.
-        limits: on what a file may ask for.
+        limits: limits to raise or lower, by name; see `docs/language.md`.
     """
+
+    num_scenes: int | None
+    seed: int | None
+    params: Mapping[str, Any] | None
+    draws: Mapping[str, Any] | None
+    asset_roots: Iterable[str | PathLike[str]]
+    allow_outside_assets: bool
+    limits: Mapping[str, int] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """`CompileOptions`, checked."""
 
     num_scenes: int | None = None
     seed: int | None = None
@@ -45,15 +55,16 @@ class Options:
     @classmethod
     def of(
         cls,
-        num_scenes: int | None,
-        seed: int | None,
-        params: Mapping[str, Any] | None,
-        draws: Mapping[str, Any] | None,
-        roots: Iterable[str | PathLike[str]],
-        allow_outside_assets: bool,  # noqa: FBT001 - the API's own keyword
-        limits: Mapping[str, int] | None,
+        *,
+        num_scenes: int | None = None,
+        seed: int | None = None,
+        params: Mapping[str, Any] | None = None,
+        draws: Mapping[str, Any] | None = None,
+        asset_roots: Iterable[str | PathLike[str]] = (),
+        allow_outside_assets: bool = False,
+        limits: Mapping[str, int] | None = None,
     ) -> Options:
-        """The arguments of the API, checked.
+        """Checks them.
 
         Raises:
             ValueError: one is out of its range.
@@ -64,7 +75,7 @@ class Options:
             None if seed is None else integer(seed, "seed", 0),
             _by_name(params, "params"),
             _by_name(draws, "draws"),
-            asset_roots([roots] if isinstance(roots, str | PathLike) else roots),
+            search_path([asset_roots] if isinstance(asset_roots, str | PathLike) else asset_roots),
             allow_outside_assets,
             make_limits(limits),
         )
@@ -106,15 +117,3 @@ def indices(values: Iterable[Any], name: str) -> list[int]:
     if isinstance(values, str | bytes) or not hasattr(values, "__iter__"):
         raise TypeError(f"{name} must be integers, as in [0, 2] or range(4), not {values!r}")
     return [integer(each, f"an index in {name}", 0) for each in values]
-
-
-def select_scenes(scenes: str, num_scenes: int, sink: Sink, option: str = "--scenes") -> tuple[int, ...] | None:
-    """The scenes that an option selects, in the notation of a file; None where that was reported."""
-    from scenecc.spec.selection import select
-
-    found = Sink()
-    items = [int(item) if _INDEX.fullmatch(item) else item for item in scenes.split(",")]
-    chosen = select(items, num_scenes, Origin(None), found)
-    for diagnostic in found.diagnostics():
-        sink.report("SC908", diagnostic.message, Location(option), hint=diagnostic.hint)
-    return chosen

@@ -1,11 +1,32 @@
-"""What a terminal may be sent: colours, and text from strangers made harmless."""
+"""What formats share: a caller's choices, what a terminal may be sent, and file names relative to a root."""
 
 from __future__ import annotations
 
 import os
 import unicodedata
 from collections.abc import Mapping
+from pathlib import Path, PurePath
 from typing import Protocol
+from urllib.parse import quote
+
+from scenecc.diagnostics.frozen import frozen
+
+
+@frozen
+class Style:
+    """How diagnostics are rendered.
+
+    Attributes:
+        color: whether the text format uses terminal colours; the others never do.
+        root: directory that the file names of `github` and `sarif` are relative to; None: the
+            working directory.
+        width: terminal cells of a source line before the text format cuts it around the caret.
+    """
+
+    color: bool = False
+    root: PurePath | None = None
+    width: int = 110
+
 
 _KEPT = "\u200c\u200d"
 """The joiners: invisible, but Persian words and emoji families fall apart without them."""
@@ -58,3 +79,26 @@ def _visible(char: str) -> str:
 def encodable(text: str) -> str:
     """The text with lone surrogates, which no encoding can write, as U+FFFD."""
     return text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
+
+
+def relative_file(file: str, root: PurePath | None) -> tuple[str, bool]:
+    """The name of `file` with forward slashes, and whether it is relative to `root`.
+
+    Purely lexical, since the name may be of no file (`<stdin>`) or hold anything at all. A file
+    outside of the root keeps its absolute name. `root`: None is the working directory.
+    """
+    base = PurePath(Path.cwd()) if root is None else root
+    path = PurePath(os.path.normpath(base / file))
+    if path.is_relative_to(base):
+        return path.relative_to(base).as_posix(), True
+    return path.as_posix(), not path.is_absolute()
+
+
+def uri(file: str, root: PurePath | None) -> tuple[str, bool]:
+    """The file as a URI reference, percent-encoded, and whether it is relative to `root`."""
+    name, relative = relative_file(file, root)
+    try:
+        data = name.encode("utf-8", "surrogateescape")
+    except UnicodeEncodeError:
+        data = name.encode("utf-8", "replace")
+    return (quote(data) if relative else "file://" + quote(data if name.startswith("/") else b"/" + data)), relative

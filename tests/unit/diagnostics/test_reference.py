@@ -10,9 +10,8 @@ from pathlib import Path
 import pytest
 
 from scenecc.diagnostics.codes import CODES
-from scenecc.diagnostics.docs import page
-from scenecc.diagnostics.explain import explain, nearest_codes
-from scenecc.diagnostics.render.terminal import visible
+from scenecc.diagnostics.formats.style import visible
+from scenecc.diagnostics.reference import explain, nearest_codes, page
 
 ROOT = Path(__file__).parents[3]
 
@@ -53,7 +52,7 @@ def test_the_nearest_codes_come_first() -> None:
 
 def test_the_committed_page_is_what_the_table_gives() -> None:
     committed = (ROOT / "docs" / "diagnostics.md").read_text(encoding="utf-8")
-    assert committed == page(), "run `python -m scenecc.diagnostics.docs docs/diagnostics.md`"
+    assert committed == page(), "run `python -m scenecc.diagnostics.reference docs/diagnostics.md`"
 
 
 def test_the_page_has_every_code_once_in_the_index_and_once_as_an_entry() -> None:
@@ -64,7 +63,7 @@ def test_the_page_has_every_code_once_in_the_index_and_once_as_an_entry() -> Non
 
 
 def test_the_generator_writes_the_page(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "scenecc.diagnostics.docs"]
+    command = [sys.executable, "-m", "scenecc.diagnostics.reference"]
     printed = subprocess.run(command, capture_output=True, check=True).stdout.decode("utf-8")
     subprocess.run([*command, str(tmp_path / "page.md")], check=True)
     assert printed == (tmp_path / "page.md").read_text(encoding="utf-8") == page()

@@ -4,15 +4,81 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
-from scenecc.diagnostics.render.excerpt import excerpt
-from scenecc.diagnostics.render.terminal import visible
+from rich.cells import cell_len
+
+from scenecc.diagnostics.formats.style import visible
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Diagnostic, Severity
+    from scenecc.diagnostics.formats.style import Style
     from scenecc.diagnostics.origin import Location
-    from scenecc.diagnostics.render.style import Style
+
+
+_TAB = 4
+_CUT = "…"
+
+
+@dataclass(frozen=True, slots=True)
+class Excerpt:
+    """A source line as shown.
+
+    Attributes:
+        shown: printable text, at most the asked width in cells.
+        indent: cells before the underline.
+        length: cells of the underline, at least 1.
+    """
+
+    shown: str
+    indent: int
+    length: int
+
+
+def excerpt(text: str, column: int | None, end_column: int | None, *, width: int) -> Excerpt:
+    """The part of `text` around [column, end_column) that fits into `width` cells.
+
+    Columns count from 1; one behind the last character underlines the cell after it.
+    """
+    start = min(max((column or 1) - 1, 0), len(text))
+    end = min(max((end_column or 0) - 1, start + 1), len(text))
+    first, last = _window(text, start, width)
+    head = _CUT if first > 0 else ""
+    tail = _CUT if last < len(text) else ""
+    before = _cells(head, text[first:start])
+    under = _cells(head, text[first : min(end, last)])
+    shown = _shown(head, text[first:last]) + tail
+    return Excerpt(shown, before, max(under - before, 1))
+
+
+def _window(text: str, start: int, width: int) -> tuple[int, int]:
+    """Indices of what is shown: from the line's start where that fits, else a third ahead of the caret."""
+    whole = len(text) <= width and _cells("", text) <= width
+    if whole:
+        return 0, len(text)
+    room = max(width - 2, 1)
+    first = 0 if start < room // 2 else start - room // 3
+    while first < start and _cells("", text[first:start]) > room // 2:
+        first += 1
+    last = min(len(text), first + room)
+    while last > start + 1 and _cells("", text[first:last]) > room:
+        last -= 1
+    return first, last
+
+
+def _cells(head: str, text: str) -> int:
+    return cell_len(_shown(head, text))
+
+
+def _shown(head: str, text: str) -> str:
+    """Printable text: tabs as blanks up to the next stop, everything else harmless."""
+    first, *rest = text.split("\t")
+    line = head + visible(first)
+    for part in rest:
+        line += " " * (_TAB - cell_len(line) % _TAB) + visible(part)
+    return line
+
 
 Tone = Literal["error", "warning", "note", "place", "gutter", "hint"]
 

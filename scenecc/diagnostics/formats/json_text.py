@@ -6,11 +6,11 @@ import json
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, TypedDict
 
-from scenecc.diagnostics.render.terminal import encodable
+from scenecc.diagnostics.formats.style import encodable
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Diagnostic, Related
-    from scenecc.diagnostics.render.style import Style
+    from scenecc.diagnostics.formats.style import Style
 
 
 class RelatedRecord(TypedDict):

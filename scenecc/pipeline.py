@@ -1,20 +1,26 @@
-"""The stages between a source and a checked plan, top to bottom."""
+"""The stages between a source and a checked plan, top to bottom, and the way from a plan to live scenes."""
 
 from __future__ import annotations
 
+import json
+import re
 import time
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
+from os import PathLike, fspath
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import IO, TYPE_CHECKING, Any, Literal, TypeGuard, Union
 
-from scenecc.diagnostics import Location, Origin, SceneError, Sink
+from scenecc.diagnostics import Location, Origin, Sink
 from scenecc.diagnostics.collector import collector_paused
 from scenecc.diagnostics.frozen import frozen
-from scenecc.front.files import named_resolver, resolver
-from scenecc.front.inputs import Input, as_plan, read_input
+from scenecc.errors import SceneError
+from scenecc.named_files import named_resolver, resolver
+from scenecc.source import Document, Limits, read_dict, read_text
+from scenecc.source.lines import Lines
 from scenecc.source.paths import AssetScope, Memory, Resolved
+from scenecc.source.text import decode, read_bytes, read_some
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -22,14 +28,93 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien import SceneBatch
     from scenecc.expand.documents import SceneDocument
     from scenecc.expand.expansion import Expansion
-    from scenecc.front.inputs import Source
-    from scenecc.front.options import Options
+    from scenecc.expand.listing import ParamRow
     from scenecc.lower import Lowered
     from scenecc.lower.articulations.reader import RobotReader, RobotRequest
+    from scenecc.options import Options
     from scenecc.plan import AssetFile, ScenePlan
     from scenecc.robots.description import Description
-    from scenecc.source import Document, Limits
     from scenecc.spec.document import SceneFile
+
+
+Source = Union[str, "PathLike[str]", IO[str], IO[bytes], Mapping[str, Any], "ScenePlan"]
+"""A path, an open stream, a mapping, a plan, or a plan's JSON."""
+
+_PLAN_KEY = "scenecc_plan"
+_PLAN_TEXT = re.compile(r'\s*\{\s*"scenecc_plan"\s*:')
+
+
+@frozen
+class Input:
+    """What was read. `plan_text`: the text of a plan, where it is one and no scene."""
+
+    document: Document
+    plan_text: str | None = None
+
+
+def as_plan(source: Source) -> ScenePlan | None:
+    """The source itself, if it is a plan."""
+    if isinstance(source, str | bytes | Mapping):
+        return None
+    from scenecc.plan import ScenePlan
+
+    return source if isinstance(source, ScenePlan) else None
+
+
+def read_input(source: Source, limits: Limits, sink: Sink) -> Input | None:
+    """Reads a source that is no plan yet; None where it is no good.
+
+    Raises:
+        TypeError: the source is nothing that can hold a scene.
+    """
+    path: Path | None = None
+    if isinstance(source, Mapping):
+        document = read_dict(source, sink, limits)
+        return document and _input(document)
+    if isinstance(source, str) and _is_plan_json(source):
+        name, content = "<plan>", source
+    elif isinstance(source, str | PathLike):
+        name, path = fspath(source), Path(source).absolute()
+        content = read_bytes(name, sink, limits)
+    elif _is_stream(source):
+        name = getattr(source, "name", None)
+        name = name if isinstance(name, str) else "<stream>"
+        content = read_some(source, name, sink, limits)
+    else:  # pyright: ignore[reportUnreachable] - callers without a type checker
+        raise TypeError(f"a scene is a path, a stream, a mapping or a plan, not {type(source).__name__}")
+    text = None if content is None else decode(content, name, sink, limits)
+    if text is None:
+        return None
+    if _is_plan_json(text):
+        return Input(Document(name, path, {}, Lines(name, text)), text)
+    document = read_text(text, name, sink, limits, path)
+    return document and _input(document)
+
+
+def _is_stream(source: Source) -> TypeGuard[IO[str] | IO[bytes]]:
+    return hasattr(source, "read")
+
+
+def _input(document: Document) -> Input:
+    """A plan may have become YAML or Python data on its way."""
+    is_plan = _PLAN_KEY in document.data
+    return Input(document, json.dumps(document.data, ensure_ascii=False) if is_plan else None)
+
+
+def _is_plan_json(text: str) -> bool:
+    """Whether JSON has the key of a plan at its top level. Text without that key anywhere is not parsed for it."""
+    if _PLAN_TEXT.match(text):
+        return True
+    if f'"{_PLAN_KEY}"' not in text or text.lstrip()[:1] != "{":
+        return False
+    try:
+        data: object = json.loads(text)
+    except (ValueError, RecursionError):
+        return False
+    return isinstance(data, dict) and _PLAN_KEY in data
+
+
+_INDEX = re.compile(r"\s*[0-9]{1,18}\s*")
 
 Backend = Literal["cpu", "cuda"]
 """Where PhysX runs."""
@@ -240,7 +325,7 @@ def _robots(scope: AssetScope, limits: Limits, sink: Sink, expansion: Expansion 
     def read(request: RobotRequest, places: Mapping[str, Origin]) -> tuple[AssetFile, Description] | None:
         nonlocal reader
         if reader is None:
-            from scenecc.front.robots import robot_reader
+            from scenecc.named_files import robot_reader
 
             reader = robot_reader(scope, limits, sink, expansion)
         return reader(request, places)
@@ -370,3 +455,28 @@ def instantiated(
     if batch is None:
         raise SceneError(sink.diagnostics())
     return batch
+
+
+def compiled_params(done: Compiled, limits: Limits) -> list[ParamRow]:
+    """The parameters of a scene that was compiled, in order; none of a plan."""
+    if done.document is None or not done.document.data:
+        return []
+    from scenecc.expand.documents import scene_loader
+    from scenecc.expand.listing import list_params
+
+    load, sink = scene_loader(done.scope, limits, Sink()), Sink()
+    found = list_params(done.document, load=load, limits=limits, sink=sink)
+    assert found is not None, "what was compiled has parameters that can be listed"
+    return found
+
+
+def select_scenes(scenes: str, num_scenes: int, sink: Sink, option: str = "--scenes") -> tuple[int, ...] | None:
+    """The scenes that an option selects, in the notation of a file; None where that was reported."""
+    from scenecc.spec.selection import select
+
+    found = Sink()
+    items = [int(item) if _INDEX.fullmatch(item) else item for item in scenes.split(",")]
+    chosen = select(items, num_scenes, Origin(None), found)
+    for diagnostic in found.diagnostics():
+        sink.report("SC908", diagnostic.message, Location(option), hint=diagnostic.hint)
+    return chosen

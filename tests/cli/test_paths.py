@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from scenecc.cli.find import find
+from scenecc.cli.paths import find
 
 SCENE = "scenecc: 1\nentities: {}\n"
 OTHER = "services:\n  scenecc: 1\n"

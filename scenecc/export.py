@@ -1,29 +1,67 @@
-"""Scenes as files for other programs: built without anything seen, measured, and written."""
+"""Scenes as the text or the files of other programs.
+
+Where numbers are needed that only an engine knows, the scene is built without anything seen, and measured.
+"""
 
 from __future__ import annotations
 
 import re
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
-from scenecc.diagnostics import Location, SceneError, Sink
-from scenecc.emit import EXPORTS, export
+from typing_extensions import Unpack
+
+from scenecc.diagnostics import Location, Sink
+from scenecc.emit import EMITTERS, EXPORTS, emit, export
 from scenecc.emit.choice import Choice
-from scenecc.front import Options, Source, compiled, instantiated, select_scenes
-from scenecc.front.options import integer
+from scenecc.errors import SceneError
+from scenecc.options import CompileOptions, Options, integer
+from scenecc.pipeline import Source, compiled, instantiated, select_scenes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Mapping
-    from os import PathLike
+    from collections.abc import Callable, Collection
+    from pathlib import Path
 
     from scenecc.diagnostics import Diagnostic
     from scenecc.plan import ScenePlan
     from scenecc.plan.measured import Measured
 
-__all__ = ["check_choice", "export_scene"]
 
 _LONGEST_NAME = 60
 """Characters: no file system takes less of them, with a suffix and however they are encoded."""
+
+
+def emit_scene(
+    source: Source,
+    target: str,
+    *,
+    base: Path | None = None,
+    found: list[Diagnostic] | None = None,
+    **options: Unpack[CompileOptions],
+) -> str:
+    """A scene as the text of another program's input: "python" or "json". Other arguments are those of `validate`.
+
+    Args:
+        source: as for `validate`.
+        target: a key of `scenecc.emit.EMITTERS`.
+        base: folder that the text will lie in, from which its relative paths then start; None: the scene's own.
+        found: takes the warnings and notes of a scene that was written.
+        options: those of `CompileOptions`.
+
+    Raises:
+        SceneError: the scene is at fault, or cannot be written so.
+        ValueError: there is no such target.
+    """
+    if target not in EMITTERS:
+        raise ValueError(f"there is no target {target!r}; there are {', '.join(EMITTERS)}")
+    sink = Sink()
+    asked = Options.of(**options)
+    text = emit(compiled(source, asked, sink).plan, target, sink, base=base)
+    if text is None:
+        raise SceneError(sink.diagnostics())
+    if found is not None:
+        found += sink.diagnostics()
+    return text
 
 
 def export_scene(
@@ -37,15 +75,9 @@ def export_scene(
     entity: str | None = None,
     folder: bool = False,
     binary: bool = False,
-    num_scenes: int | None = None,
-    seed: int | None = None,
-    params: Mapping[str, Any] | None = None,
-    draws: Mapping[str, Any] | None = None,
-    asset_roots: Iterable[str | PathLike[str]] = (),
-    allow_outside_assets: bool = False,
-    limits: Mapping[str, int] | None = None,
     found: list[Diagnostic] | None = None,
     progress: Callable[[int, int], None] | None = None,
+    **options: Unpack[CompileOptions],
 ) -> dict[str, bytes]:
     """A scene as the files of another program, by their paths relative to the folder that they will lie in.
 
@@ -63,16 +95,10 @@ def export_scene(
         entity: write this entity alone (urdf).
         folder: write each entity into a file of its own name (urdf).
         binary: write the binary form of the file (usd).
-        num_scenes: in place of the file's.
-        seed: in place of the file's.
-        params: as for `validate`.
-        draws: as for `validate`.
-        asset_roots: as for `validate`.
-        allow_outside_assets: as for `validate`.
-        limits: as for `validate`.
         found: takes the warnings and notes of a scene that was written, among them one for everything that the target
             cannot hold.
         progress: called with (scenes done, scenes in all) while the engine builds.
+        options: those of `CompileOptions`.
 
     Raises:
         SceneError: the scene, the engine or the machine is at fault, or nothing can be written so.
@@ -83,8 +109,8 @@ def export_scene(
     _check(target, show, [word for word, given in asked.items() if given])
     sink = Sink()
     _need(target, sink)
-    options = Options.of(num_scenes, seed, params, draws, asset_roots, allow_outside_assets, limits)
-    plan = compiled(source, options, sink).plan
+    asked = Options.of(**options)
+    plan = compiled(source, asked, sink).plan
     chosen = None if grid else _one_scene(scene or 0, plan, sink)
     choice = Choice(_file_name(name or plan.name), show, grid, entity, folder, binary)
     return _written(export(plan, _measured(plan, chosen, sink, progress), target, choice, sink), sink, found)

@@ -8,15 +8,14 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.codes import CODES
-from scenecc.diagnostics.explain import markdown
-from scenecc.diagnostics.render.files import uri
-from scenecc.diagnostics.render.terminal import encodable
+from scenecc.diagnostics.formats.style import encodable, uri
+from scenecc.diagnostics.reference import markdown
 from scenecc.version import VERSION
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Diagnostic
+    from scenecc.diagnostics.formats.style import Style
     from scenecc.diagnostics.origin import Location
-    from scenecc.diagnostics.render.style import Style
 
 Json = dict[str, object]
 

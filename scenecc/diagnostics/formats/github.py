@@ -6,13 +6,12 @@ from collections.abc import Sequence
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
-from scenecc.diagnostics.render.files import relative_file
-from scenecc.diagnostics.render.terminal import visible
+from scenecc.diagnostics.formats.style import relative_file, visible
 
 if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import Diagnostic, Severity
+    from scenecc.diagnostics.formats.style import Style
     from scenecc.diagnostics.origin import Location
-    from scenecc.diagnostics.render.style import Style
 
 _COMMANDS: Final[dict[Severity, str]] = {"error": "error", "warning": "warning", "note": "notice"}
 

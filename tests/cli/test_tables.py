@@ -8,7 +8,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from scenecc.cli.table import built, index_ranges, plain, planned, stage_times
+from scenecc.cli.tables import built, index_ranges, plain, planned, stage_times
 from scenecc.summary import SummaryRow, VaryingField
 
 

@@ -1,4 +1,4 @@
-"""The table of codes against itself and against the code that reports."""
+"""The table of codes against itself, the code that reports, and its own examples."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ import pytest
 import yaml
 
 import scenecc
+from scenecc.diagnostics import Sink
 from scenecc.diagnostics.codes import BANDS, CODES, Code
+from scenecc.plan.from_json import plan_from_json
 
 PACKAGE = Path(scenecc.__file__).parent
 TABLE = PACKAGE / "diagnostics" / "codes.yaml"
@@ -64,3 +66,29 @@ def test_every_code_that_is_reported_has_a_row() -> None:
 def test_every_row_is_reported_somewhere() -> None:
     dead = sorted(set(CODES) - set(reported()))
     assert not dead
+
+
+PLANS = [row for row in CODES.values() if row.example.startswith("{")]
+SCENES = [row for row in CODES.values() if not row.example.startswith(("$ ", "{"))]
+
+
+@pytest.mark.parametrize("row", PLANS, ids=lambda row: row.code)
+def test_the_plan_gives_its_code(row: Code, tmp_path: Path) -> None:
+    sink = Sink()
+    assert plan_from_json(row.example, base=tmp_path, sink=sink, file="plan.json") is None
+    assert {diagnostic.code for diagnostic in sink.diagnostics()} == {row.code}
+
+
+@pytest.mark.parametrize("row", SCENES, ids=lambda row: row.code)
+def test_the_scene_gives_its_code(row: Code, tmp_path: Path) -> None:
+    from scenecc import validate
+
+    # A folder below the temporary one: an example may name a file outside of its own folder.
+    folder = tmp_path / "outer" / "scene"
+    folder.mkdir(parents=True)
+    file = folder / "scene.yaml"
+    file.write_bytes(row.example.encode("utf-8"))
+    found = validate(file)
+    shown = [str(diagnostic) for diagnostic in found]
+    assert row.code in {diagnostic.code for diagnostic in found}, shown
+    assert {diagnostic.code for diagnostic in found if diagnostic.severity == "error"} <= {row.code}, shown
