@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 import struct
 from itertools import chain
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from scenecc.checks.judged import Row, alternatives, highest, lowest, rows, waits
 from scenecc.plan import Box, Capsule, Cylinder, Sphere, literal
 from scenecc.plan.bounds import FARTHEST, LARGEST, SMALLEST
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import At, Origin, Sink
     from scenecc.plan import BodyStructure, Value
 
 DENSITY = 1000.0
@@ -68,22 +68,52 @@ def weight_can_be_held(body: BodyStructure, name: str, origin: Origin, sink: Sin
     values = [density for _, density in shapes]
     for geometry, _ in shapes:
         values += _SIZES.get(type(geometry), _no_sizes)(geometry)
+    types = [type(geometry) for geometry, _ in shapes]
+    corners = [tuple(map(lowest, values)), tuple(map(highest, values))]
     if waits(values, drawn=drawn):
+        if not drawn:
+            _foretell_weight(body, name, types, corners, origin, sink)
         return
     found = rows(values)
-    for row in [tuple(map(lowest, values)), tuple(map(highest, values))] if found is None else found:
-        if not _weighs(body, name, [type(geometry) for geometry, _ in shapes], row, origin, sink):
+    for row in corners if found is None else found:
+        fault = _weight_fault(body, name, types, row, origin)
+        if fault is not None:
+            _report(fault, sink)
             return
+
+
+def _foretell_weight(
+    body: BodyStructure, name: str, types: list[type], corners: list[tuple[Row, ...]], origin: Origin, sink: Sink
+) -> None:
+    """Reports what a body may weigh by expressions, whose rows are judged once they are drawn."""
+    if not all(map(_is_bounded, chain.from_iterable(corners))) or min(chain.from_iterable(corners[0])) < 0:
+        return  # an expression may give what is no size, which was told where it stands
+    light, heavy = (_weight_fault(body, name, types, row, origin) for row in corners)
+    fault = light or heavy
+    if fault is None:
+        return
+    if light and heavy and light.code == heavy.code:
+        _report(fault, sink)
+    else:
+        _may_report(fault, sink)
 
 
 def _no_sizes(_geometry: Any) -> tuple[Value, ...]:
     return ()
 
 
-def _weighs(
-    body: BodyStructure, name: str, types: list[type], row: tuple[Row, ...], origin: Origin, sink: Sink
-) -> bool:
-    """Whether one row of a body's densities, then its sizes, gives a mass that can be held; otherwise a report."""
+class _Fault(NamedTuple):
+    code: str
+    message: str
+    place: Origin
+    hint: str
+    at: At = "key"
+
+
+def _weight_fault(
+    body: BodyStructure, name: str, types: list[type], row: tuple[Row, ...], origin: Origin
+) -> _Fault | None:
+    """Why one row of a body's densities, then its sizes, gives no mass that can be held."""
     sizes = iter(row[len(types) :])
     weight, dense, complete = 0.0, False, True
     for type_, (density,) in zip(types, row, strict=False):
@@ -96,37 +126,31 @@ def _weighs(
             weight += (measured or 0) * density
     light = complete and body.body_type in MOVED
     if not dense:
-        if not light:
-            return True
-        _weightless(body, name, origin, sink)
-    elif weight > LARGEST:
-        hint = "mend the sizes or the densities: lengths are in metres"
+        return _weightless(body, name, origin) if light else None
+    hint = "mend the sizes or the densities: lengths are in metres"
+    if weight > LARGEST:
         message = f"`{name}` weighs {weight:.3g} kg by its densities, more than single precision holds"
-        sink.report("SC512", message, origin, at="key", hint=hint)
-    elif weight * max(chain(*row[len(types) :]), default=0) ** 2 > LARGEST:
-        hint = "mend the sizes or the densities: lengths are in metres"
+        return _Fault("SC512", message, origin, hint)
+    if weight * max(chain(*row[len(types) :]), default=0) ** 2 > LARGEST:
         message = f"`{name}` is so large that single precision does not hold its inertia"
-        sink.report("SC512", message, origin, at="key", hint=hint)
-    elif light and weight < LIGHTEST:
+        return _Fault("SC512", message, origin, hint)
+    if light and weight < LIGHTEST:
         hint = "mend the sizes or the densities (lengths are in metres), or give `inertial`"
         message = f"`{name}` weighs {weight:.3g} kg by its densities, and SAPIEN would make a milligram of it"
-        sink.report("SC511", message, origin, at="key", hint=hint)
-    else:
-        return True
-    return False
+        return _Fault("SC511", message, origin, hint)
+    return None
 
 
 _SIZE_COUNT: dict[type, int] = {Box: 1, Sphere: 1, Capsule: 2, Cylinder: 2}
 
 
-def _weightless(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
+def _weightless(body: BodyStructure, name: str, origin: Origin) -> _Fault:
     if body.mass is None:
         message = f"`{name}` has densities of 0 only: it would weigh a milligram"
-        sink.report("SC511", message, origin, at="key", hint="give a density, or `inertial`")
-        return
+        return _Fault("SC511", message, origin, "give a density, or `inertial`")
     message = f"`{name}` has densities of 0 only, so there is nothing that `mass` could scale"
     hint = "give a density, or `inertial` in place of `mass`"
-    sink.report("SC510", message, origin.child("mass"), hint=hint)
+    return _Fault("SC510", message, origin.child("mass"), hint, "value")
 
 
 def single(number: float) -> float:
@@ -146,24 +170,47 @@ def mass_is_held(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, 
     if body.inertial is not None:
         places.append(body.inertial.com)
         given += [body.inertial.mass, body.inertial.inertia]
-    if not (places or given) or waits([*places, *given], drawn=drawn):
+    if not (places or given):
         return
-    far = max((abs(number) for place in places for row in _ends(place) for number in row[:3]), default=0)
+    by_rows = not drawn and waits([*places, *given], drawn=False)
+    if drawn and waits([*places, *given], drawn=True):
+        return
+    report = _may_report if by_rows else _report
+    ends = _corners if by_rows else _ends
+    far = max((abs(number) for place in places for row in ends(place) for number in row[:3]), default=0)
     if far > FARTHEST:
         message = (
             f"a shape or the centre of mass of `{name}` is {far:.3g} m from its origin, and {FARTHEST:g} m is the most "
             "that leaves something of its inertia in single precision"
         )
-        sink.report("SC512", message, origin, at="key", hint="mend the coordinates: they are in metres")
+        report(_Fault("SC512", message, origin, "mend the coordinates: they are in metres"), sink)
     # The engine keeps the inverse, and takes 1 where that is no normal number.
-    wrong = [
-        number for item in given for row in _ends(item) for number in row if not SMALLEST <= number <= 1 / SMALLEST
-    ]
+    wrong = [number for item in given for row in ends(item) for number in row if not SMALLEST <= number <= 1 / SMALLEST]
     if wrong:
         message = (
             f"the mass or a moment of inertia of `{name}` is {wrong[0]:.3g}, whose inverse the engine does not hold"
         )
-        sink.report("SC512", message, origin, at="key")
+        report(_Fault("SC512", message, origin, "mend the mass or the inertia: they are in kg and kg·m²"), sink)
+
+
+def _report(fault: _Fault, sink: Sink) -> None:
+    sink.report(fault.code, fault.message, fault.place, at=fault.at, hint=fault.hint)
+
+
+def _may_report(fault: _Fault, sink: Sink) -> None:
+    """Warns of a fault that drawn values may have."""
+    hint = f"each scene is judged as it is drawn; {fault.hint}"
+    sink.report("SC514", f"in some scene {fault.message}", fault.place, at=fault.at, hint=hint)
+
+
+def _corners(value: Value) -> list[Row]:
+    """The least and the most that each number can be; nothing where an expression may give anything."""
+    found = [lowest(value), highest(value)]
+    return found if all(map(_is_bounded, found)) else []
+
+
+def _is_bounded(row: Sequence[float | None]) -> bool:
+    return all(number is not None and math.isfinite(number) for number in row)
 
 
 def _ends(value: Value) -> list[Row]:
