@@ -68,13 +68,13 @@ def collector_on() -> Generator[None]:
     yield
 
 
-def timed(work: Callable[[], object]) -> Side:
+def timed(work: Callable[[], object], clock: Callable[[], float] = time.perf_counter) -> Side:
     """A side that is timed whole. The result lives until the clock has stopped."""
 
     def side() -> float:
-        started = time.perf_counter()
+        started = clock()
         result = work()
-        seconds = time.perf_counter() - started
+        seconds = clock() - started
         del result
         return seconds
 
@@ -89,13 +89,17 @@ def alternating(sides: Sequence[Side], repetitions: int, *, collector: bool = Fa
     guard = collector_on if collector else collector_off
     rounds: list[list[float]] = []
     for number in range(repetitions + 1):
-        order = range(len(sides)) if number % 2 else reversed(range(len(sides)))
         seconds = [0.0] * len(sides)
-        for index in order:
+        for index in alternating_order(number, len(sides)):
             with guard():
                 seconds[index] = sides[index]()
         rounds.append(seconds)
     return rounds[1:]
+
+
+def alternating_order(number: int, sides: int) -> Sequence[int]:
+    """In which order round `number` goes through the sides."""
+    return range(sides) if number % 2 else range(sides)[::-1]
 
 
 def ratios(rounds: Sequence[Sequence[float]], over: int, under: int, *, less: int | None = None) -> tuple[float, ...]:

@@ -11,22 +11,25 @@ from pathlib import Path
 
 from benchmarks.paired import Row, alternating, best, ratios, timed
 
-_THREE_LINES = """\
+THREE_LINES = """\
 scenecc: 1
 entities:
   cube: {pose: [0, 0, 0.02], shapes: [{type: box, half_size: [0.02, 0.02, 0.02]}]}
 """
+
+REFERENCE = "import typer, yaml; from pydantic import BaseModel"
+"""What the command needs of others, and `import pydantic` alone leaves unloaded."""
 
 
 def run(repetitions: int) -> list[Row]:
     """Both are started by the same interpreter, one after the other, three times as often as others run."""
     with tempfile.TemporaryDirectory() as folder:
         scene = Path(folder) / "three_lines.yaml"
-        scene.write_text(_THREE_LINES)
+        scene.write_text(THREE_LINES)
         sides = [
             timed(lambda: _start(folder, ["-m", "scenecc", "validate", str(scene)])),
             timed(lambda: _start(folder, ["-c", "import pydantic, typer, yaml"])),
-            timed(lambda: _start(folder, ["-c", "import pydantic, typer, yaml; pydantic.BaseModel"])),
+            timed(lambda: _start(folder, ["-c", REFERENCE])),
         ]
         rounds = alternating(sides, 3 * repetitions)
     what = "process: scenecc validate, three lines / python -c"
@@ -40,7 +43,7 @@ def run(repetitions: int) -> list[Row]:
         ),
         Row(
             "process",
-            f'{what} the same and "pydantic.BaseModel" (which `import pydantic` leaves unloaded)',
+            f'{what} "{REFERENCE}"',
             ratios(rounds, 0, 2),
             note=f"{best(rounds, 0)} / {best(rounds, 2)}",
         ),
@@ -48,7 +51,10 @@ def run(repetitions: int) -> list[Row]:
 
 
 def _start(folder: str, arguments: Sequence[str]) -> None:
-    """Runs Python with bytecode, as an installed package has it, which the round that is thrown away writes."""
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-    environment["PYTHONPYCACHEPREFIX"] = str(Path(folder, "bytecode"))
-    subprocess.run([sys.executable, *arguments], check=True, capture_output=True, env=environment)
+    subprocess.run([sys.executable, *arguments], check=True, capture_output=True, env=environment(folder))
+
+
+def environment(folder: str) -> dict[str, str]:
+    """That of a process with bytecode, as an installed package has it, which the round that is thrown away writes."""
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    return kept | {"PYTHONPYCACHEPREFIX": str(Path(folder, "bytecode"))}

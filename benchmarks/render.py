@@ -24,15 +24,13 @@ def run(repetitions: int) -> list[Row]:
 
     if (problem := render_problem()) is not None:
         return [Row("render", what, (), note=f"no device renders: {problem}") for what in (FIRST, STARTED, FURTHER)]
-    text = _text()
-    sides: list[Side] = [_ours(text, 1), _by_hand(1)]
+    text = viewed_text()
+    sides: list[Side] = [ours(text, 1), _by_hand(1)]
     # Nothing holds the renderer, so that each side starts it, as a process does: seconds on a CPU.
     first = alternating(sides, max(3, repetitions // 3))
     held = new_render_system()
     started = alternating(sides, repetitions)
-    further = alternating(
-        [_ours(text, 1 + PICTURES, clock_after=1), _by_hand(1 + PICTURES, clock_after=1)], repetitions
-    )
+    further = alternating([ours(text, 1 + PICTURES, clock_after=1), _by_hand(1 + PICTURES, clock_after=1)], repetitions)
     del held
 
     def row(what: str, rounds: list[list[float]], bound: float | None) -> Row:
@@ -41,7 +39,7 @@ def run(repetitions: int) -> list[Row]:
     return [row(FIRST, first, 1.1), row(STARTED, started, None), row(FURTHER, further, 1.05)]
 
 
-def _text() -> str:
+def viewed_text() -> str:
     """Boxes that are seen, and a camera that sees them."""
     lines = ["scenecc: 1", "cameras:", "  eye:", f"    pose: {{p: {EYE}, rpy_deg: [0, 40, 0]}}", f"    width: {WIDTH}"]
     lines += [f"    height: {HEIGHT}", "entities:"]
@@ -57,7 +55,7 @@ def _place(number: int) -> list[float]:
     return [2.0 * (number % 20) - 20, 2.0 * (number // 20) - 2, 1.0]
 
 
-def _ours(text: str, pictures: int, clock_after: int = 0) -> Side:
+def ours(text: str, pictures: int, clock_after: int = 0) -> Side:
     import io
 
     from scenecc import load_scene

@@ -27,7 +27,7 @@ def run(repetitions: int) -> list[Row]:
     Compiling and the making of empty scenes are off the clock on both sides; drawing is on it. A third of the
     repetitions: one takes half a minute.
     """
-    sides = [ours(make, audit) for audit in ("off", "fast") for make in (_varied, _plain)]
+    sides = [ours(make, audit) for audit in ("off", "fast") for make in (varied, _plain)]
     rounds = alternating(sides, max(3, repetitions // 3))
     what = f"{SCENES} × {BODIES} boxes, drawn poses, sizes and colours / none"
     note = f"{best(rounds, 0)} / {best(rounds, 1)}, with the default audit {best(rounds, 2)} / {best(rounds, 3)}"
@@ -47,15 +47,15 @@ def _plain() -> ScenePlan:
     return _plan("{{p: [{0:.4f}, {1:.4f}, {2:.4f}], rpy_deg: [0, 0, {3:.2f}]}}", _PLAIN)
 
 
-def _varied() -> ScenePlan:
-    return _plan("{{p: {{uniform: [[-1, -1, 0.3], [{0:.4f}, {1:.4f}, {2:.4f}]]}}, q: uniform}}", _DRAWN)
+def varied(num_scenes: int = SCENES) -> ScenePlan:
+    return _plan("{{p: {{uniform: [[-1, -1, 0.3], [{0:.4f}, {1:.4f}, {2:.4f}]]}}, q: uniform}}", _DRAWN, num_scenes)
 
 
-def _plan(pose: str, shape: str) -> ScenePlan:
+def _plan(pose: str, shape: str, num_scenes: int = SCENES) -> ScenePlan:
     from scenecc import compile_scene
 
     lines = [
         f"  box_{box.number}: {{pose: {pose.format(*box.p, box.yaw)}, shapes: [{shape.format(*box.half)}]}}\n"
         for box in boxes(BODIES)
     ]
-    return compile_scene(io.StringIO("scenecc: 1\nentities:\n" + "".join(lines)), num_scenes=SCENES)
+    return compile_scene(io.StringIO("scenecc: 1\nentities:\n" + "".join(lines)), num_scenes=num_scenes)
