@@ -221,11 +221,10 @@ def _whole(
     document: Document, options: Options, scope: AssetScope, sink: Sink, clock: _Clock
 ) -> tuple[SceneFile, Expansion | None] | None:
     """A document as models, with all that it uses; None where it is at fault, as written or expanded."""
-    from scenecc.expand.needs import needs_expansion
-    from scenecc.expand.written import holds_no_more
+    from scenecc.expand.contents import is_within_object_limit, needs_expansion
     from scenecc.spec.parse import parse
 
-    if not holds_no_more(document, options.limits, sink):
+    if not is_within_object_limit(document, options.limits, sink):
         return None
     scene = parse(document.data, Origin(document.name), sink)
     clock.lap("validate")
@@ -233,10 +232,10 @@ def _whole(
         return None
     if not (options.params or options.draws or needs_expansion(document.data, document.text)):
         return scene, None
+    from scenecc.expand.arguments import find_argument_origins
     from scenecc.expand.documents import scene_loader
     from scenecc.expand.expand import expand
-    from scenecc.expand.given import given_by
-    from scenecc.expand.unread import report_unread
+    from scenecc.expand.params import report_unused
 
     limits = options.limits
     documents: dict[str | None, Document] = {document.name: document}
@@ -256,7 +255,7 @@ def _whole(
                 scope.memory.note(file, owner.shown, "include" if included else "prefab")
         return found
 
-    sink.given = partial(given_by, documents)
+    sink.given = partial(find_argument_origins, documents)
     expansion = expand(
         document,
         params=options.params,
@@ -270,7 +269,7 @@ def _whole(
     clock.lap("expand")
     if expansion is None or sink.failed:
         return None
-    report_unread([*sharing.values()], expansion.data.get("draws", {}), sink)
+    report_unused([*sharing.values()], expansion.data.get("draws", {}), sink)
     sink.trace = expansion.trace
     scene = parse(expansion.data, Origin(document.name), sink, expanded=True)
     clock.lap("validate again")

@@ -33,13 +33,13 @@ def rows(values: Sequence[Value]) -> Iterator[tuple[Row, ...]] | None:
         return None
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    from scenecc.values.columns import distinct  # noqa: PLC0415 - likewise
+    from scenecc.variation.per_scene_arrays import distinct_rows  # noqa: PLC0415 - likewise
 
     columns = [value.data.reshape(len(value.data), -1) for value in values]
     count = max(map(len, columns))
     columns = [np.broadcast_to(column, (count, column.shape[1])) for column in columns]
     # A cycle has few rows, however many scenes there are.
-    first = distinct(np.concatenate(columns, axis=1))
+    first = distinct_rows(np.concatenate(columns, axis=1))
     return zip(*(map(tuple, column[first].tolist()) for column in columns), strict=True)
 
 

@@ -1,4 +1,4 @@
-"""The values of a file's parameters, for one use of it."""
+"""Arguments: the values of a file's parameters, for one use of it."""
 
 from __future__ import annotations
 
@@ -8,26 +8,30 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics import Location, Origin
 from scenecc.diagnostics.messages import cut, nearest, suggest
 from scenecc.expand.contents import count_values, has_failed, is_varying
-from scenecc.expand.expansion import Mark
-from scenecc.expand.ranges import form_of, varying_misfit
-from scenecc.expand.run import Run
+from scenecc.expand.expansion import ExpansionFrame, ExpansionWriter, SourceMark, scoped_name
+from scenecc.expand.params import form_key, varying_misfit
+from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.param_types import kind_of
-from scenecc.spec.plain import is_mapping, is_sequence
+from scenecc.spec.plain import EXPRESSION, is_mapping, is_sequence
+from scenecc.spec.walk import step
+from scenecc.variation.errors import ExpressionError
+from scenecc.variation.template import Template
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping
     from collections.abc import Set as AbstractSet
 
     from scenecc.diagnostics import Path, Sink
-    from scenecc.expand.compiled import CompiledModule
     from scenecc.expand.documents import SceneDocument
+    from scenecc.expand.expansion import ObjectBudget
+    from scenecc.expand.module_compiler import CompiledModule
     from scenecc.expand.params import Param
-    from scenecc.expand.run import Budget
+    from scenecc.source import Document
     from scenecc.spec.param_types import Misfit, ParamType
 
 
 @dataclass(frozen=True, slots=True)
-class Argument:
+class ParamArgument:
     """A value for a parameter.
 
     Attributes:
@@ -40,7 +44,7 @@ class Argument:
     """
 
     value: Any
-    place: Mark | Location
+    place: SourceMark | Location
     document: SceneDocument
     scope: str
     by_scene: Mapping[Path, tuple[int, ...]] | None = None
@@ -49,11 +53,11 @@ class Argument:
     @property
     def told(self) -> Origin | Location:
         """The place as it is told."""
-        return self.place.origin if isinstance(self.place, Mark) else self.place
+        return self.place.origin if isinstance(self.place, SourceMark) else self.place
 
 
 @dataclass(frozen=True, slots=True)
-class Bound:
+class BoundParams:
     """The values of parameters.
 
     Attributes:
@@ -63,21 +67,21 @@ class Bound:
     """
 
     values: dict[str, Any]
-    varying: dict[str, Argument]
+    varying: dict[str, ParamArgument]
     failed: frozenset[str]
 
 
 def bind_params(
     compiled: CompiledModule,
-    given: Mapping[str, Argument],
+    given: Mapping[str, ParamArgument],
     constants: Mapping[str, Any],
     *,
     scope: str,
     use: Origin | Location | None,
-    material: Callable[[Param, Argument], Any],
-    objects: Budget,
+    material: Callable[[Param, ParamArgument], Any],
+    objects: ObjectBudget,
     sink: Sink,
-) -> Bound:
+) -> BoundParams:
     """The values of all parameters of a module; what is wrong is reported.
 
     Args:
@@ -90,9 +94,9 @@ def bind_params(
         objects: how many may still be made.
         sink: takes the diagnostics.
     """
-    _known(compiled, given, sink)
+    _check_known(compiled, given, sink)
     values = dict(constants)
-    varying: dict[str, Argument] = {}
+    varying: dict[str, ParamArgument] = {}
     failed = set(compiled.module.section("params")) - compiled.params.keys()
     parent = use if isinstance(use, Origin) else None
     for name, declared in compiled.params.items():
@@ -118,16 +122,16 @@ def bind_params(
             failed.add(name)
             _refuse(replace(wanted, declared=_declared(param, argument, parent)), argument, wrong, sink)
             continue
-        value = _inside(param, argument, compiled, material)
+        value = _inside_module(param, argument, compiled, material)
         if is_varying(value):
             wanted = wanted and replace(wanted, declared=_declared(param, argument, parent))
             varying[name] = replace(argument, value=value, wanted=wanted)
         else:
             values[name] = value
-    return Bound(values, varying, frozenset(failed))
+    return BoundParams(values, varying, frozenset(failed))
 
 
-def _known(compiled: CompiledModule, given: Mapping[str, Argument], sink: Sink) -> None:
+def _check_known(compiled: CompiledModule, given: Mapping[str, ParamArgument], sink: Sink) -> None:
     for name, argument in given.items():
         # A declaration that was reported may have been meant.
         if name not in compiled.module.section("params"):
@@ -142,14 +146,14 @@ def _default(
     failed: AbstractSet[str],
     scope: str,
     use: Origin | None,
-    objects: Budget,
+    objects: ObjectBudget,
     sink: Sink,
-) -> Argument | None:
+) -> ParamArgument | None:
     if param.default is None:
         return None
-    run = Run(param.part.document.name, param.part.parent(use), values, objects, sink, failed)
+    run = ExpansionFrame(param.part.document.name, param.part.parent(use), values, objects, sink, failed)
     value = param.default if param.pattern is None else param.pattern.make(run)
-    return Argument(value, run.mark(param.default_path), param.part.document, scope)
+    return ParamArgument(value, run.mark(param.default_path), param.part.document, scope)
 
 
 def _required(param: Param, use: Origin | Location | None, parent: Origin | None, sink: Sink) -> None:
@@ -161,14 +165,14 @@ def _required(param: Param, use: Origin | Location | None, parent: Origin | None
     sink.report("SC213", f"the parameter `{cut(param.name)}` needs a value", place, hint=hint, related=related)  # pyright: ignore[reportArgumentType]
 
 
-def _declared(param: Param, argument: Argument, parent: Origin | None) -> Origin | None:
+def _declared(param: Param, argument: ParamArgument, parent: Origin | None) -> Origin | None:
     """Where a parameter is declared; None where the argument is its default, which stands there."""
-    if isinstance(argument.place, Mark) and argument.place.path[:2] == param.path:
+    if isinstance(argument.place, SourceMark) and argument.place.path[:2] == param.path:
         return None
     return Origin(param.part.document.name, param.path, "", param.part.parent(parent))
 
 
-def _refuse(wanted: ParamType, argument: Argument, wrong: Misfit, sink: Sink) -> None:
+def _refuse(wanted: ParamType, argument: ParamArgument, wrong: Misfit, sink: Sink) -> None:
     code, words = wrong
     related = [("the parameter", wanted.declared, "key")] if wanted.declared is not None else []
     message = f"the parameter `{cut(wanted.name)}` {words}"
@@ -179,14 +183,14 @@ def _refuse(wanted: ParamType, argument: Argument, wrong: Misfit, sink: Sink) ->
     sink.report(code, message, argument.told, hint=hint, related=related, path=(wanted.name,))  # pyright: ignore[reportArgumentType]
 
 
-def _inside(
-    param: Param, argument: Argument, compiled: CompiledModule, material: Callable[[Param, Argument], Any]
+def _inside_module(
+    param: Param, argument: ParamArgument, compiled: CompiledModule, material: Callable[[Param, ParamArgument], Any]
 ) -> Any:
     """The argument as it means the same inside the module: files where they lie, materials by their names."""
     if param.kind == "file":
         return _relocated(argument.value, argument.document, compiled)
     if param.kind == "material":
-        return _each_name(argument.value, param, argument, material)
+        return _named_materials(argument.value, param, argument, material)
     return argument.value
 
 
@@ -197,7 +201,9 @@ def _relocated(value: Any, owner: SceneDocument, compiled: CompiledModule) -> An
     return map_alternatives(value, lambda item: owner.absolute(item) if isinstance(item, str) else item)
 
 
-def _each_name(value: Any, param: Param, argument: Argument, material: Callable[[Param, Argument], Any]) -> Any:
+def _named_materials(
+    value: Any, param: Param, argument: ParamArgument, material: Callable[[Param, ParamArgument], Any]
+) -> Any:
     def named(item: Any) -> Any:
         return material(param, replace(argument, value=item))
 
@@ -206,7 +212,7 @@ def _each_name(value: Any, param: Param, argument: Argument, material: Callable[
 
 def map_alternatives(value: Any, change: Callable[[Any], Any]) -> Any:
     """A value, plain or a form, with each of the alternatives that its form lists changed."""
-    form = form_of(value)
+    form = form_key(value)
     if form is None:
         return change(value)
     items = value[form]
@@ -217,3 +223,123 @@ def map_alternatives(value: Any, change: Callable[[Any], Any]) -> Any:
     else:
         changed = items
     return {**value, form: changed}
+
+
+ABSOLUTE_PREFIX = "/"
+"""What a name begins with that means the same in every scope."""
+
+
+def material_name(argument: ParamArgument, key: str, output: ExpansionWriter, sink: Sink) -> Any:
+    """What stands for a material argument: a name that any scope understands.
+
+    Args:
+        argument: a name, or a mapping.
+        key: what a mapping is called among the materials of the scope that gives it.
+        output: takes it.
+        sink: takes the diagnostics.
+    """
+    value, place = argument.value, argument.place
+    materials = output.sections["materials"]
+    if is_mapping(value):
+        name = scoped_name(argument.scope, key)
+        while name in materials:
+            name += "_"
+        output.add("materials", name, value, place if isinstance(place, SourceMark) else SourceMark(place.file, ()))
+        output.used_materials.add(name)
+        return ABSOLUTE_PREFIX + name
+    if not isinstance(value, str) or value.startswith(ABSOLUTE_PREFIX):
+        return value
+    name = scoped_name(argument.scope, value)
+    if name in materials:
+        output.used_materials.add(name)
+        return ABSOLUTE_PREFIX + name
+    prefix = scoped_name(argument.scope, "")
+    known = [
+        other[len(prefix) :] for other in materials if other.startswith(prefix) and "/" not in other[len(prefix) :]
+    ]
+    hint = suggest(value, known) or "a material is named under `materials` or written inline"
+    message = f"there is no material `{cut(value)}`"
+    sink.report("SC301", message, argument.told, hint=hint)
+    return value
+
+
+_USE_KEY = ("use",)
+_NAMED_NODE_DEPTH = 2
+"""How long the path of a named node is: its section, its name."""
+_MAX_SCALARS = 200
+"""Among so many scalars names are looked for: what is larger is no value of a field."""
+
+
+def find_argument_origins(documents: Mapping[str | None, Document], origin: Origin) -> tuple[Origin, ...]:
+    """Where the parameters are given that the value at fault reads; empty for what is in no prefab, or reads none.
+
+    It is empty for an entity, a light, a link, too: what is told of it as a whole comes from no one value in it, and
+    what is wrong with a value is told at that.
+
+    Args:
+        documents: by the name that origins have.
+        origin: of the node, as written.
+    """
+    if origin.parent is None or origin.file not in documents:
+        return ()
+    if _is_whole(_at(documents[origin.file].data, origin.path), origin.path):
+        return ()
+    return _argument_origins(documents, origin)
+
+
+def _is_whole(node: Any, path: Path) -> bool:
+    """Whether a node is a whole: one of a section's, which have names, or a link of a tree."""
+    if not is_mapping(node) or any(key in VARIATION_FORMS for key in node):
+        return False
+    return len(path) == _NAMED_NODE_DEPTH or path[-1:] == ("root",) or path[-2:-1] == ("children",)
+
+
+def _argument_origins(documents: Mapping[str | None, Document], origin: Origin) -> tuple[Origin, ...]:
+    """Where the parameters are given that a node reads. What is given there may read others in its turn: where these
+    are given follows.
+    """
+    use = origin.parent
+    if use is None or use.path[-1:] != _USE_KEY or origin.file not in documents or use.file not in documents:
+        return ()
+    instance = _at(documents[use.file].data, use.path[:-1])
+    given = instance.get("with") if is_mapping(instance) else None
+    if not is_mapping(given):
+        return ()
+    read: set[str] = set()
+    for number, text in enumerate(_texts(_at(documents[origin.file].data, origin.path))):
+        if number == _MAX_SCALARS:
+            return ()
+        read |= _names(text)
+    place = (*use.path[:-1], "with")
+    found = [Origin(use.file, (*place, name), use.copy, use.parent) for name in given if name in read]
+    return (*found, *dict.fromkeys(outer for one in found for outer in _argument_origins(documents, one)))
+
+
+def _at(node: Any, path: Path) -> Any:
+    """What stands at a path, or the scalar above it: an expression may give what has parts."""
+    for segment in path:
+        if not is_mapping(node) and not is_sequence(node):
+            break
+        node = step(node, segment)
+    return node
+
+
+def _texts(node: Any) -> Iterator[str]:
+    todo = [node]
+    while todo:
+        item = todo.pop()
+        if isinstance(item, str):
+            yield item
+        elif is_mapping(item):
+            todo += item.values()
+        elif is_sequence(item):
+            todo += item
+
+
+def _names(text: str) -> frozenset[str]:
+    if EXPRESSION not in text:
+        return frozenset()
+    try:
+        return frozenset(Template.parse(text).names)
+    except ExpressionError:
+        return frozenset()

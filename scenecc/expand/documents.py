@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest
-from scenecc.expand.written import holds_no_more
+from scenecc.expand.contents import is_within_object_limit
 from scenecc.source.paths import AssetScope, has_package, resolve
 from scenecc.source.read import read_text
 from scenecc.source.text import read_bytes, text_size
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
     from scenecc.source import Document, Limits
 
-SHIPPED = "scenecc:"
+SHIPPED_PREFIX = "scenecc:"
 """What stands before the name of a prefab that ships with the package."""
 
-FOLDER = Path(__file__).resolve().parents[1] / "prefabs"
+PREFAB_FOLDER = Path(__file__).resolve().parents[1] / "prefabs"
 """Where they are."""
 
 _SHIPPED_URI = "pkg://scenecc/prefabs"
@@ -100,14 +100,14 @@ def scene_loader(scope: AssetScope, limits: Limits, sink: Sink) -> Load:
         """A `Load` that reads each file once, however it is named."""
         nonlocal total
         uri, shown = owner.reference(reference), None
-        if reference.startswith(SHIPPED):
-            name = reference[len(SHIPPED) :]
+        if reference.startswith(SHIPPED_PREFIX):
+            name = reference[len(SHIPPED_PREFIX) :]
             if name not in shipped_names():
                 message = f"no prefab `{cut(name)}` ships with scenecc"
                 sink.report("SC240", message, place, hint=suggest(name, shipped_names()))
                 return None
             file = shipped_file(name, edition_here(name, scope))
-            uri, shown = f"{_SHIPPED_URI}/{file}", SHIPPED + file.removesuffix(".yaml")
+            uri, shown = f"{_SHIPPED_URI}/{file}", SHIPPED_PREFIX + file.removesuffix(".yaml")
         found = resolve(uri, base=owner.folder, scope=scope)
         if isinstance(found, Refusal):
             sink.report(found.code, found.message, place, hint=found.hint)
@@ -115,8 +115,8 @@ def scene_loader(scope: AssetScope, limits: Limits, sink: Sink) -> Load:
         identity = str(found.path.resolve())
         if identity not in read:
             tree = posixpath.dirname(uri) if _IN_TREE.match(uri) else None
-            shown = shown or (uri if tree is not None else _shown(reference, owner))
-            document = _read(found.path, shown, place, limits, sink)
+            shown = shown or (uri if tree is not None else _shown_name(reference, owner))
+            document = _read_document(found.path, shown, place, limits, sink)
             total += text_size(document.text or "") if document is not None else 0
             if total > limits.text_bytes:
                 message = f"the files that are included and used are longer than {limits.text_bytes} bytes together"
@@ -131,12 +131,12 @@ def scene_loader(scope: AssetScope, limits: Limits, sink: Sink) -> Load:
 
 def shipped_names() -> list[str]:
     """The prefabs that ship, by name."""
-    return sorted(file.stem for file in FOLDER.glob("*.yaml") if "." not in file.stem)
+    return sorted(file.stem for file in PREFAB_FOLDER.glob("*.yaml") if "." not in file.stem)
 
 
 def editions(name: str) -> list[str]:
     """The Python packages with which a prefab that ships is another file, by name: `NAME.PACKAGE.yaml`."""
-    return sorted(file.stem.removeprefix(f"{name}.") for file in FOLDER.glob(f"{name}.*.yaml"))
+    return sorted(file.stem.removeprefix(f"{name}.") for file in PREFAB_FOLDER.glob(f"{name}.*.yaml"))
 
 
 def edition_here(name: str, scope: AssetScope) -> str | None:
@@ -149,16 +149,16 @@ def shipped_file(name: str, edition: str | None) -> str:
     return f"{name}.yaml" if edition is None else f"{name}.{edition}.yaml"
 
 
-def _read(path: Path, name: str, use: Origin, limits: Limits, sink: Sink) -> Document | None:
+def _read_document(path: Path, name: str, use: Origin, limits: Limits, sink: Sink) -> Document | None:
     sink.parent = use
     content = read_bytes(str(path), sink, limits)
     document = None if content is None else read_text(content, name, sink, limits, path=path)
-    if document is not None and not holds_no_more(document, limits, sink):
+    if document is not None and not is_within_object_limit(document, limits, sink):
         document = None
     sink.parent = None
     return document
 
 
-def _shown(reference: str, owner: SceneDocument) -> str:
+def _shown_name(reference: str, owner: SceneDocument) -> str:
     """As the top file's name was given: beside that, or absolute."""
     return posixpath.normpath(posixpath.join(posixpath.dirname(owner.name or ""), reference))

@@ -6,24 +6,20 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Location, Origin, Sink
 from scenecc.diagnostics.messages import cut, suggest
-from scenecc.expand.arguments import Argument, bind_params
-from scenecc.expand.builder import Builder
-from scenecc.expand.compiled import CompiledModule, compile_module
+from scenecc.expand.arguments import ParamArgument, bind_params
 from scenecc.expand.documents import Load, SceneDocument, top_document
-from scenecc.expand.modules import Library
-from scenecc.expand.output import Output
-from scenecc.expand.patterns import Compiler
-from scenecc.expand.prefabs import Prefabs
-from scenecc.expand.run import Budget, Exhausted, Run
-from scenecc.expand.scenes import Scenes
-from scenecc.expand.scopes import Scope
+from scenecc.expand.expansion import BudgetExhausted, ExpansionFrame, ExpansionWriter, ObjectBudget
+from scenecc.expand.module_compiler import CompiledModule, PrefabLibrary, compile_module
+from scenecc.expand.module_expander import ModuleExpander, ModuleScope, SceneSelections
+from scenecc.expand.modules import ModuleLibrary
+from scenecc.expand.patterns import PatternCompiler
 from scenecc.source.values import plain_mapping
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
     from scenecc.expand.expansion import Expansion
-    from scenecc.expand.names import Meaning
+    from scenecc.expand.patterns import NameMeaning
     from scenecc.source import Document, Limits
 
 PARAMS = "params"
@@ -64,23 +60,23 @@ def expand(
     if given is None:
         return None
     top = top_document(document)
-    library = Library(load, limits.includes, sink)
+    library = ModuleLibrary(load, limits.includes, sink)
     library.add(top)
     sink.locate = library.locate
     module = library.module(top, None)
     if not module.good:
         return None
     compiled = compile_module(module, None, sink)
-    arguments = {name: Argument(value, Location(PARAMS), top, "") for name, value in given.items()}
-    head = _head(compiled, arguments, limits, sink)
-    output = Output(top.name, sink)
-    objects = Budget("SC604", "objects", "objects", limits.objects)
-    instances = Budget("SC604", "instances", "objects", limits.objects)
-    scenes = Scenes(_count(head, num_scenes, limits), limits.objects_times_scenes, sink)
-    builder = Builder(output, Prefabs(library, sink), scenes, draws, objects, instances, sink)
-    if not _write(builder, compiled, arguments, top, objects, sink):
+    arguments = {name: ParamArgument(value, Location(PARAMS), top, "") for name, value in given.items()}
+    head = _expand_head(compiled, arguments, limits, sink)
+    output = ExpansionWriter(top.name, sink)
+    objects = ObjectBudget("SC604", "objects", "objects", limits.objects)
+    instances = ObjectBudget("SC604", "instances", "objects", limits.objects)
+    scenes = SceneSelections(_scene_count(head, num_scenes, limits), limits.objects_times_scenes, sink)
+    builder = ModuleExpander(output, PrefabLibrary(library, sink), scenes, draws, objects, instances, sink)
+    if not _expand_top(builder, compiled, arguments, top, objects, sink):
         return None
-    _given(draws, compiled, output, sink)
+    _check_draws(draws, compiled, output, sink)
     if sink.failed:
         return None
     if num_scenes is not None:
@@ -90,14 +86,16 @@ def expand(
     return output.expansion(head, library.documents)
 
 
-def _head(compiled: CompiledModule, arguments: Mapping[str, Argument], limits: Limits, sink: Sink) -> dict[str, Any]:
+def _expand_head(
+    compiled: CompiledModule, arguments: Mapping[str, ParamArgument], limits: Limits, sink: Sink
+) -> dict[str, Any]:
     """What stands before the sections of the top document: it may read parameters, and no number of scenes yet."""
     document = compiled.module.main.document
     data = document.document.data
     head = {key: data[key] for key in _HEAD if key in data}
     if not any(isinstance(item, str) and "${" in item for item in head.values()):
         return head
-    few = Budget("SC604", "objects", "objects", limits.objects)
+    few = ObjectBudget("SC604", "objects", "objects", limits.objects)
     try:
         early = bind_params(
             compiled,
@@ -109,38 +107,38 @@ def _head(compiled: CompiledModule, arguments: Mapping[str, Argument], limits: L
             objects=few,
             sink=Sink(),  # all this is told when the parameters are bound for good
         )
-    except Exhausted:
+    except BudgetExhausted:
         return head
-    run = Run(document.name, None, early.values, few, sink)
-    names: dict[str, Meaning] = dict.fromkeys(compiled.params, "parameter")
+    run = ExpansionFrame(document.name, None, early.values, few, sink)
+    names: dict[str, NameMeaning] = dict.fromkeys(compiled.params, "parameter")
     for key, item in head.items():
-        pattern = Compiler(names, run, f"`{key}`").pattern(item, (key,))
+        pattern = PatternCompiler(names, run, f"`{key}`").pattern(item, (key,))
         if pattern is not None:
             head[key] = pattern.make(run)
     return head
 
 
-def _count(head: Mapping[str, Any], num_scenes: int | None, limits: Limits) -> int:
+def _scene_count(head: Mapping[str, Any], num_scenes: int | None, limits: Limits) -> int:
     """How many scenes there are. `num_scenes`: in place of what the head says."""
     count = head.get("num_scenes", 1) if num_scenes is None else num_scenes
     # For a number that cannot be nothing is made, and the stages after this one tell it.
     return count if type(count) is int and 1 <= count <= limits.scenes else 1
 
 
-def _write(
-    builder: Builder,
+def _expand_top(
+    builder: ModuleExpander,
     compiled: CompiledModule,
-    arguments: Mapping[str, Argument],
+    arguments: Mapping[str, ParamArgument],
     top: SceneDocument,
-    objects: Budget,
+    objects: ObjectBudget,
     sink: Sink,
 ) -> bool:
     """Writes all that the top module makes; False, reported, where that is too much."""
     try:
-        objects.take(compiled.weight, Run(top.name, None, {}, objects, sink), ())
+        objects.take(compiled.weight, ExpansionFrame(top.name, None, {}, objects, sink), ())
         bound = builder.bind(compiled, arguments, scope="", use=Location(PARAMS))
-        builder.expand(Scope(compiled, "", "", None, None, dict(bound.values), bound.failed, (top,)), bound)
-    except Exhausted:
+        builder.expand(ModuleScope(compiled, "", "", None, None, dict(bound.values), bound.failed, (top,)), bound)
+    except BudgetExhausted:
         return False
     except RecursionError:
         # With the limit raised: a use takes several calls.
@@ -149,7 +147,7 @@ def _write(
     return True
 
 
-def _given(draws: Collection[str], compiled: CompiledModule, output: Output, sink: Sink) -> None:
+def _check_draws(draws: Collection[str], compiled: CompiledModule, output: ExpansionWriter, sink: Sink) -> None:
     """Reports draws that are given and that nothing has."""
     known = dict.fromkeys((*compiled.draws, *output.sections["draws"]))
     for name in map(str, draws):

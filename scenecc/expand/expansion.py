@@ -1,25 +1,32 @@
-"""What expansion gives: plain data of one scene file, and where each part of it was written."""
+"""The result of expansion and its making: plain data of one scene file, and where each part of it was written."""
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from itertools import product
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from scenecc.diagnostics import Origin
 from scenecc.diagnostics.frozen import frozen
+from scenecc.diagnostics.messages import cut, show
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable
+    from collections.abc import Set as AbstractSet
 
-    from scenecc.diagnostics import Path
+    from scenecc.diagnostics import Location, Path, Sink
+    from scenecc.diagnostics.diagnostic import RelatedPlace
+    from scenecc.diagnostics.origin import At
     from scenecc.expand.documents import SceneDocument
-    from scenecc.expand.loops import Loop
     from scenecc.spec.param_types import ParamType
+    from scenecc.variation.errors import ExpressionError
 
 
 @frozen
-class Items:
+class ItemSpan:
     """The items of an expanded list that one written item stands for, up to the start of the next."""
 
     start: int
@@ -28,7 +35,7 @@ class Items:
 
 
 @frozen
-class Mark:
+class SourceMark:
     """The place of a node as written, and the copy of it. Cheap to make: `origin` is asked for where something is told.
 
     Attributes:
@@ -53,7 +60,7 @@ class Mark:
 
 
 @frozen
-class Record:
+class TraceRecord:
     """Where a named node of the expanded data (`entities.leg_0`) was written.
 
     Attributes:
@@ -62,8 +69,8 @@ class Record:
         by_scene: path as written below the node → scenes, for each `per_scene` list that was turned into a mapping.
     """
 
-    mark: Mark
-    lists: Mapping[Path, tuple[Items, ...]] | None = None
+    mark: SourceMark
+    lists: Mapping[Path, tuple[ItemSpan, ...]] | None = None
     by_scene: Mapping[Path, tuple[int, ...]] | None = None
 
     def trace(self, path: Path) -> Origin:
@@ -86,7 +93,7 @@ class Record:
         return Origin(mark.file, (*mark.path, *written), ", ".join(copies), mark.parent)
 
 
-def _start(items: Items) -> int:
+def _start(items: ItemSpan) -> int:
     return items.start
 
 
@@ -107,7 +114,7 @@ class Expansion:
 
     Attributes:
         data: what `scenecc.spec.parse.parse(..., expanded=True)` takes: no `params`, `include`, `repeat`, `if`, `use`;
-            where a draw or `scene` is read there is a `scenecc.values.template.Template`. `num_scenes` and `seed` in
+            where a draw or `scene` is read there is a `scenecc.variation.template.Template`. `num_scenes` and `seed` in
             it are those that override the file's, where these are given.
         scopes: entity, frame, camera, constraint or light, as `scenecc.spec.known.known_as` has it → scope, for those
             inside an instance.
@@ -131,7 +138,7 @@ class Expansion:
     selections: Mapping[str, tuple[int, ...]]
     used_materials: frozenset[str]
     documents: Mapping[str | None, SceneDocument]
-    records: Mapping[tuple[str, str], Record]
+    records: Mapping[tuple[str, str], TraceRecord]
 
     def trace(self, origin: Origin) -> Origin:
         """An origin in the expanded data as it was written: file, path, copy, and the uses that led there."""
@@ -151,3 +158,264 @@ class Expansion:
         """
         document = self.documents[self.trace(origin).file]
         return document.reference(uri), document
+
+
+_MAX_VALUE_CHARACTERS = 24
+"""How long the value of a variable may be in the name of a copy [characters]."""
+
+
+class Loop:
+    """The product of lists with the names of the variables that run through them, the last varying fastest."""
+
+    __slots__ = ("axes", "count", "names")
+
+    def __init__(self, axes: Mapping[str, Sequence[Any]]) -> None:
+        self.names = tuple(axes)
+        self.axes = tuple(axes.values())
+        self.count = math.prod(map(len, self.axes))
+
+    def __iter__(self) -> Iterator[tuple[Any, ...]]:
+        # Of a product that is empty the other lists may be as long as they like.
+        return product(*self.axes) if self.count else iter(())
+
+    def text(self, number: int) -> str:
+        """What tells a copy from the others: "i=1, j=-1"."""
+        told: list[str] = []
+        for name, axis in zip(reversed(self.names), reversed(self.axes), strict=True):
+            number, index = divmod(number, len(axis))
+            value = axis[index]
+            told.append(f"{name}={value if type(value) is int else show(value, _MAX_VALUE_CHARACTERS)}")
+        return ", ".join(reversed(told))
+
+
+_MAX_COUNT_SHOWN = 10**18
+
+_VALUES_PER_OBJECT = 8
+"""How many values of an argument count as an object: each is looked through in every use."""
+
+
+class FailedValue(str):
+    """Stands for a scalar whose value was reported, or reads something that was; nothing more is said about it."""
+
+    __slots__ = ()
+
+
+class BudgetExhausted(Exception):
+    """A limit was reached and reported: nothing more is expanded."""
+
+
+class ObjectBudget:
+    """How many of something may still be made.
+
+    Args:
+        code: of the report when there are more.
+        what: they are.
+        name: of the limit.
+        most: the limit.
+    """
+
+    def __init__(self, code: str, what: str, name: str, most: int) -> None:
+        self._code, self._what, self._name = code, what, name
+        self._most = self._left = most
+
+    def take(self, count: int, run: ExpansionFrame, path: Path) -> None:
+        """Takes so many away.
+
+        Raises:
+            Exhausted: there are not so many; that is reported.
+        """
+        self._left -= count
+        if self._left < 0:
+            self._exhaust(run.sink, run.origin(path))
+
+    def take_for(self, values: int, place: Origin | Location, sink: Sink) -> None:
+        """Takes as many away as so many values of an argument count for.
+
+        Raises:
+            Exhausted: there are not so many; that is reported.
+        """
+        self._left -= values // _VALUES_PER_OBJECT
+        if self._left < 0:
+            self._exhaust(sink, place)
+
+    @property
+    def most_values(self) -> int:
+        """How many values an argument may still hold, and one more object."""
+        return (self._left + 1) * _VALUES_PER_OBJECT
+
+    def _exhaust(self, sink: Sink, place: Origin | Location) -> NoReturn:
+        needed = self._most - self._left
+        shown = f"at least {needed}" if needed <= _MAX_COUNT_SHOWN else "more than 10¹⁸"
+        hint = f"raise it with --limit {self._name}=N or limits={{'{self._name}': N}}"
+        message = f"{shown} {self._what} are more than the limit of {self._most}"
+        sink.report(self._code, message, place, hint=hint)
+        raise BudgetExhausted
+
+
+class ExpansionFrame:
+    """One document as it is expanded in one place: for one use of it, and for one copy of what is repeated in it.
+
+    Attributes:
+        file: the document's name.
+        parent: what brought it in; None for the top document.
+        values: name → value of parameters, loop variables and the like. Changes from copy to copy.
+        failed: names without a value, which was reported.
+        objects: how many may still be made.
+        sink: takes the diagnostics.
+        copies: the loops around, with the number of the copy in each.
+        lists: of the lists with repeated items met so far, what their items stand for.
+    """
+
+    __slots__ = ("copies", "failed", "file", "lists", "objects", "parent", "sink", "values")
+
+    def __init__(
+        self,
+        file: str | None,
+        parent: Origin | None,
+        values: dict[str, Any],
+        objects: ObjectBudget,
+        sink: Sink,
+        failed: AbstractSet[str] = frozenset(),
+    ) -> None:
+        self.file = file
+        self.parent = parent
+        self.values = values
+        self.failed = failed
+        self.objects = objects
+        self.sink = sink
+        self.copies: list[tuple[Loop, int]] = []
+        self.lists: dict[Path, tuple[ItemSpan, ...]] = {}
+
+    def mark(self, path: Path) -> SourceMark:
+        """The place of a node of the document, in the copy at hand."""
+        return SourceMark(self.file, path, self.parent, tuple(self.copies))
+
+    def origin(self, path: Path) -> Origin:
+        """The same, as it is told."""
+        return self.mark(path).origin
+
+    def report(
+        self,
+        code: str,
+        message: str,
+        path: Path,
+        *,
+        at: At = "value",
+        hint: str | None = None,
+        related: Iterable[RelatedPlace] = (),
+    ) -> None:
+        """Reports something about a node of the document."""
+        self.sink.report(code, message, self.origin(path), at=at, hint=hint, related=related)
+
+    def fail(self, error: ExpressionError, path: Path, code: str = "SC202") -> None:
+        """Reports an expression, at its place within the scalar at `path`."""
+        self.sink.report(code, error.message, self.origin(path), hint=error.hint, span=(error.start, error.end))
+
+
+_SECTIONS = (
+    "physics", "environment", "materials", "collision_groups", "draws", "frames", "entities", "constraints", "lights",
+    "cameras",
+)  # fmt: skip
+
+
+def scoped_name(scope: str, name: str) -> str:
+    """The full name of a material, group or draw of a scope."""
+    return f"{scope}/{name}" if scope else name
+
+
+class ExpansionWriter:
+    """What is written.
+
+    Attributes:
+        sections: of the expanded data.
+        scopes, prefixes, anchors, given, wanted, selections, used_materials: as `Expansion` has them.
+    """
+
+    def __init__(self, top: str | None, sink: Sink) -> None:
+        self.sections: dict[str, dict[str, Any]] = {name: {} for name in _SECTIONS}
+        self.scopes: dict[str, str] = {}
+        self.prefixes: dict[str, str] = {}
+        self.anchors: dict[str, str] = {}
+        self.given: dict[str, str] = {}
+        self.wanted: dict[str, ParamType] = {}
+        self.selections: dict[str, tuple[int, ...]] = {}
+        self.used_materials: set[str] = set()
+        self._records: dict[tuple[str, str], TraceRecord] = {}
+        self._top = top
+        self._sink = sink
+
+    def add(
+        self,
+        section: str,
+        name: str,
+        node: Any,
+        mark: SourceMark,
+        lists: Mapping[Path, tuple[ItemSpan, ...]] | None = None,
+        by_scene: Mapping[Path, tuple[int, ...]] | None = None,
+    ) -> bool:
+        """Writes a named node; False, reported, where there is one of the name.
+
+        Args:
+            section: of the data.
+            name: the full one.
+            node: plain data.
+            mark: where it is written.
+            lists: its lists that hold repeated items.
+            by_scene: as `Record` has it.
+        """
+        entries = self.sections[section]
+        if name in entries:
+            self._report_twice(section, name, mark.origin)
+            return False
+        entries[name] = node
+        if lists or mark.copies or mark.parent or mark.file != self._top or mark.path != (section, name):
+            self._records[section, name] = TraceRecord(mark, lists or None, by_scene)
+        return True
+
+    def _report_twice(self, section: str, name: str, second: Origin) -> None:
+        """At the uses that brought the two in, where those are not the same."""
+        first, second = (_outermost_use(one, other) for one, other in _both_ways(self.origin(section, name), second))
+        uses = [origin.path[-1:] == ("use",) for origin in (first, second)]
+        related: list[RelatedPlace] = [("the first of this name", first, "value" if uses[0] else "key")]
+        message = f"the name `{cut(name)}` comes twice among the {section}"
+        hint = None
+        if any(uses):
+            hint = "give one of them another `prefix`" if all(uses) else 'give the instance a `prefix` other than ""'
+        self._sink.report("SC221", message, second, at="value" if uses[1] else "key", hint=hint, related=related)
+
+    def origin(self, section: str, name: str) -> Origin:
+        """Where a named node was written."""
+        record = self._records.get((section, name))
+        return Origin(self._top, (section, name)) if record is None else record.mark.origin
+
+    def expansion(self, head: dict[str, Any], documents: Mapping[str | None, SceneDocument]) -> Expansion:
+        """All of it. `head`: the keys that stand before the sections."""
+        return Expansion(
+            data={**head, **{name: entries for name, entries in self.sections.items() if entries}},
+            scopes=self.scopes,
+            prefixes=self.prefixes,
+            anchors=self.anchors,
+            given=self.given,
+            wanted=self.wanted,
+            selections=self.selections,
+            used_materials=frozenset(self.used_materials),
+            documents=documents,
+            records=self._records,
+        )
+
+
+def _both_ways(a: Origin, b: Origin) -> tuple[tuple[Origin, Origin], tuple[Origin, Origin]]:
+    return (a, b), (b, a)
+
+
+def _outermost_use(origin: Origin, other: Origin) -> Origin:
+    """The outermost use that brought one of two in, and not the other; itself where there is none."""
+    shared = list(_chain(other))
+    uses = [place for place in _chain(origin) if place not in shared and place.path[-1:] == ("use",)]
+    return uses[-1] if uses else origin
+
+
+def _chain(origin: Origin | None) -> Iterator[Origin]:
+    while origin is not None:
+        yield origin
+        origin = origin.parent

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics import Origin, Sink
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import show
-from scenecc.expand.compiled import compile_module
+from scenecc.expand.contents import is_within_object_limit
 from scenecc.expand.documents import (
-    FOLDER,
-    SHIPPED,
+    PREFAB_FOLDER,
+    SHIPPED_PREFIX,
     edition_here,
     editions,
     scene_loader,
@@ -19,8 +19,8 @@ from scenecc.expand.documents import (
     shipped_names,
     top_document,
 )
-from scenecc.expand.modules import Library
-from scenecc.expand.written import holds_no_more
+from scenecc.expand.module_compiler import compile_module
+from scenecc.expand.modules import ModuleLibrary
 from scenecc.source import Limits, read_file
 from scenecc.source.paths import AssetScope
 from scenecc.spec.parse import parse
@@ -85,11 +85,11 @@ def list_params(document: Document, *, load: Load, limits: Limits, sink: Sink) -
         limits: on what it may ask for.
         sink: takes the diagnostics; its `locate` is set.
     """
-    library = Library(load, limits.includes, sink)
+    library = ModuleLibrary(load, limits.includes, sink)
     sink.locate = library.locate
     top = top_document(document)
     library.add(top)
-    if not holds_no_more(document, limits, sink) or parse(document.data, Origin(document.name), sink) is None:
+    if not is_within_object_limit(document, limits, sink) or parse(document.data, Origin(document.name), sink) is None:
         return None
     module = library.module(top, None)
     params = compile_module(module, None, sink).params if module.good else {}
@@ -101,15 +101,15 @@ def list_prefabs() -> list[PrefabRow]:
     rows: list[PrefabRow] = []
     limits = Limits()
     for name in shipped_names():
-        sink, scope = Sink(), AssetScope(FOLDER)
+        sink, scope = Sink(), AssetScope(PREFAB_FOLDER)
         edition = edition_here(name, scope)
-        document = read_file(FOLDER / shipped_file(name, edition), sink, limits)
+        document = read_file(PREFAB_FOLDER / shipped_file(name, edition), sink, limits)
         assert document is not None, f"the prefab {name} cannot be read"
         load = scene_loader(scope, limits, sink)
         params = list_params(document, load=load, limits=limits, sink=sink)
         assert params is not None, f"the prefab {name} is at fault"
         description = str(document.data.get("description", "")).split("\n", 1)[0]
-        rows.append(PrefabRow(SHIPPED + name, tuple(params), description, tuple(editions(name)), edition))
+        rows.append(PrefabRow(SHIPPED_PREFIX + name, tuple(params), description, tuple(editions(name)), edition))
     return rows
 
 

@@ -16,17 +16,17 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import At, Path, Sink
     from scenecc.expand.documents import Load, SceneDocument
 
-NAMED = ("params", "draws", "materials", "collision_groups", "frames", "entities")
-SETTINGS = ("physics", "environment")
-MERGED = (*NAMED, *SETTINGS, "constraints", "lights", "cameras")
+NAMED_SECTIONS = ("params", "draws", "materials", "collision_groups", "frames", "entities")
+SETTING_SECTIONS = ("physics", "environment")
+MERGED_SECTIONS = (*NAMED_SECTIONS, *SETTING_SECTIONS, "constraints", "lights", "cameras")
 """Sections that an included file adds to."""
 
-OF_THE_TOP = ("name", "description", "num_scenes", "seed")
+TOP_LEVEL_KEYS = ("name", "description", "num_scenes", "seed")
 """Keys that an included file cannot have."""
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class ModulePart:
     """One document of a module.
 
     Attributes:
@@ -45,11 +45,11 @@ class Part:
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class SectionEntry:
     """One entry of a section."""
 
     node: Any
-    part: Part
+    part: ModulePart
     path: Path
 
     def origin(self, use: Origin | None) -> Origin:
@@ -68,17 +68,17 @@ class Module:
         good: whether nothing was reported.
     """
 
-    main: Part
-    parts: tuple[Part, ...]
-    sections: dict[str, dict[str, Entry]] = field(default_factory=dict[str, dict[str, Entry]])
+    main: ModulePart
+    parts: tuple[ModulePart, ...]
+    sections: dict[str, dict[str, SectionEntry]] = field(default_factory=dict[str, dict[str, SectionEntry]])
     good: bool = True
 
-    def section(self, name: str) -> dict[str, Entry]:
+    def section(self, name: str) -> dict[str, SectionEntry]:
         """The entries of a section; none where no document has it."""
         return self.sections.get(name, {})
 
 
-class Library:
+class ModuleLibrary:
     """The documents and modules of one compilation, each read once.
 
     Attributes:
@@ -122,12 +122,12 @@ class Library:
         """A document with what it includes. `use`: what it is first used from."""
         if document.identity not in self._modules:
             try:
-                module = _Merge(self, use, self._sink).module(document)
+                module = _ModuleMerger(self, use, self._sink).module(document)
             except RecursionError:
                 # With the limit raised: an include takes several calls.
                 message = "files include one another deeper than Python's stack allows"
                 self._sink.report("SC608", message, Origin(document.name, ("include",), "", use))
-                module = Module(Part(document), (), good=False)
+                module = Module(ModulePart(document), (), good=False)
             self._modules[document.identity] = module
         return self._modules[document.identity]
 
@@ -136,47 +136,47 @@ class Library:
         if len(chain) <= self.deepest:
             return False
         hint = f"raise it with --limit includes={self.deepest * 2} or limits={{'includes': {self.deepest * 2}}}"
-        message = f"more than {self.deepest} files use one another in a chain: {shown_chain(chain)}"
+        message = f"more than {self.deepest} files use one another in a chain: {chain_text(chain)}"
         self._sink.report("SC608", message, place, hint=hint)
         return True
 
 
-def shown_chain(chain: list[str]) -> str:
+def chain_text(chain: list[str]) -> str:
     """The names of documents in a chain, from the folder of the first; of a long one the ends."""
     folder = posixpath.dirname(chain[0])
     names = [name.removeprefix(folder + "/") if folder else name for name in chain]
-    names = [name if len(name) <= _LONGEST else "…" + name[-_LONGEST:] for name in names]
+    names = [name if len(name) <= _MAX_NAME_CHARACTERS else "…" + name[-_MAX_NAME_CHARACTERS:] for name in names]
     return " → ".join(names if len(names) <= 12 else [*names[:6], "…", *names[-5:]])
 
 
-_LONGEST = 60
+_MAX_NAME_CHARACTERS = 60
 """How much of a document's name a chain shows [characters]."""
 
 
-class _Merge:
+class _ModuleMerger:
     """Merges a document with what it includes."""
 
-    def __init__(self, library: Library, use: Origin | None, sink: Sink) -> None:
+    def __init__(self, library: ModuleLibrary, use: Origin | None, sink: Sink) -> None:
         self._library = library
         self._use = use
         self._sink = sink
-        self._parts: list[Part] = []
+        self._parts: list[ModulePart] = []
         self._reached: set[str] = set()
         self._good = True
 
     def module(self, document: SceneDocument) -> Module:
         """The document with all that it includes, which comes before what includes it."""
-        main = Part(document)
+        main = ModulePart(document)
         self._add(main, [document])
-        sections: dict[str, dict[str, Entry]] = {}
+        sections: dict[str, dict[str, SectionEntry]] = {}
         for part in self._parts:
-            for section in MERGED:
+            for section in MERGED_SECTIONS:
                 node = part.document.document.data.get(section)
                 if is_mapping(node):
                     self._join(sections.setdefault(section, {}), section, node, part)
         return Module(main, tuple(self._parts), sections, self._good)
 
-    def _add(self, part: Part, chain: list[SceneDocument]) -> None:
+    def _add(self, part: ModulePart, chain: list[SceneDocument]) -> None:
         """Adds a document after those that it includes. `chain`: the documents that led to it, and itself."""
         document = part.document
         self._reached.add(document.identity)
@@ -195,9 +195,9 @@ class _Merge:
                 continue
             if any(found.identity == above.identity for above in chain):
                 names = [above.shown for above in (*chain, found)]
-                self._report("SC232", f"files include one another in a circle: {shown_chain(names)}", place)
+                self._report("SC232", f"files include one another in a circle: {chain_text(names)}", place)
                 continue
-            inner = Part(found, (*part.via, (document.name, path)))
+            inner = ModulePart(found, (*part.via, (document.name, path)))
             if found.identity in self._reached:
                 continue
             if self._library.is_too_deep([above.shown for above in (*chain, found)], place):
@@ -207,20 +207,20 @@ class _Merge:
             self._add(inner, [*chain, found])
         self._parts.append(part)
 
-    def _only_parts(self, part: Part) -> None:
-        for key in OF_THE_TOP:
+    def _only_parts(self, part: ModulePart) -> None:
+        for key in TOP_LEVEL_KEYS:
             if key in part.document.document.data:
                 place = Origin(part.document.name, (key,), "", part.parent(self._use))
                 self._report("SC230", f"an included file has no `{key}`", place, at="key")
 
-    def _join(self, entries: dict[str, Entry], section: str, node: dict[str, Any], part: Part) -> None:
+    def _join(self, entries: dict[str, SectionEntry], section: str, node: dict[str, Any], part: ModulePart) -> None:
         for name, item in node.items():
             if name.startswith(NOTE_PREFIX):
                 continue
-            entry = Entry(item, part, (section, name))
+            entry = SectionEntry(item, part, (section, name))
             first = entries.setdefault(name, entry)
             if first is not entry:
-                what = "setting" if section in SETTINGS else "name"
+                what = "setting" if section in SETTING_SECTIONS else "name"
                 message = f"the {what} `{cut(name)}` is in another file already"
                 self._good = False
                 self._sink.report(

@@ -1,22 +1,32 @@
-"""Parameters: what a file can be given from outside."""
+"""Parameters: how they are declared, which values they take, and which of them nothing reads."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from scenecc.diagnostics import Origin
 from scenecc.diagnostics.messages import cut, show, suggest
 from scenecc.spec.base import NOTE_PREFIX
-from scenecc.spec.param_types import KINDS, RANGED, ParamType, kind_of, out_of_range
-from scenecc.spec.plain import is_mapping, is_sequence
+from scenecc.spec.features import VARIATION_FORMS
+from scenecc.spec.param_types import KINDS, RANGED, ParamType, is_number, kind_of, out_of_range
+from scenecc.spec.plain import EXPRESSION, is_mapping, is_sequence
+from scenecc.variation.forms import DISTRIBUTIONS
+from scenecc.variation.template import Template
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics import Path
-    from scenecc.expand.modules import Part
-    from scenecc.expand.patterns import Compiler, Pattern
-    from scenecc.expand.run import Run
+    from collections.abc import Collection, Iterator, Sequence
 
-_KEYS = frozenset(("type", "default", "min", "max", "options", "description"))
+    from scenecc.diagnostics import Path, Sink
+    from scenecc.expand.expansion import ExpansionFrame
+    from scenecc.expand.modules import ModulePart
+    from scenecc.expand.patterns import Pattern, PatternCompiler
+    from scenecc.source import Document
+    from scenecc.spec.param_types import Misfit
+
+
+_PARAM_KEYS = frozenset(("type", "default", "min", "max", "options", "description"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +54,7 @@ class Param:
     high: Any
     options: tuple[Any, ...]
     description: str
-    part: Part
+    part: ModulePart
     path: Path
     default_path: Path
 
@@ -56,7 +66,7 @@ class Param:
         return ParamType(self.name, self.kind, self.low, self.high, self.options, components)
 
 
-def read_param(name: str, node: Any, part: Part, compiler: Compiler, run: Run) -> Param | None:
+def read_param(name: str, node: Any, part: ModulePart, compiler: PatternCompiler, run: ExpansionFrame) -> Param | None:
     """One entry of `params`; None where it was reported.
 
     Args:
@@ -73,9 +83,9 @@ def read_param(name: str, node: Any, part: Part, compiler: Compiler, run: Run) -
     else:
         at = (*path, "default")
     known = {key: value for key, value in node.items() if not key.startswith(NOTE_PREFIX)}
-    if not known.keys() <= _KEYS:
-        key = next(key for key in known if key not in _KEYS)
-        run.report("SC214", f"a parameter has no `{cut(key)}`", (*path, key), at="key", hint=suggest(key, _KEYS))
+    if not known.keys() <= _PARAM_KEYS:
+        key = next(key for key in known if key not in _PARAM_KEYS)
+        run.report("SC214", f"a parameter has no `{cut(key)}`", (*path, key), at="key", hint=suggest(key, _PARAM_KEYS))
         return None
     default = known.get("default")
     pattern = None if default is None else compiler.pattern(default, at)
@@ -96,7 +106,7 @@ def read_param(name: str, node: Any, part: Part, compiler: Compiler, run: Run) -
     return param if _is_sound(param, run) else None
 
 
-def _is_sound(param: Param, run: Run) -> bool:
+def _is_sound(param: Param, run: ExpansionFrame) -> bool:
     """Whether `min`, `max` and `options` go with the type; reported where not."""
     wrong: tuple[str, str] | None = None
     for key, bound in (("min", param.low), ("max", param.high)):
@@ -119,3 +129,166 @@ def _is_sound(param: Param, run: Run) -> bool:
         key, message = wrong
         run.report("SC214", message, (*param.path, key))
     return wrong is None
+
+
+_INTEGER_KINDS = frozenset(("number", "integer", "vector"))
+"""Types of parameters that what `integers` draws is of."""
+
+_NUMBER_KINDS = frozenset(("number", "vector", "color"))
+"""Types of parameters that what the other forms draw is of which draw numbers."""
+
+
+def form_key(value: Any) -> str | None:
+    """The key of a form of variation; None of anything else."""
+    if not is_mapping(value):
+        return None
+    return next((key for key in value if key in VARIATION_FORMS), None)
+
+
+def varying_misfit(value: Any, wanted: ParamType) -> Misfit | None:
+    """What is wrong with a value that varies; None where nothing is, as far as can be told without expressions."""
+    if isinstance(value, Template):
+        return None
+    form = form_key(value)
+    if form is None:
+        return _parts_misfit(value, wanted) if _has_varying_parts(value) else wanted.misfit(value)
+    if form in DISTRIBUTIONS:
+        return _drawn_misfit(form, value, wanted)
+    return next((wrong for item in _form_items(value[form]) if (wrong := varying_misfit(item, wanted))), None)
+
+
+def _has_varying_parts(value: Any) -> bool:
+    return is_sequence(value) and any(isinstance(part, Template) or form_key(part) for part in value)
+
+
+def _parts_misfit(value: Any, wanted: ParamType) -> Misfit | None:
+    """Of a list some of whose components vary."""
+    numbers = _as_vector(wanted)
+    if numbers is None:
+        return None if wanted.kind == "list" else ("SC211", f"must be {KINDS[wanted.kind][1]}, not a list")
+    return _length_misfit(value, wanted) or _components_misfit(value, numbers)
+
+
+def _as_vector(wanted: ParamType) -> ParamType | None:
+    """A colour as the vector that it is; None of what is no vector."""
+    if wanted.kind == "color":
+        return replace(wanted, kind="vector", low=0, high=1)
+    return wanted if wanted.kind == "vector" else None
+
+
+def _length_misfit(value: Any, wanted: ParamType) -> Misfit | None:
+    if wanted.kind == "color" and len(value) not in {3, 4}:
+        return "SC211", f"must have 3 or 4 components, not {len(value)}"
+    if wanted.components not in {None, len(value)}:
+        return "SC211", f"must have {wanted.components} components, not {len(value)}"
+    return None
+
+
+def _components_misfit(value: Any, vector: ParamType) -> Misfit | None:
+    for index, part in enumerate(value):
+        low, high = (_component(bound, index) for bound in (vector.low, vector.high))
+        wrong = varying_misfit(part, replace(vector, kind="number", low=low, high=high))
+        if wrong is not None:
+            code, words = wrong
+            return code, f"has a wrong component {index}: it {words}"
+    return None
+
+
+def _component(bound: Any, index: int) -> Any:
+    if not is_sequence(bound):
+        return bound
+    return bound[index] if index < len(bound) else None
+
+
+def _drawn_misfit(form: str, value: dict[str, Any], wanted: ParamType) -> Misfit | None:
+    """Of a form that draws numbers: whether it is the type's, its bounds are, and they lie in the range."""
+    if wanted.kind not in (_INTEGER_KINDS if form == "integers" else _NUMBER_KINDS):
+        return "SC211", f"must be {KINDS[wanted.kind][1]}, which `{form}` does not draw"
+    bounds, clip = value[form], value.get("clip", ())
+    if not is_sequence(bounds):
+        return None
+    limits = _as_vector(wanted) or replace(wanted, kind="number")
+    if limits.kind == "vector" and all(map(is_number, bounds)):
+        return "SC211", f"must be {KINDS[wanted.kind][1]}: a bound of `{form}` must be a list of numbers"
+    if form != "normal":
+        return _first_bound_misfit(bounds, limits, wanted)
+    wrong = _first_bound_misfit(bounds, replace(limits, low=None, high=None), wanted)
+    if wrong is None and "clip" not in value and limits.ranged:
+        return "SC212", "must stay in a range, which a normal draw leaves: it needs `clip`"
+    return wrong or _first_bound_misfit(clip if is_sequence(clip) else (), limits, wanted)
+
+
+def _first_bound_misfit(bounds: Any, limits: ParamType, wanted: ParamType) -> Misfit | None:
+    return next((wrong for bound in bounds if (wrong := _bound_misfit(bound, limits, wanted))), None)
+
+
+def _bound_misfit(bound: Any, limits: ParamType, wanted: ParamType) -> Misfit | None:
+    """Of a bound: a number; of a vector a list of one for each component, too. `limits`: `wanted` as numbers."""
+    if isinstance(bound, Template):
+        return None
+    if limits.kind == "number":
+        return varying_misfit(bound, limits)
+    form = form_key(bound)
+    if form is not None:
+        return _first_bound_misfit(_form_items(bound[form]), limits, wanted)
+    if is_sequence(bound):
+        return _length_misfit(bound, wanted) or _components_misfit(bound, limits)
+    if not is_number(bound):
+        return "SC211", f"must be drawn between lists of numbers, not {show(bound)}"
+    # It stands for every component.
+    count = max((len(limit) for limit in (limits.low, limits.high) if is_sequence(limit)), default=1)
+    return limits.outside([bound] * count, [bound] * count)
+
+
+def _form_items(given: Any) -> list[Any]:
+    """What a form holds."""
+    if is_mapping(given):
+        return [item for key, item in given.items() if not key.startswith(NOTE_PREFIX)]
+    return list(given) if is_sequence(given) else []
+
+
+_UNUSED = {"params": ("SC322", "parameter"), "draws": ("SC319", "draw")}
+_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+
+def report_unused(documents: Sequence[Document], lowered: Collection[str], sink: Sink) -> None:
+    """A warning for each parameter and each shared draw that no expression reads.
+
+    Args:
+        documents: the top one and those that it includes, which share its parameters.
+        lowered: the draws that are still there once expanded, of which it is told when they are lowered.
+        sink: takes the warnings.
+    """
+    declared = [
+        (section, name, document.name)
+        for document in documents
+        for section in _UNUSED
+        if is_mapping(entries := document.data.get(section))
+        for name in entries
+        if not name.startswith(NOTE_PREFIX) and (section != "draws" or name not in lowered)
+    ]
+    if not declared:
+        return
+    read: set[str] = set()
+    for document in documents:
+        for text in _expression_texts(document.data):
+            # Every word of it: what is read is among them, and no expression need be taken apart again.
+            read.update(_WORD.findall(text))
+    for section, name, file in declared:
+        if name not in read:
+            code, what = _UNUSED[section]
+            sink.report(code, f"the {what} `{cut(name)}` is never read", Origin(file, (section, name)), at="key")
+
+
+def _expression_texts(node: Any) -> Iterator[str]:
+    """The texts with an expression."""
+    todo = [node]
+    while todo:
+        item = todo.pop()
+        if isinstance(item, str):
+            if EXPRESSION in item:
+                yield item
+        elif is_mapping(item):
+            todo += item.values()
+        elif is_sequence(item):
+            todo += item

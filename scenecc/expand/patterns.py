@@ -1,4 +1,4 @@
-"""Nodes as written, looked through once for what there is to fill in, and then made again and again.
+"""Patterns: nodes as written, looked through once for what there is to fill in, and then made again and again.
 
 A pattern makes a node with the values at hand; only the containers above a filled-in scalar are made anew, the rest
 is the same object in every copy. A node without anything to fill in has no pattern.
@@ -6,78 +6,161 @@ is the same object in every copy. A node without anything to fill in has no patt
 
 from __future__ import annotations
 
+import keyword
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
-from scenecc.diagnostics.messages import show
-from scenecc.expand.contents import SHAPE_LISTS, beyond, is_varying, weight
-from scenecc.expand.expansion import Items
-from scenecc.expand.loops import Loop
-from scenecc.expand.names import Meaning, Names, check_free, check_names
-from scenecc.expand.run import Failed
+from scenecc.diagnostics.messages import cut, show, suggest
+from scenecc.expand.contents import SHAPE_LISTS, count_added_objects, count_objects, has_failed, is_varying
+from scenecc.expand.expansion import FailedValue, ItemSpan, Loop
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.plain import is_mapping, is_sequence
-from scenecc.values.failure import ExpressionError
-from scenecc.values.operations import SEQUENCES
-from scenecc.values.template import Template
+from scenecc.variation.errors import ExpressionError
+from scenecc.variation.expression import RESERVED_NAMES
+from scenecc.variation.operations import SEQUENCES
+from scenecc.variation.template import Template
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Collection, Sequence
 
     from scenecc.diagnostics import Path
-    from scenecc.expand.run import Run
+    from scenecc.expand.expansion import ExpansionFrame
+
+
+NameMeaning = Literal[
+    "parameter", "loop variable", "draw", "later draw", "later parameter", "later loop variable", "itself", "constant"
+]
+"""`later` ones, and `itself`, may be read elsewhere, but not in the draw, default or loop at hand."""
+
+PARAM_DEFAULT = "a default"
+"""What a parameter's default decides about."""
+
+_BARRED = frozenset(("later draw", "later parameter", "later loop variable", "itself"))
+
+BUILTIN_MEANINGS: dict[str, NameMeaning] = {"num_scenes": "constant", "scene": "draw"}
+
+NameMeanings = Mapping[str, NameMeaning]
+"""The names that an expression may read."""
+
+
+def check_names(
+    template: Template, names: NameMeanings, path: Path, run: ExpansionFrame, *, structure: str | None = None
+) -> bool:
+    """Whether a template reads only names that mean something where it stands; what does not is reported.
+
+    Args:
+        template: at hand.
+        names: that mean something.
+        path: of its scalar.
+        run: whose document it is in.
+        structure: what it decides about, where that may not differ from scene to scene: "`repeat`".
+    """
+    good = True
+    for name in sorted(template.names):
+        meaning = names.get(name)
+        if meaning is None or meaning in _BARRED:
+            good = False
+            run.fail(_unknown_name(name, names, template, structure), path, "SC201")
+        elif structure is not None and meaning == "draw":
+            good = False
+            run.fail(_varying_name(name, structure, template), path, "SC203")
+    return good
+
+
+def check_new_name(name: str, what: str, names: NameMeanings, path: Path, run: ExpansionFrame) -> bool:
+    """Whether a parameter, draw or loop variable may have a name; reported where not."""
+    if name in RESERVED_NAMES or keyword.iskeyword(name):
+        message = f"`{cut(name)}` means something in expressions, so no {what} is called that"
+    elif name in names:
+        message = f"`{cut(name)}` is the name of a {names[name].removeprefix('later ')} already"
+    else:
+        return True
+    run.report("SC204", message, path, at="key", hint="choose another name")
+    return False
+
+
+def _unknown_name(name: str, names: NameMeanings, template: Template, structure: str | None) -> ExpressionError:
+    shown, place = f"`{cut(name)}`", template.place(name)
+    match names.get(name):
+        case None:
+            refused = _BARRED if structure is None else _BARRED | {"draw"}
+            known = [
+                known for known, meaning in names.items() if meaning not in refused and known not in BUILTIN_MEANINGS
+            ]
+            builtin = [known for known, meaning in BUILTIN_MEANINGS.items() if meaning not in refused]
+            return ExpressionError(f"unknown name {shown}", *place, suggest(name, (*known, *builtin)))
+        case "itself":
+            return ExpressionError(f"{shown} reads itself", *place, "it may read those above it")
+        case "later loop variable":
+            hint = "its lists are the same whatever the others give; `if` can leave members of the product out"
+            return ExpressionError(f"{shown} is a loop variable of the same `repeat`", *place, hint)
+        case meaning:
+            what = (meaning or "").removeprefix("later ")
+            hint = f"a {what} may read those above it"
+            return ExpressionError(f"the {what} {shown} is defined further down", *place, hint)
+
+
+def _varying_name(name: str, structure: str, template: Template) -> ExpressionError:
+    if structure == PARAM_DEFAULT and name != "scene":
+        hint = "a draw may read parameters: declare this one under `draws`"
+        return ExpressionError(f"`{cut(name)}` is a draw: a parameter cannot read it", *template.place(name), hint)
+    what = "the scene's index" if name == "scene" else f"the draw `{cut(name)}`"
+    hint = "only values may: a parameter can decide here, or `variants` with `pick`"
+    message = f"{structure} is the same in every scene, so it cannot read {what}"
+    return ExpressionError(message, *template.place(name), hint)
 
 
 class Pattern(Protocol):
     """Makes a node."""
 
-    def make(self, run: Run) -> Any:
+    def make(self, run: ExpansionFrame) -> Any:
         """The node with the values of a run; what has no value is reported."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
-class Scalar:
+class ScalarPattern:
     """A scalar with expressions. What it reads that differs from scene to scene stays to be read."""
 
     template: Template
     path: Path
 
-    def make(self, run: Run) -> Any:
+    def make(self, run: ExpansionFrame) -> Any:
         """The value, or the template with its constants."""
         if run.failed and not run.failed.isdisjoint(self.template.names):
-            return Failed(self.template.text)
+            return FailedValue(self.template.text)
         try:
             value = self.template.bind(run.values)
         except ExpressionError as error:
             run.fail(error, self.path)
-            return Failed(self.template.text)
+            return FailedValue(self.template.text)
         if value.__class__ in SEQUENCES:
             # A short expression may give a long text or list, and another one in every copy.
-            run.objects.take(beyond(value), run, self.path)
+            run.objects.take(count_added_objects(value), run, self.path)
         return value
 
 
 @dataclass(frozen=True, slots=True)
-class Unreadable:
+class UnreadablePattern:
     """A scalar that was reported."""
 
     text: str
 
-    def make(self, run: Run) -> Any:
+    def make(self, run: ExpansionFrame) -> Any:
         """Nothing of use."""
         del run
-        return Failed(self.text)
+        return FailedValue(self.text)
 
 
 @dataclass(frozen=True, slots=True)
-class Entries:
+class MappingPattern:
     """A mapping."""
 
     node: dict[str, Any]
     patterns: tuple[tuple[str, Pattern], ...]
 
-    def make(self, run: Run) -> Any:
+    def make(self, run: ExpansionFrame) -> Any:
         """The mapping."""
         made = self.node.copy()
         for key, pattern in self.patterns:
@@ -86,13 +169,13 @@ class Entries:
 
 
 @dataclass(frozen=True, slots=True)
-class Sequenced:
+class SequencePattern:
     """A list."""
 
     node: list[Any]
     patterns: tuple[tuple[int, Pattern], ...]
 
-    def make(self, run: Run) -> Any:
+    def make(self, run: ExpansionFrame) -> Any:
         """The list."""
         made = self.node.copy()
         for index, pattern in self.patterns:
@@ -101,7 +184,7 @@ class Sequenced:
 
 
 @dataclass(frozen=True, slots=True)
-class Repeated:
+class RepeatedPattern:
     """A list some of whose items are repeated.
 
     Attributes:
@@ -110,30 +193,30 @@ class Repeated:
         below: the same, from the named node on.
     """
 
-    items: tuple[tuple[Any, Pattern | None, Axes | None, int], ...]
+    items: tuple[tuple[Any, Pattern | None, RepeatAxes | None, int], ...]
     path: Path
     below: Path
 
-    def make(self, run: Run) -> Any:
+    def make(self, run: ExpansionFrame) -> Any:
         """The list, longer or shorter; `run.lists` says what its items stand for."""
         made: list[Any] = []
-        starts: list[Items] = []
+        starts: list[ItemSpan] = []
         for index, (node, pattern, axes, counted) in enumerate(self.items):
             if axes is None:
-                starts.append(Items(len(made), index, None))
+                starts.append(ItemSpan(len(made), index, None))
                 made.append(node if pattern is None else pattern.make(run))
                 continue
             loop = axes.loop(run)
             if loop is None or not loop.count:
                 continue
             run.objects.take(loop.count * counted - 1, run, axes.path)
-            starts.append(Items(len(made), index, loop))
+            starts.append(ItemSpan(len(made), index, loop))
             made += [node] * loop.count if pattern is None else _copies(pattern, loop, run)
         run.lists[self.below] = tuple(starts)
         return made
 
 
-def _copies(pattern: Pattern, loop: Loop, run: Run) -> list[Any]:
+def _copies(pattern: Pattern, loop: Loop, run: ExpansionFrame) -> list[Any]:
     """What a pattern makes for each member of a product."""
     made: list[Any] = []
     values, names = run.values, loop.names
@@ -148,13 +231,13 @@ def _copies(pattern: Pattern, loop: Loop, run: Run) -> list[Any]:
 
 
 @dataclass(frozen=True, slots=True)
-class Axes:
+class RepeatAxes:
     """A `repeat` as written: name → list, or {count}."""
 
     axes: Mapping[str, tuple[Any, Pattern | None]]
     path: Path
 
-    def loop(self, run: Run) -> Loop | None:
+    def loop(self, run: ExpansionFrame) -> Loop | None:
         """The product; None where a list was reported. An empty one that no expression made so is noted."""
         lists: dict[str, Sequence[Any]] = {}
         for name, (node, pattern) in self.axes.items():
@@ -163,7 +246,7 @@ class Axes:
             if pattern is not None and is_varying(made):
                 run.report("SC203", "`repeat` cannot read what differs from scene to scene", path)
                 continue
-            found = _axis(made, path, run)
+            found = _axis_values(made, path, run)
             if found is not None:
                 lists[name] = found
                 if not found and pattern is None:
@@ -171,7 +254,7 @@ class Axes:
         return Loop(lists) if len(lists) == len(self.axes) else None
 
 
-def _axis(made: Any, path: Path, run: Run) -> Sequence[Any] | None:
+def _axis_values(made: Any, path: Path, run: ExpansionFrame) -> Sequence[Any] | None:
     """The values of a loop variable; None where that was reported."""
     if is_sequence(made):
         return made
@@ -180,23 +263,23 @@ def _axis(made: Any, path: Path, run: Run) -> Sequence[Any] | None:
         if type(count) is float and count.is_integer():
             count = int(count)
         if type(count) is int and count >= 0:
-            return range(min(count, _LONGEST))
+            return range(min(count, _MAX_RANGE))
         wrong = f"`count` must be a whole number, 0 or more, not {show(count)}"
         path = (*path, "count")
     else:
         wrong = f"a loop variable takes a list or {{count: n}}, not {show(made)}"
         count = made
-    if not isinstance(count, Failed):
+    if not isinstance(count, FailedValue):
         run.report("SC220", wrong, path)
     return None
 
 
-_LONGEST = 10**18
+_MAX_RANGE = 10**18
 """The longest range that has a length in Python, nearly: far more than any limit."""
 
 
 @dataclass(frozen=True, slots=True)
-class Compiler:
+class PatternCompiler:
     """Looks through nodes of one document.
 
     Attributes:
@@ -206,8 +289,8 @@ class Compiler:
         depth: how long the path of the named node is.
     """
 
-    names: Names
-    run: Run
+    names: NameMeanings
+    run: ExpansionFrame
     structure: str | None = None
     depth: int = 2
 
@@ -225,55 +308,103 @@ class Compiler:
             template = Template.parse(text)
         except ExpressionError as error:
             self.run.fail(error, path, "SC118")
-            return Unreadable(text)
+            return UnreadablePattern(text)
         good = check_names(template, self.names, path, self.run, structure=self.structure)
-        return Scalar(template, path) if good else Unreadable(text)
+        return ScalarPattern(template, path) if good else UnreadablePattern(text)
 
-    def entries(self, node: dict[str, Any], path: Path, without: frozenset[str] = frozenset()) -> Entries | None:
+    def entries(self, node: dict[str, Any], path: Path, without: frozenset[str] = frozenset()) -> MappingPattern | None:
         """The pattern of a mapping, some of whose keys are left out."""
         patterns: list[tuple[str, Pattern]] = []
         for key, item in node.items():
-            if type(item) in _HOLD_MORE and key not in without and not key.startswith(NOTE_PREFIX):
+            if type(item) in _WITH_PATTERNS and key not in without and not key.startswith(NOTE_PREFIX):
                 pattern = self.pattern(item, (*path, key))
                 if pattern is not None:
                     patterns.append((key, pattern))
         kept = node if without.isdisjoint(node) else {key: node[key] for key in node if key not in without}
-        return Entries(kept, tuple(patterns)) if patterns or kept is not node else None
+        return MappingPattern(kept, tuple(patterns)) if patterns or kept is not node else None
 
-    def axes(self, node: Any, path: Path) -> tuple[Axes, Compiler]:
+    def axes(self, node: Any, path: Path) -> tuple[RepeatAxes, PatternCompiler]:
         """The pattern of a `repeat`, and the compiler of what it repeats."""
         written: dict[str, Any] = node if is_mapping(node) else {}
-        own: dict[str, Meaning] = {name: "later loop variable" for name in written if name not in self.names}
-        outer = Compiler({**self.names, **own}, self.run, "`repeat`", self.depth)
+        own: dict[str, NameMeaning] = {name: "later loop variable" for name in written if name not in self.names}
+        outer = PatternCompiler({**self.names, **own}, self.run, "`repeat`", self.depth)
         axes: dict[str, tuple[Any, Pattern | None]] = {}
         names = dict(self.names)
         for name, item in written.items():
-            if name.startswith(NOTE_PREFIX) or not check_free(name, "loop variable", names, (*path, name), self.run):
+            if name.startswith(NOTE_PREFIX) or not check_new_name(
+                name, "loop variable", names, (*path, name), self.run
+            ):
                 continue
             axes[name] = item, outer.pattern(item, (*path, name))
             names[name] = "loop variable"
-        return Axes(axes, path), Compiler(names, self.run, self.structure, self.depth)
+        return RepeatAxes(axes, path), PatternCompiler(names, self.run, self.structure, self.depth)
 
     def _sequence(self, node: Any, path: Path) -> Pattern | None:
         if path[-1] in SHAPE_LISTS and any(type(item) is dict and "repeat" in item for item in node):
             items = tuple(self._item(item, (*path, index)) for index, item in enumerate(node))
-            return Repeated(items, path, path[self.depth :])
+            return RepeatedPattern(items, path, path[self.depth :])
         patterns: list[tuple[int, Pattern]] = []
         for index, item in enumerate(node):
-            if type(item) in _HOLD_MORE:
+            if type(item) in _WITH_PATTERNS:
                 pattern = self.pattern(item, (*path, index))
                 if pattern is not None:
                     patterns.append((index, pattern))
-        return Sequenced(node, tuple(patterns)) if patterns else None
+        return SequencePattern(node, tuple(patterns)) if patterns else None
 
-    def _item(self, item: Any, path: Path) -> tuple[Any, Pattern | None, Axes | None, int]:
+    def _item(self, item: Any, path: Path) -> tuple[Any, Pattern | None, RepeatAxes | None, int]:
         if not is_mapping(item) or "repeat" not in item:
             return item, self.pattern(item, path), None, 1
         axes, inner = self.axes(item["repeat"], (*path, "repeat"))
-        pattern = inner.entries(item, path, _REPEAT)
+        pattern = inner.entries(item, path, _REPEAT_KEY)
         assert pattern is not None
-        return pattern.node, pattern if pattern.patterns else None, axes, weight(pattern.node)
+        return pattern.node, pattern if pattern.patterns else None, axes, count_objects(pattern.node)
 
 
-_HOLD_MORE = frozenset((str, dict, list))
-_REPEAT = frozenset(("repeat",))
+_WITH_PATTERNS = frozenset((str, dict, list))
+_REPEAT_KEY = frozenset(("repeat",))
+
+
+class LoopInvariant:
+    """A pattern that reads none of a loop's variables, within that loop."""
+
+    __slots__ = ("_made", "_pattern")
+
+    def __init__(self, pattern: Pattern) -> None:
+        self._pattern = pattern
+        self._made: Any = None
+
+    def make(self, run: ExpansionFrame) -> Any:
+        """What it made before. What was reported is made anew, so that it is told of each copy."""
+        if self._made is not None:
+            return self._made
+        made = self._pattern.make(run)
+        if not has_failed(made):
+            self._made = made
+        return made
+
+
+def hoist_invariants(pattern: Pattern, variables: Collection[str]) -> Pattern:
+    """The same pattern, for the copies of one loop alone.
+
+    Args:
+        pattern: of what is repeated.
+        variables: of the loop; all other values stay as they are in it.
+    """
+    match pattern:
+        case ScalarPattern(template):
+            return LoopInvariant(pattern) if template.names.isdisjoint(variables) else pattern
+        case MappingPattern(node, patterns):
+            inner = tuple((key, hoist_invariants(item, variables)) for key, item in patterns)
+            return _joined(MappingPattern(node, inner))
+        case SequencePattern(node, patterns):
+            parts = tuple((index, hoist_invariants(item, variables)) for index, item in patterns)
+            return _joined(SequencePattern(node, parts))
+        case RepeatedPattern():
+            # Each copy notes what the items of its list stand for.
+            return pattern
+        case _:
+            return pattern
+
+
+def _joined(pattern: MappingPattern | SequencePattern) -> Pattern:
+    return LoopInvariant(pattern) if all(isinstance(item, LoopInvariant) for _, item in pattern.patterns) else pattern

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.lower.forms import VARYING, Reading, place_of
 from scenecc.lower.kinds import Kind, number
 from scenecc.plan import Value, literal
-from scenecc.values.nodes import NODE_TYPES, Radians
+from scenecc.variation.nodes import NODE_TYPES, Radians
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin

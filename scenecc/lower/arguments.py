@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.drawing import Drawing
     from scenecc.spec.param_types import Misfit, ParamType
-    from scenecc.values.support import Support
+    from scenecc.variation.bounds import ValueBounds
 
 _NUMBERS = frozenset((int, float))
 
@@ -58,7 +58,7 @@ def judge_argument(argument: Argument, drawing: Drawing) -> None:
 
 def judge_rows(argument: Argument, drawing: Drawing, sink: Sink) -> None:
     """Reports the first scene in which a parameter is given what it does not take."""
-    from scenecc.values.failure import DrawError  # noqa: PLC0415 - loaded where something varies
+    from scenecc.variation.errors import DrawError  # noqa: PLC0415 - loaded where something varies
 
     try:
         rows = drawing.leaves(argument.scenes).batch().shared(argument.name).tolist()
@@ -80,7 +80,7 @@ def _report(argument: Argument, wrong: Misfit, when: str, sink: Sink) -> None:
     sink.report(code, message, argument.origin, related=related)  # pyright: ignore[reportArgumentType]
 
 
-def _misfit(found: Support, wanted: ParamType) -> Misfit | None:
+def _misfit(found: ValueBounds, wanted: ParamType) -> Misfit | None:
     """What is wrong with the first of the alternatives that is wrong, or with bounds, each of which occurs."""
     if found.alternatives is not None:
         return next((wrong for item in found.alternatives if (wrong := wanted.drawn_misfit(item))), None)

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, show
-from scenecc.values.failure import DrawError
-from scenecc.values.nodes import NODE_TYPES, Computed, Drawn
-from scenecc.values.operations import LISTS, kind, unlike
-from scenecc.values.order import read_by
+from scenecc.variation.errors import DrawError
+from scenecc.variation.nodes import NODE_TYPES, Computed, Drawn, draws_read_by
+from scenecc.variation.operations import LISTS, kind_name, shape_mismatch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -22,8 +21,8 @@ if TYPE_CHECKING:
     from scenecc.lower.leaves import Leaves
     from scenecc.lower.pending import Pending
     from scenecc.plan import Value
-    from scenecc.values.nodes import Node
-    from scenecc.values.reach import Reach
+    from scenecc.variation.bounds import ExpressionBounds
+    from scenecc.variation.nodes import Node
 
 _JUDGED_LATER = "each scene is judged as it is drawn"
 _TYPES = {
@@ -53,7 +52,7 @@ class Doubt:
 
 def is_by_index(node: Node, drawing: Drawing) -> bool:
     """Whether the scene's index alone decides what an expression gives, and no seed."""
-    return drawing.random.isdisjoint(read_by(node))
+    return drawing.random.isdisjoint(draws_read_by(node))
 
 
 def foretell(pending: Pending, reading: Reading, leaves: Leaves) -> None:
@@ -162,21 +161,21 @@ def _identity(item: Any) -> Any:
 
 
 def _drawn_doubt(node: Drawn, leaves: Leaves) -> Doubt | None:
-    from scenecc.values.bounding import refusal  # noqa: PLC0415 - loaded where bounds vary
+    from scenecc.variation.draw_faults import find_draw_fault  # noqa: PLC0415 - loaded where bounds vary
 
-    found = refusal(node, leaves.drawing.reader(), leaves.scenes)
+    found = find_draw_fault(node, leaves.drawing.reader(), leaves.scenes)
     return None if found is None else Doubt(found[0], None, found[1], drawn=True)
 
 
 def _found(node: Computed, convert: Any, dtype: str | None, leaves: Leaves) -> Doubt | None:
-    from scenecc.values.enumerating import outcomes  # noqa: PLC0415 - loaded where something varies
-    from scenecc.values.reach import examples, known  # noqa: PLC0415 - likewise
-    from scenecc.values.support_rules import reach_and_faults  # noqa: PLC0415 - likewise
+    from scenecc.variation.bounds import bounds_of_values, example_values  # noqa: PLC0415 - likewise
+    from scenecc.variation.enumeration import enumerate_outcomes  # noqa: PLC0415 - loaded where something varies
+    from scenecc.variation.node_bounds import bounds_and_faults  # noqa: PLC0415 - likewise
 
     reader = leaves.drawing.reader()
-    found, faults = reach_and_faults(reader, node)
+    found, faults = bounds_and_faults(reader, node)
     try:
-        rows = outcomes(node, reader.draws, reader.given, reader.num_scenes, scenes=leaves.scenes)
+        rows = enumerate_outcomes(node, reader.draws, reader.given, reader.num_scenes, scenes=leaves.scenes)
     except DrawError as error:
         if error.node is not node:
             # A draw that it reads has none, which is told there.
@@ -186,25 +185,25 @@ def _found(node: Computed, convert: Any, dtype: str | None, leaves: Leaves) -> D
         certain = any(fault.certain for fault in faults)
         return Doubt(error.message, (error.expression.start, error.expression.end), certain)
     if rows is not None:
-        found = known(rows)
+        found = bounds_of_values(rows)
     elif faults:
         fault = next((fault for fault in faults if fault.certain), faults[0])
         return Doubt(fault.message, (fault.start, fault.end), fault.certain)
-    if not examples(found) and (node.shape is not None or convert is not None):
+    if not example_values(found) and (node.shape is not None or convert is not None):
         # Of a draw that may have no value nothing more is said.
-        is_told = not leaves.drawing.doubtful.isdisjoint(read_by(node))
+        is_told = not leaves.drawing.doubtful.isdisjoint(draws_read_by(node))
         return None if is_told else Doubt("it may give a value of another kind", None, certain=False)
     return _misfit(found, node, convert, dtype)
 
 
-def _misfit(found: Reach, node: Computed, convert: Any, dtype: str | None) -> Doubt | None:
+def _misfit(found: ExpressionBounds, node: Computed, convert: Any, dtype: str | None) -> Doubt | None:
     """Why what an expression gives is not what is written where it stands."""
-    from scenecc.values.reach import examples  # noqa: PLC0415 - loaded where something varies
+    from scenecc.variation.bounds import example_values  # noqa: PLC0415 - loaded where something varies
 
-    some = examples(found)
+    some = example_values(found)
     shape, text = node.shape, node.template.text
     if shape is not None:
-        wrong = [words for one in some if (words := unlike(one, shape, text) or _of_another_type(one, dtype))]
+        wrong = [words for one in some if (words := shape_mismatch(one, shape, text) or _of_another_type(one, dtype))]
     elif convert is not None:
         wrong = [f"it gives {_told(one, found)}, which means nothing here" for one in some if convert(one) is None]
     else:
@@ -212,8 +211,8 @@ def _misfit(found: Reach, node: Computed, convert: Any, dtype: str | None) -> Do
     return Doubt(wrong[0], None, found.exact or len(wrong) == len(some)) if wrong else None
 
 
-def _told(one: Any, found: Reach) -> str:
-    return kind(one) if found.values is None else show(one)
+def _told(one: Any, found: ExpressionBounds) -> str:
+    return kind_name(one) if found.values is None else show(one)
 
 
 def _of_another_type(given: Any, dtype: str | None) -> str | None:

@@ -51,7 +51,7 @@ def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:
 
 def judge(pending: Pending, drawing: Drawing, sink: Sink) -> None:
     """Reports the first scene in which a value is none, or out of its range."""
-    from scenecc.values.failure import DrawError  # noqa: PLC0415 - likewise
+    from scenecc.variation.errors import DrawError  # noqa: PLC0415 - likewise
 
     try:
         data = pending.value.data

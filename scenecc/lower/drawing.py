@@ -6,16 +6,16 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from scenecc.lower.leaves import Leaves
-from scenecc.values.nodes import Rows
-from scenecc.values.work import TOO_MUCH, Work
+from scenecc.variation.compute_limit import COMPUTE_LIMIT_HINT, OperationCounter
+from scenecc.variation.nodes import Rows
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.arguments import Argument
     from scenecc.lower.doubts import Doubt
     from scenecc.lower.pending import Pending, Reset
-    from scenecc.values.nodes import Node
-    from scenecc.values.supporting import Reader
+    from scenecc.variation.node_bounds import BoundsAnalysis
+    from scenecc.variation.nodes import Node
 
 _AGAIN = 4
 """How often what is computed may be computed again."""
@@ -66,29 +66,29 @@ class Drawing:
     read: int = 0
     resets: dict[int, Reset] = field(default_factory=dict[int, "Reset"])
     everywhere: tuple[int, ...] = ()
-    foreseen: Work = field(init=False)
-    computed: Work = field(init=False)
-    _reader: Reader | None = None
+    foreseen: OperationCounter = field(init=False)
+    computed: OperationCounter = field(init=False)
+    _reader: BoundsAnalysis | None = None
     _leaves: dict[tuple[int, int, str], Leaves] = field(default_factory=dict[tuple[int, int, str], Leaves])
 
     def __post_init__(self) -> None:
         self.everywhere = tuple(range(self.num_scenes))
-        self.foreseen = Work(self.most)
-        self.computed = Work(_AGAIN * self.most)
+        self.foreseen = OperationCounter(self.most)
+        self.computed = OperationCounter(_AGAIN * self.most)
 
     def foresee(self, operations: int, origin: Origin) -> None:
         """Counts what the draw stage will do; once that is too much, it is reported."""
         within = not self.foreseen.exhausted
         self.foreseen.done += operations
         if within and self.foreseen.exhausted:
-            self.sink.report("SC609", self.foreseen.message, origin, hint=TOO_MUCH)
+            self.sink.report("SC609", self.foreseen.message, origin, hint=COMPUTE_LIMIT_HINT)
 
-    def reader(self) -> Reader:
+    def reader(self) -> BoundsAnalysis:
         """What tells supports, those of the shared draws once."""
         if self._reader is None:
-            from scenecc.values.supporting import Reader  # noqa: PLC0415 - loaded where something varies
+            from scenecc.variation.node_bounds import BoundsAnalysis  # noqa: PLC0415 - loaded where something varies
 
-            self._reader = Reader(self.draws, {}, self.num_scenes, self.foreseen)
+            self._reader = BoundsAnalysis(self.draws, {}, self.num_scenes, self.foreseen)
         return self._reader
 
     @property

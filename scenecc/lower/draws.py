@@ -12,8 +12,8 @@ from scenecc.lower.kinds import Kind
 from scenecc.lower.leaves import Leaves
 from scenecc.lower.names import scope_of
 from scenecc.lower.pending import report_failure
-from scenecc.values.failure import DrawError
-from scenecc.values.nodes import NODES, Const, Cycled
+from scenecc.variation.errors import DrawError
+from scenecc.variation.nodes import NODES, Const, Cycled
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
     from scenecc.lower.drawing import Drawing
     from scenecc.lower.names import Names
-    from scenecc.values.nodes import Node
+    from scenecc.variation.nodes import Node
 
 
 def lower_draws(
@@ -98,12 +98,12 @@ def _given(rows: Any, node: Node, drawing: Drawing, place: Origin) -> tuple[Any,
         drawing: of the document.
         place: of the draw.
     """
-    from scenecc.values.given import UnfitError, as_declared, declared  # noqa: PLC0415 - loads numpy
+    from scenecc.variation.injected_draws import InjectedDrawError, convert_injected, draw_type  # noqa: PLC0415 - loads numpy
 
-    wanted = declared(node, drawing.reader().support(node))
+    wanted = draw_type(node, drawing.reader().support(node))
     try:
-        data = as_declared(rows, wanted, drawing.num_scenes)
-    except UnfitError as error:
+        data = convert_injected(rows, wanted, drawing.num_scenes)
+    except InjectedDrawError as error:
         drawing.sink.report("SC318", f"the array given for this draw {error}", place, at="key", hint=error.hint)
         return None
     items: list[Any] = data.tolist()

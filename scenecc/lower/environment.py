@@ -8,7 +8,7 @@ from scenecc.lower.forms import SELECTORS
 from scenecc.lower.kinds import LIGHT_COLOR
 from scenecc.plan import CubeMap, Environment, SkyMap
 from scenecc.spec.environment import CubeMap as Faces
-from scenecc.values.forms import SceneMap
+from scenecc.variation.forms import SceneMap
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics import dotted
 from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.kinds import ONE, drawn_shape
-from scenecc.values.forms import (
-    DRAWN,
+from scenecc.variation.compute_limit import expression_cost, form_cost
+from scenecc.variation.forms import (
+    DISTRIBUTIONS,
     MISSING,
     Choice,
     Cycle,
@@ -24,16 +25,15 @@ from scenecc.values.forms import (
     Uniform,
     Vector,
 )
-from scenecc.values.nodes import NODE_TYPES, Chosen, Computed, Cycled, Drawn, Key, RandomRotated, Rows, Stacked
-from scenecc.values.template import Template
-from scenecc.values.work import of_expression, of_form
+from scenecc.variation.nodes import NODE_TYPES, Chosen, Computed, Cycled, Drawn, Key, RandomRotated, Rows, Stacked
+from scenecc.variation.template import Template
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
     from scenecc.diagnostics.origin import PathKey
     from scenecc.lower.kinds import Kind
     from scenecc.lower.leaves import Leaves
-    from scenecc.values import nodes
+    from scenecc.variation import nodes
 
 SELECTORS = frozenset((PerScene, SceneMap, Cycle, Choice))
 """The forms that pick one of several items, which may be anything."""
@@ -41,7 +41,7 @@ SELECTORS = frozenset((PerScene, SceneMap, Cycle, Choice))
 VARYING = SELECTORS | {Uniform, Integers, LogUniform, Normal, RandomRotation, Vector, Template}
 """All that may stand in place of a plain value, by type."""
 
-_DRAWN: dict[type, Any] = {form: key for key, form in DRAWN.items()}
+_DRAWN: dict[type, Any] = {form: key for key, form in DISTRIBUTIONS.items()}
 
 Step = tuple["PathKey", ...]
 
@@ -234,7 +234,7 @@ class Reading:
         self.reads |= set(names.values())
         reads = tuple(sorted((name, draw) for name, draw in names.items() if name != draw))
         shape = None if kind.convert is not None else kind.shape
-        self._leaves.drawing.foresee(of_expression(given.text, len(self._leaves.scenes)), place.origin)
+        self._leaves.drawing.foresee(expression_cost(given.text, len(self._leaves.scenes)), place.origin)
         return self.risk(Computed(given, shape, reads), place.origin)
 
     def _stacked(self, items: tuple[Any, ...], kind: Kind, place: Place) -> Any:
@@ -276,7 +276,7 @@ class Reading:
         return given if kind.convert is None else self.plain(given, kind, place, step)
 
     def _key(self, place: Place) -> Key:
-        self._leaves.drawing.foresee(of_form(len(self._leaves.scenes)), place.origin)
+        self._leaves.drawing.foresee(form_cost(len(self._leaves.scenes)), place.origin)
         return Key(self._section, self._name, place.path)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.spec.param_types import Rgba, is_color_text, rgba
-from scenecc.values import forms
+from scenecc.variation import forms
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink

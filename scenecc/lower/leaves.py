@@ -10,8 +10,7 @@ from scenecc.lower.forms import VARYING, Reading, holds_template, place_of
 from scenecc.lower.pending import Pending, Reset, report_failure
 from scenecc.plan import Value, literal, per_scene, varying
 from scenecc.plan.shared_poses import is_pose
-from scenecc.values.nodes import NODE_TYPES
-from scenecc.values.order import BUILT_IN
+from scenecc.variation.nodes import BUILTIN_NAMES, NODE_TYPES
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,10 +20,10 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
     from scenecc.lower.drawing import Drawing
     from scenecc.lower.kinds import Kind
-    from scenecc.values.evaluate import Batch
-    from scenecc.values.nodes import Node
-    from scenecc.values.support import Support
-    from scenecc.values.template import Template
+    from scenecc.variation.bounds import ValueBounds
+    from scenecc.variation.evaluation import Batch
+    from scenecc.variation.nodes import Node
+    from scenecc.variation.template import Template
 
 _TAKEN = {"float64": "fi", "int64": "i", "bool": "b"}
 """Kinds of arrays that become a field's."""
@@ -123,7 +122,7 @@ class Leaves:
         self.drawing.fixed |= reading.reads
 
     def _rows(self, node: Node, reading: Reading, kind: Kind, origin: Origin) -> Value:
-        from scenecc.values.failure import DrawError  # noqa: PLC0415 - loaded where something varies
+        from scenecc.variation.errors import DrawError  # noqa: PLC0415 - loaded where something varies
 
         try:
             known = per_scene(self.evaluate(node), kind.dtype)
@@ -144,11 +143,11 @@ class Leaves:
         Raises:
             DrawError: it has none in some scene.
         """
-        from scenecc.values.columns import joined  # noqa: PLC0415 - loads numpy
+        from scenecc.variation.per_scene_arrays import to_field_rows  # noqa: PLC0415 - loads numpy
 
-        return joined(self.batch().evaluate(node))
+        return to_field_rows(self.batch().evaluate(node))
 
-    def support(self, node: Node) -> Support:
+    def support(self, node: Node) -> ValueBounds:
         """Everything that a node can be."""
         return self.drawing.reader().support(node)
 
@@ -157,7 +156,7 @@ class Leaves:
         if self._batch is None:
             import numpy as np  # noqa: PLC0415 - checking a scene in which nothing varies needs none
 
-            from scenecc.values.evaluate import Batch  # noqa: PLC0415 - likewise
+            from scenecc.variation.evaluation import Batch  # noqa: PLC0415 - likewise
 
             scenes = np.array(self.scenes, dtype=np.int64)
             drawing = self.drawing
@@ -168,7 +167,7 @@ class Leaves:
         """What draws a node's rows when they are first asked for."""
 
         def draw() -> NDArray[Any]:
-            from scenecc.values.failure import DrawError  # noqa: PLC0415 - loaded where something varies
+            from scenecc.variation.errors import DrawError  # noqa: PLC0415 - loaded where something varies
 
             rows = self.evaluate(node)
             if rows.dtype.kind not in _TAKEN[kind.dtype] or rows.shape[1:] != kind.shape:
@@ -181,7 +180,7 @@ class Leaves:
         """The shared draws that an expression reads, by the names that it has for them; None where one is unknown."""
         prefix = f"{self.scope}/" if self.scope else ""
         draws = self.drawing.draws
-        names = {name: prefix + name for name in template.names - BUILT_IN}
+        names = {name: prefix + name for name in template.names - BUILTIN_NAMES}
         for name, full in names.items():
             if full not in draws:
                 known = (draw[len(prefix) :] for draw in draws if draw.startswith(prefix) and not is_pose(draw))

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.messages import show
 from scenecc.lower.forms import Place, Reading, Step
 from scenecc.plan import Value, literal, varying
-from scenecc.values.failure import DrawError
-from scenecc.values.nodes import NODES, Const
-from scenecc.values.support import UNKNOWN, Support
-from scenecc.values.template import Template
+from scenecc.variation.bounds import UNKNOWN, ValueBounds
+from scenecc.variation.errors import DrawError
+from scenecc.variation.nodes import NODES, Const
+from scenecc.variation.template import Template
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -31,7 +31,7 @@ def from_parts(given: Any, kind: Kind, place: Place, leaves: Leaves) -> Value:
     """
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    from scenecc.values.support import union  # noqa: PLC0415 - likewise
+    from scenecc.variation.bounds import union_bounds  # noqa: PLC0415 - likewise
 
     assert kind.convert is not None
     convert = kind.convert
@@ -71,12 +71,12 @@ def from_parts(given: Any, kind: Kind, place: Place, leaves: Leaves) -> Value:
         return rows
 
     supports = [_converted(leaves.support(node), kind) if written else leaves.support(node) for node, written in parts]
-    value = varying(draw, support=replace(union(supports), exact=False), rows=len(leaves.scenes))
+    value = varying(draw, support=replace(union_bounds(supports), exact=False), rows=len(leaves.scenes))
     leaves.pend(value, kind, place.origin, reading)
     return value
 
 
-def _converted(support: Support, kind: Kind) -> Support:
+def _converted(support: ValueBounds, kind: Kind) -> ValueBounds:
     """What a field can be whose expression can give so much."""
     assert kind.convert is not None
     ends = () if support.low is None else (support.low, support.high)
@@ -84,5 +84,5 @@ def _converted(support: Support, kind: Kind) -> Support:
     if not made or None in made:
         return UNKNOWN
     if support.alternatives is not None:
-        return Support.of(made, exact=support.exact)
-    return Support(None, *made, exact=support.exact)
+        return ValueBounds.of(made, exact=support.exact)
+    return ValueBounds(None, *made, exact=support.exact)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.values.work import TOO_MUCH, TooMuch
+from scenecc.variation.compute_limit import COMPUTE_LIMIT_HINT, ComputeLimitError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from scenecc.lower.kinds import Kind
     from scenecc.lower.leaves import Leaves
     from scenecc.plan import Value
-    from scenecc.values.failure import DrawError
-    from scenecc.values.nodes import Node
+    from scenecc.variation.errors import DrawError
+    from scenecc.variation.nodes import Node
 
 
 @frozen
@@ -59,8 +59,8 @@ class Reset:
 def report_failure(error: DrawError, origins: Mapping[int, tuple[Any, Origin]], origin: Origin, sink: Sink) -> None:
     """Reports what has no value in some scene, at the node that has none."""
     place = origins.get(id(error.node), (None, origin))[1]
-    if isinstance(error, TooMuch):
-        sink.report("SC609", error.message, place, hint=TOO_MUCH)
+    if isinstance(error, ComputeLimitError):
+        sink.report("SC609", error.message, place, hint=COMPUTE_LIMIT_HINT)
         return
     message, expression = f"in scene {error.scene}: {error.message}", error.expression
     if expression is None:

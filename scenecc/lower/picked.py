@@ -25,7 +25,7 @@ def picked(values: Sequence[Value], pick: Value, rows: int) -> Value:
         return first
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    from scenecc.values.support import union  # noqa: PLC0415 - likewise
+    from scenecc.variation.bounds import union_bounds  # noqa: PLC0415 - likewise
 
     def draw() -> NDArray[Any]:
         which = np.broadcast_to(pick.data, (rows,))
@@ -37,7 +37,7 @@ def picked(values: Sequence[Value], pick: Value, rows: int) -> Value:
 
     if pick.known and all(value.known for value in values):
         return per_scene(draw(), first.data.dtype)
-    return varying(draw, support=union([value.support for value in values]), rows=rows)
+    return varying(draw, support=union_bounds([value.support for value in values]), rows=rows)
 
 
 def _same(a: Value, b: Value) -> bool:

@@ -12,7 +12,7 @@ from scenecc.plan.articulation import JOINT_STARTS, VELOCITIES, ArticulationStru
 from scenecc.plan.bounds import LARGEST
 from scenecc.plan.constraint import Drive
 from scenecc.plan.shared_poses import MOST_COMPOSED, pose_name
-from scenecc.values.nodes import NODES, Composed, Const, Held, Rows, Shared
+from scenecc.variation.nodes import NODES, Composed, Const, Held, Rows, Shared
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from scenecc.lower.placing.places import Places
     from scenecc.plan import BodyStructure, Constraint, Entity
     from scenecc.plan.articulation import Joint, Link
-    from scenecc.values.nodes import Node
+    from scenecc.variation.nodes import Node
 
 
 _TARGETS = ("target", "linear_velocity_target", "angular_velocity_target")

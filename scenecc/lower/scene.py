@@ -21,7 +21,7 @@ from scenecc.lower.shapes import Shapes
 from scenecc.lower.tables import FileResolver, Tables
 from scenecc.plan import Friction, GpuMemory, Physics, ScenePlan, SdfConfig
 from scenecc.spec.known import SHARED_NAMES
-from scenecc.values.work import TOO_MUCH
+from scenecc.variation.compute_limit import COMPUTE_LIMIT_HINT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -113,7 +113,7 @@ def lower(
         # A material may be unused only because its name was misspelt where it was meant.
         return None
     if drawing.foreseen.exhausted:
-        sink.report("SC609", drawing.foreseen.message, origin, hint=TOO_MUCH)
+        sink.report("SC609", drawing.foreseen.message, origin, hint=COMPUTE_LIMIT_HINT)
         return None
     materials.report_unused(frozenset(names.used_materials), drawing.leaves())
     report_unused_draws(scene.draws, drawing, names, origin.child("draws"))

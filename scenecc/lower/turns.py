@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from scenecc.values.forms import MISSING, Choice, Cycle, Integers, LogUniform, PerScene, SceneMap, Uniform, Vector
+from scenecc.variation.forms import MISSING, Choice, Cycle, Integers, LogUniform, PerScene, SceneMap, Uniform, Vector
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Path, Sink

@@ -13,14 +13,14 @@ from scenecc.lower.kinds import Kind
 from scenecc.lower.pending import report_failure
 from scenecc.lower.picked import picked
 from scenecc.plan import Value, literal, varying
-from scenecc.values.nodes import NODES, Computed
+from scenecc.variation.nodes import NODES, Computed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Origin
     from scenecc.lower.leaves import Leaves
-    from scenecc.values.nodes import Node
+    from scenecc.variation.nodes import Node
 
 Found = TypeVar("Found")
 
@@ -152,14 +152,14 @@ def every_outcome(node: Node, origin: Origin, leaves: Leaves, untold: str, inste
         untold: is said where that cannot be told.
         instead: what can be written then.
     """
-    from scenecc.values.enumerating import MANY  # noqa: PLC0415 - loaded where something varies
-    from scenecc.values.failure import DrawError  # noqa: PLC0415 - likewise
-    from scenecc.values.work import TooMuch  # noqa: PLC0415 - likewise
+    from scenecc.variation.compute_limit import ComputeLimitError  # noqa: PLC0415 - likewise
+    from scenecc.variation.enumeration import MAX_OUTCOMES  # noqa: PLC0415 - loaded where something varies
+    from scenecc.variation.errors import DrawError  # noqa: PLC0415 - likewise
 
     try:
         every = leaves.drawing.reader().outcomes(node, leaves.scenes)
     except DrawError as error:
-        if isinstance(error, TooMuch) or is_by_index(node, leaves.drawing):
+        if isinstance(error, ComputeLimitError) or is_by_index(node, leaves.drawing):
             report_failure(error, {}, origin, leaves.sink)
             return None
         every = None
@@ -167,7 +167,7 @@ def every_outcome(node: Node, origin: Origin, leaves: Leaves, untold: str, inste
         return {(one.__class__, repr(one)): one for one in every}.values()
     bounded = leaves.support(node).alternatives
     if bounded is None:
-        hint = f"it may read draws by `choice`, `cycle` or `integers`, of at most {MANY} combinations in all; {instead}"
+        hint = f"it may read draws by `choice`, `cycle` or `integers`, of at most {MAX_OUTCOMES} combinations in all; {instead}"
         leaves.sink.report("SC317", untold, origin, hint=hint)
     return bounded
 
@@ -182,8 +182,8 @@ def _numbers(node: Any, reading: Reading, lookup: _Lookup[Any], place: Place, le
         return leaves.finish(node, reading, _INDEX, place.origin)
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    from scenecc.values.failure import DrawError  # noqa: PLC0415 - likewise
-    from scenecc.values.support import Support  # noqa: PLC0415 - likewise
+    from scenecc.variation.bounds import ValueBounds  # noqa: PLC0415 - likewise
+    from scenecc.variation.errors import DrawError  # noqa: PLC0415 - likewise
 
     def draw() -> NDArray[Any]:
         rows = leaves.evaluate(node).tolist()
@@ -194,7 +194,7 @@ def _numbers(node: Any, reading: Reading, lookup: _Lookup[Any], place: Place, le
             raise DrawError(message, leaves.scenes[at], node)
         return np.array(numbers, dtype=np.int64)
 
-    support = Support.of(range(len(lookup.found)), exact=False)
+    support = ValueBounds.of(range(len(lookup.found)), exact=False)
     value = varying(draw, support=support, rows=len(leaves.scenes))
     leaves.pend(value, _INDEX, place.origin, reading)
     return value

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.values.columns import joined
-from scenecc.values.failure import DrawError
+from scenecc.variation.errors import DrawError
+from scenecc.variation.per_scene_arrays import to_field_rows
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from scenecc.plan.compare_tables import Side
     from scenecc.plan.scene import ScenePlan
     from scenecc.plan.value import Value
-    from scenecc.values.evaluate import Batch
+    from scenecc.variation.evaluation import Batch
 
 FEWEST_SEEDS: Final = 4
 FEWEST_DRAWS: Final = 256
@@ -72,7 +72,7 @@ class Resets:
             data = np.broadcast_to(rows, (seeds, len(scenes), *rows.shape[1:]))
         else:
             try:
-                data = joined(self._batch(side, scenes, seeds).evaluate(value.recipe))
+                data = to_field_rows(self._batch(side, scenes, seeds).evaluate(value.recipe))
             except DrawError as error:
                 return str(error)
             data = data if part is None else data[:, part]
@@ -80,7 +80,7 @@ class Resets:
         return numbers.reshape(seeds, len(scenes), -1).view(np.uint8)
 
     def _batch(self, side: Side, scenes: NDArray[np.int64], seeds: int) -> Batch:
-        from scenecc.values.evaluate import Batch  # noqa: PLC0415 - most plans have no recipes
+        from scenecc.variation.evaluation import Batch  # noqa: PLC0415 - most plans have no recipes
 
         key = (side, scenes.tobytes())
         if key not in self._batches:

@@ -84,11 +84,11 @@ def reset_words(values: tuple[Value, Value], plans: tuple[ScenePlan, ScenePlan],
 
 
 def _reset_words(value: Value, plan: ScenePlan, part: slice | None) -> str:
-    from scenecc.values.supporting import support  # noqa: PLC0415 - most plans have no recipes
+    from scenecc.variation.node_bounds import find_bounds  # noqa: PLC0415 - most plans have no recipes
 
     if value.recipe is None:
         return "as built"
-    found = support(value.recipe, dict(plan.draws), num_scenes=plan.num_scenes)
+    found = find_bounds(value.recipe, dict(plan.draws), num_scenes=plan.num_scenes)
     if part is not None and found.low is not None:
         found = part_of(found, part.start, part.stop)
         if part.start and is_any_rotation(found):

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scenecc.plan.recipe_shape import Shape
-    from scenecc.values.nodes import Node as RecipeNode
+    from scenecc.variation.nodes import Node as RecipeNode
 
 BAD: Final = object()
 """What a reader returns for data that it has reported."""

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, Final, get_args
 from scenecc.plan.decode_numbers import Fault, is_list, is_object, shown
 from scenecc.plan.fields import type_name
 from scenecc.plan.recipe_shape import MisshapenError, shape_of
-from scenecc.values.failure import ExpressionError
-from scenecc.values.nodes import NODES, Chosen, Computed, Cycled, Key, Kind, Node, Rows, Section, Shared, Stacked
-from scenecc.values.operations import INT_BITS
-from scenecc.values.template import Template
+from scenecc.variation.errors import ExpressionError
+from scenecc.variation.nodes import NODES, Chosen, Computed, Cycled, Key, Kind, Node, Rows, Section, Shared, Stacked
+from scenecc.variation.operations import MAX_INT_BITS
+from scenecc.variation.template import Template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Container, Mapping
@@ -162,7 +162,7 @@ class _Reader:
 
     def _constant(self, data: object, depth: int) -> Any:
         # Integers are of any size in an expression, up to its own limit.
-        if type(data) is int and abs(data) < 2**INT_BITS:
+        if type(data) is int and abs(data) < 2**MAX_INT_BITS:
             return data
         return self.item(data, depth)
 

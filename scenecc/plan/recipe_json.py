@@ -6,11 +6,11 @@ from dataclasses import MISSING, fields
 from typing import TYPE_CHECKING, Any
 
 from scenecc.plan.fields import type_name
-from scenecc.values.nodes import NODES, Key
-from scenecc.values.template import Template
+from scenecc.variation.nodes import NODES, Key
+from scenecc.variation.template import Template
 
 if TYPE_CHECKING:
-    from scenecc.values.nodes import Node
+    from scenecc.variation.nodes import Node
 
 
 def recipe_data(node: Node) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.values.nodes import (
+from scenecc.variation.nodes import (
     NODES,
     Chosen,
     Composed,

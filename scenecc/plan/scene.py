@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from scenecc.plan.material import AssetFile, PhysicalMaterial, VisualMaterial
     from scenecc.plan.physics import Physics
     from scenecc.plan.value import Value
-    from scenecc.values.nodes import Node
+    from scenecc.variation.nodes import Node
 
 
 @frozen

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from scenecc.plan.scene import ScenePlan
     from scenecc.plan.value import Value
-    from scenecc.values.nodes import Node as RecipeNode
+    from scenecc.variation.nodes import Node as RecipeNode
 
 PLAN_VERSION = 2
 """The value of a plan's `scenecc_plan` key. In version 1, which is read too, files have no hashes."""

@@ -9,8 +9,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import DTypeLike, NDArray
 
-    from scenecc.values.nodes import Node
-    from scenecc.values.support import Support
+    from scenecc.variation.bounds import ValueBounds
+    from scenecc.variation.nodes import Node
 
 _put = object.__setattr__
 
@@ -24,7 +24,7 @@ class _Varying:
     __slots__ = ("draw", "recipe", "rows", "support")
 
     def __init__(
-        self, draw: Callable[[], NDArray[Any]] | None, rows: int, support: Support | None, recipe: Node | None
+        self, draw: Callable[[], NDArray[Any]] | None, rows: int, support: ValueBounds | None, recipe: Node | None
     ) -> None:
         self.draw = draw
         self.rows = rows
@@ -130,14 +130,14 @@ class Value:
         return source.recipe if isinstance(source, _Varying) else None
 
     @property
-    def support(self) -> Support:
+    def support(self) -> ValueBounds:
         """Everything that it can be, whatever is drawn; draws nothing."""
         source = self._source
         if isinstance(source, _Varying) and source.support is not None:
             return source.support
-        from scenecc.values.support import Support  # noqa: PLC0415 - checking a scene seldom needs it
+        from scenecc.variation.bounds import ValueBounds  # noqa: PLC0415 - checking a scene seldom needs it
 
-        return Support.of_rows(self.data)
+        return ValueBounds.of_rows(self.data)
 
     def numbers(self) -> tuple[float, ...]:
         """Numbers that bound everything that it can be, row by row; draws nothing.
@@ -200,7 +200,7 @@ def per_scene(rows: Sequence[Any] | NDArray[Any], dtype: DTypeLike = "float64") 
     return _value(data[:1] if len(data) > 1 and _same_bits(data) else data)
 
 
-def varying(draw: Callable[[], NDArray[Any]], *, support: Support, recipe: Node | None = None, rows: int) -> Value:
+def varying(draw: Callable[[], NDArray[Any]], *, support: ValueBounds, recipe: Node | None = None, rows: int) -> Value:
     """A value that is drawn when its data are first asked for.
 
     Args:

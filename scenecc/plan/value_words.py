@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from scenecc.values.support import Support
+from scenecc.variation.bounds import ValueBounds
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -22,7 +22,7 @@ DIGITS: Final = 5
 _MORE_DIGITS: Final = (DIGITS, 8, 12, 17)
 
 
-def support_words(support: Support) -> str:
+def support_words(support: ValueBounds) -> str:
     """Alternatives (`0.1 | 0.5`), bounds (`0.1 … 0.5`), or what can be said without."""
     alternatives = support.alternatives
     if alternatives is None:
@@ -34,14 +34,14 @@ def support_words(support: Support) -> str:
     )
 
 
-def part_of(support: Support, start: int, end: int) -> Support:
+def part_of(support: ValueBounds, start: int, end: int) -> ValueBounds:
     """Some components of a vector."""
     if support.alternatives is not None:
-        return Support.of(item[start:end] for item in support.alternatives)
-    return Support(None, support.low[start:end], support.high[start:end], support.exact)
+        return ValueBounds.of(item[start:end] for item in support.alternatives)
+    return ValueBounds(None, support.low[start:end], support.high[start:end], support.exact)
 
 
-def is_any_rotation(q: Support) -> bool:
+def is_any_rotation(q: ValueBounds) -> bool:
     """Whether a quaternion may be any: its bounds say little, unless they leave out an axis."""
     return q.alternatives is None and q.low == (-1, -1, -1, -1) and q.high == (1, 1, 1, 1)
 

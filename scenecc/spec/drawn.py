@@ -14,7 +14,7 @@ from scenecc.spec.mistakes import THIS
 from scenecc.spec.param_types import rgba
 from scenecc.spec.plain import is_mapping, is_sequence
 from scenecc.spec.pose import AXES
-from scenecc.values import forms
+from scenecc.variation import forms
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -59,7 +59,7 @@ def read_drawn(reader: FormReader, key: str, node: dict[str, Any], domain: Domai
         for i, bound in enumerate(pair):
             _positive(reader, bound, (*at, i))
     _ordered(reader, low, high, domain, at, whole=key == "integers")
-    return forms.DRAWN[key](low, high)
+    return forms.DISTRIBUTIONS[key](low, high)
 
 
 def _normal(reader: FormReader, node: dict[str, Any], domain: Domain, plain: Validate, loc: Loc) -> Any:

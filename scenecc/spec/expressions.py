@@ -7,8 +7,8 @@ from typing import Any
 from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.mistakes import THIS, told
 from scenecc.spec.plain import is_mapping
-from scenecc.values.failure import ExpressionError
-from scenecc.values.template import Template
+from scenecc.variation.errors import ExpressionError
+from scenecc.variation.template import Template
 
 
 def read_fixed(node: Any) -> Template:

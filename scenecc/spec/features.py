@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from scenecc.values import forms
+from scenecc.variation import forms
 
-VARIATION_FORMS = frozenset((*forms.LISTED, *forms.DRAWN))
+VARIATION_FORMS = frozenset((*forms.LIST_FORMS, *forms.DISTRIBUTIONS))
 """Keys of the mappings that give another value in each scene; `weights` and `clip` stand beside some of them."""
 
 LEFT_OUT: dict[str, str] = {

@@ -1,4 +1,4 @@
-"""The forms of variation as they are written, to those of `scenecc.values.forms`."""
+"""The forms of variation as they are written, to those of `scenecc.variation.forms`."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.mistakes import THIS, Mistakes, told
 from scenecc.spec.plain import is_mapping, is_sequence
 from scenecc.spec.unions import EXPANDED, any_varying, is_varying
-from scenecc.values import forms
-from scenecc.values.template import Template
+from scenecc.variation import forms
+from scenecc.variation.template import Template
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -131,7 +131,7 @@ class FormReader:
                 self._mistakes.add(_beside(other, key), node, *loc, other)
         if others:
             return None
-        if key in forms.DRAWN and not self._is_expression(node[key]):
+        if key in forms.DISTRIBUTIONS and not self._is_expression(node[key]):
             return read_drawn(self, key, node, domain, plain, loc)
         return self._listed(key, node, domain, plain, loc)
 

@@ -1,7 +1,7 @@
 """Values that may differ from scene to scene, and those that may not: `Leaf[T]` and `Fixed[T]`.
 
 Both take an expression where the file is as it was written. In an expanded document a leaf may still be a template or
-a form, which are then among `scenecc.values.forms`; what is fixed is a plain value.
+a form, which are then among `scenecc.variation.forms`; what is fixed is a plain value.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema, PydanticCustomError
 
-    from scenecc.values.forms import Varying
+    from scenecc.variation.forms import Varying
 
     Refuse = Callable[[object], PydanticCustomError]
 

@@ -32,7 +32,7 @@ Matrix = Annotated[tuple[Vec4, Vec4, Vec4, Vec4], Strict(strict=False)]
 
 
 def _drawn(_word: str) -> Any:
-    from scenecc.values.forms import RandomRotation
+    from scenecc.variation.forms import RandomRotation
 
     return RandomRotation()
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Container, Iterator
 
     from scenecc.plan import AxisDrive, AxisLimit, ScenePlan
-    from scenecc.values.support import Support
+    from scenecc.variation.bounds import ValueBounds
 
 UNITS: Final = {
     "half_size": "m",
@@ -144,7 +144,7 @@ class Facts:
         unit = self._unit(name) if _is_number(value.support.low) else ""
         return Fact(name, self._range(last, value.support, value), varying_words(last, value, self.plan.files, unit))
 
-    def _range(self, name: str, support: Support, value: Value) -> dict[str, Any]:
+    def _range(self, name: str, support: ValueBounds, value: Value) -> dict[str, Any]:
         data: dict[str, Any] = {}
         if support.alternatives is not None and len(support.alternatives) <= _MOST_LISTED:
             data["alternatives"] = [self._plain(name, item) for item in support.alternatives]

@@ -18,7 +18,7 @@ from scenecc.plan import (
 )
 from scenecc.plan.labels import NAMES, field_place, name_place, shape_in_link, shape_place
 from scenecc.plan.value_words import color_words, is_any_rotation, item_words, listed, part_of, support_words
-from scenecc.values.support import Support, union
+from scenecc.variation.bounds import ValueBounds, union_bounds
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -62,7 +62,7 @@ class _Found:
     """
 
     label: str
-    support: Support
+    support: ValueBounds
     varies: bool
     at_reset: bool = False
     drawn: bool = False
@@ -73,12 +73,12 @@ def _found(label: str, value: Value) -> _Found:
     return _Found(label, support, value.may_vary, value.recipe is not None, drawn)
 
 
-def _told(value: Value) -> tuple[Support, bool]:
+def _told(value: Value) -> tuple[ValueBounds, bool]:
     """What is told of a value: everything that it can be, or what it is where nothing bounds that."""
     support = value.support
     if support.alternatives is not None or not value.may_vary or _is_finite(support.low, support.high):
         return support, False
-    return Support.of_rows(value.data), True
+    return ValueBounds.of_rows(value.data), True
 
 
 def varying_words(name: str, value: Value, files: Sequence[AssetFile], unit: str = "") -> str:
@@ -215,7 +215,7 @@ def _material(
         values = [_value(getattr(row, name)) for row in rows]
         given = [value for value in values if value is not None]
         told = [_told(value) for value in given]
-        support = union(part for part, _ in told)
+        support = union_bounds(part for part, _ in told)
         one = support.alternatives is not None and len(support.alternatives) == 1
         yield _Found(
             f"{where}.material.{name}",
@@ -230,7 +230,7 @@ def _value(item: Any) -> Value | None:
 
 
 def _differing(label: str, items: list[_Found], plan: ScenePlan) -> Iterator[VaryingField]:
-    support = union(item.support for item in items)
+    support = union_bounds(item.support for item in items)
     at_reset = any(item.at_reset for item in items)
     start, end = ("", ", as drawn") if any(item.drawn for item in items) else _around(support)
     if is_pose(label) and support.low is not None:
@@ -244,16 +244,16 @@ def _differing(label: str, items: list[_Found], plan: ScenePlan) -> Iterator[Var
     yield VaryingField(label, start + _words(name, support, plan.files) + end, at_reset)
 
 
-def _around(support: Support) -> tuple[str, str]:
+def _around(support: ValueBounds) -> tuple[str, str]:
     """Bounds of what is computed may be wider than what occurs."""
     return ("", "") if support.exact or support.alternatives is not None else ("within ", "")
 
 
-def _rotation(q: Support, start: str, end: str) -> str:
+def _rotation(q: ValueBounds, start: str, end: str) -> str:
     return "any rotation" if is_any_rotation(q) else start + support_words(q) + end
 
 
-def _words(name: str, support: Support, files: Sequence[AssetFile]) -> str:
+def _words(name: str, support: ValueBounds, files: Sequence[AssetFile]) -> str:
     show: Callable[[Any], str] | None = None
     if name in _FILES or name.endswith("texture"):
         show = lambda index: files[int(index)].uri  # noqa: E731

@@ -23,7 +23,7 @@ from scenecc.plan import (
     constant,
     per_scene,
 )
-from scenecc.values.nodes import Chosen, Drawn, Key, Posed
+from scenecc.variation.nodes import Chosen, Drawn, Key, Posed
 
 SCENES = 6
 

@@ -25,7 +25,7 @@ from plugins.expectations import BAD, GOOD, ROOT, file_id, scene_files
 # All that is taken from the package: a move inside it must not break what tells whether the move changed anything.
 from scenecc import SceneError, compile_scene, emit_scene, validate
 from scenecc.plan import Value
-from scenecc.values.evaluate import Batch
+from scenecc.variation.evaluation import Batch
 
 HERE = Path(__file__).parent
 SCENE_COUNTS, SEEDS = (1, 3), (0, 1, 7)

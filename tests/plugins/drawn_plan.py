@@ -23,10 +23,10 @@ from scenecc.plan import (
     per_scene,
     varying,
 )
-from scenecc.values.evaluate import Batch
-from scenecc.values.nodes import Composed, Computed, Const, Drawn, Key, Node, Posed, RandomRotated, Shared, Stacked
-from scenecc.values.supporting import support
-from scenecc.values.template import Template
+from scenecc.variation.evaluation import Batch
+from scenecc.variation.node_bounds import find_bounds
+from scenecc.variation.nodes import Composed, Computed, Const, Drawn, Key, Node, Posed, RandomRotated, Shared, Stacked
+from scenecc.variation.template import Template
 
 SEED = 11
 SCENES = (0, 1, 2)
@@ -42,7 +42,7 @@ DRAWS: tuple[tuple[str, Node], ...] = (
 def recipe(node: Node, scenes: tuple[int, ...] = SCENES) -> Value:
     """A value that was drawn by its recipe."""
     batch = Batch(np.array(scenes), SEED, len(SCENES), dict(DRAWS), {})
-    return varying(lambda: batch.evaluate(node), support=support(node, dict(DRAWS)), recipe=node, rows=len(scenes))
+    return varying(lambda: batch.evaluate(node), support=find_bounds(node, dict(DRAWS)), recipe=node, rows=len(scenes))
 
 
 def drawn() -> ScenePlan:

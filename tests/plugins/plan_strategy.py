@@ -49,7 +49,7 @@ from scenecc.plan.fields import (
     Selection,
     slots,
 )
-from scenecc.values.nodes import Const
+from scenecc.variation.nodes import Const
 
 TABLES = ("files", "physical_materials", "visual_materials")
 ONE_DRAW = (("u", Const(0.5)),)

@@ -7,7 +7,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from scenecc.values.nodes import (
+from scenecc.variation.nodes import (
     Chosen,
     Composed,
     Computed,
@@ -31,7 +31,7 @@ from scenecc.values.nodes import (
     Shared,
     Stacked,
 )
-from scenecc.values.template import Template
+from scenecc.variation.template import Template
 
 Shape = tuple[int, ...]
 Draws = dict[str, Shape]

@@ -11,9 +11,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from scenecc.geometry import rotation_arrays as arrays
 from scenecc.lower.placing import poses
 from scenecc.lower.placing import rotations as scalar
-from scenecc.values import rotations as arrays
 
 NUMBERS = st.one_of(st.sampled_from([0.0, -0.0, 1.0, -1.0, 0.5, math.pi]), st.floats(-100, 100, allow_subnormal=False))
 VECTORS = st.tuples(NUMBERS, NUMBERS, NUMBERS)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.seen.dress import Moves
     from scenecc.backends.sapien.ties import Again
     from scenecc.plan import Light, Mount, ScenePlan
-    from scenecc.values.evaluate import Batch
+    from scenecc.variation.evaluation import Batch
 
 
 class InManiSkill(Standing):

@@ -15,12 +15,12 @@ from scenecc.diagnostics.messages import cut
 from scenecc.plan import ArticulationStructure, BodyStructure
 from scenecc.plan.articulation import JOINT_STARTS, VELOCITIES
 from scenecc.plan.shared_poses import is_pose
-from scenecc.values.columns import joined
-from scenecc.values.evaluate import Batch
-from scenecc.values.failure import DrawError
-from scenecc.values.given import UnfitError, as_declared, declared
-from scenecc.values.nodes import Computed, Rows
-from scenecc.values.supporting import Reader
+from scenecc.variation.errors import DrawError
+from scenecc.variation.evaluation import Batch
+from scenecc.variation.injected_draws import InjectedDrawError, convert_injected, draw_type
+from scenecc.variation.node_bounds import BoundsAnalysis
+from scenecc.variation.nodes import Computed, Rows
+from scenecc.variation.per_scene_arrays import to_field_rows
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.state import AnyState, ArticulationState
     from scenecc.backends.sapien.turn import Part
     from scenecc.plan import Entity, ScenePlan, Value
-    from scenecc.values.nodes import Node
+    from scenecc.variation.nodes import Node
 
 
 class _Recipe(NamedTuple):
@@ -108,10 +108,10 @@ class Start:
         for name, rows in given.items():
             if name not in self._drawn_again:
                 raise ValueError(_cannot_change(name, self._drawn_again))
-            wanted = declared(self._draws[name], self._supports.shared(name))
+            wanted = draw_type(self._draws[name], self._supports.shared(name))
             try:
-                values = as_declared(rows, wanted, len(scene_idxs))
-            except UnfitError as error:
+                values = convert_injected(rows, wanted, len(scene_idxs))
+            except InjectedDrawError as error:
                 rows_of = f": {error.hint} that is reset" if error.hint else ""
                 raise ValueError(f"draws['{name}'] {error}{rows_of}") from None
             spread[name] = np.zeros((self._plan.num_scenes, *values.shape[1:]), values.dtype)
@@ -119,8 +119,8 @@ class Start:
         return spread
 
     @cached_property
-    def _supports(self) -> Reader:
-        return Reader(self._draws, {}, self._plan.num_scenes)
+    def _supports(self) -> BoundsAnalysis:
+        return BoundsAnalysis(self._draws, {}, self._plan.num_scenes)
 
 
 def _cannot_change(name: str, names: Sequence[str]) -> str:
@@ -204,7 +204,7 @@ def _draw(recipe: _Recipe, batch: Batch, found: AnyState) -> None:
         return
     part = batch if len(having) == len(batch.scenes) else batch.only(np.array(having, dtype=np.intp))
     try:
-        drawn = joined(part.evaluate(recipe.node))
+        drawn = to_field_rows(part.evaluate(recipe.node))
     except DrawError as error:
         raise ValueError(_without_value(recipe, error)) from None
     with np.errstate(over="ignore"):

@@ -13,8 +13,8 @@ from scenecc.backends.sapien.component_batch import ComponentBatch
 from scenecc.backends.sapien.constraints import Tie, plain, start_calls, target_call, velocity_call
 from scenecc.diagnostics import Location
 from scenecc.plan import Drive
-from scenecc.values.columns import joined
-from scenecc.values.failure import DrawError
+from scenecc.variation.errors import DrawError
+from scenecc.variation.per_scene_arrays import to_field_rows
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Sequence
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.standing import Standing
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan, Value
-    from scenecc.values.evaluate import Batch
+    from scenecc.variation.evaluation import Batch
 
 Again = list[tuple[Any, str, tuple[Any, ...]]]
 """Components, what is set on them, and the arguments."""
@@ -170,7 +170,7 @@ def _drawn(tie: Tie, what: str, value: Value, batch: Batch) -> Any:
     """(B, 7) or (B, 3) of what a reset draws."""
     assert value.recipe is not None
     try:
-        found = np.asarray(joined(batch.evaluate(value.recipe)), np.float64)
+        found = np.asarray(to_field_rows(batch.evaluate(value.recipe)), np.float64)
     except DrawError as error:
         message = f"'{tie.constraint.name}' in scene {error.scene}: its {what} has no value: {error.message}"
         raise ValueError(message) from None

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.geometry import rotation_arrays
 from scenecc.plan.pose import IDENTITY_POSE, Pose7
-from scenecc.values import rotations
 
 if TYPE_CHECKING:
     from scenecc.plan import Value
@@ -19,7 +19,7 @@ Z_TO_X: Final[Pose7] = (0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.5)
 
 def compose(outer: Pose7, inner: Pose7) -> Pose7:
     """`inner`, given in the frame of `outer`, in the frame that `outer` is given in."""
-    return plain(rotations.compose(np.array([outer]), np.array([inner]))[0])
+    return plain(rotation_arrays.compose(np.array([outer]), np.array([inner]))[0])
 
 
 def inverse(pose: Pose7) -> Pose7:
@@ -37,7 +37,7 @@ def between(outer: Pose7, inner: Pose7) -> Pose7:
 
 def rotate(q: tuple[float, float, float, float], vector: Vec3) -> Vec3:
     """A vector turned by a quaternion of unit length."""
-    x, y, z = map(float, rotations.rotate(rotations.normalized(np.array([q])), np.array([vector]))[0])
+    x, y, z = map(float, rotation_arrays.rotate(rotation_arrays.normalized(np.array([q])), np.array([vector]))[0])
     return x, y, z
 
 

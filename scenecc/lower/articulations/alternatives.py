@@ -17,7 +17,7 @@ from scenecc.lower.kinds import Kind
 from scenecc.lower.words import every_outcome
 from scenecc.plan import Value, per_scene, varying
 from scenecc.plan.bounds import LARGEST, SMALLEST
-from scenecc.values.nodes import Stacked
+from scenecc.variation.nodes import Stacked
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Origin
     from scenecc.lower.leaves import Leaves
-    from scenecc.values.nodes import Node
+    from scenecc.variation.nodes import Node
 
 _TEXT = Kind(convert=str, fallback="")
 _KINDS = {
@@ -173,7 +173,7 @@ class _Combining:
 
     def all(self) -> Alternatives | None:
         """All combinations, in the order in which their values are written; None where that was reported."""
-        from scenecc.values.support import Support  # noqa: PLC0415 - loaded where something varies
+        from scenecc.variation.bounds import ValueBounds  # noqa: PLC0415 - loaded where something varies
 
         had = self._together()
         if had is None:
@@ -192,7 +192,7 @@ class _Combining:
             if not reading.cycled or len(set(known.numbers())) == len(each):
                 return Alternatives(each, known)
         found = range(len(each)) if reading.cycled else sorted(numbers[row] for row in set(had))
-        support = Support.of(found, exact=not reading.computed)
+        support = ValueBounds.of(found, exact=not reading.computed)
         pick = varying(lambda: self._rows(numbers), support=support, rows=len(leaves.scenes))
         leaves.drawing.drawn |= not reading.known
         if reading.computed or reading.risky:
@@ -208,8 +208,8 @@ class _Combining:
 
     def _together(self) -> list[Combination] | None:
         """What some scene can have, whatever is drawn; None where these are too many, which was reported."""
-        from scenecc.values.enumerating import MANY  # noqa: PLC0415 - loaded where something varies
-        from scenecc.values.failure import DrawError  # noqa: PLC0415 - likewise
+        from scenecc.variation.enumeration import MAX_OUTCOMES  # noqa: PLC0415 - loaded where something varies
+        from scenecc.variation.errors import DrawError  # noqa: PLC0415 - likewise
 
         try:
             rows = self._leaves.drawing.reader().outcomes(self._node, self._leaves.scenes)
@@ -219,9 +219,9 @@ class _Combining:
         if rows is not None:
             return list(dict.fromkeys(map(self._combination, rows)))
         count = math.prod(len(column.places) for column in self._columns)
-        if count > MANY and sum(column.varies for column in self._columns) > 1:
+        if count > MAX_OUTCOMES and sum(column.varies for column in self._columns) > 1:
             keys = ", ".join(f"`{column.key}`" for column in self._columns if column.varies)
-            message = f"{keys} have {count} combinations, and of what is put together {MANY} are looked at"
+            message = f"{keys} have {count} combinations, and of what is put together {MAX_OUTCOMES} are looked at"
             hint = "let them read a shared draw, so that fewer of them come together"
             self._leaves.sink.report("SC317", message, self._first(), hint=hint)
             return None
@@ -249,7 +249,7 @@ class _Combining:
         """
         import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-        from scenecc.values.failure import DrawError  # noqa: PLC0415 - likewise
+        from scenecc.variation.errors import DrawError  # noqa: PLC0415 - likewise
 
         found: list[int] = []
         for scene, row in zip(self._leaves.scenes, self._leaves.batch().evaluate(self._node).tolist(), strict=True):

@@ -175,13 +175,13 @@ def _scaled(inertial: Inertial, mass: Value, values: Said) -> Inertial:
         return Inertial(mass, inertial.com, literal(tuple(one * (after / before) for one in moments)))
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    from scenecc.values.support import UNKNOWN, Support  # noqa: PLC0415 - likewise
+    from scenecc.variation.bounds import UNKNOWN, ValueBounds  # noqa: PLC0415 - likewise
 
     support, found = UNKNOWN, mass.support
     # Of some expressions nothing is known until they are drawn.
     if isinstance(found.low, int | float) and isinstance(found.high, int | float):
         low, high = (tuple(one * (end / before) for one in moments) for end in (found.low, found.high))
-        support = Support(None, low, high, exact=False)
+        support = ValueBounds(None, low, high, exact=False)
     rows = len(values.leaves.scenes)
 
     def draw() -> NDArray[Any]:

@@ -10,7 +10,7 @@ from scenecc.lower.articulations.maps import listed
 from scenecc.lower.forms import VARYING, Place, Reading, Step, place_of
 from scenecc.lower.kinds import Kind
 from scenecc.spec.base import NOTE_PREFIX
-from scenecc.values import forms
+from scenecc.variation import forms
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
@@ -186,4 +186,4 @@ def _lists(written: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[Any, tuple[
 
 def _word(form: Any) -> str:
     """The key of a form that draws."""
-    return next(key for key, kind in forms.DRAWN.items() if kind is form.__class__)
+    return next(key for key, kind in forms.DISTRIBUTIONS.items() if kind is form.__class__)

@@ -13,8 +13,8 @@ from scenecc.lower.pending import Follows, Reset
 from scenecc.lower.turns import far, report
 from scenecc.plan import literal, per_scene, varying
 from scenecc.spec.scalars import LARGEST
-from scenecc.values.nodes import NODES, Held
-from scenecc.values.support import Support, component, held_support
+from scenecc.variation.bounds import ValueBounds, component_bounds, held_bounds
+from scenecc.variation.nodes import NODES, Held
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -185,7 +185,7 @@ class Starts:
 
         if limits.known:
             return per_scene(draw())
-        return varying(draw, support=_within(Support.of((0.0,)), limits), rows=rows)
+        return varying(draw, support=_within(ValueBounds.of((0.0,)), limits), rows=rows)
 
     def _following(self, mimic: DraftMimic, limits: Value | None, source: Value) -> Value:
         """Where a joint starts that follows another one, within its limits.
@@ -211,7 +211,7 @@ class Starts:
 
         if all(part.known for part in parts):
             return per_scene(draw())
-        support = held_support(source.support, mimic.multiplier.support, mimic.offset.support, *_bounds(limits))
+        support = held_bounds(source.support, mimic.multiplier.support, mimic.offset.support, *_bounds(limits))
         value = varying(draw, support=support, rows=rows)
         resets = self._leaves.drawing.resets
         reset = resets.get(id(source))
@@ -253,20 +253,20 @@ def _ends(limits: Value | None) -> tuple[float, float]:
     return max(low, -LARGEST), min(high, LARGEST)
 
 
-def _bounds(limits: Value | None) -> tuple[Support, Support]:
+def _bounds(limits: Value | None) -> tuple[ValueBounds, ValueBounds]:
     """What the lowest and the highest position can be."""
     if limits is None:
-        return Support.of((-math.inf,)), Support.of((math.inf,))
-    return component(limits.support, 0), component(limits.support, 1)
+        return ValueBounds.of((-math.inf,)), ValueBounds.of((math.inf,))
+    return component_bounds(limits.support, 0), component_bounds(limits.support, 1)
 
 
-def _within(support: Support, limits: Value) -> Support:
+def _within(support: ValueBounds, limits: Value) -> ValueBounds:
     """What is left of a support once it is held within limits."""
     if support.low is None or not isinstance(support.low, int | float):
         return replace(support, exact=False)
     numbers = limits.numbers()
     low, high = min(numbers[0::2], default=-math.inf), max(numbers[1::2], default=math.inf)
-    return Support(None, max(support.low, low), min(support.high, high), exact=False)
+    return ValueBounds(None, max(support.low, low), min(support.high, high), exact=False)
 
 
 def given_node(given: Given) -> Any:

@@ -16,7 +16,7 @@ from scenecc.lower.placing.rotations import IDENTITY, shortest_from_x
 from scenecc.lower.placing.shape_poses import local_pose
 from scenecc.plan import CollisionShape, Value, VisualShape, literal
 from scenecc.spec.pose import AXES
-from scenecc.values.nodes import Composed, Pointing, Posed
+from scenecc.variation.nodes import Composed, Pointing, Posed
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink

@@ -9,7 +9,7 @@ from scenecc.lower.forms import Reading, place_of
 from scenecc.lower.kinds import vector
 from scenecc.lower.turns import doubt
 from scenecc.plan import Value, literal
-from scenecc.values.nodes import NODES, Radians
+from scenecc.variation.nodes import NODES, Radians
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink

@@ -54,7 +54,7 @@ def chained(steps: Sequence[Step], scenes: tuple[int, ...]) -> Value:
     def draw() -> NDArray[Any]:
         import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-        from scenecc.values.rotations import compose as compose_rows  # noqa: PLC0415 - likewise
+        from scenecc.geometry.rotation_arrays import compose as compose_rows  # noqa: PLC0415 - likewise
 
         poses = np.broadcast_to(np.array(IDENTITY_POSE), (len(scenes), 7))
         for step in steps:
@@ -63,7 +63,7 @@ def chained(steps: Sequence[Step], scenes: tuple[int, ...]) -> Value:
 
     if all(step.value.known for step in steps):
         return per_scene(draw())
-    from scenecc.values.support import UNKNOWN  # noqa: PLC0415 - loaded where something varies
+    from scenecc.variation.bounds import UNKNOWN  # noqa: PLC0415 - loaded where something varies
 
     return varying(draw, support=UNKNOWN, rows=len(scenes))
 
@@ -121,7 +121,7 @@ def _rows(step: Step, scenes: tuple[int, ...]) -> NDArray[Any]:
     """The poses of a step, a row a scene."""
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    from scenecc.values import rotations as by_row  # noqa: PLC0415 - likewise
+    from scenecc.geometry import rotation_arrays as by_row  # noqa: PLC0415 - likewise
 
     data = step.value.data
     if len(data) > 1 and step.scenes is not scenes:

@@ -11,7 +11,7 @@ from scenecc.lower.placing.pose_nodes import POSE, pose_item
 from scenecc.lower.placing.rotations import IDENTITY, shortest_from_x
 from scenecc.plan import Value, literal
 from scenecc.spec.pose import PoseMapping
-from scenecc.values.nodes import Pointing, Posed
+from scenecc.variation.nodes import Pointing, Posed
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin

@@ -12,7 +12,7 @@ from scenecc.lower.placing.poses import IDENTITY_POSE, Pose7, compose, lower_pos
 from scenecc.plan import Value, literal
 from scenecc.plan.shared_poses import MOST_COMPOSED, pose_name
 from scenecc.spec.pose import PoseMapping
-from scenecc.values.nodes import NODE_TYPES, Composed, Shared
+from scenecc.variation.nodes import NODE_TYPES, Composed, Shared
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.leaves import Leaves
     from scenecc.lower.names import Names
-    from scenecc.values.nodes import Node
+    from scenecc.variation.nodes import Node
 
 _SHOWN = 20
 """How many members of a circle are named."""

@@ -17,16 +17,8 @@ from scenecc.lower.placing.poses import (
 from scenecc.lower.placing.rotations import IDENTITY
 from scenecc.lower.turns import doubt
 from scenecc.spec.pose import AxisAngle, PoseMapping
-from scenecc.values.forms import Choice, Cycle, PerScene, RandomRotation, SceneMap
-from scenecc.values.nodes import (
-    FromAxisAngle,
-    FromMatrix,
-    FromRpy,
-    Looking,
-    Normalized,
-    Posed,
-    Radians,
-)
+from scenecc.variation.forms import Choice, Cycle, PerScene, RandomRotation, SceneMap
+from scenecc.variation.nodes import FromAxisAngle, FromMatrix, FromRpy, Looking, Normalized, Posed, Radians
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

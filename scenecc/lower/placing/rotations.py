@@ -5,7 +5,7 @@ Vectors" (2006); the matrix to quaternion step after S. W. Shepperd, "Quaternion
 matrix" (1978), which picks the largest component and so never divides by a small number.
 
 These are for one rotation and need no numpy, which a scene in which nothing varies never loads. Those of
-`scenecc.values.rotations` are for many scenes at once and give the same bits, to which
+`scenecc.geometry.rotation_arrays` are for many scenes at once and give the same bits, to which
 `tests/property/test_rotation_arrays.py` holds the two.
 """
 

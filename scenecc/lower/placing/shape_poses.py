@@ -12,7 +12,7 @@ from scenecc.lower.placing.poses import IDENTITY_POSE, Pose7, direction, lower_p
 from scenecc.lower.placing.rotations import IDENTITY, Quat, Vec3, shortest_from_x
 from scenecc.plan import Value, literal, varying
 from scenecc.spec.pose import PoseMapping
-from scenecc.values.nodes import NODES
+from scenecc.variation.nodes import NODES
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -126,15 +126,15 @@ def _varying_plane(shape: Any, pose: Value, origin: Origin, leaves: Leaves) -> V
         return pose
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    from scenecc.values import rotations  # noqa: PLC0415 - likewise
-    from scenecc.values.columns import joined  # noqa: PLC0415 - likewise
-    from scenecc.values.failure import DrawError  # noqa: PLC0415 - likewise
-    from scenecc.values.support import UNKNOWN  # noqa: PLC0415 - likewise
+    from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - likewise
+    from scenecc.variation.bounds import UNKNOWN  # noqa: PLC0415 - likewise
+    from scenecc.variation.errors import DrawError  # noqa: PLC0415 - likewise
+    from scenecc.variation.per_scene_arrays import to_field_rows  # noqa: PLC0415 - likewise
 
     def draw() -> NDArray[Any]:
         """The poses (B, 7): each row turned from x to its normal, and moved along that."""
         batch = leaves.batch()
-        normals, offsets = joined(batch.item(normal)), joined(batch.item(offset))
+        normals, offsets = to_field_rows(batch.item(normal)), to_field_rows(batch.item(offset))
         for numbers, node in ((normals, normal), (offsets, offset)):
             if numbers.dtype.kind not in "fi":
                 raise DrawError("this is not made of numbers", leaves.scenes[0], node)
@@ -142,9 +142,9 @@ def _varying_plane(shape: Any, pose: Value, origin: Origin, leaves: Leaves) -> V
         if flat.any():
             scene = leaves.scenes[int(np.flatnonzero(flat)[0])]
             raise DrawError("a normal of length 0 has no direction", scene, normal)
-        steps = normals / rotations.hypot(normals)[:, None] * offsets[:, None]
+        steps = normals / rotation_arrays.hypot(normals)[:, None] * offsets[:, None]
         poses = np.broadcast_to(pose.data, (len(normals), 7))
-        return rotations.turned(poses, rotations.shortest_from_x(normals), steps)
+        return rotation_arrays.turned(poses, rotation_arrays.shortest_from_x(normals), steps)
 
     value = varying(draw, support=UNKNOWN, rows=len(leaves.scenes))
     leaves.pend(value, POSE, origin.child("normal"), reading)
@@ -155,13 +155,15 @@ def _turned_rows(pose: Value, turn: Value, step: Value, leaves: Leaves) -> Value
     """A pose before which shapes are turned and moved, row by row; drawn later where the pose is."""
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
+    from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - likewise
     from scenecc.plan import per_scene  # noqa: PLC0415 - likewise
-    from scenecc.values import rotations  # noqa: PLC0415 - likewise
-    from scenecc.values.support import UNKNOWN  # noqa: PLC0415 - likewise
+    from scenecc.variation.bounds import UNKNOWN  # noqa: PLC0415 - likewise
 
     def draw() -> NDArray[Any]:
         rows = len(leaves.scenes)
         poses = np.broadcast_to(pose.data, (rows, 7))
-        return rotations.turned(poses, np.broadcast_to(turn.data, (rows, 4)), np.broadcast_to(step.data, (rows, 3)))
+        return rotation_arrays.turned(
+            poses, np.broadcast_to(turn.data, (rows, 4)), np.broadcast_to(step.data, (rows, 3))
+        )
 
     return per_scene(draw()) if pose.known else varying(draw, support=UNKNOWN, rows=len(leaves.scenes))

@@ -21,9 +21,9 @@ from scenecc.plan import (
     constant,
     varying,
 )
-from scenecc.values.evaluate import Batch
-from scenecc.values.nodes import Chosen, Const, Drawn, Key, Node, Posed, RandomRotated, Shared, Stacked
-from scenecc.values.supporting import support
+from scenecc.variation.evaluation import Batch
+from scenecc.variation.node_bounds import find_bounds
+from scenecc.variation.nodes import Chosen, Const, Drawn, Key, Node, Posed, RandomRotated, Shared, Stacked
 
 UP = [0.7071068, 0, -0.7071068, 0]
 DRAWS: dict[str, Node] = {"push": Drawn("uniform", -1.0, 1.0, None, (), Key("draws", "push", ""))}
@@ -37,7 +37,7 @@ def value(node: Node, scene_idxs: tuple[int, ...], num_scenes: int, seed: int, *
     def draw() -> Any:
         return np.array(Batch(np.array(scene_idxs), seed, num_scenes, draws, {}).evaluate(node))
 
-    return varying(draw, support=support(node, draws), recipe=node if again else None, rows=len(scene_idxs))
+    return varying(draw, support=find_bounds(node, draws), recipe=node if again else None, rows=len(scene_idxs))
 
 
 def anywhere(name: str, height: float) -> Node:

@@ -14,9 +14,9 @@ from unit.backends.drawn import BODIES, heap, value
 from scenecc.backends.sapien import SceneBatch, instantiate
 from scenecc.diagnostics import Sink
 from scenecc.plan import BodyStructure, Box, CollisionShape, Entity, Physics, ScenePlan, constant, per_scene, varying
-from scenecc.values.nodes import Computed, Drawn, Key, Node, Posed, Stacked
-from scenecc.values.supporting import support
-from scenecc.values.template import Template
+from scenecc.variation.node_bounds import find_bounds
+from scenecc.variation.nodes import Computed, Drawn, Key, Node, Posed, Stacked
+from scenecc.variation.template import Template
 
 SCENES = 4
 
@@ -206,7 +206,7 @@ def test_an_expression_without_a_value_names_the_scene() -> None:
     height = Computed(Template("${1 / u}"), ())
     pose = Posed(Stacked((0.0, 0.0, height)), (1.0, 0.0, 0.0, 0.0))
     start = np.array([[0.0, 0, 1, 1, 0, 0, 0]] * 3)
-    at = varying(lambda: start, support=support(pose, draws), recipe=pose, rows=3)
+    at = varying(lambda: start, support=find_bounds(pose, draws), recipe=pose, rows=3)
     box = BodyStructure("dynamic", (CollisionShape(Box(constant([0.1] * 3))),))
     plan = ScenePlan("division", 3, (Entity("cube", where, at, (box,)),), Physics(), draws=tuple(draws.items()))
     batch = live(plan)

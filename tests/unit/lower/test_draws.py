@@ -10,8 +10,8 @@ from plugins.structures import body_of
 from unit.lower.scenes import BALL, codes, compiled, entity, scene
 
 from scenecc import SceneError, ScenePlan, compile_scene, validate
-from scenecc.values.evaluate import Batch
-from scenecc.values.nodes import Rows, Stacked
+from scenecc.variation.evaluation import Batch
+from scenecc.variation.nodes import Rows, Stacked
 
 HALF = {"half": {"uniform": [0.1, 0.2]}}
 

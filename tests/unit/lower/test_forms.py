@@ -12,7 +12,7 @@ from unit.lower.scenes import codes, compiled, entity, scene
 
 from scenecc import compile_scene, validate
 from scenecc.plan import Value
-from scenecc.values import generator
+from scenecc.variation import generator
 
 BOX: dict[str, Any] = {"type": "box", "half_size": [0.1, 0.2, 0.3]}
 

@@ -11,8 +11,8 @@ from unit.lower.scenes import BALL
 
 from scenecc import compile_scene
 from scenecc.plan import Value
-from scenecc.values import generator
-from scenecc.values.nodes import Key
+from scenecc.variation import generator
+from scenecc.variation.nodes import Key
 
 ONE: dict[str, Any] = {"uniform": [0.1, 1]}
 THREE: dict[str, Any] = {"uniform": [[1, 0, 0], [1, 1, 1]]}

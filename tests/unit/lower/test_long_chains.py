@@ -11,7 +11,7 @@ from scenecc import compile_scene, load_scene
 from scenecc.plan import ScenePlan
 from scenecc.plan.shared_poses import MOST_COMPOSED, is_pose
 from scenecc.plan.to_json import plan_to_json
-from scenecc.values.evaluate import Batch
+from scenecc.variation.evaluation import Batch
 
 TOWER = """scenecc: 1
 num_scenes: 4

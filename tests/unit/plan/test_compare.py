@@ -33,7 +33,7 @@ from scenecc.plan import (
 from scenecc.plan.compare import Difference, differences
 from scenecc.plan.fields import Choice, Many, Node, Numbers, OneOf, Plain, Quantity, slots
 from scenecc.plan.labels import NAMES
-from scenecc.values.nodes import Chosen, Drawn, Key, Posed, Shared, Stacked
+from scenecc.variation.nodes import Chosen, Drawn, Key, Posed, Shared, Stacked
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

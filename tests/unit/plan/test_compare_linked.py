@@ -40,7 +40,7 @@ from scenecc.plan import (
     recalled,
 )
 from scenecc.plan.compare import Difference, differences
-from scenecc.values.nodes import Drawn, Key
+from scenecc.variation.nodes import Drawn, Key
 
 ARM = arm(ids=constant([1, 1, 0, 0], np.int64), start=literal(0.3))
 

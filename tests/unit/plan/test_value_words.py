@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from scenecc.plan.value_words import color_words, support_words
-from scenecc.values.support import UNKNOWN, Support
+from scenecc.variation.bounds import UNKNOWN, ValueBounds
 
 
 @pytest.mark.parametrize(
@@ -24,13 +24,13 @@ from scenecc.values.support import UNKNOWN, Support
     ],
 )
 def test_alternatives_are_listed_while_they_are_few(alternatives: Any, words: str) -> None:
-    assert support_words(Support.of(alternatives)) == words
+    assert support_words(ValueBounds.of(alternatives)) == words
 
 
 def test_bounds_stand_around_dots() -> None:
-    assert support_words(Support(None, 0.1, 0.5, True)) == "0.1 … 0.5"
-    assert support_words(Support(None, (0, 0, 1), (1, 2, 1), True)) == "[0 … 1, 0 … 2, 1]"
-    assert support_words(Support(None, (0, 0), (1, 1), True)) == "0 … 1 each"
+    assert support_words(ValueBounds(None, 0.1, 0.5, True)) == "0.1 … 0.5"
+    assert support_words(ValueBounds(None, (0, 0, 1), (1, 2, 1), True)) == "[0 … 1, 0 … 2, 1]"
+    assert support_words(ValueBounds(None, (0, 0), (1, 1), True)) == "0 … 1 each"
     assert support_words(UNKNOWN) == "by an expression"
 
 

@@ -10,7 +10,7 @@ from plugins.diagnostics import TakingSink
 from scenecc.diagnostics import Origin, Sink
 from scenecc.spec.document import SceneFile
 from scenecc.spec.parse import parse
-from scenecc.values.forms import (
+from scenecc.variation.forms import (
     MISSING,
     Choice,
     Cycle,
@@ -23,7 +23,7 @@ from scenecc.values.forms import (
     Uniform,
     Vector,
 )
-from scenecc.values.template import Template
+from scenecc.variation.template import Template
 
 BALL: dict[str, Any] = {"type": "sphere", "radius": 0.1}
 

@@ -37,7 +37,7 @@ from scenecc.plan import (
     recalled,
 )
 from scenecc.summary import SummaryRow, summarize
-from scenecc.values.nodes import Drawn, Key
+from scenecc.variation.nodes import Drawn, Key
 
 
 def planned(plan: ScenePlan) -> dict[str, SummaryRow]:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.backends.sapien.columns import taken
+from scenecc.geometry.rotation_arrays import compose
 from scenecc.plan.pose import IDENTITY_POSE
-from scenecc.values.rotations import compose
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -17,15 +17,15 @@ from scenecc.backends.sapien.seen.lights import build_environment, build_light, 
 from scenecc.plan import literal
 from scenecc.plan.fields import PIXELS
 from scenecc.plan.rig import AMBIENT, DIRECTIONS, is_unlit
-from scenecc.values.columns import joined
-from scenecc.values.failure import DrawError
+from scenecc.variation.errors import DrawError
+from scenecc.variation.per_scene_arrays import to_field_rows
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.standing import Standing
     from scenecc.plan import Camera, Light, ScenePlan
-    from scenecc.values.evaluate import Batch
+    from scenecc.variation.evaluation import Batch
 
 Moves = list[tuple[Any, Any]]
 """Entities of lights and cameras, and where they go."""
@@ -196,7 +196,7 @@ def moves_of(held: Light | Camera, found: HeldBatch, batch: Batch) -> Moves:
         return []
     part = batch if len(having) == len(batch.scenes) else batch.only(np.array(having, dtype=np.intp))
     try:
-        poses: NDArray[np.float64] = joined(part.evaluate(recipe))
+        poses: NDArray[np.float64] = to_field_rows(part.evaluate(recipe))
     except DrawError as error:
         message = f"'{held.name}' in scene {error.scene}: its pose has no value: {error.message}"
         raise ValueError(message) from None

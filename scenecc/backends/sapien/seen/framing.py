@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.backends.sapien.engine import render
+from scenecc.geometry import rotation_arrays
 from scenecc.plan import Camera, Perspective, literal
 from scenecc.plan.pictured import FLAT, TOWARDS
 from scenecc.plan.pose import IDENTITY_POSE
-from scenecc.values import rotations
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -48,7 +48,7 @@ def framing(scene: Any, width: int = WIDTH, height: int = HEIGHT) -> tuple[NDArr
     half = FOVY / 2 if width >= height else atan(tan(FOVY / 2) * width / height)
     distance = SPARE * radius / sin(half)
     back = np.array(TOWARDS) / np.linalg.norm(TOWARDS)
-    q, _ = rotations.looking(-back[None])
+    q, _ = rotation_arrays.looking(-back[None])
     pose = np.concatenate([middle + distance * back, q[0]])
     return pose, max(0.01, 0.01 * (distance - radius)), 100 * (distance + radius)
 

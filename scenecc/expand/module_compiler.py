@@ -1,0 +1,439 @@
+"""Modules and prefabs looked through once, ready to be expanded as often as they are used."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics import Origin
+from scenecc.diagnostics.messages import cut
+from scenecc.expand.contents import count_objects, count_values, find_per_scene_lists
+from scenecc.expand.expansion import ExpansionFrame, ObjectBudget
+from scenecc.expand.modules import ModuleLibrary, chain_text
+from scenecc.expand.params import Param, read_param
+from scenecc.expand.patterns import (
+    BUILTIN_MEANINGS,
+    PARAM_DEFAULT,
+    NameMeaning,
+    NameMeanings,
+    Pattern,
+    PatternCompiler,
+    RepeatAxes,
+    check_new_name,
+)
+from scenecc.spec.base import NOTE_PREFIX
+from scenecc.spec.plain import is_mapping, is_sequence
+from scenecc.variation.errors import ExpressionError
+from scenecc.variation.template import Template
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from scenecc.diagnostics import Path, Sink
+    from scenecc.expand.documents import SceneDocument
+    from scenecc.expand.modules import Module, ModulePart, SectionEntry
+
+
+_COPY_KEYS = frozenset(("repeat", "if", "name"))
+"""Keys that say which entities there are, and are no part of them."""
+
+ATTACHED_SECTIONS = ("constraints", "lights", "cameras")
+"""Sections of what is built after the entities, and may hold on to them. In this order they are written."""
+
+_INSTANCE_KEYS = frozenset((*_COPY_KEYS, "use", "with", "prefix", "scene_idxs"))
+
+
+@dataclass(frozen=True, slots=True)
+class NodeTemplate:
+    """A node and its pattern.
+
+    Attributes:
+        node: as written, without what is not part of it.
+        pattern: None where there is nothing to fill in.
+        part: the document in which it is written.
+        path: of it there.
+    """
+
+    node: Any
+    pattern: Pattern | None
+    part: ModulePart
+    path: Path
+
+    def make(self, run: ExpansionFrame) -> Any:
+        """The node with the values of a run."""
+        return self.node if self.pattern is None else self.pattern.make(run)
+
+
+@dataclass(frozen=True, slots=True)
+class InstanceTemplate:
+    """What an instance has beside its pose.
+
+    Attributes:
+        reference: of the prefab's file.
+        given: parameter → its value.
+        prefix: what stands before the names inside; None: the instance's name and a slash.
+    """
+
+    reference: NodeTemplate
+    given: dict[str, NodeTemplate]
+    prefix: NodeTemplate | None
+
+
+@dataclass(frozen=True, slots=True)
+class UnitTemplate:
+    """One written entity, constraint, light or camera, or several; or instances of a prefab.
+
+    Attributes:
+        section: of it.
+        name: as written.
+        body: its node; of an instance what is left of it for its frame.
+        axes: what repeats it.
+        condition: its `if`.
+        namer: the names of its copies.
+        selection: its `scene_idxs`.
+        use: the prefab; None for what is no instance.
+        weight: for how many objects each copy counts: one, or as many as it has shapes, and more where it is long.
+    """
+
+    section: str
+    name: str
+    body: NodeTemplate
+    axes: RepeatAxes | None
+    condition: NodeTemplate | None
+    namer: NodeTemplate | None
+    selection: NodeTemplate | None
+    use: InstanceTemplate | None
+    weight: int
+
+
+@dataclass(frozen=True, slots=True)
+class CompiledModule:
+    """A module, looked through.
+
+    Attributes:
+        module: of it.
+        params: by name, in order.
+        draws, materials, groups, frames: by name, in order.
+        settings: `physics` and `environment`, each by key.
+        units: the entities.
+        fastened: the constraints, then the lights and the cameras.
+        weight: for how many objects a use of it counts, but for what is repeated in it and the instances.
+    """
+
+    module: Module
+    params: dict[str, Param]
+    draws: dict[str, NodeTemplate]
+    materials: dict[str, NodeTemplate]
+    groups: dict[str, NodeTemplate]
+    frames: dict[str, NodeTemplate]
+    settings: dict[str, dict[str, NodeTemplate]]
+    units: list[UnitTemplate]
+    fastened: list[UnitTemplate]
+    weight: int
+
+    def default_materials(self) -> list[str]:
+        """The materials that parameters have by default."""
+        params = self.params.values()
+        return [param.default for param in params if param.kind == "material" and isinstance(param.default, str)]
+
+
+def compile_module(module: Module, use: Origin | None, sink: Sink) -> CompiledModule:
+    """Looks through a module; what is wrong in every use of it is reported.
+
+    Args:
+        module: a file with all that it includes.
+        use: what it is first used from.
+        sink: takes the diagnostics.
+    """
+    return _ModuleCompiler(module, use, sink).compiled()
+
+
+class _ModuleCompiler:
+    """Looks through one module: first its parameters and draws, whose names everything after them may read."""
+
+    def __init__(self, module: Module, use: Origin | None, sink: Sink) -> None:
+        self._module = module
+        self._use = use
+        self._sink = sink
+        self._runs: dict[int, ExpansionFrame] = {}
+        self._names: dict[str, NameMeaning] = dict(BUILTIN_MEANINGS)
+
+    def compiled(self) -> CompiledModule:
+        """The module, looked through in the order in which names may be read."""
+        params = self._params()
+        draws = self._draws()
+        sections = (
+            self._section("materials"),
+            self._section("collision_groups", "`collision_groups`"),
+            self._section("frames"),
+        )
+        units = self._units("entities")
+        fastened = [unit for section in ATTACHED_SECTIONS for unit in self._units(section)]
+        return CompiledModule(
+            self._module,
+            params,
+            draws,
+            *sections,
+            {"physics": self._section("physics", "`physics`"), "environment": self._section("environment")},
+            units,
+            fastened,
+            self._weight((draws, *sections), [*units, *fastened]),
+        )
+
+    def _weight(self, sections: Iterable[Mapping[str, NodeTemplate]], units: list[UnitTemplate]) -> int:
+        params = self._module.section("params").values()
+        count = sum(1 + count_values(entry.node) for entry in params) // _VALUES_PER_OBJECT
+        count += sum(count_objects(made.node) for nodes in sections for made in nodes.values())
+        return count + sum(unit.weight for unit in units if unit.axes is None and unit.use is None)
+
+    def _run(self, part: ModulePart) -> ExpansionFrame:
+        run = self._runs.get(id(part))
+        if run is None:
+            run = ExpansionFrame(part.document.name, part.parent(self._use), {}, _NO_BUDGET, self._sink)
+            self._runs[id(part)] = run
+        return run
+
+    def _compiler(self, entry: SectionEntry, structure: str | None = None) -> PatternCompiler:
+        return PatternCompiler(self._names, self._run(entry.part), structure)
+
+    def _section(self, section: str, structure: str | None = None) -> dict[str, NodeTemplate]:
+        return {
+            name: self._made(entry, self._compiler(entry, structure))
+            for name, entry in self._module.section(section).items()
+        }
+
+    @staticmethod
+    def _made(entry: SectionEntry, compiler: PatternCompiler) -> NodeTemplate:
+        return NodeTemplate(entry.node, compiler.pattern(entry.node, entry.path), entry.part, entry.path)
+
+    def _params(self) -> dict[str, Param]:
+        entries = self._module.section("params")
+        for name, entry in entries.items():
+            if check_new_name(name, "parameter", self._names, entry.path, self._run(entry.part)):
+                self._names[name] = "later parameter"
+        draws: dict[str, NameMeaning] = dict.fromkeys(self._module.section("draws"), "draw")
+        params: dict[str, Param] = {}
+        for name, entry in entries.items():
+            run = self._run(entry.part)
+            # The defaults before it may be read; the names of a snapshot stay as they are now.
+            names: dict[str, NameMeaning] = {**draws, **self._names, **_itself(name, self._names)}
+            found = read_param(name, entry.node, entry.part, PatternCompiler(names, run, PARAM_DEFAULT), run)
+            if found is not None:
+                params[name] = found
+            if self._names.get(name) == "later parameter":
+                self._names[name] = "parameter"
+        return params
+
+    def _draws(self) -> dict[str, NodeTemplate]:
+        entries = self._module.section("draws")
+        for name, entry in entries.items():
+            if check_new_name(name, "draw", self._names, entry.path, self._run(entry.part)):
+                self._names[name] = "later draw"
+        draws: dict[str, NodeTemplate] = {}
+        for name, entry in entries.items():
+            names: dict[str, NameMeaning] = {**self._names, **_itself(name, self._names)}
+            draws[name] = self._made(entry, PatternCompiler(names, self._run(entry.part)))
+            if self._names.get(name) == "later draw":
+                self._names[name] = "draw"
+        return draws
+
+    def _units(self, section: str) -> list[UnitTemplate]:
+        return [self._unit(section, name, entry) for name, entry in self._module.section(section).items()]
+
+    def _unit(self, section: str, name: str, entry: SectionEntry) -> UnitTemplate:
+        node, path = entry.node, entry.path
+        compiler = self._compiler(entry)
+        axes = None
+        if "repeat" in node:
+            axes, compiler = compiler.axes(node["repeat"], (*path, "repeat"))
+        else:
+            self._needs_repeat(node, entry)
+        use = self._use_of(node, entry, compiler) if section == "entities" and "use" in node else None
+        dropped = _INSTANCE_KEYS if use is not None else _COPY_KEYS & node.keys()
+        inner = compiler.entries(node, path, frozenset(dropped)) if is_mapping(node) else None
+        body = NodeTemplate(
+            node if inner is None else inner.node, inner if inner and inner.patterns else None, entry.part, path
+        )
+        condition, namer, selection = (self._fixed(node, key, entry, compiler) for key in ("if", "name", "scene_idxs"))
+        return UnitTemplate(section, name, body, axes, condition, namer, selection, use, count_objects(node))
+
+    def _needs_repeat(self, node: dict[str, Any], entry: SectionEntry) -> None:
+        if "name" in node:
+            hint = "an entity is called as its key says; `name` names the copies of what is repeated"
+            self._run(entry.part).report(
+                "SC224", "`name` does nothing without `repeat`", (*entry.path, "name"), at="key", hint=hint
+            )
+
+    @staticmethod
+    def _fixed(node: dict[str, Any], key: str, entry: SectionEntry, compiler: PatternCompiler) -> NodeTemplate | None:
+        """A key that decides about structure; None where it is not there."""
+        if key not in node:
+            return None
+        path = (*entry.path, key)
+        fixed = PatternCompiler(compiler.names, compiler.run, f"`{key}`")
+        return NodeTemplate(node[key], fixed.pattern(node[key], path), entry.part, path)
+
+    def _use_of(self, node: dict[str, Any], entry: SectionEntry, compiler: PatternCompiler) -> InstanceTemplate:
+        reference = self._fixed(node, "use", entry, compiler)
+        assert reference is not None
+        given = node.get("with", {})
+        path = (*entry.path, "with")
+        return InstanceTemplate(
+            reference,
+            {
+                name: NodeTemplate(item, compiler.pattern(item, (*path, name)), entry.part, (*path, name))
+                for name, item in given.items()
+                if not name.startswith(NOTE_PREFIX)
+            },
+            self._fixed(node, "prefix", entry, compiler),
+        )
+
+
+_VALUES_PER_OBJECT = 4
+"""How many values in the declarations of parameters count as an object."""
+
+
+def _itself(name: str, names: NameMeanings) -> dict[str, NameMeaning]:
+    """What a draw or default of some name cannot read: the one of that name."""
+    return {name: "itself"} if names.get(name, "").startswith("later") else {}
+
+
+_NO_BUDGET = ObjectBudget("SC604", "objects", "objects", 0)
+"""Nothing is made while a module is looked through."""
+
+
+_QUOTED = re.compile(r"'([^']*)'|\"([^\"]*)\"")
+_NAMING_KEYS = frozenset(("material", "with", "repeat"))
+"""Keys below which a text may be the name of a material."""
+
+_INLINE_KEYS = frozenset(("physical", "visual"))
+_NEVER_A_NAME = frozenset(("number", "integer", "boolean", "vector", "color", "file"))
+"""Types of parameters that are no text, or none that names a material."""
+
+
+def find_named_materials(compiled: CompiledModule) -> set[str]:
+    """The materials of a module that something in it names, or may name, whatever its parameters are.
+
+    What is the same under all parameters is left out: whether it is used shows in the end.
+    """
+    materials = compiled.materials
+    if not materials:
+        return set()
+    search = _MaterialSearch(compiled)
+    entries = compiled.module.section("entities")
+    for unit in compiled.units:
+        if _depends_on_params(unit):
+            search.look(entries[unit.name].node, naming=False)
+    return {*compiled.default_materials(), *search.found} & materials.keys()
+
+
+def _depends_on_params(unit: UnitTemplate) -> bool:
+    """Whether anything of an entity may be otherwise under other parameters."""
+    return unit.body.pattern is not None or not (unit.axes is unit.condition is unit.use is None)
+
+
+class _MaterialSearch:
+    """Looks through entities as they are written.
+
+    Attributes:
+        found: the texts that may name a material.
+    """
+
+    def __init__(self, compiled: CompiledModule) -> None:
+        self.found: set[str] = set()
+        self._materials = compiled.materials
+        self._params = compiled.params
+
+    def look(self, node: Any, *, naming: bool) -> None:
+        """Looks through a node. `naming`: whether a text in it may be a name."""
+        if isinstance(node, str):
+            if naming:
+                self.found.update(self._expressed(node) if "${" in node else (node,))
+        elif is_mapping(node):
+            if naming and not _INLINE_KEYS.isdisjoint(node):
+                return
+            for key, item in node.items():
+                if not key.startswith(NOTE_PREFIX):
+                    self.look(item, naming=naming or key in _NAMING_KEYS)
+        elif is_sequence(node):
+            for item in node:
+                self.look(item, naming=naming)
+
+    def _expressed(self, text: str) -> Iterable[str]:
+        try:
+            template = Template.parse(text)
+        except ExpressionError:
+            return ()
+        parts = template.expressions()
+        if len(parts) > 1:
+            pattern = "".join(re.escape(part) if isinstance(part, str) else ".*" for part in parts)
+            return filter(re.compile(pattern, re.DOTALL).fullmatch, self._materials)
+        params = [self._params[name] for name in template.names if name in self._params]
+        texts = [param for param in params if param.kind not in _NEVER_A_NAME]
+        if not texts:
+            return [one or other for one, other in _QUOTED.findall(text)]
+        if texts[0].kind == "choice" and text[2:-1].strip() == texts[0].name:
+            return [option for option in texts[0].options if isinstance(option, str)]
+        return self._materials
+
+
+DocumentChain = tuple["SceneDocument", ...]
+"""The documents that use one another, from the top one on."""
+
+_IGNORED_KEYS = ("physics", "environment", "num_scenes", "seed")
+"""What a prefab says for the case that it is compiled by itself."""
+
+
+class PrefabLibrary:
+    """The prefabs of one compilation."""
+
+    def __init__(self, library: ModuleLibrary, sink: Sink) -> None:
+        self._library = library
+        self._sink = sink
+        self._compiled: dict[str, CompiledModule | None] = {}
+
+    def find(self, reference: str, owner: SceneDocument, place: Origin, chain: DocumentChain) -> CompiledModule | None:
+        """The prefab that a document uses; None where it was reported.
+
+        Args:
+            reference: as written.
+            owner: the document.
+            place: of the reference.
+            chain: the modules that lead to it, its own last.
+        """
+        document = self._library.find(reference, owner, place)
+        if document is None:
+            return None
+        names = [above.shown for above in (*chain, document)]
+        if any(document.identity == above.identity for above in chain):
+            message = f"a prefab uses itself: {chain_text(names)}"
+            self._sink.report("SC232", message, place, hint="leave one of these uses out")
+            return None
+        if self._library.is_too_deep(names, place):
+            return None
+        if document.identity not in self._compiled:
+            module = self._library.module(document, place)
+            self._check(module, place)
+            self._compiled[document.identity] = compile_module(module, place, self._sink) if module.good else None
+        return self._compiled[document.identity]
+
+    def _check(self, module: Module, place: Origin) -> None:
+        """Reports what has no meaning in a prefab."""
+        for part in module.parts:
+            data, parent = part.document.document.data, part.parent(place)
+            for key in _IGNORED_KEYS:
+                if key in data:
+                    message = f"`{key}` of a prefab is left out: that of the scene counts"
+                    self._sink.report("SC241", message, Origin(part.document.name, (key,), "", parent), at="key")
+        for section in module.sections.values():
+            for name, entry in section.items():
+                for path in find_per_scene_lists(entry.node, entry.path) if not _is_param(entry.path) else ():
+                    origin = entry.origin(place)
+                    message = f"`{cut(name)}` lists its values by scene, and a prefab may be in any of them"
+                    hint = "write {per_scene: {0: …, default: …}}, `cycle` or a parameter"
+                    self._sink.report("SC242", message, Origin(origin.file, path, "", origin.parent), hint=hint)
+
+
+def _is_param(path: tuple[str | int, ...]) -> bool:
+    return path[:1] == ("params",)

@@ -1,0 +1,427 @@
+"""Expanding modules: one namespace after the other, entities in the order in which they are built."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics.messages import show
+from scenecc.expand.arguments import BoundParams, ParamArgument, bind_params, material_name
+from scenecc.expand.contents import is_varying
+from scenecc.expand.expansion import (
+    BudgetExhausted,
+    ExpansionFrame,
+    ExpansionWriter,
+    FailedValue,
+    ObjectBudget,
+    SourceMark,
+    scoped_name,
+)
+from scenecc.expand.module_compiler import find_named_materials
+from scenecc.expand.params import form_key
+from scenecc.expand.patterns import hoist_invariants
+from scenecc.spec.base import NAME_PATTERN, PREFIX_PATTERN, SPELLINGS
+from scenecc.spec.known import known_as
+from scenecc.spec.plain import is_mapping, is_sequence
+from scenecc.spec.selection import select
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
+
+    from scenecc.diagnostics import Location, Origin, Path, Sink
+    from scenecc.expand.module_compiler import CompiledModule, DocumentChain, NodeTemplate, PrefabLibrary, UnitTemplate
+    from scenecc.expand.modules import ModulePart
+    from scenecc.expand.params import Param
+
+
+@dataclass(slots=True)
+class ModuleScope:
+    """One use of a module.
+
+    Attributes:
+        compiled: the module.
+        name: full name of the instance; "" for the top.
+        prefix: what stands before the names of its entities and frames.
+        use: the `use`; None for the top.
+        selection: the scenes that the instance is in.
+        values: of parameters and constants.
+        failed: parameters without a value, which was reported.
+        chain: the modules that lead here, this one last.
+        hidden: whether only people see what is inside.
+    """
+
+    compiled: CompiledModule
+    name: str
+    prefix: str
+    use: Origin | None
+    selection: Selection
+    values: dict[str, Any]
+    failed: frozenset[str]
+    chain: DocumentChain
+    hidden: bool = False
+    runs: dict[int, ExpansionFrame] = field(default_factory=dict[int, ExpansionFrame])
+
+    def run(self, part: ModulePart, objects: ObjectBudget, sink: Sink) -> ExpansionFrame:
+        """The run of one of its documents."""
+        run = self.runs.get(id(part))
+        if run is None:
+            parent = part.parent(self.use)
+            run = ExpansionFrame(part.document.name, parent, self.values, objects, sink, self.failed)
+            self.runs[id(part)] = run
+        return run
+
+
+_NO_POSE: dict[str, Any] = {"pose": [0, 0, 0]}
+"""The frame of an instance without a pose."""
+
+
+class ModuleExpander:
+    """Expands modules.
+
+    Args:
+        output: what is written.
+        prefabs: finds them.
+        scenes: reads selections.
+        draws: the shared draws that are given from outside.
+        objects: how many entities and repeated shapes may be made.
+        instances: how many instances.
+        sink: takes the diagnostics.
+    """
+
+    def __init__(
+        self,
+        output: ExpansionWriter,
+        prefabs: PrefabLibrary,
+        scenes: SceneSelections,
+        draws: Collection[str],
+        objects: ObjectBudget,
+        instances: ObjectBudget,
+        sink: Sink,
+    ) -> None:
+        self._output = output
+        self._prefabs = prefabs
+        self._scenes = scenes
+        self._draws = draws
+        self._objects = objects
+        self._instances = instances
+        self._sink = sink
+
+    def bind(
+        self,
+        compiled: CompiledModule,
+        given: Mapping[str, ParamArgument],
+        *,
+        scope: str,
+        use: Origin | Location | None,
+        key: str = "",
+    ) -> BoundParams:
+        """The values of a module's parameters. `key`: what stands before the names of materials given as mappings."""
+
+        def material(param: Param, argument: ParamArgument) -> Any:
+            if argument.scope == scope and isinstance(argument.value, str):
+                return argument.value
+            return material_name(argument, f"{key}with.{param.name}", self._output, self._sink)
+
+        return bind_params(
+            compiled,
+            given,
+            {"num_scenes": self._scenes.count},
+            scope=scope,
+            use=use,
+            material=material,
+            objects=self._objects,
+            sink=self._sink,
+        )
+
+    def expand(self, scope: ModuleScope, bound: BoundParams) -> None:
+        """Writes all that a module has."""
+        self._varying(scope, bound)
+        self._shared_draws(scope)
+        compiled = scope.compiled
+        for section, nodes in (("materials", compiled.materials), ("collision_groups", compiled.groups)):
+            for name, made in nodes.items():
+                self._node(section, scoped_name(scope.name, name), made, scope)
+        # What one use of a prefab leaves unused another uses, and so it is with other parameters.
+        unsuspected = compiled.materials if scope.name else find_named_materials(compiled)
+        self._output.used_materials.update([scoped_name(scope.name, name) for name in unsuspected])
+        for name, made in compiled.frames.items():
+            self._placed("frames", scope.prefix + name, made, scope)
+        if not scope.name:
+            for section, nodes in compiled.settings.items():
+                for name, made in nodes.items():
+                    self._node(section, name, made, scope)
+        for unit in compiled.units:
+            self._unit(unit, scope)
+        for unit in compiled.fastened:
+            self._unit(unit, scope)
+
+    def _varying(self, scope: ModuleScope, bound: BoundParams) -> None:
+        """Parameters that differ from scene to scene become draws."""
+        for name, argument in bound.varying.items():
+            full = scoped_name(scope.name, name)
+            place = argument.place if isinstance(argument.place, SourceMark) else SourceMark(argument.place.file, ())
+            self._output.add("draws", full, argument.value, place, by_scene=argument.by_scene)
+            if argument.scope != scope.name:
+                self._output.given[full] = argument.scope
+            if argument.wanted is not None:
+                self._output.wanted[full] = argument.wanted
+
+    def _shared_draws(self, scope: ModuleScope) -> None:
+        for name, made in scope.compiled.draws.items():
+            run = scope.run(made.part, self._objects, self._sink)
+            value = made.make(run)
+            full = scoped_name(scope.name, name)
+            if is_varying(value) or full in self._draws:
+                self._output.add("draws", full, value, run.mark(made.path))
+            else:
+                # The same in every scene: whatever reads it is the same too, and need not be computed for each.
+                scope.values[name] = value
+
+    def _node(self, section: str, name: str, made: NodeTemplate, scope: ModuleScope) -> bool:
+        run = scope.run(made.part, self._objects, self._sink)
+        run.lists = {}
+        node = made.make(run)
+        return self._output.add(section, name, node, run.mark(made.path), run.lists)
+
+    def _placed(self, section: str, name: str, made: NodeTemplate, scope: ModuleScope) -> None:
+        if self._node(section, name, made, scope) and scope.name:
+            self._output.scopes[name] = scope.name
+            if scope.selection is not None:
+                # What it reads of a `with` may have a value in these scenes alone.
+                self._output.selections[name] = scope.selection
+
+    def _unit(self, unit: UnitTemplate, scope: ModuleScope) -> None:
+        run = scope.run(unit.body.part, self._objects, self._sink)
+        if unit.axes is None:
+            self._one(unit, unit.name, scope, run)
+            return
+        loop = unit.axes.loop(run)
+        if loop is None:
+            return
+        budget = self._objects if unit.use is None else self._instances
+        budget.take(loop.count * unit.weight, run, unit.axes.path)
+        values, names = run.values, loop.names
+        pattern = unit.body.pattern
+        if pattern is not None and loop.count > 1:
+            unit = replace(unit, body=replace(unit.body, pattern=hoist_invariants(pattern, names)))
+        for number, members in enumerate(loop):
+            values.update(zip(names, members, strict=True))
+            run.copies.append((loop, number))
+            self._one(unit, f"{unit.name}_{number}", scope, run)
+            run.copies.pop()
+        for name in names:
+            values.pop(name, None)
+
+    def _one(self, unit: UnitTemplate, name: str, scope: ModuleScope, run: ExpansionFrame) -> None:
+        """One entity, instance, constraint, light or camera. `name`: what it is called without a `name` of its own."""
+        if unit.condition is not None and not self._holds(unit.condition, run):
+            return
+        if unit.namer is not None and unit.axes is not None:
+            name = _checked_name(unit.namer, "name", NAME_PATTERN, run) or name
+        if unit.use is not None:
+            self._instance(unit, name, scope, run)
+            return
+        full = scope.prefix + name
+        selection = self._selection(unit, scope, run)
+        if selection is not None and not selection:
+            return
+        run.lists = {}
+        node = unit.body.make(run)
+        if selection is not None:
+            self._output.selections[known_as(unit.section, full)] = selection
+            if "scene_idxs" in node:
+                node = {key: item for key, item in node.items() if key != "scene_idxs"}
+        if scope.hidden and unit.section == "entities":
+            node = {**node, "hidden": True}
+        if self._output.add(unit.section, full, node, run.mark(unit.body.path), run.lists) and scope.name:
+            self._output.scopes[known_as(unit.section, full)] = scope.name
+
+    def _selection(self, unit: UnitTemplate, scope: ModuleScope, run: ExpansionFrame) -> Selection:
+        """The scenes of what is inside an instance that narrows them; None where none does."""
+        if scope.selection is None or unit.selection is None:
+            return scope.selection
+        return self._scenes.narrowed(unit.selection.make(run), scope.selection, run.origin(unit.selection.path))
+
+    @staticmethod
+    def _holds(condition: NodeTemplate, run: ExpansionFrame) -> bool:
+        value = condition.make(run)
+        if type(value) is bool:
+            return value
+        if is_varying(value):
+            run.report("SC203", "`if` cannot read what differs from scene to scene", condition.path)
+        elif not isinstance(value, FailedValue):
+            run.report("SC223", f"`if` must be true or false, not {show(value)}", condition.path)
+        return False
+
+    def _instance(self, unit: UnitTemplate, name: str, scope: ModuleScope, run: ExpansionFrame) -> None:
+        use = unit.use
+        assert use is not None
+        if unit.axes is None:
+            self._instances.take(unit.weight, run, unit.body.path)
+        place = run.origin(use.reference.path)
+        reference = use.reference.make(run)
+        if not isinstance(reference, str) or isinstance(reference, FailedValue):
+            if is_varying(reference):
+                run.report("SC203", "`use` cannot read what differs from scene to scene", use.reference.path)
+            elif not isinstance(reference, FailedValue):
+                run.report("SC103", f"`use` must be a text, not {show(reference)}", use.reference.path)
+            return
+        compiled = self._prefabs.find(reference, unit.body.part.document, place, scope.chain)
+        selection = scope.selection
+        if unit.selection is not None:
+            given = unit.selection.make(run)
+            selection = self._scenes.narrowed(given, scope.selection, run.origin(unit.selection.path))
+        if compiled is None or (selection is not None and not selection):
+            return
+        self._objects.take(compiled.weight, run, unit.body.path)
+        full = scope.prefix + name
+        arguments = {param: self._argument(made, selection, scope, run) for param, made in use.given.items()}
+        bound = self.bind(compiled, arguments, scope=full, use=place, key=f"{name}.")
+        prefix = f"{full}/"
+        if use.prefix is not None:
+            prefix = scope.prefix + (_checked_name(use.prefix, "prefix", PREFIX_PATTERN, run) or "")
+        chain = (*scope.chain, compiled.module.main.document)
+        body = unit.body.make(run)
+        hidden = scope.hidden or body.get("hidden") is True
+        inner = ModuleScope(compiled, full, prefix, place, selection, dict(bound.values), bound.failed, chain, hidden)
+        self._output.prefixes[full] = prefix
+        mark = run.mark(unit.body.path)
+        self.expand(inner, bound)
+        self._anchor(full, body, mark, selection, scope)
+
+    def _argument(
+        self, made: NodeTemplate, selection: Selection, scope: ModuleScope, run: ExpansionFrame
+    ) -> ParamArgument:
+        value = made.make(run)
+        turned: dict[Path, tuple[int, ...]] = {}
+        if selection is not None and is_varying(value):
+            value, wrong = self._scenes.by_scene(value, selection, (), turned)
+            if wrong is not None:
+                message = f"`per_scene` must have {len(selection)} values, one for each scene of the instance"
+                run.report("SC106", message, (*made.path, *wrong))
+        return ParamArgument(value, run.mark(made.path), made.part.document, scope.name, turned)
+
+    def _anchor(
+        self, full: str, body: dict[str, Any], mark: SourceMark, selection: Selection, scope: ModuleScope
+    ) -> None:
+        """The frame in which an instance stands."""
+        output = self._output
+        # A prefab without a prefix may hold an entity of the instance's own name, which then has it.
+        is_taken = full in output.sections["entities"] and full in output.scopes and output.scopes[full] != scope.name
+        anchor = f"{full}/instance" if is_taken else full
+        output.anchors[full] = anchor
+        node = {"pose": body["pose"]} if "pose" in body else _NO_POSE
+        if not output.add("frames", anchor, node, mark):
+            return
+        if scope.name:
+            output.scopes[anchor] = scope.name
+        if selection is not None:
+            output.selections[anchor] = selection
+
+
+def _checked_name(made: NodeTemplate, key: str, pattern: str, run: ExpansionFrame) -> str | None:
+    """A text that must fit a pattern; None where it was reported. `key`: where it is written."""
+    text = made.make(run)
+    if isinstance(text, str) and re.fullmatch(pattern, text):
+        return text
+    if is_varying(text):
+        run.report("SC203", f"`{key}` cannot read what differs from scene to scene", made.path)
+    elif not isinstance(text, FailedValue):
+        run.report("SC107", f"{show(text)} is not a name", made.path, hint=SPELLINGS[pattern])
+    return None
+
+
+Selection = tuple[int, ...] | None
+"""Scene indices, ascending; None for every scene."""
+
+
+_INDEX_TYPES = (int, str)
+
+
+class SceneSelections:
+    """Selections, each read once.
+
+    Args:
+        count: how many scenes there are.
+        most: how many may be selected in all, each selection counted once.
+        sink: takes the diagnostics.
+    """
+
+    def __init__(self, count: int, most: int, sink: Sink) -> None:
+        self.count = count
+        self._sink = sink
+        self._known: dict[str, tuple[int, ...]] = {}
+        self._narrowed: dict[tuple[str, int], tuple[tuple[int, ...], tuple[int, ...]]] = {}
+        self._most = self._left = most
+
+    def narrowed(self, given: Any, outer: Selection, place: Origin) -> Selection:
+        """The scenes of what selects some inside of what is in others. Empty where the selection was reported.
+
+        Raises:
+            Exhausted: all that was selected comes to more than may be; that is reported.
+        """
+        key = repr(given)
+        if key not in self._known:
+            self._known[key] = self._counted(self._select(given, place) or (), place)
+        chosen = self._known[key]
+        if outer is None or not chosen:
+            return chosen
+        # By identity: what is in one instance is narrowed by the same scenes, which are kept.
+        found = self._narrowed.get((key, id(outer)))
+        if found is None:
+            among = frozenset(outer)
+            narrowed = self._counted(tuple(scene for scene in chosen if scene in among), place)
+            found = self._narrowed[key, id(outer)] = (outer, narrowed)
+        return found[1]
+
+    def _counted(self, selection: tuple[int, ...], place: Origin) -> tuple[int, ...]:
+        self._left -= len(selection)
+        if self._left < 0:
+            message = f"what instances select comes to more than {self._most} scenes in all"
+            hint = "raise the limit with --limit objects_times_scenes=N or limits={'objects_times_scenes': N}"
+            self._sink.report("SC606", message, place, hint=hint)
+            raise BudgetExhausted
+        return selection
+
+    def _select(self, given: Any, place: Origin) -> Selection:
+        # An expression may have given anything.
+        if isinstance(given, str) or (is_sequence(given) and all(type(item) in _INDEX_TYPES for item in given)):
+            return select(given if isinstance(given, str) else list(given), self.count, place, self._sink)
+        message = f'`scene_idxs` must be a list of indices, or a slice such as "0:8", not {show(given)}'
+        self._sink.report("SC103", message, place)
+        return None
+
+    def by_scene(
+        self, value: Any, selection: tuple[int, ...], path: Path, turned: dict[Path, tuple[int, ...]]
+    ) -> tuple[Any, Path | None]:
+        """A value with its `per_scene` lists, one item for each selected scene, as mappings by scene index.
+
+        Args:
+            value: plain, or a form.
+            selection: the scenes.
+            path: of the value.
+            turned: takes the scenes of each such list, by its path.
+
+        Returns:
+            The value, and where a list of another length is; None where none is.
+        """
+        form = form_key(value)
+        if form is None:
+            return value, None
+        items = value[form]
+        if form == "per_scene" and is_sequence(items) and len(items) != len(selection):
+            return value, (*path, form)
+        pairs = items.items() if is_mapping(items) else enumerate(items) if is_sequence(items) else ()
+        changed: dict[Any, Any] = {}
+        for key, item in pairs:
+            changed[key], wrong = self.by_scene(item, selection, (*path, form, key), turned)
+            if wrong is not None:
+                return value, wrong
+        if form == "per_scene" and is_sequence(items):
+            # The draw exists in every scene, though it is read in the selected ones alone.
+            turned[(*path, form)] = selection
+            rows = {str(scene): changed[index] for index, scene in enumerate(selection)}
+            return {**value, form: {**rows, "default": changed[0]}}, None
+        kept: Any = changed if is_mapping(items) else list(changed.values()) if is_sequence(items) else items
+        return {**value, form: kept}, None

@@ -1,0 +1,1 @@
+"""Rotations and poses, for one or for many at once."""

@@ -1,0 +1,176 @@
+"""Rotations and poses of many scenes at once: quaternions (B, 4) wxyz, poses (B, 7), vectors (B, 3), all float64.
+
+Each function does for every row, to the last bit, what the function of its name does for one rotation: sums,
+products, quotients and square roots are exact to the rounding everywhere, and the functions that are not are
+those of `math` for every element.
+
+`scenecc.lower.placing.rotations` has the functions for one rotation: a scene in which nothing varies is compiled with
+them, and never loads numpy. `tests/property/test_rotation_arrays.py` holds the two together.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scenecc.variation.generator import map_elements
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+_IDENTITY = np.array((1.0, 0.0, 0.0, 0.0))
+_IDENTITY_POSE = np.array((0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
+
+
+def hypot(values: Floats) -> Floats:
+    """The lengths (B,) of vectors (B, n), as `math.hypot` has them."""
+    return np.fromiter((math.hypot(*row) for row in values.tolist()), dtype=np.float64, count=len(values))
+
+
+def multiply(a: Floats, b: Floats) -> Floats:
+    """The Hamilton product: first b, then a."""
+    aw, ax, ay, az = a.T
+    bw, bx, by, bz = b.T
+    columns = (
+        aw * bw - ax * bx - ay * by - az * bz,
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+    )
+    return np.stack(columns, axis=1)
+
+
+def normalized(q: Floats) -> Floats:
+    """The quaternions of length 1 in the same directions."""
+    w, x, y, z = q.T
+    return q / np.sqrt(w * w + x * x + y * y + z * z)[:, None]
+
+
+def rotate(q: Floats, v: Floats) -> Floats:
+    """Vectors turned by unit quaternions."""
+    w, u = q[:, :1], q[:, 1:]
+    t = 2 * cross(u, v)
+    return v + w * t + cross(u, t)
+
+
+def cross(a: Floats, b: Floats) -> Floats:
+    """The cross products."""
+    ax, ay, az = a.T
+    bx, by, bz = b.T
+    return np.stack((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx), axis=1)
+
+
+def from_rpy(angles: Floats) -> Floats:
+    """Turns about the fixed axes x, then y, then z [rad], from angles (B, 3)."""
+    cr, cp, cy = map_elements(math.cos, angles / 2).T
+    sr, sp, sy = map_elements(math.sin, angles / 2).T
+    columns = (
+        cy * cp * cr + sy * sp * sr,
+        cy * cp * sr - sy * sp * cr,
+        cy * sp * cr + sy * cp * sr,
+        sy * cp * cr - cy * sp * sr,
+    )
+    return np.stack(columns, axis=1)
+
+
+def from_axis_angle(axis: Floats, angle: Floats) -> Floats:
+    """Turns about axes (B, 3) of any length but 0 by angles (B,) [rad]."""
+    s = map_elements(math.sin, angle / 2) / hypot(axis)
+    return np.concatenate((map_elements(math.cos, angle / 2)[:, None], axis * s[:, None]), axis=1)
+
+
+def shortest_from_x(target: Floats) -> Floats:
+    """The shortest rotations that turn +x to targets (any length but 0); about z where they are opposite."""
+    x, y, z = (target / hypot(target)[:, None]).T
+    aligned, opposite = (y == 0) & (z == 0), x == -1
+    zero = np.zeros_like(x)
+    across = np.where(opposite & ~aligned, hypot(np.stack((y, z), axis=1)), 1.0)
+    reversed_ = np.stack((zero, zero, -z / across, y / across), axis=1)
+    ahead = np.where((x > 0)[:, None], _IDENTITY, np.array((0.0, 0.0, 0.0, 1.0)))
+    half_way = np.stack((1 + x, zero, 0.0 - z, y), axis=1)
+    half_way[aligned | opposite] = _IDENTITY
+    turned_ = np.where(opposite[:, None], reversed_, normalized(half_way))
+    return np.where(aligned[:, None], ahead, turned_)
+
+
+def from_matrix(m: Floats) -> Floats:
+    """The rotations of orthonormal matrices (B, 3, 3), with w ≥ 0 where w is the largest component."""
+    (a, b, c), (d, e, f), (g, h, i) = np.moveaxis(m, 0, -1)
+    candidates = np.stack((a + e + i, a - e - i, e - a - i, i - a - e), axis=1)
+    largest = np.argmax(candidates, axis=1)
+    s = 2 * np.sqrt(np.maximum(0.0, 1 + np.take_along_axis(candidates, largest[:, None], axis=1)[:, 0]))
+    x, y, z = (h - f) / s, (c - g) / s, (d - b) / s
+    xy, xz, yz, main = (b + d) / s, (c + g) / s, (f + h) / s, s / 4
+    table = np.stack([np.stack(row, axis=1) for row in (
+        (main, x, y, z), (x, main, xy, xz), (y, xy, main, yz), (z, xz, yz, main),
+    )])  # fmt: skip
+    return normalized(table[largest, np.arange(len(m))])
+
+
+def looking(forward: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """+x along `forward`, +z as far up as it goes, and where there is such a rotation.
+
+    There is none where `forward` is 0 or points straight up or down; the row is then the identity.
+    """
+    length = hypot(forward)
+    known = length != 0
+    x = forward / np.where(known, length, 1.0)[:, None]
+    up = np.broadcast_to(np.array((0.0, 0.0, 1.0)), x.shape)
+    y = cross(up, x)
+    across = hypot(y)
+    # Below this the direction of y is rounding noise.
+    known &= across >= 1e-6
+    x, y = np.where(known[:, None], x, (1.0, 0.0, 0.0)), np.where(known[:, None], y, (0.0, 1.0, 0.0))
+    y = y / np.where(known, across, 1.0)[:, None]
+    return from_matrix(np.stack((x, y, cross(x, y)), axis=2)), known
+
+
+def rigidity(m: Floats) -> Floats:
+    """How far matrices (B, 4, 4) are from rigid motions: the largest of |RᵀR - I|, |det R - 1| and the last row.
+
+    Equal to the scalar function's to the rounding alone: Python's `sum` depends on its version.
+    """
+    r = m[:, :3, :3]
+    x, y, z = r[:, :, 0], r[:, :, 1], r[:, :, 2]
+    worst = np.abs(_dot(x, cross(y, z)) - 1)
+    for i, p in enumerate((x, y, z)):
+        for j, q in enumerate((x, y, z)):
+            worst = np.maximum(worst, np.abs(_dot(p, q) - (i == j)))
+    return np.maximum(worst, np.abs(m[:, 3] - np.array((0.0, 0.0, 0.0, 1.0))).max(axis=1))
+
+
+def compose(outer: Floats, inner: Floats) -> Floats:
+    """`inner`, given in the frame of `outer`, in the frame that `outer` is given in; poses (B, 7).
+
+    A pose that does not turn passes the other's rotation on untouched.
+    """
+    q = normalized(outer[:, 3:])
+    p = outer[:, :3] + rotate(q, inner[:, :3])
+    turned = np.where(_unturned(outer), inner[:, 3:], normalized(multiply(q, inner[:, 3:])))
+    composed = np.concatenate((p, np.where(_unturned(inner), outer[:, 3:], turned)), axis=1)
+    still = (outer == _IDENTITY_POSE).all(axis=1)
+    return np.where(still[:, None], inner, composed)
+
+
+def turned(pose: Floats, rotation: Floats, step: Floats) -> Floats:
+    """Poses with rotations (B, 4) and steps (B, 3), both in the poses' own frames, put before them.
+
+    A pose that does not turn passes the rotation on untouched, and the other way round.
+    """
+    moved = compose(pose, np.concatenate((step, rotation), axis=1))
+    unturned = (pose[:, 3:] == _IDENTITY).all(axis=1)
+    shifted = np.concatenate((pose[:, :3] + step, rotation), axis=1)
+    untouched = (rotation == _IDENTITY).all(axis=1) & (step == 0).all(axis=1)
+    return np.where(untouched[:, None], pose, np.where(unturned[:, None], shifted, moved))
+
+
+def _unturned(pose: Floats) -> NDArray[np.bool_]:
+    return (pose[:, 3:] == _IDENTITY).all(axis=1)[:, None]
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2]

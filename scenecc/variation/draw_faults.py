@@ -1,0 +1,115 @@
+"""Whether the bounds of a draw are bounds in every scene, found without drawing."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from scenecc.variation import evaluation
+from scenecc.variation.bounds import flat_numbers
+from scenecc.variation.enumeration import MAX_COMBINATIONS, combination_batch
+from scenecc.variation.errors import DrawError
+from scenecc.variation.expression_bounds import difference_interval
+from scenecc.variation.node_bounds import bounds_and_faults, broadcast_bounds, name_bounds
+from scenecc.variation.nodes import Chosen, Computed, Cycled, Drawn, Rows, Stacked
+from scenecc.variation.operations import LISTS, is_number
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from scenecc.variation.bounds import ValueBounds
+    from scenecc.variation.evaluation import CombinationBatch
+    from scenecc.variation.interval_arithmetic import Interval
+    from scenecc.variation.node_bounds import BoundsAnalysis
+
+DrawFault = tuple[str, bool]
+"""Why there may be no value in some scene, and whether there is one for certain that has none."""
+
+
+def find_draw_fault(node: Drawn, reader: BoundsAnalysis, scenes: tuple[int, ...]) -> DrawFault | None:
+    """Why a draw may have no value in one of the scenes, by its bounds; None where it has one in all."""
+    items = (node.low, node.high, *(node.clip or ()))
+    # One more than few: then every scene is looked at where the scene's index decides.
+    rows = combination_batch(
+        items, reader.draws, reader.given, reader.num_scenes, scenes=scenes, most=MAX_COMBINATIONS + 1, work=reader.work
+    )
+    if rows is None:
+        return _by_supports(node, [broadcast_bounds(reader.item(item), node.shape) for item in items], reader)
+    failed = _failed(rows, node)
+    if failed is None:
+        return None
+    if not rows.assigned:
+        return f"in scene {failed.scene}: {failed.message}", True
+    alone = map(rows.row, range(len(rows.scenes)))
+    good = {int(one.scenes[0]) for one in alone if _failed(one, node) is None}
+    lost = min(set(rows.scenes.tolist()) - good, default=None)
+    return (failed.message, False) if lost is None else (f"in scene {lost}: {failed.message}", True)
+
+
+def _failed(rows: CombinationBatch, node: Drawn) -> DrawError | None:
+    """Why the bounds are none in one of the rows. A bound that has no value itself is told by itself."""
+    try:
+        evaluation.draw_bounds(rows, node)
+    except DrawError as error:
+        return error if error.node is node else None
+    return None
+
+
+def _by_supports(node: Drawn, ends: list[ValueBounds], reader: BoundsAnalysis) -> DrawFault | None:
+    for end in ends:
+        if end.low is None:
+            some = end.alternatives is None or any(
+                is_number(part) for one in end.alternatives for part in flat_numbers(one)
+            )
+            return evaluation.bound_mismatch(node), not some
+    low, high, *clip = ends
+    if node.kind == "normal":
+        found = [_beyond(evaluation.NEGATIVE, _sides(high))]
+        if node.clip is not None:
+            found.append(_beyond(evaluation.CLIP_CROSSED, _between(clip[0], clip[1], node.clip, reader)))
+    else:
+        apart = _between(low, high, (node.low, node.high), reader)
+        found = [_beyond(evaluation.BOUNDS_CROSSED, apart)]
+        if node.kind == "log_uniform":
+            found.append(_beyond(evaluation.NOT_POSITIVE, _sides(low), zero=True))
+        elif node.kind == "integers":
+            are_whole = _is_whole(node.low, reader) and _is_whole(node.high, reader)
+            found.append(None if are_whole else (evaluation.NOT_WHOLE, False))
+            left = [(evaluation.WIDEST_INTEGERS - most, evaluation.WIDEST_INTEGERS - least) for least, most in apart]
+            found.append(_beyond(evaluation.TOO_MANY, left, zero=True))
+    return next((one for one in found if one is not None), None)
+
+
+def _beyond(message: str, margins: Iterable[Interval], *, zero: bool = False) -> DrawFault | None:
+    """What is wrong where one of some numbers is, or may be, negative, or 0 where `zero`."""
+    wrong = [most < 0 or (zero and most == 0) for least, most in margins if least < 0 or (zero and least == 0)]
+    return (message, any(wrong)) if wrong else None
+
+
+def _sides(bound: ValueBounds) -> list[Interval]:
+    return list(zip(flat_numbers(bound.low), flat_numbers(bound.high), strict=True))
+
+
+def _between(low: ValueBounds, high: ValueBounds, items: tuple[Any, Any], reader: BoundsAnalysis) -> list[Interval]:
+    """How far one bound is above the other: in each component, its least and its most."""
+    first, second = items
+    if isinstance(first, Computed) and isinstance(second, Computed) and first.shape == second.shape == ():
+        names = {**name_bounds(reader, first), **name_bounds(reader, second)}
+        found = difference_interval(second.template, first.template, names)
+        if found is not None:
+            return [found]
+    return [(b[0] - a[1], b[1] - a[0]) for a, b in zip(_sides(low), _sides(high), strict=True)]
+
+
+def _is_whole(item: Any, reader: BoundsAnalysis) -> bool:
+    """Whether a bound's numbers are integers in any case."""
+    match item:
+        case Drawn():
+            return item.kind == "integers"
+        case Computed():
+            found, _ = bounds_and_faults(reader, item)
+            return found.is_whole
+        case Rows(items=items) | Cycled(items=items) | Chosen(items=items) | Stacked(items=items):
+            return all(_is_whole(one, reader) for one in items)
+        case _:
+            parts = item if type(item) in LISTS else (item,)
+            return all(float(part).is_integer() for part in parts if is_number(part))

@@ -1,0 +1,251 @@
+"""All values of a node whose sources are few: it is evaluated once for each combination of what they can give.
+
+What two parts of a node read in common is then the same in both, which bounds of the parts cannot know.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+from scenecc.variation.errors import DrawError
+from scenecc.variation.nodes import (
+    BUILTIN_NAMES,
+    NODES,
+    Chosen,
+    Computed,
+    Cycled,
+    Drawn,
+    Key,
+    Node,
+    RandomRotated,
+    Rows,
+    Shared,
+    Stacked,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.variation.compute_limit import OperationCounter
+    from scenecc.variation.evaluation import CombinationBatch
+
+MAX_COMBINATIONS = 64
+"""How many combinations are looked at."""
+
+MAX_OUTCOMES = 10_000
+"""How many are where all have to be known: the names that an expression gives. Of what reads no draw but `scene`,
+every scene is looked at."""
+
+MAX_DRAWS_READ = 16
+"""How many shared draws are looked into, or else each member of a long chain of them would look into all others."""
+
+DrawWord = tuple[Key, int]
+"""What one draw is known by: its key and word."""
+
+
+def find_alternatives(
+    node: Node,
+    draws: Mapping[str, Node],
+    given: Mapping[str, NDArray[Any]],
+    num_scenes: int | None,
+    work: OperationCounter | None = None,
+) -> list[Any] | None:
+    """All that a node can give; None where that is not known to be few, or there is none in some combination."""
+    try:
+        return enumerate_outcomes(node, draws, given, num_scenes, work=work)
+    except DrawError:
+        return None
+
+
+def enumerate_outcomes(
+    node: Node,
+    draws: Mapping[str, Node],
+    given: Mapping[str, NDArray[Any]],
+    num_scenes: int | None,
+    *,
+    scenes: tuple[int, ...] | None = None,
+    most: int = MAX_COMBINATIONS,
+    work: OperationCounter | None = None,
+) -> list[Any] | None:
+    """What a node gives in each combination of what it reads; None where these are more than `most`, or not known.
+
+    Args:
+        node: whatever reads draws.
+        draws: the shared draws by name.
+        given: values (N, …) that take the place of draws.
+        num_scenes: how many scenes there are, where that is known.
+        scenes: the only scenes that count; None: all.
+        most: how many combinations are looked at.
+        work: counts what is computed; None: nothing does.
+
+    Raises:
+        DrawError: it has no value in one of them; what is drawn there need not be what the scene draws.
+    """
+    batch = combination_batch((node,), draws, given, num_scenes, scenes=scenes, most=most, work=work)
+    return None if batch is None else batch.evaluate(node).tolist()
+
+
+def combination_batch(
+    items: tuple[Any, ...],
+    draws: Mapping[str, Node],
+    given: Mapping[str, NDArray[Any]],
+    num_scenes: int | None,
+    *,
+    scenes: tuple[int, ...] | None = None,
+    most: int = MAX_COMBINATIONS,
+    work: OperationCounter | None = None,
+) -> CombinationBatch | None:
+    """A row for each combination of what several items read; arguments and limits are those of `outcomes`."""
+    sources = _Sources(draws, given, num_scenes, scenes, most)
+    combined = sources.combined() if all(map(sources.add, items)) else None
+    if combined is None:
+        return None
+    import numpy as np  # noqa: PLC0415 - most supports need no array
+
+    from scenecc.variation.evaluation import CombinationBatch  # noqa: PLC0415 - likewise
+
+    columns = np.array(list(product(combined, *sources.drawn.values())), dtype=np.int64).T
+    assigned = dict(zip(sources.drawn, columns[1:], strict=True))
+    return CombinationBatch(columns[0], num_scenes or 1, draws, given, assigned, work)
+
+
+_MAX_NODES = 500
+"""How many nodes are looked through: a chain of poses has them all again at each of its members."""
+
+
+class _Sources:
+    """What decides a node's value.
+
+    Attributes:
+        drawn: the draws, with the numbers of the values that each can give.
+        period: after how many scenes the cycles begin anew.
+        scenes: the only scenes in which it has a value, where these are listed.
+    """
+
+    def __init__(
+        self,
+        draws: Mapping[str, Node],
+        given: Mapping[str, NDArray[Any]],
+        num_scenes: int | None,
+        only: tuple[int, ...] | None,
+        most: int,
+    ) -> None:
+        self.drawn: dict[DrawWord, Sequence[int]] = {}
+        self.period = 1
+        self.scenes: set[int] | None = None
+        self._only = only
+        self._most = most
+        self._longest = most if most <= MAX_COMBINATIONS else max(most, num_scenes or 0)
+        self._draws = draws
+        self._given = given
+        self._num_scenes = num_scenes
+        self._seen: set[str] = set()
+        self._todo: list[Any] = []
+
+    def add(self, item: Any) -> bool:
+        """Adds the sources of an item; whether they may be few."""
+        self._todo.append(item)
+        looked_at = 0
+        while self._todo:
+            item = self._todo.pop()
+            add = _ADD_SOURCES.get(item.__class__)
+            if add is None:
+                continue
+            looked_at += 1
+            if looked_at > _MAX_NODES or not add(self, item):
+                return False
+        return True
+
+    def combined(self) -> list[int] | None:
+        """The scenes that are combined with what is drawn; None where there are none or too many."""
+        if self.scenes is not None:
+            scenes = sorted(self.scenes if self._only is None else self.scenes.intersection(self._only))
+        elif self._only is None:
+            scenes = list(range(self.period))
+        else:
+            # The first one for each place in the cycles.
+            first: dict[int, int] = {}
+            for scene in self._only:
+                first.setdefault(scene % self.period, scene)
+            scenes = list(first.values())
+        count = len(scenes) * math.prod(map(len, self.drawn.values()))
+        return scenes if 0 < count <= self._most or (count and self._is_by_scene()) else None
+
+    def _is_by_scene(self) -> bool:
+        """Whether the scene's index decides alone, so that there are no more combinations than scenes."""
+        return not self.drawn and self._most > MAX_COMBINATIONS
+
+    def add_all(self, items: tuple[Any, ...]) -> bool:
+        self._todo += items
+        return len(items) <= self._longest
+
+    def parts(self, node: Any) -> bool:
+        return self.add_all(tuple(getattr(node, name) for name in _FIELDS[node.__class__]))
+
+    def chosen(self, node: Chosen) -> bool:
+        if len(node.items) > self._longest:
+            return False
+        weights = node.weights or (1.0,) * len(node.items)
+        self.drawn[node.key, node.word] = [number for number, weight in enumerate(weights) if weight > 0]
+        return self.add_all(node.items)
+
+    def drawn_integers(self, node: Drawn) -> bool:
+        low, high = node.low, node.high
+        if node.kind != "integers" or node.shape or not (type(low) is int and type(high) is int):
+            return False
+        self.drawn[node.key, node.word] = range(high - low + 1)
+        return 0 <= high - low < self._most
+
+    def cycled(self, node: Cycled) -> bool:
+        self.period = math.lcm(self.period, len(node.items))
+        return self.period <= self._longest and self.add_all(node.items)
+
+    def rows(self, node: Rows) -> bool:
+        self._restrict(node.scene_idxs)
+        return self.add_all(node.items)
+
+    def shared(self, node: Shared) -> bool:
+        if node.name in self._seen:
+            return True
+        self._seen.add(node.name)
+        if node.name in self._given:
+            self._restrict(range(len(self._given[node.name])))
+        else:
+            self._todo.append(self._draws[node.name])
+        return len(self._seen) <= MAX_DRAWS_READ
+
+    def computed(self, node: Computed) -> bool:
+        """Adds what an expression reads: draws, and the scene's index where it names that."""
+        names, reads = node.template.names, dict(node.reads)
+        if "num_scenes" in names and self._num_scenes is None:
+            return False
+        if "scene" in names:
+            scenes = self._only or range(self._num_scenes or 0)
+            if self._num_scenes is None or len(scenes) > self._longest:
+                return False
+            self._restrict(scenes)
+        return self.add_all(tuple(Shared(reads.get(name, name)) for name in sorted(names - BUILTIN_NAMES)))
+
+    def _restrict(self, scenes: Iterable[int]) -> None:
+        self.scenes = set(scenes) if self.scenes is None else self.scenes & set(scenes)
+
+
+_FIELDS = {kind: tuple(field.name for field in fields(kind)) for kind in NODES}
+
+_ADD_SOURCES: dict[type[Any], Callable[[_Sources, Any], bool]] = {
+    **dict.fromkeys(NODES, _Sources.parts),
+    Chosen: _Sources.chosen,
+    Drawn: _Sources.drawn_integers,
+    RandomRotated: lambda _sources, _node: False,
+    Stacked: lambda sources, node: sources.add_all(node.items),
+    Cycled: _Sources.cycled,
+    Rows: _Sources.rows,
+    Shared: _Sources.shared,
+    Computed: _Sources.computed,
+}
+"""How each node adds its sources; most are simply made of their parts."""

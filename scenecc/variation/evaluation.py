@@ -1,0 +1,508 @@
+"""The values of nodes in many scenes at once."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.geometry import rotation_arrays
+from scenecc.variation import generator, per_scene_arrays
+from scenecc.variation.compute_limit import expression_cost, result_cost
+from scenecc.variation.errors import DrawError, ExpressionError
+from scenecc.variation.nodes import (
+    NODES,
+    Chosen,
+    Composed,
+    Computed,
+    Const,
+    Cycled,
+    Drawn,
+    FromAxisAngle,
+    FromMatrix,
+    FromRpy,
+    Held,
+    Key,
+    Looking,
+    Node,
+    Normalized,
+    Pointing,
+    Posed,
+    Radians,
+    RandomRotated,
+    Rows,
+    Shared,
+    Stacked,
+    evaluation_order,
+)
+from scenecc.variation.operations import SEQUENCES, kind_name, shape_mismatch
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.variation.compute_limit import OperationCounter
+
+    Floats = NDArray[np.float64]
+
+
+WIDEST_INTEGERS = 2**53
+"""How many integers one draw may be among."""
+
+BOUNDS_CROSSED = "the lower bound is above the upper one"
+CLIP_CROSSED = "the lower edge of `clip` is above the upper one"
+NOT_POSITIVE = "the lower bound is not positive"
+NEGATIVE = "the standard deviation is negative"
+NOT_WHOLE = "a bound is no integer"
+TOO_MANY = f"the bounds hold more than {WIDEST_INTEGERS} integers"
+
+
+def bound_mismatch(node: Drawn) -> str:
+    """What is said of a bound of another kind or size than what is drawn."""
+    return f"a bound is not a number or a list of {node.shape[0]} numbers" if node.shape else "a bound is not a number"
+
+
+def _choice_index(batch: Batch, node: Chosen) -> NDArray[np.int64]:
+    """The index of the item that is chosen (B,)."""
+    u = _units(batch, node, node.word, 1)[:, 0]
+    return generator.choice(u, len(node.items), node.weights)
+
+
+def _random_rotation(batch: Batch, node: RandomRotated) -> NDArray[np.float64]:
+    """Quaternions (B, 4)."""
+    return generator.rotation(_units(batch, node, 0, 3))
+
+
+def _drawn(batch: Batch, node: Drawn) -> NDArray[Any]:
+    """Numbers (B, *shape)."""
+    low, high, *clip = draw_bounds(batch, node)
+    u = _units(batch, node, node.word, low.shape[1])
+    match node.kind:
+        case "uniform":
+            values: NDArray[Any] = generator.uniform(u, low, high)
+        case "log_uniform":
+            values = generator.log_uniform(u, low, high)
+        case "integers":
+            values = generator.integers(u, low.astype(np.int64), high.astype(np.int64))
+        case "normal":
+            second = generator.units(generator.words(batch.seed, node.key, batch.scenes, node.word, u.shape[1], lane=1))
+            values = low + high * generator.normal(u, second)
+            values = np.clip(values, *clip) if clip else values
+    return values if node.shape else values[:, 0]
+
+
+def draw_bounds(batch: Batch, node: Drawn) -> list[NDArray[np.float64]]:
+    """Between what numbers are drawn, as the node has them: low, high and the edges of `clip`, each (B, n).
+
+    Raises:
+        DrawError: they are no bounds in one of the scenes.
+    """
+    count = node.shape[0] if node.shape else 1
+    found = [_bound(batch, node, item, count) for item in (node.low, node.high, *(node.clip or ()))]
+    low, high, *clip = found
+    if node.kind == "normal":
+        _refuse_rows(batch, node, high < 0, NEGATIVE)
+        if clip:
+            _refuse_rows(batch, node, clip[0] > clip[1], CLIP_CROSSED)
+        return found
+    _refuse_rows(batch, node, low > high, BOUNDS_CROSSED)
+    if node.kind == "log_uniform":
+        _refuse_rows(batch, node, low <= 0, NOT_POSITIVE)
+    elif node.kind == "integers":
+        _refuse_rows(batch, node, (low != np.floor(low)) | (high != np.floor(high)), NOT_WHOLE)
+        _refuse_rows(
+            batch,
+            node,
+            (np.abs(low) > WIDEST_INTEGERS) | (np.abs(high) > WIDEST_INTEGERS),
+            f"a bound is beyond {WIDEST_INTEGERS}",
+        )
+        _refuse_rows(batch, node, high - low >= WIDEST_INTEGERS, TOO_MANY)
+    return found
+
+
+def _units(batch: Batch, node: Chosen | Drawn | RandomRotated, first: int, count: int) -> NDArray[np.float64]:
+    return generator.units(generator.words(batch.seed, node.key, batch.scenes, first, count))
+
+
+def _bound(batch: Batch, node: Drawn, item: Any, count: int) -> NDArray[np.float64]:
+    """A bound (B, count), the same for every component where it is one number."""
+    values = per_scene_arrays.to_field_rows(batch.item(item))
+    shapes = {(len(batch.scenes),), (len(batch.scenes), count)} if node.shape else {(len(batch.scenes),)}
+    if values.dtype.kind not in "if" or values.shape not in shapes:
+        raise DrawError(bound_mismatch(node), int(batch.scenes[0]), node)
+    bound = values.astype(np.float64, copy=False)
+    bound = bound[:, None] if bound.ndim == 1 else bound
+    # A range of half the largest number is no range that anything in a scene has.
+    _refuse_rows(batch, node, ~(np.abs(bound) < 1e300), "a bound is beyond 1e300")
+    return np.broadcast_to(bound, (len(batch.scenes), count))
+
+
+def _refuse_rows(batch: Batch, node: Drawn, wrong: NDArray[np.bool_], message: str) -> None:
+    if wrong.any():
+        row = int(np.flatnonzero(wrong.any(axis=1))[0])
+        raise DrawError(message, int(batch.scenes[row]), node)
+
+
+_INT64 = 2**63
+
+
+def _computed(batch: Batch, node: Computed) -> NDArray[Any]:
+    """What the expression gives in each scene (B, *shape)."""
+    template, reads = node.template, dict(node.reads)
+    names = sorted(template.names - {"num_scenes"})
+    inputs = [_input(batch, reads.get(name, name) if name != "scene" else None) for name in names]
+    environment: dict[str, Any] = {"num_scenes": batch.num_scenes, **dict(template.constants)}
+    run = template.run
+    results: list[Any] = []
+    work = batch.work
+    if work is not None:
+        work.take(expression_cost(template.text, len(batch.scenes) if inputs else 1), node)
+    try:
+        # What reads no draw is the same in every scene.
+        for values in zip(*inputs, strict=True) if inputs else [()]:
+            environment.update(zip(names, values, strict=True))
+            result = run(environment)
+            results.append(result)
+            if work is not None and result.__class__ in SEQUENCES:
+                work.take(result_cost(result), node)
+    except ExpressionError as error:
+        scene = int(batch.scenes[len(results)])
+        raise DrawError(error.message, scene, node, error) from error
+    column = _result_rows(batch, node, results)
+    return column if inputs else np.broadcast_to(column, (len(batch.scenes), *column.shape[1:]))
+
+
+def _input(batch: Batch, name: str | None) -> list[Any]:
+    """The values of a shared draw, or the scenes' indices, as Python's own numbers and lists."""
+    return (batch.scenes if name is None else batch.shared(name)).tolist()
+
+
+def _result_rows(batch: Batch, node: Computed, results: list[Any]) -> NDArray[Any]:
+    if node.shape is None:
+        return per_scene_arrays.typed_row_array(results)
+    if node.shape == ():
+        for row, result in enumerate(results):
+            if type(result) in {list, tuple, dict}:
+                raise _row_error(batch, node, row, f"it gives {kind_name(result)} where one value is wanted")
+            if type(result) is int and not -_INT64 <= result < _INT64:
+                raise _row_error(batch, node, row, "it gives an integer of more than 64 bits")
+        return per_scene_arrays.row_array(results)
+    return _list_rows(batch, node, results, node.shape)
+
+
+def _list_rows(batch: Batch, node: Computed, results: list[Any], shape: tuple[int, ...]) -> NDArray[Any]:
+    for row, result in enumerate(results):
+        wrong = shape_mismatch(result, shape, node.template.text)
+        if wrong is not None:
+            raise _row_error(batch, node, row, wrong)
+    return np.array(results, dtype=np.float64).reshape(len(results), *shape)
+
+
+def _row_error(batch: Batch, node: Computed, row: int, message: str) -> DrawError:
+    return DrawError(message, int(batch.scenes[row]), node)
+
+
+_UNTOUCHED, _NORMALISED = 1e-5, 1e-3
+"""How far from 1 a quaternion's length may be: to be passed on as it is, and to be used at all."""
+
+_RIGID = 1e-3
+"""How far a matrix may be from a rigid motion."""
+
+
+def _posed(batch: Batch, node: Posed) -> Floats:
+    """Poses (B, 7)."""
+    return np.concatenate((_numbers(batch, node, node.p, 3), _numbers(batch, node, node.q, 4)), axis=1)
+
+
+def _normalized(batch: Batch, node: Normalized) -> Floats:
+    """Quaternions (B, 4)."""
+    q = _numbers(batch, node, node.q, 4)
+    length = rotation_arrays.hypot(q)
+    off = np.abs(length - 1)
+    wrong = ~(off <= _NORMALISED)
+    if wrong.any():
+        row = int(np.flatnonzero(wrong)[0])
+        raise DrawError(f"the quaternion's length is {length[row]:.6g}, not 1", int(batch.scenes[row]), node)
+    return np.where((off <= _UNTOUCHED)[:, None], q, rotation_arrays.normalized(q))
+
+
+def _from_rpy(batch: Batch, node: FromRpy) -> Floats:
+    """Quaternions (B, 4)."""
+    return rotation_arrays.from_rpy(_numbers(batch, node, node.angles, 3))
+
+
+def _from_axis_angle(batch: Batch, node: FromAxisAngle) -> Floats:
+    """Quaternions (B, 4)."""
+    axis, angle = _numbers(batch, node, node.axis, 3), _numbers(batch, node, node.angle)
+    _refuse_row(batch, node, (axis == 0).all(axis=1), "an axis of length 0 has no direction")
+    return rotation_arrays.from_axis_angle(axis, angle)
+
+
+def _from_matrix(batch: Batch, node: FromMatrix) -> Floats:
+    """Poses (B, 7)."""
+    matrix = _numbers(batch, node, node.matrix, 4, 4)
+    off = rotation_arrays.rigidity(matrix)
+    wrong = ~(off <= _RIGID)
+    if wrong.any():
+        row = int(np.flatnonzero(wrong)[0])
+        raise DrawError(f"the matrix is no rigid motion: it is off by {off[row]:.3g}", int(batch.scenes[row]), node)
+    return np.concatenate((matrix[:, :3, 3], rotation_arrays.from_matrix(matrix[:, :3, :3])), axis=1)
+
+
+def _looking(batch: Batch, node: Looking) -> Floats:
+    """Quaternions (B, 4)."""
+    forward = _numbers(batch, node, node.target, 3) - _numbers(batch, node, node.p, 3)
+    q, known = rotation_arrays.looking(forward)
+    _refuse_row(batch, node, ~known, "`look_at` is where the pose itself is, or straight above or below it")
+    return q
+
+
+def _pointing(batch: Batch, node: Pointing) -> Floats:
+    """Quaternions (B, 4)."""
+    direction = _numbers(batch, node, node.direction, 3)
+    _refuse_row(batch, node, (direction == 0).all(axis=1), "a direction of length 0 points nowhere")
+    return rotation_arrays.shortest_from_x(direction)
+
+
+def _radians(batch: Batch, node: Radians) -> Floats:
+    """Angles, of the item's shape; as `math.radians` has them."""
+    degrees = per_scene_arrays.to_field_rows(batch.item(node.degrees))
+    return _checked_numbers(batch, node, degrees, degrees.shape[1:]) * (math.pi / 180.0)
+
+
+def _composed(batch: Batch, node: Composed) -> Floats:
+    """Poses (B, 7)."""
+    return rotation_arrays.compose(_numbers(batch, node, node.outer, 7), _numbers(batch, node, node.inner, 7))
+
+
+def _numbers(batch: Batch, node: Node, item: Any, *shape: int) -> Floats:
+    """An item's values (B, *shape) as float64."""
+    return _checked_numbers(batch, node, per_scene_arrays.to_field_rows(batch.item(item)), shape)
+
+
+def _checked_numbers(batch: Batch, node: Node, values: NDArray[Any], shape: tuple[int, ...]) -> Floats:
+    if values.dtype.kind not in "if" or values.shape[1:] != shape:
+        wanted = " by ".join(str(size) for size in shape) + " numbers" if shape else "a number"
+        raise DrawError(f"this is not {wanted}", int(batch.scenes[0]), node)
+    return values.astype(np.float64, copy=False)
+
+
+def _refuse_row(batch: Batch, node: Node, wrong: NDArray[np.bool_], message: str) -> None:
+    if wrong.any():
+        raise DrawError(message, int(batch.scenes[np.flatnonzero(wrong)[0]]), node)
+
+
+def _held(batch: Batch, node: Held) -> NDArray[Any]:
+    """The numbers (B,) of a node.
+
+    Raises:
+        DrawError: what it is made of are no numbers, or too few.
+    """
+    rows = batch.item(node.of)
+    is_single = node.index < 0
+    if rows.dtype.kind not in "fi" or rows.ndim != (1 if is_single else 2):
+        wanted = "a number" if is_single else "a list of numbers"
+        raise DrawError(f"this is not {wanted}", int(batch.scenes[0]), node)
+    if not is_single:
+        if node.index >= rows.shape[1]:
+            raise DrawError(f"this has {rows.shape[1]} numbers only", int(batch.scenes[0]), node)
+        rows = rows[:, node.index]
+    moved = batch.item(node.factor) * rows + batch.item(node.offset)
+    return np.maximum(np.minimum(moved.astype(np.float64), batch.item(node.high)), batch.item(node.low))
+
+
+class Batch:
+    """Some of the parallel scenes, for which nodes are evaluated.
+
+    What a node gives in a scene follows from the seed, the node and the scene's index, whichever other scenes are in
+    the batch. The shared draws are evaluated when they are first read, and kept.
+
+    Args:
+        scenes: indices of the scenes (B,), at least one, in any order.
+        seed: of every draw, or one for each of the scenes.
+        num_scenes: what `num_scenes` gives in an expression.
+        draws: the shared draws by name; one may read those before it.
+        given: values (N, …) that take the place of draws, row i being scene i's.
+        work: counts what is computed; None: nothing does.
+    """
+
+    def __init__(
+        self,
+        scenes: NDArray[np.int64],
+        seed: int | tuple[int, ...],
+        num_scenes: int,
+        draws: Mapping[str, Node],
+        given: Mapping[str, NDArray[Any]],
+        work: OperationCounter | None = None,
+    ) -> None:
+        self.scenes = np.asarray(scenes, dtype=np.int64)
+        self.seed = seed
+        self.num_scenes = num_scenes
+        self.draws = draws
+        self.given = given
+        self.work = work
+        self._shared: dict[str, NDArray[Any]] = {}
+        self._failed: dict[str, DrawError] = {}
+        self._whole: tuple[Batch, NDArray[np.intp]] | None = None
+
+    def evaluate(self, node: Node) -> NDArray[Any]:
+        """The node's values (B, …): float64, int64 or bool, or objects where they are texts, lists or mixed.
+
+        The array may be read-only.
+
+        Raises:
+            DrawError: the node, or what it reads, has no value in one of the scenes.
+        """
+        return EVALUATORS[type(node)](self, node)
+
+    def item(self, item: Any) -> NDArray[Any]:
+        """As `evaluate`, of a plain value too."""
+        if isinstance(item, NODES):
+            return self.evaluate(item)
+        value = per_scene_arrays.value_array(item)
+        return np.broadcast_to(value, (len(self.scenes), *value.shape))
+
+    def shared(self, name: str) -> NDArray[Any]:
+        """The values of a shared draw (B, …).
+
+        Raises:
+            DrawError: it has none in one of the scenes.
+        """
+        if not self._is_made(name):
+            for other in evaluation_order(name, self.draws, self._is_made):
+                self._make(other)
+        if name in self._failed:
+            error = self._failed[name]
+            raise DrawError(error.message, error.scene, error.node, error.expression)
+        return self._shared[name]
+
+    def kept(self, name: str) -> NDArray[Any] | None:
+        """The values of a shared draw, if they are there without evaluating anything."""
+        found = self._shared.get(name)
+        if found is not None:
+            return found
+        if name in self.given:
+            found = per_scene_arrays.to_value_dtype(self.given[name][self.scenes])
+        elif self._whole is not None:
+            whole, rows = self._whole
+            values = whole.kept(name)
+            found = None if values is None else values[rows]
+        if found is not None:
+            self._shared[name] = found
+        return found
+
+    def _is_made(self, name: str) -> bool:
+        return name in self._failed or self.kept(name) is not None
+
+    def _make(self, name: str) -> None:
+        try:
+            self._shared[name] = self.evaluate(self.draws[name])
+        except DrawError as error:
+            # What reads it need not do so in that scene.
+            self._failed[name] = error
+
+    def only(self, rows: NDArray[np.intp]) -> Batch:
+        """Some rows of the batch as one of their own."""
+        chosen: list[int] = rows.tolist()
+        seed = self.seed if isinstance(self.seed, int) else tuple(self.seed[row] for row in chosen)
+        part = Batch(self.scenes[rows], seed, self.num_scenes, self.draws, self.given, self.work)
+        part._whole = (self, rows)
+        return part
+
+    def selected(self, items: Sequence[Any], index: NDArray[np.int64]) -> NDArray[Any]:
+        """Of several items the one with the index (B,) in each scene; the others are not evaluated there."""
+        if not any(isinstance(item, NODES) for item in items):
+            return per_scene_arrays.row_array(items)[index]
+        parts: list[tuple[NDArray[np.intp], NDArray[Any]]] = []
+        for number in np.unique(index).tolist():
+            rows = np.flatnonzero(index == number)
+            parts.append((rows, self.only(rows).item(items[number])))
+        return per_scene_arrays.merge_rows(len(self.scenes), parts)
+
+
+def _rows(batch: Batch, node: Rows) -> NDArray[Any]:
+    known = np.array(node.scene_idxs, dtype=np.int64)
+    index = np.minimum(np.searchsorted(known, batch.scenes), max(len(known) - 1, 0))
+    missing = np.flatnonzero(known[index] != batch.scenes) if known.size else np.arange(len(batch.scenes))
+    if missing.size:
+        raise DrawError("nothing is given for this scene", int(batch.scenes[missing[0]]), node)
+    return batch.selected(node.items, index)
+
+
+def _stacked(batch: Batch, node: Stacked) -> NDArray[Any]:
+    parts = [batch.item(item) for item in node.items]
+    if any(part.dtype == object for part in parts):
+        parts = [part.astype(object) for part in parts]
+    return np.stack(parts, axis=1)
+
+
+EVALUATORS: dict[type[Any], Callable[[Batch, Any], NDArray[Any]]] = {
+    Const: lambda batch, node: batch.item(node.data),
+    Rows: _rows,
+    Cycled: lambda batch, node: batch.selected(node.items, batch.scenes % len(node.items)),
+    Chosen: lambda batch, node: batch.selected(node.items, _choice_index(batch, node)),
+    Drawn: _drawn,
+    RandomRotated: _random_rotation,
+    Stacked: _stacked,
+    Computed: _computed,
+    Shared: lambda batch, node: batch.shared(node.name),
+    Posed: _posed,
+    Normalized: _normalized,
+    FromRpy: _from_rpy,
+    FromAxisAngle: _from_axis_angle,
+    FromMatrix: _from_matrix,
+    Looking: _looking,
+    Pointing: _pointing,
+    Radians: _radians,
+    Held: _held,
+    Composed: _composed,
+}
+
+
+class CombinationBatch(Batch):
+    """As `Batch`, but nothing is drawn.
+
+    Args:
+        scenes: the scene's index of each row (B,).
+        num_scenes: what `num_scenes` gives in an expression.
+        draws: the shared draws by name.
+        given: values (N, …) that take the place of draws.
+        assigned: for every draw, by its key and word, the number (B,) of what it gives: of an item, or from the
+            lowest integer on.
+        work: counts what is computed; None: nothing does.
+    """
+
+    def __init__(
+        self,
+        scenes: NDArray[np.int64],
+        num_scenes: int,
+        draws: Mapping[str, Node],
+        given: Mapping[str, NDArray[Any]],
+        assigned: Mapping[tuple[Key, int], NDArray[np.int64]],
+        work: OperationCounter | None = None,
+    ) -> None:
+        super().__init__(scenes, 0, num_scenes, draws, given, work)
+        self.assigned = assigned
+
+    def evaluate(self, node: Node) -> NDArray[Any]:
+        """As of a batch."""
+        match node:
+            case Chosen():
+                return self.selected(node.items, self.assigned[node.key, node.word])
+            case Drawn():
+                return node.low + self.assigned[node.key, node.word]
+            case _:
+                return super().evaluate(node)
+
+    def only(self, rows: NDArray[np.intp]) -> CombinationBatch:
+        """As of a batch."""
+        assigned = {draw: numbers[rows] for draw, numbers in self.assigned.items()}
+        part = CombinationBatch(self.scenes[rows], self.num_scenes, self.draws, self.given, assigned, self.work)
+        part._whole = (self, rows)
+        return part
+
+    def row(self, number: int) -> CombinationBatch:
+        """One row as a batch of its own."""
+        return self.only(np.array([number]))

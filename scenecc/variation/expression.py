@@ -1,0 +1,389 @@
+"""Expressions: tokens are checked, Python's `ast` parses, and its nodes become closures.
+
+Python's parser takes more than an expression may hold, warns about what it dislikes, and can run out of memory or
+stack on hostile text. So only short, shallow text made of known tokens reaches it. No code is compiled or
+evaluated: a closure does one operation on what its parts give.
+"""
+
+from __future__ import annotations
+
+import ast
+import keyword
+import math
+import operator
+import re
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics.frozen import frozen
+from scenecc.diagnostics.messages import cut, suggest
+from scenecc.variation import operations
+from scenecc.variation.errors import ExpressionError
+from scenecc.variation.operations import FUNCTIONS, MAX_ARGUMENTS
+
+if TYPE_CHECKING:
+    from scenecc.variation.operations import Span
+
+
+MAX_CHARACTERS = 1000
+"""How long an expression may be [characters]."""
+
+MAX_BRACKET_DEPTH = 30
+"""How many brackets may stand within one another."""
+
+_TOKEN = re.compile(
+    r"""(?P<space>[ \t\r\n]+)
+    |(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)
+    |(?P<name>[A-Za-z_][A-Za-z0-9_]*)
+    |(?P<string>'(?:[^'\\\r\n\ud800-\udfff]|\\[\\'"nt])*'|"(?:[^"\\\r\n\ud800-\udfff]|\\[\\'"nt])*")
+    |(?P<operator>\*\*|//|<=|>=|==|!=|[-+*/%<>,])
+    |(?P<open>[(\[])
+    |(?P<close>[)\]])
+    |(?P<end>\})""",
+    re.VERBOSE,
+)
+_WORDS = frozenset(("and", "or", "not", "if", "else", "True", "False"))
+_REFUSED = frozenset(keyword.kwlist) - _WORDS
+_PAIRS = {"(": ")", "[": "]"}
+_HINTS = {
+    "?": "a choice is written `a if condition else b`",
+    "^": "a power is written `a ** b`",
+    "&": "write `and`",
+    "|": "write `or`",
+    "!": "write `not`, or `!=` between two values",
+    "$": "names are written without `$`",
+}
+_REASONS = {
+    ".": "attributes are not allowed in an expression",
+    ":": "neither slices nor `:=` are allowed in an expression",
+    "=": "a comparison is written `==`",
+    "{": "braces are not allowed in an expression",
+    "#": "comments are not allowed in an expression",
+    "\\": "a backslash may only stand in a string, as \\\\, \\', \\\", \\n or \\t",
+}
+
+
+def find_end(text: str, start: int) -> int:
+    """Where the `}` stands that ends the expression whose first character is at `start`.
+
+    Raises:
+        ExpressionError: there is none, or something that no expression holds comes before it.
+    """
+    limit = min(len(text), start + MAX_CHARACTERS + 1)
+    opened: list[tuple[str, int]] = []
+    before, at = "space", start
+    while at < limit:
+        found = _TOKEN.match(text, at, limit)
+        if found is None:
+            raise _unreadable(text, start, at, limit)
+        kind, token = str(found.lastgroup), found.group()
+        match kind:
+            case "number" | "string":
+                _check_literal(kind, token, before, at)
+            case "name" if token in _REFUSED or before == "number":
+                what = f"`{token}` is not allowed in an expression" if before != "number" else "this is no number"
+                raise ExpressionError(what, at, found.end())
+            case "open":
+                opened.append((_PAIRS[token], at))
+                if len(opened) > MAX_BRACKET_DEPTH:
+                    raise ExpressionError(f"more than {MAX_BRACKET_DEPTH} brackets within one another", at, at + 1)
+            case "close":
+                if not opened or opened.pop()[0] != token:
+                    raise ExpressionError(f"`{token}` closes nothing", at, at + 1)
+            case "end":
+                if opened:
+                    raise ExpressionError("this bracket is never closed", opened[-1][1], opened[-1][1] + 1)
+                return at
+            case _:
+                pass
+        # Two strings with a space between them are still side by side.
+        before = before if kind == "space" and before == "string" else kind
+        at = found.end()
+    raise _endless(text, start, limit)
+
+
+def _check_literal(kind: str, token: str, before: str, at: int) -> None:
+    end = at + len(token)
+    if kind == "number":
+        if before in {"number", "name"}:
+            raise ExpressionError("this is no number", at, end)
+        if token.isdecimal() and token[0] == "0" and token.strip("0"):
+            raise ExpressionError("a number is written without leading zeros", at, end)
+    elif before == "name":
+        raise ExpressionError("strings take no prefix", at, end)
+    elif before == "string":
+        raise ExpressionError("two strings side by side", at, end, "a comma or `+` is missing")
+
+
+def _unreadable(text: str, start: int, at: int, limit: int) -> ExpressionError:
+    found = text[at]
+    if found in "'\"":
+        if limit == start + MAX_CHARACTERS + 1:
+            return _endless(text, start, limit)
+        hint = r"a string ends on its own line, and a backslash in it is followed by \, ', " + '", n or t'
+        return ExpressionError("this string cannot be read", at, at + 1, hint)
+    shown = found if found.isprintable() else ascii(found)[1:-1]
+    message = _REASONS.get(found, f"`{cut(shown)}` has no place in an expression")
+    return ExpressionError(message, at, at + 1, _HINTS.get(found))
+
+
+def _endless(text: str, start: int, limit: int) -> ExpressionError:
+    if limit < len(text) or limit > start + MAX_CHARACTERS:
+        return ExpressionError(f"an expression has at most {MAX_CHARACTERS} characters", start, limit)
+    return ExpressionError("`${` is never closed", start - 2, start, "write `$${` for the characters themselves")
+
+
+MAX_DEPTH = 100
+"""How deep operations may stand within one another."""
+
+CONSTANTS: dict[str, Any] = {"pi": math.pi, "true": True, "false": False}
+
+RESERVED_NAMES = frozenset(
+    (*FUNCTIONS, *CONSTANTS, "True", "False", "and", "or", "not", "if", "else", "scene", "num_scenes")
+)
+"""What parameters, loop variables and draws may not be called, beside Python's keywords."""
+
+Environment = Mapping[str, Any]
+Closure = Callable[[Environment], Any]
+
+
+@frozen
+class Expression:
+    """One expression, read.
+
+    Attributes:
+        tree: of the nodes that `expression.py` lets through; a node's place is `span(node)`.
+        run: its value, from those of its names.
+        places: where each name stands first.
+        span: (start, end) of a node in the scalar's text.
+    """
+
+    tree: ast.expr
+    run: Closure
+    places: Mapping[str, Span]
+    span: Callable[[ast.expr], Span]
+
+
+def parse_expression(text: str, start: int, end: int) -> Expression:
+    """Reads the expression that stands in a scalar's text between two characters.
+
+    Its tokens are known to be sound (`tokens.closing`).
+
+    Raises:
+        ExpressionError: it is none.
+    """
+    source = text[start:end].translate({ord(space): " " for space in "\t\r\n"})
+    if not source.strip():
+        raise ExpressionError("the expression is empty", start - 2, end + 1)
+    try:
+        # The parentheses let it begin with a space.
+        tree = ast.parse(f"({source})", mode="eval").body
+    except SyntaxError as error:
+        at = min(max(start + (error.offset or 2) - 2, start), end)
+        raise ExpressionError("this is no expression", at, min(at + 1, end)) from None
+    except (MemoryError, RecursionError):
+        raise _too_deep(start, end) from None
+    compiler = _Compiler(source, start)
+    run = compiler.closure(tree, 0)
+    return Expression(tree, run, compiler.places, compiler.span)
+
+
+class _Compiler:
+    """Turns the nodes of one expression into closures."""
+
+    def __init__(self, source: str, start: int) -> None:
+        self.places: dict[str, Span] = {}
+        self._source = source
+        self._start = start
+
+    def span(self, node: ast.expr) -> Span:
+        # Python counts bytes, from the parenthesis on.
+        first, last = node.col_offset - 1, (node.end_col_offset or node.col_offset) - 1
+        if not self._source.isascii():
+            coded = self._source.encode()
+            first, last = len(coded[:first].decode()), len(coded[:last].decode())
+        # A tuple without parentheses of its own would take ours.
+        return self._start + max(first, 0), self._start + min(last, len(self._source))
+
+    def closure(self, node: ast.expr, depth: int) -> Closure:
+        """What gives the node's value."""
+        if depth > MAX_DEPTH:
+            raise _too_deep(*self.span(node))
+        compiled = _NODES.get(type(node))
+        if compiled is None:
+            raise ExpressionError("this is not allowed in an expression", *self.span(node))
+        return compiled(self, node, depth + 1)
+
+    def constant(self, node: ast.Constant, _: int) -> Closure:
+        value = node.value
+        if type(value) in _NUMBERS:
+            operations.check_finite(value, self.span(node))
+        elif type(value) is not bool and type(value) is not str:
+            raise ExpressionError("this is not allowed in an expression", *self.span(node))
+        return lambda _: value
+
+    def listed(self, node: ast.List, depth: int) -> Closure:
+        parts, span = [self.closure(item, depth) for item in node.elts], self.span(node)
+        return lambda environment: operations.check_size([part(environment) for part in parts], span)
+
+    def tuple(self, node: ast.Tuple, _: int) -> Closure:
+        raise ExpressionError("a list is written in brackets: [a, b]", *self.span(node))
+
+    def binary(self, node: ast.BinOp, depth: int) -> Closure:
+        name, span = type(node.op).__name__, self.span(node)
+        if name not in operations.BINARY:
+            raise ExpressionError("this operator is not allowed in an expression", *span)
+        return _binary(name, self.closure(node.left, depth), self.closure(node.right, depth), span)
+
+    def unary(self, node: ast.UnaryOp, depth: int) -> Closure:
+        part, span = self.closure(node.operand, depth), self.span(node)
+        if isinstance(node.op, ast.Not):
+            of = self.span(node.operand)
+            return lambda environment: not operations.truth(part(environment), of)
+        apply = operations.negative if isinstance(node.op, ast.USub) else operations.positive
+        return lambda environment: apply(part(environment), span)
+
+    def logical(self, node: ast.BoolOp, depth: int) -> Closure:
+        parts = [(self.closure(value, depth), self.span(value)) for value in node.values]
+        return _logical(parts, until=isinstance(node.op, ast.Or))
+
+    def compared(self, node: ast.Compare, depth: int) -> Closure:
+        others = [self.closure(other, depth) for other in node.comparators]
+        return _compared(
+            self.closure(node.left, depth), [type(op).__name__ for op in node.ops], others, self.span(node)
+        )
+
+    def conditional(self, node: ast.IfExp, depth: int) -> Closure:
+        test, span = self.closure(node.test, depth), self.span(node.test)
+        return _conditional(test, span, self.closure(node.body, depth), self.closure(node.orelse, depth))
+
+    def indexed(self, node: ast.Subscript, depth: int) -> Closure:
+        values, index, span = self.closure(node.value, depth), self.closure(node.slice, depth), self.span(node)
+        return lambda environment: operations.item_at(values(environment), index(environment), span)
+
+    def name(self, node: ast.Name, _: int) -> Closure:
+        """A constant, or what is looked up when the expression is evaluated; `places` then has where it is read."""
+        name, span = node.id, self.span(node)
+        if name in CONSTANTS:
+            value = CONSTANTS[name]
+            return lambda _: value
+        if name in FUNCTIONS:
+            raise ExpressionError(f"`{name}` is a function: write `{name}(…)`", *span)
+        self.places.setdefault(name, span)
+
+        def run(environment: Environment) -> Any:
+            """What the name means there."""
+            try:
+                return environment[name]
+            except KeyError:
+                raise ExpressionError(f"unknown name `{name}`", *span, suggest(name, environment)) from None
+
+        return run
+
+    def call(self, node: ast.Call, depth: int) -> Closure:
+        """A call of one of `FUNCTIONS`, by its name and with as many arguments as it takes."""
+        func, span = node.func, self.span(node)
+        if not isinstance(func, ast.Name):
+            raise ExpressionError("only functions are called", *self.span(func))
+        if func.id not in FUNCTIONS:
+            raise ExpressionError(f"unknown function `{func.id}`", *self.span(func), suggest(func.id, FUNCTIONS))
+        fewest, most, apply = FUNCTIONS[func.id]
+        parts = [self.closure(argument, depth) for argument in node.args]
+        if not fewest <= len(parts) <= most:
+            wanted = (
+                str(fewest)
+                if fewest == most
+                else f"{fewest} to {most}"
+                if most < MAX_ARGUMENTS
+                else f"at least {fewest}"
+            )
+            noun = "arguments" if most > 1 and most < MAX_ARGUMENTS else "argument"
+            raise ExpressionError(f"`{func.id}` takes {wanted} {noun}, not {len(parts)}", *span)
+        if len(parts) == 1:
+            (part,) = parts
+            return lambda environment: apply([part(environment)], span)
+        return lambda environment: apply([part(environment) for part in parts], span)
+
+
+_NODES: dict[type[ast.AST], Callable[[_Compiler, Any, int], Closure]] = {
+    ast.Constant: _Compiler.constant,
+    ast.Name: _Compiler.name,
+    ast.List: _Compiler.listed,
+    ast.Tuple: _Compiler.tuple,
+    ast.BinOp: _Compiler.binary,
+    ast.UnaryOp: _Compiler.unary,
+    ast.BoolOp: _Compiler.logical,
+    ast.Compare: _Compiler.compared,
+    ast.IfExp: _Compiler.conditional,
+    ast.Subscript: _Compiler.indexed,
+    ast.Call: _Compiler.call,
+}
+"""What an expression may hold; the tokens have kept out comparisons by `in` and `is`."""
+
+
+_QUICK: dict[str, Callable[[float, float], float]] = {"Add": operator.add, "Sub": operator.sub, "Mult": operator.mul}
+_NUMBERS: frozenset[type[Any]] = frozenset((int, float))
+_QUICK_BOUND = 1e70
+"""Below this a result needs no second look, whatever its type."""
+
+
+def _binary(name: str, left: Closure, right: Closure, span: Span) -> Closure:
+    apply = operations.BINARY[name]
+    if name not in _QUICK:
+        return lambda environment: apply(left(environment), right(environment), span)
+    quick = _QUICK[name]
+
+    def run(environment: Environment) -> Any:
+        """The result at once where both are plain numbers and it is of no great size; else the operation checks."""
+        a, b = left(environment), right(environment)
+        if type(a) in _NUMBERS and type(b) in _NUMBERS:
+            try:
+                result = quick(a, b)
+            except OverflowError:
+                pass
+            else:
+                if -_QUICK_BOUND < result < _QUICK_BOUND:
+                    return result
+        return apply(a, b, span)
+
+    return run
+
+
+def _logical(parts: list[tuple[Closure, Span]], *, until: bool) -> Closure:
+    """The first operand that is true (`or`) or false (`and`), else the last; those behind it are not evaluated."""
+
+    def run(environment: Environment) -> Any:
+        value: Any = None
+        for part, span in parts:
+            value = part(environment)
+            if operations.truth(value, span) is until:
+                break
+        return value
+
+    return run
+
+
+def _compared(first: Closure, names: list[str], others: list[Closure], span: Span) -> Closure:
+    steps = list(zip([operations.COMPARISONS[name] for name in names], others, strict=True))
+
+    def run(environment: Environment) -> bool:
+        a = first(environment)
+        for holds, other in steps:
+            b = other(environment)
+            if not holds(a, b, span):
+                return False
+            a = b
+        return True
+
+    return run
+
+
+def _conditional(test: Closure, span: Span, chosen: Closure, otherwise: Closure) -> Closure:
+    def run(environment: Environment) -> Any:
+        return chosen(environment) if operations.truth(test(environment), span) else otherwise(environment)
+
+    return run
+
+
+def _too_deep(start: int, end: int) -> ExpressionError:
+    return ExpressionError(f"the expression is more than {MAX_DEPTH} operations deep", start, end)

@@ -1,0 +1,292 @@
+"""Varying values as the plan has them: small trees of plain data, evaluated over many scenes at once.
+
+An *item* is a plain value (number, boolean, string, or tuple of such) or a node. All are the same
+shape where several stand for one value. Shapes are given without the leading axis of the scenes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any, Literal
+
+from scenecc.diagnostics.frozen import frozen
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from scenecc.variation.template import Template
+
+
+Section = Literal["entities", "draws", "frames", "materials", "constraints", "lights", "cameras", "environment"]
+Kind = Literal["uniform", "integers", "log_uniform", "normal"]
+
+
+@frozen
+class Key:
+    """Whose draw it is; the seed and this alone decide the words of each scene.
+
+    `path` is the field's, such as `pose.p` or `shapes[0].half_size`: the same however the field is
+    written (`pose: [x, y, z]` is `pose.p`). A form inside a form appends its place (`mass.choice[1]`).
+    """
+
+    section: Section
+    name: str
+    path: str
+
+
+@frozen
+class Const:
+    """The same in every scene."""
+
+    data: Any
+
+
+@frozen
+class Rows:
+    """One item for each of some scenes, by ascending scene index. Evaluated in those scenes only."""
+
+    scene_idxs: tuple[int, ...]
+    items: tuple[Any, ...]
+
+
+@frozen
+class Cycled:
+    """By scene index modulo the number of items."""
+
+    items: tuple[Any, ...]
+
+
+@frozen
+class Chosen:
+    """One of the items, drawn; `word` is the component's number where several share the field's key."""
+
+    items: tuple[Any, ...]
+    weights: tuple[float, ...] | None
+    key: Key
+    word: int = 0
+
+
+@frozen
+class Drawn:
+    """Numbers drawn independently, each component by its own word.
+
+    Attributes:
+        kind: `normal` has its mean in `low` and its standard deviation in `high`.
+        low, high: items, of shape `shape` or scalars.
+        clip: items that bound a normal draw, or None.
+        shape: () or (n,).
+        key: the field's.
+        word: of the first component; a component j of a `Stacked` vector has j here.
+    """
+
+    kind: Kind
+    low: Any
+    high: Any
+    clip: tuple[Any, Any] | None
+    shape: tuple[int, ...]
+    key: Key
+    word: int = 0
+
+
+@frozen
+class RandomRotated:
+    """A quaternion (4,) drawn evenly over all rotations."""
+
+    key: Key
+
+
+@frozen
+class Stacked:
+    """Items of one shape side by side: a vector (n,) of scalars, a matrix of vectors."""
+
+    items: tuple[Any, ...]
+
+
+@frozen
+class Computed:
+    """What an expression gives in each scene.
+
+    Attributes:
+        template: reads draws, `scene` and `num_scenes`.
+        shape: () for a number, boolean or string, (n,) for a list of n numbers; None where any value will do.
+        reads: (name in the expression, name of the shared draw), for those that are called otherwise
+            among the draws; any other name is a draw's own.
+    """
+
+    template: Template
+    shape: tuple[int, ...] | None
+    reads: tuple[tuple[str, str], ...] = ()
+
+
+@frozen
+class Shared:
+    """A shared draw, by its name among the draws."""
+
+    name: str
+
+
+@frozen
+class Posed:
+    """A pose (7,) of a position item (3,) and a rotation item (4,)."""
+
+    p: Any
+    q: Any
+
+
+@frozen
+class Normalized:
+    """A quaternion as written: untouched within 1e-5 of unit length, normalised within 1e-3, otherwise none."""
+
+    q: Any
+
+
+@frozen
+class FromRpy:
+    """The quaternion (4,) of turns about the fixed axes x, y, z (3,) [rad]."""
+
+    angles: Any
+
+
+@frozen
+class FromAxisAngle:
+    """The quaternion (4,) of a turn about an axis (3,) by an angle () [rad]."""
+
+    axis: Any
+    angle: Any
+
+
+@frozen
+class FromMatrix:
+    """The pose (7,) of a rigid motion (4, 4)."""
+
+    matrix: Any
+
+
+@frozen
+class Looking:
+    """The quaternion (4,) that looks from `p` (3,) to `target` (3,): x forward, z as far up as it goes."""
+
+    target: Any
+    p: Any
+
+
+@frozen
+class Pointing:
+    """The shortest rotation (4,) that turns +x to a direction (3,)."""
+
+    direction: Any
+
+
+@frozen
+class Radians:
+    """An angle item, or several, from degrees."""
+
+    degrees: Any
+
+
+@frozen
+class Held:
+    """One number, moved and then held between bounds: factor · number + offset, not below `low` nor above `high`.
+
+    Attributes:
+        of: a number, or a list of them.
+        index: which of the list; -1: it is a number.
+        low, high: items; `low` counts where they cross.
+        factor, offset: items.
+    """
+
+    of: Any
+    index: int
+    low: Any
+    high: Any
+    factor: Any = 1.0
+    offset: Any = 0.0
+
+
+@frozen
+class Composed:
+    """The pose (7,) `inner`, given in the frame of `outer` (7,), in the frame that `outer` is given in."""
+
+    outer: Any
+    inner: Any
+
+
+Node = (
+    Const
+    | Rows
+    | Cycled
+    | Chosen
+    | Drawn
+    | RandomRotated
+    | Stacked
+    | Computed
+    | Shared
+    | Posed
+    | Normalized
+    | FromRpy
+    | FromAxisAngle
+    | FromMatrix
+    | Looking
+    | Pointing
+    | Radians
+    | Held
+    | Composed
+)
+NODES: tuple[type[Any], ...] = (
+    Const, Rows, Cycled, Chosen, Drawn, RandomRotated, Stacked, Computed, Shared, Posed, Normalized,
+    FromRpy, FromAxisAngle, FromMatrix, Looking, Pointing, Radians, Held,
+    Composed,
+)  # fmt: skip
+"""The types of `Node`."""
+
+NODE_TYPES = frozenset(NODES)
+"""The same, to ask whether one class is among them."""
+
+
+BUILTIN_NAMES = frozenset(("scene", "num_scenes"))
+"""Names that every expression can read, and that are no draws."""
+
+_WITH_PARTS = NODE_TYPES | {tuple}
+_FIELDS = {kind: tuple(field.name for field in fields(kind)) for kind in NODES}
+
+
+def draws_read_by(node: Node) -> list[str]:
+    """The shared draws that a node reads, in any scene; not those that these read."""
+    found: dict[str, None] = {}
+    todo: list[Any] = [node]
+    while todo:
+        item = todo.pop()
+        kind = item.__class__
+        if kind is Shared:
+            found[item.name] = None
+        elif kind is Computed:
+            reads = dict(item.reads)
+            found.update(dict.fromkeys(reads.get(name, name) for name in sorted(item.template.names - BUILTIN_NAMES)))
+        elif kind is tuple:
+            todo += [part for part in item if part.__class__ in _WITH_PARTS]
+        elif kind in _FIELDS:
+            parts = [getattr(item, name) for name in _FIELDS[kind]]
+            todo += [part for part in parts if part.__class__ in _WITH_PARTS]
+    return list(found)
+
+
+def evaluation_order(name: str, draws: Mapping[str, Node], is_made: Callable[[str], bool]) -> list[str]:
+    """A shared draw and all that have to be made before it, each after those that it reads.
+
+    Args:
+        name: of it.
+        draws: the shared draws by name.
+        is_made: whether nothing is to be done for one.
+    """
+    ordered: dict[str, None] = {}
+    opened: set[str] = set()
+    todo = [name]
+    while todo:
+        last = todo[-1]
+        if last not in opened:
+            opened.add(last)
+            todo += [other for other in draws_read_by(draws[last]) if other not in opened and not is_made(other)]
+        else:
+            todo.pop()
+            ordered[last] = None
+    return list(ordered)

@@ -1,0 +1,343 @@
+"""What the operators and functions of expressions do with plain values.
+
+A number is an int or a float, never a boolean. Every number that comes out is finite, and every int, string
+and list is bounded. Each takes the span (start, end) of the expression that it stands for, for its errors.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+import sys
+from typing import TYPE_CHECKING, Any
+
+from scenecc.variation.errors import ExpressionError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+Span = tuple[int, int]
+LISTS: frozenset[type[Any]] = frozenset((list, tuple))
+SEQUENCES: frozenset[type[Any]] = frozenset((str, list, tuple))
+
+MAX_FLOAT = sys.float_info.max
+MAX_INT_BITS = 256
+"""How many bits an int may have."""
+
+MAX_SIZE = 10_000
+"""How much a list or string may hold: characters, and items of lists and of the lists in them."""
+
+_INT_BOUND = 1 << MAX_INT_BITS
+_KINDS: dict[type[Any], str] = {
+    bool: "a boolean", int: "a number", float: "a number", str: "a string", list: "a list", tuple: "a list",
+    dict: "a mapping",
+}  # fmt: skip
+
+
+def kind_name(value: Any) -> str:
+    """What a message calls a value."""
+    return _KINDS.get(value.__class__, "such a value")
+
+
+def scalar_text(value: Any, span: Span) -> str:
+    """A value as it stands within a longer text: as YAML writes it."""
+    if type(value) is bool:
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return value
+    if is_number(value):
+        return repr(value)
+    raise ExpressionError(f"{kind_name(value)} cannot stand within a longer text", *span)
+
+
+def is_number(value: Any) -> bool:
+    """An int or a float."""
+    return type(value) is float or type(value) is int
+
+
+def check_finite(value: Any, span: Span) -> Any:
+    """A number that is finite and not too large."""
+    if type(value) is float:
+        if -MAX_FLOAT <= value <= MAX_FLOAT:
+            return value
+        raise ExpressionError("the result is not a finite number", *span)
+    if -_INT_BOUND < value < _INT_BOUND:
+        return value
+    raise ExpressionError(f"the integer has more than {MAX_INT_BITS} bits", *span)
+
+
+def check_size(value: Any, span: Span) -> Any:
+    """A string or list that is not too large."""
+    if not fits(value, MAX_SIZE):
+        raise ExpressionError(f"the {_KINDS[type(value)][2:]} is larger than {MAX_SIZE}", *span)
+    return value
+
+
+def fits(value: Any, limit: int) -> bool:
+    """Whether a value, with all that is in it, is within a limit; looks at no more than that."""
+    waiting, total = [value], 0
+    while waiting:
+        item = waiting.pop()
+        if isinstance(item, str):
+            total += len(item)
+        elif type(item) in LISTS:
+            total += len(item)
+            if total <= limit:
+                waiting.extend(item)
+        if total > limit:
+            return False
+    return True
+
+
+def _number_operator(symbol: str, apply: Callable[[Any, Any], Any]) -> Callable[[Any, Any, Span], Any]:
+    """An operator on two numbers."""
+
+    def run(a: Any, b: Any, span: Span) -> Any:
+        if not (is_number(a) and is_number(b)):
+            raise _kinds_error(symbol, a, b, span)
+        try:
+            return check_finite(apply(a, b), span)
+        except ZeroDivisionError:
+            raise ExpressionError("division by zero", *span) from None
+        except OverflowError:
+            raise ExpressionError("the result is not a finite number", *span) from None
+
+    return run
+
+
+_add_numbers = _number_operator("+", operator.add)
+_multiply_numbers = _number_operator("*", operator.mul)
+
+
+def add(a: Any, b: Any, span: Span) -> Any:
+    """Numbers added, strings or lists joined."""
+    if isinstance(a, str) and isinstance(b, str):
+        return check_size(a + b, span)
+    if type(a) in LISTS and type(b) in LISTS:
+        return check_size([*a, *b], span)
+    return _add_numbers(a, b, span)
+
+
+def multiply(a: Any, b: Any, span: Span) -> Any:
+    """Numbers multiplied, a string or list repeated."""
+    for many, count in ((a, b), (b, a)):
+        if type(many) in SEQUENCES and type(count) is int:
+            if count > 0 and not fits(many, MAX_SIZE // count):
+                raise ExpressionError(f"the {kind_name(many)[2:]} is larger than {MAX_SIZE}", *span)
+            # What is empty may be repeated as often as one likes, which Python would still count.
+            return many * min(count, MAX_SIZE) if isinstance(many, str) else [*many] * min(count, MAX_SIZE)
+    return _multiply_numbers(a, b, span)
+
+
+def power(a: Any, b: Any, span: Span) -> Any:
+    """The power a**b of numbers; the result is real."""
+    if not (is_number(a) and is_number(b)):
+        raise _kinds_error("**", a, b, span)
+    if a == 0 and b < 0:
+        raise ExpressionError("0 has no negative power", *span)
+    if a < 0 and b != int(b):
+        raise ExpressionError("a negative number has whole powers only", *span)
+    if type(a) is int and type(b) is int and b > 0 and abs(a) > 1 and (abs(a).bit_length() - 1) * b >= MAX_INT_BITS:
+        raise ExpressionError(f"the integer has more than {MAX_INT_BITS} bits", *span)
+    if type(a) is int and type(b) is int and abs(a) <= 1 and abs(b) > 2:
+        # Of these only whether the exponent is odd counts, however large it is.
+        b = (1 if b % 2 else 2) * (1 if b > 0 else -1)
+    try:
+        return check_finite(a**b, span)
+    except OverflowError:
+        raise ExpressionError("the result is not a finite number", *span) from None
+
+
+def _over(a: float, b: float) -> float:
+    return a / b
+
+
+def _over_floor(a: float, b: float) -> float:
+    return a // b
+
+
+_subtract = _number_operator("-", operator.sub)
+_divide = _number_operator("/", _over)
+_floor_divide = _number_operator("//", _over_floor)
+_remainder = _number_operator("%", operator.mod)
+
+BINARY: dict[str, Callable[[Any, Any, Span], Any]] = {
+    "Add": add,
+    "Sub": _subtract,
+    "Mult": multiply,
+    "Div": _divide,
+    "FloorDiv": _floor_divide,
+    "Mod": _remainder,
+    "Pow": power,
+}
+"""By the name of the node's type in Python's `ast`."""
+
+
+def negative(a: Any, span: Span) -> Any:
+    """The number with the other sign."""
+    if not is_number(a):
+        raise ExpressionError(f"`-` does not take {kind_name(a)}", *span)
+    return -a
+
+
+def positive(a: Any, span: Span) -> Any:
+    """The number itself."""
+    if not is_number(a):
+        raise ExpressionError(f"`+` does not take {kind_name(a)}", *span)
+    return a
+
+
+def equal(a: Any, b: Any, span: Span) -> bool:
+    """Whether two values of one kind are equal."""
+    if kind_name(a) != kind_name(b):
+        raise _kinds_error("==", a, b, span)
+    return list(a) == list(b) if type(a) in LISTS else a == b
+
+
+def unequal(a: Any, b: Any, span: Span) -> bool:
+    """Whether two values of one kind differ."""
+    return not equal(a, b, span)
+
+
+def _order_comparison(symbol: str, apply: Callable[[Any, Any], bool]) -> Callable[[Any, Any, Span], bool]:
+    """A comparison of two numbers or two strings."""
+
+    def run(a: Any, b: Any, span: Span) -> bool:
+        if not (is_number(a) and is_number(b)) and not (isinstance(a, str) and isinstance(b, str)):
+            raise _kinds_error(symbol, a, b, span)
+        return apply(a, b)
+
+    return run
+
+
+COMPARISONS: dict[str, Callable[[Any, Any, Span], bool]] = {
+    "Eq": equal,
+    "NotEq": unequal,
+    "Lt": _order_comparison("<", operator.lt),
+    "LtE": _order_comparison("<=", operator.le),
+    "Gt": _order_comparison(">", operator.gt),
+    "GtE": _order_comparison(">=", operator.ge),
+}
+"""By the name of the node's type in Python's `ast`."""
+
+
+def truth(value: Any, span: Span) -> bool:
+    """Whether a condition holds: a boolean, or a number other than 0."""
+    if type(value) is bool:
+        return value
+    if is_number(value):
+        return value != 0
+    raise ExpressionError(f"a condition is a boolean or a number, not {kind_name(value)}", *span)
+
+
+def shape_mismatch(given: Any, shape: tuple[int, ...], text: str) -> str | None:
+    """What is wrong with the shape of a value, where one value or lists of numbers are wanted; `text`: what gave it."""
+    if not shape:
+        return f"it gives {kind_name(given)} where one value is wanted" if type(given) in LISTS else None
+    wanted = " lists of ".join(map(str, shape)) + " numbers"
+    if type(given) not in LISTS:
+        return f"it gives {kind_name(given)} where {wanted} are wanted"
+    if _has_shape(given, shape):
+        return None
+    repeated = len(given) > shape[0] and len(given) % shape[0] == 0 and "*" in text
+    why = ": `*` repeats lists, so multiply each component" if repeated else ""
+    return f"it gives a list that is not {wanted}{why}"
+
+
+def _has_shape(given: Any, shape: tuple[int, ...]) -> bool:
+    if not shape:
+        return is_number(given)
+    return type(given) in LISTS and len(given) == shape[0] and all(_has_shape(item, shape[1:]) for item in given)
+
+
+def item_at(values: Any, index: Any, span: Span) -> Any:
+    """The item of a list or the character of a string; from the end where the index is negative."""
+    if type(values) not in SEQUENCES:
+        raise ExpressionError(f"{kind_name(values)} has no items", *span)
+    if type(index) is not int:
+        what = f"{index!r}" if type(index) is float else kind_name(index)
+        raise ExpressionError(f"an index is an integer, not {what}", *span)
+    if not -len(values) <= index < len(values):
+        raise ExpressionError(
+            f"index {index} is out of range: the {kind_name(values)[2:]} has {len(values)} items", *span
+        )
+    return values[index]
+
+
+def _kinds_error(symbol: str, a: Any, b: Any, span: Span) -> ExpressionError:
+    return ExpressionError(f"`{symbol}` does not take {kind_name(a)} and {kind_name(b)}", *span)
+
+
+MAX_ARGUMENTS = 255
+"""The most arguments of a function that takes any number of them."""
+
+_ROUND_DIGITS = 30
+
+
+def _number_function(name: str, apply: Callable[..., Any]) -> Callable[..., Any]:
+    """A function of one number or two."""
+
+    def run(arguments: list[Any], span: Span) -> Any:
+        """Its value; ExpressionError where an argument is no number, or there is no finite value."""
+        for argument in arguments:
+            if not is_number(argument):
+                raise ExpressionError(f"`{name}` takes numbers, not {kind_name(argument)}", *span)
+        try:
+            return check_finite(apply(*arguments), span)
+        except OverflowError:
+            raise ExpressionError("the result is not a finite number", *span) from None
+        except ValueError:
+            raise ExpressionError(f"`{name}` has no value for {arguments[0]!r}", *span) from None
+
+    return run
+
+
+def _extreme(name: str, apply: Callable[..., Any]) -> Callable[..., Any]:
+    def run(arguments: list[Any], span: Span) -> Any:
+        if len(arguments) == 1 and type(arguments[0]) in LISTS:
+            arguments = list(arguments[0])
+        if not arguments:
+            raise ExpressionError(f"`{name}` of nothing has no value", *span)
+        for argument in arguments:
+            if not is_number(argument):
+                raise ExpressionError(
+                    f"`{name}` takes numbers or one list of numbers, not {kind_name(argument)}", *span
+                )
+        return apply(arguments)
+
+    return run
+
+
+def _length(arguments: list[Any], span: Span) -> int:
+    if type(arguments[0]) not in SEQUENCES:
+        raise ExpressionError(f"`len` takes a list or a string, not {kind_name(arguments[0])}", *span)
+    return len(arguments[0])
+
+
+_round_number = _number_function("round", round)
+
+
+def _round(arguments: list[Any], span: Span) -> Any:
+    if len(arguments) == 2 and (type(arguments[1]) is not int or abs(arguments[1]) > _ROUND_DIGITS):
+        raise ExpressionError(f"`round` takes -{_ROUND_DIGITS} to {_ROUND_DIGITS} digits", *span)
+    return _round_number(arguments, span)
+
+
+FUNCTIONS: dict[str, tuple[int, int, Callable[[list[Any], Span], Any]]] = {
+    "min": (1, MAX_ARGUMENTS, _extreme("min", min)),
+    "max": (1, MAX_ARGUMENTS, _extreme("max", max)),
+    "abs": (1, 1, _number_function("abs", abs)),
+    "sqrt": (1, 1, _number_function("sqrt", math.sqrt)),
+    "sin": (1, 1, _number_function("sin", math.sin)),
+    "cos": (1, 1, _number_function("cos", math.cos)),
+    "tan": (1, 1, _number_function("tan", math.tan)),
+    "atan2": (2, 2, _number_function("atan2", math.atan2)),
+    "radians": (1, 1, _number_function("radians", math.radians)),
+    "degrees": (1, 1, _number_function("degrees", math.degrees)),
+    "floor": (1, 1, _number_function("floor", math.floor)),
+    "ceil": (1, 1, _number_function("ceil", math.ceil)),
+    "round": (1, 2, _round),
+    "len": (1, 1, _length),
+}
+"""By name: the fewest and the most arguments, and what it does with them."""

@@ -1,0 +1,34 @@
+"""Poses composed one by one and many at once: to the bit the same, and untouched where one does not turn."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from scenecc.geometry import rotation_arrays
+from scenecc.lower.placing.poses import IDENTITY_POSE, compose
+
+# Seven digits: not of unit length, and normalised no longer the same.
+Q = (0.9238795, 0.2209424, 0.2209424, 0.2209424)
+TURNED = (0.1, -0.2, 0.3, *Q)
+OTHER = (1.0, 2.0, 3.0, 0.5, -0.5, 0.5, 0.5)
+MOVED = (4.0, 5.0, 6.0, 1.0, 0.0, 0.0, 0.0)
+POSES = [IDENTITY_POSE, TURNED, OTHER, MOVED]
+
+
+@pytest.mark.parametrize("outer", POSES)
+@pytest.mark.parametrize("inner", POSES)
+def test_many_at_once_are_composed_as_one_is(outer: tuple[float, ...], inner: tuple[float, ...]) -> None:
+    one = compose(outer, inner)  # type: ignore[arg-type]
+    many = rotation_arrays.compose(np.array([outer, OTHER]), np.array([inner, TURNED]))
+    assert many[0].tobytes() == np.array(one).tobytes()
+
+
+@pytest.mark.parametrize("still", [IDENTITY_POSE, MOVED])
+def test_a_pose_that_does_not_turn_passes_a_rotation_on_untouched(still: tuple[float, ...]) -> None:
+    assert compose(still, TURNED)[3:] == Q  # type: ignore[arg-type]
+    assert compose(TURNED, still)[3:] == Q  # type: ignore[arg-type]
+
+
+def test_two_turns_are_of_unit_length_together() -> None:
+    assert np.linalg.norm(compose(TURNED, TURNED)[3:]) == pytest.approx(1, abs=1e-15)
