@@ -48,14 +48,191 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 
+class Batch:
+    """Some of the parallel scenes, for which nodes are evaluated.
+
+    What a node gives in a scene follows from the seed, the node and the scene's index, whichever other scenes are in
+    the batch. The shared draws are evaluated when they are first read, and kept.
+
+    Args:
+        scenes: indices of the scenes (B,), at least one, in any order.
+        seed: of every draw, or one for each of the scenes.
+        num_scenes: what `num_scenes` gives in an expression.
+        draws: the shared draws by name; one may read those before it.
+        given: values (N, …) that take the place of draws, row i being scene i's.
+        work: counts what is computed; None: nothing does.
+    """
+
+    def __init__(
+        self,
+        scenes: NDArray[np.int64],
+        seed: int | tuple[int, ...],
+        num_scenes: int,
+        draws: Mapping[str, Node],
+        given: Mapping[str, NDArray[Any]],
+        work: OperationCounter | None = None,
+    ) -> None:
+        self.scenes = np.asarray(scenes, dtype=np.int64)
+        self.seed = seed
+        self.num_scenes = num_scenes
+        self.draws = draws
+        self.given = given
+        self.work = work
+        self._shared: dict[str, NDArray[Any]] = {}
+        self._failed: dict[str, DrawError] = {}
+        self._whole: tuple[Batch, NDArray[np.intp]] | None = None
+
+    def evaluate(self, node: Node) -> NDArray[Any]:
+        """The node's values (B, …): float64, int64 or bool, or objects where they are texts, lists or mixed.
+
+        The array may be read-only.
+
+        Raises:
+            DrawError: the node, or what it reads, has no value in one of the scenes.
+        """
+        return EVALUATORS[type(node)](self, node)
+
+    def item(self, item: Any) -> NDArray[Any]:
+        """As `evaluate`, of a plain value too."""
+        if isinstance(item, NODES):
+            return self.evaluate(item)
+        value = per_scene_arrays.value_array(item)
+        return np.broadcast_to(value, (len(self.scenes), *value.shape))
+
+    def shared(self, name: str) -> NDArray[Any]:
+        """The values of a shared draw (B, …).
+
+        Raises:
+            DrawError: it has none in one of the scenes.
+        """
+        if not self._is_made(name):
+            for other in evaluation_order(name, self.draws, self._is_made):
+                self._make(other)
+        if name in self._failed:
+            error = self._failed[name]
+            raise DrawError(error.message, error.scene, error.node, error.expression)
+        return self._shared[name]
+
+    def kept(self, name: str) -> NDArray[Any] | None:
+        """The values of a shared draw, if they are there without evaluating anything."""
+        found = self._shared.get(name)
+        if found is not None:
+            return found
+        if name in self.given:
+            found = per_scene_arrays.to_value_dtype(self.given[name][self.scenes])
+        elif self._whole is not None:
+            whole, rows = self._whole
+            values = whole.kept(name)
+            found = None if values is None else values[rows]
+        if found is not None:
+            self._shared[name] = found
+        return found
+
+    def _is_made(self, name: str) -> bool:
+        return name in self._failed or self.kept(name) is not None
+
+    def _make(self, name: str) -> None:
+        try:
+            self._shared[name] = self.evaluate(self.draws[name])
+        except DrawError as error:
+            # What reads it need not do so in that scene.
+            self._failed[name] = error
+
+    def only(self, rows: NDArray[np.intp]) -> Batch:
+        """Some rows of the batch as one of their own."""
+        chosen: list[int] = rows.tolist()
+        seed = self.seed if isinstance(self.seed, int) else tuple(self.seed[row] for row in chosen)
+        part = Batch(self.scenes[rows], seed, self.num_scenes, self.draws, self.given, self.work)
+        part._whole = (self, rows)
+        return part
+
+    def selected(self, items: Sequence[Any], index: NDArray[np.int64]) -> NDArray[Any]:
+        """Of several items the one with the index (B,) in each scene; the others are not evaluated there."""
+        if not any(isinstance(item, NODES) for item in items):
+            return per_scene_arrays.row_array(items)[index]
+        parts: list[tuple[NDArray[np.intp], NDArray[Any]]] = []
+        for number in np.unique(index).tolist():
+            rows = np.flatnonzero(index == number)
+            parts.append((rows, self.only(rows).item(items[number])))
+        return per_scene_arrays.merge_rows(len(self.scenes), parts)
+
+
+class CombinationBatch(Batch):
+    """As `Batch`, but nothing is drawn.
+
+    Args:
+        scenes: the scene's index of each row (B,).
+        num_scenes: what `num_scenes` gives in an expression.
+        draws: the shared draws by name.
+        given: values (N, …) that take the place of draws.
+        assigned: for every draw, by its key and word, the number (B,) of what it gives: of an item, or from the
+            lowest integer on.
+        work: counts what is computed; None: nothing does.
+    """
+
+    def __init__(
+        self,
+        scenes: NDArray[np.int64],
+        num_scenes: int,
+        draws: Mapping[str, Node],
+        given: Mapping[str, NDArray[Any]],
+        assigned: Mapping[tuple[Key, int], NDArray[np.int64]],
+        work: OperationCounter | None = None,
+    ) -> None:
+        super().__init__(scenes, 0, num_scenes, draws, given, work)
+        self.assigned = assigned
+
+    def evaluate(self, node: Node) -> NDArray[Any]:
+        """As of a batch."""
+        match node:
+            case Chosen():
+                return self.selected(node.items, self.assigned[node.key, node.word])
+            case Drawn():
+                return node.low + self.assigned[node.key, node.word]
+            case _:
+                return super().evaluate(node)
+
+    def only(self, rows: NDArray[np.intp]) -> CombinationBatch:
+        """As of a batch."""
+        assigned = {draw: numbers[rows] for draw, numbers in self.assigned.items()}
+        part = CombinationBatch(self.scenes[rows], self.num_scenes, self.draws, self.given, assigned, self.work)
+        part._whole = (self, rows)
+        return part
+
+    def row(self, number: int) -> CombinationBatch:
+        """One row as a batch of its own."""
+        return self.only(np.array([number]))
+
+
+def _rows(batch: Batch, node: Rows) -> NDArray[Any]:
+    known = np.array(node.scene_idxs, dtype=np.int64)
+    index = np.minimum(np.searchsorted(known, batch.scenes), max(len(known) - 1, 0))
+    missing = np.flatnonzero(known[index] != batch.scenes) if known.size else np.arange(len(batch.scenes))
+    if missing.size:
+        raise DrawError("nothing is given for this scene", int(batch.scenes[missing[0]]), node)
+    return batch.selected(node.items, index)
+
+
+def _stacked(batch: Batch, node: Stacked) -> NDArray[Any]:
+    parts = [batch.item(item) for item in node.items]
+    if any(part.dtype == object for part in parts):
+        parts = [part.astype(object) for part in parts]
+    return np.stack(parts, axis=1)
+
+
 WIDEST_INTEGERS = 2**53
 """How many integers one draw may be among."""
 
 BOUNDS_CROSSED = "the lower bound is above the upper one"
+
 CLIP_CROSSED = "the lower edge of `clip` is above the upper one"
+
 NOT_POSITIVE = "the lower bound is not positive"
+
 NEGATIVE = "the standard deviation is negative"
+
 NOT_WHOLE = "a bound is no integer"
+
 TOO_MANY = f"the bounds hold more than {WIDEST_INTEGERS} integers"
 
 
@@ -313,131 +490,6 @@ def _held(batch: Batch, node: Held) -> NDArray[Any]:
     return np.maximum(np.minimum(moved.astype(np.float64), batch.item(node.high)), batch.item(node.low))
 
 
-class Batch:
-    """Some of the parallel scenes, for which nodes are evaluated.
-
-    What a node gives in a scene follows from the seed, the node and the scene's index, whichever other scenes are in
-    the batch. The shared draws are evaluated when they are first read, and kept.
-
-    Args:
-        scenes: indices of the scenes (B,), at least one, in any order.
-        seed: of every draw, or one for each of the scenes.
-        num_scenes: what `num_scenes` gives in an expression.
-        draws: the shared draws by name; one may read those before it.
-        given: values (N, …) that take the place of draws, row i being scene i's.
-        work: counts what is computed; None: nothing does.
-    """
-
-    def __init__(
-        self,
-        scenes: NDArray[np.int64],
-        seed: int | tuple[int, ...],
-        num_scenes: int,
-        draws: Mapping[str, Node],
-        given: Mapping[str, NDArray[Any]],
-        work: OperationCounter | None = None,
-    ) -> None:
-        self.scenes = np.asarray(scenes, dtype=np.int64)
-        self.seed = seed
-        self.num_scenes = num_scenes
-        self.draws = draws
-        self.given = given
-        self.work = work
-        self._shared: dict[str, NDArray[Any]] = {}
-        self._failed: dict[str, DrawError] = {}
-        self._whole: tuple[Batch, NDArray[np.intp]] | None = None
-
-    def evaluate(self, node: Node) -> NDArray[Any]:
-        """The node's values (B, …): float64, int64 or bool, or objects where they are texts, lists or mixed.
-
-        The array may be read-only.
-
-        Raises:
-            DrawError: the node, or what it reads, has no value in one of the scenes.
-        """
-        return EVALUATORS[type(node)](self, node)
-
-    def item(self, item: Any) -> NDArray[Any]:
-        """As `evaluate`, of a plain value too."""
-        if isinstance(item, NODES):
-            return self.evaluate(item)
-        value = per_scene_arrays.value_array(item)
-        return np.broadcast_to(value, (len(self.scenes), *value.shape))
-
-    def shared(self, name: str) -> NDArray[Any]:
-        """The values of a shared draw (B, …).
-
-        Raises:
-            DrawError: it has none in one of the scenes.
-        """
-        if not self._is_made(name):
-            for other in evaluation_order(name, self.draws, self._is_made):
-                self._make(other)
-        if name in self._failed:
-            error = self._failed[name]
-            raise DrawError(error.message, error.scene, error.node, error.expression)
-        return self._shared[name]
-
-    def kept(self, name: str) -> NDArray[Any] | None:
-        """The values of a shared draw, if they are there without evaluating anything."""
-        found = self._shared.get(name)
-        if found is not None:
-            return found
-        if name in self.given:
-            found = per_scene_arrays.to_value_dtype(self.given[name][self.scenes])
-        elif self._whole is not None:
-            whole, rows = self._whole
-            values = whole.kept(name)
-            found = None if values is None else values[rows]
-        if found is not None:
-            self._shared[name] = found
-        return found
-
-    def _is_made(self, name: str) -> bool:
-        return name in self._failed or self.kept(name) is not None
-
-    def _make(self, name: str) -> None:
-        try:
-            self._shared[name] = self.evaluate(self.draws[name])
-        except DrawError as error:
-            # What reads it need not do so in that scene.
-            self._failed[name] = error
-
-    def only(self, rows: NDArray[np.intp]) -> Batch:
-        """Some rows of the batch as one of their own."""
-        chosen: list[int] = rows.tolist()
-        seed = self.seed if isinstance(self.seed, int) else tuple(self.seed[row] for row in chosen)
-        part = Batch(self.scenes[rows], seed, self.num_scenes, self.draws, self.given, self.work)
-        part._whole = (self, rows)
-        return part
-
-    def selected(self, items: Sequence[Any], index: NDArray[np.int64]) -> NDArray[Any]:
-        """Of several items the one with the index (B,) in each scene; the others are not evaluated there."""
-        if not any(isinstance(item, NODES) for item in items):
-            return per_scene_arrays.row_array(items)[index]
-        parts: list[tuple[NDArray[np.intp], NDArray[Any]]] = []
-        for number in np.unique(index).tolist():
-            rows = np.flatnonzero(index == number)
-            parts.append((rows, self.only(rows).item(items[number])))
-        return per_scene_arrays.merge_rows(len(self.scenes), parts)
-
-
-def _rows(batch: Batch, node: Rows) -> NDArray[Any]:
-    known = np.array(node.scene_idxs, dtype=np.int64)
-    index = np.minimum(np.searchsorted(known, batch.scenes), max(len(known) - 1, 0))
-    missing = np.flatnonzero(known[index] != batch.scenes) if known.size else np.arange(len(batch.scenes))
-    if missing.size:
-        raise DrawError("nothing is given for this scene", int(batch.scenes[missing[0]]), node)
-    return batch.selected(node.items, index)
-
-
-def _stacked(batch: Batch, node: Stacked) -> NDArray[Any]:
-    parts = [batch.item(item) for item in node.items]
-    if any(part.dtype == object for part in parts):
-        parts = [part.astype(object) for part in parts]
-    return np.stack(parts, axis=1)
-
-
 EVALUATORS: dict[type[Any], Callable[[Batch, Any], NDArray[Any]]] = {
     Const: lambda batch, node: batch.item(node.data),
     Rows: _rows,
@@ -459,50 +511,3 @@ EVALUATORS: dict[type[Any], Callable[[Batch, Any], NDArray[Any]]] = {
     Held: _held,
     Composed: _composed,
 }
-
-
-class CombinationBatch(Batch):
-    """As `Batch`, but nothing is drawn.
-
-    Args:
-        scenes: the scene's index of each row (B,).
-        num_scenes: what `num_scenes` gives in an expression.
-        draws: the shared draws by name.
-        given: values (N, …) that take the place of draws.
-        assigned: for every draw, by its key and word, the number (B,) of what it gives: of an item, or from the
-            lowest integer on.
-        work: counts what is computed; None: nothing does.
-    """
-
-    def __init__(
-        self,
-        scenes: NDArray[np.int64],
-        num_scenes: int,
-        draws: Mapping[str, Node],
-        given: Mapping[str, NDArray[Any]],
-        assigned: Mapping[tuple[Key, int], NDArray[np.int64]],
-        work: OperationCounter | None = None,
-    ) -> None:
-        super().__init__(scenes, 0, num_scenes, draws, given, work)
-        self.assigned = assigned
-
-    def evaluate(self, node: Node) -> NDArray[Any]:
-        """As of a batch."""
-        match node:
-            case Chosen():
-                return self.selected(node.items, self.assigned[node.key, node.word])
-            case Drawn():
-                return node.low + self.assigned[node.key, node.word]
-            case _:
-                return super().evaluate(node)
-
-    def only(self, rows: NDArray[np.intp]) -> CombinationBatch:
-        """As of a batch."""
-        assigned = {draw: numbers[rows] for draw, numbers in self.assigned.items()}
-        part = CombinationBatch(self.scenes[rows], self.num_scenes, self.draws, self.given, assigned, self.work)
-        part._whole = (self, rows)
-        return part
-
-    def row(self, number: int) -> CombinationBatch:
-        """One row as a batch of its own."""
-        return self.only(np.array([number]))

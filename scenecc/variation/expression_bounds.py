@@ -37,115 +37,6 @@ if TYPE_CHECKING:
     from scenecc.variation.template import Template
 
 
-KnownParts = dict[str, ExpressionBounds]
-"""What is known of parts of an expression, by how they are written: the same text has the same value."""
-
-_MAX_EXACT_INTEGER = 2.0**53
-"""Up to here every integer is a float, so that there is none between two floats."""
-
-_NEGATED = {"Lt": "GtE", "LtE": "Gt", "Gt": "LtE", "GtE": "Lt", "Eq": "NotEq", "NotEq": "Eq"}
-_FLIPPED = {"Lt": "Gt", "LtE": "GtE", "Gt": "Lt", "GtE": "LtE", "Eq": "Eq", "NotEq": "NotEq"}
-
-
-def part_key(node: ast.expr) -> str:
-    """A part of an expression as a key."""
-    return ast.dump(node)
-
-
-def refine_branch(test: ast.expr, *, holds: bool, reach: Callable[[ast.expr], ExpressionBounds]) -> KnownParts:
-    """What is known of the parts of a condition where it holds, or where it does not.
-
-    Args:
-        test: the condition.
-        holds: whether it does.
-        reach: of a part of it.
-    """
-    match test:
-        case ast.UnaryOp(op=ast.Not(), operand=operand):
-            return refine_branch(operand, holds=not holds, reach=reach)
-        case ast.BoolOp(op=op, values=values):
-            if isinstance(op, ast.And) is not holds:
-                return {}
-            found: KnownParts = {}
-            for value in values:
-                found |= refine_branch(value, holds=holds, reach=_with_parts(found, reach))
-            return found
-        case ast.Compare(left=left, ops=ops, comparators=others):
-            if len(ops) > 1 and not holds:
-                return {}
-            found = {}
-            for a, op, b in zip([left, *others], ops, others, strict=False):
-                name = type(op).__name__ if holds else _NEGATED[type(op).__name__]
-                first, second = found.get(part_key(a)) or reach(a), reach(b)
-                found[part_key(a)] = _refine_comparison(first, name, second)
-                found[part_key(b)] = _refine_comparison(second, _FLIPPED[name], first)
-            return found
-        case _:
-            return {part_key(test): _refine_truth(reach(test), holds=holds)}
-
-
-def _with_parts(
-    found: KnownParts, reach: Callable[[ast.expr], ExpressionBounds]
-) -> Callable[[ast.expr], ExpressionBounds]:
-    """The reach of a part, of which something may be known already."""
-    return lambda node: found.get(part_key(node)) or reach(node)
-
-
-def _refine_truth(part: ExpressionBounds, *, holds: bool) -> ExpressionBounds:
-    if part.values is not None:
-        kept = tuple(value for value in part.values if bool(value) is holds)
-        return replace(part, values=kept, exact=False) if kept else part
-    if interval_of(part) is None:
-        return part
-    return replace(part, nonzero=True) if holds else ExpressionBounds(values=(0.0, 0))
-
-
-def _refine_comparison(part: ExpressionBounds, name: str, other: ExpressionBounds) -> ExpressionBounds:
-    """What is left of a number of which a comparison holds."""
-    limits = interval_of(other)
-    if limits is None:
-        return part
-    if part.values is not None:
-        if interval_of(part) is None:
-            return part
-        kept = tuple(
-            value
-            for value in part.values
-            if True in interval_arithmetic.comparison_outcomes(name, (value, value), limits)
-        )
-        return replace(part, values=kept, exact=False) if kept else part
-    if part.items is not None:
-        return part
-    # What can be compared with a number is one.
-    low = -math.inf if part.low is None else part.low
-    high = math.inf if part.high is None else part.high
-    if name in {"Lt", "LtE", "Eq"}:
-        high = min(high, _below(limits[1], whole=part.whole) if name == "Lt" else limits[1])
-    if name in {"Gt", "GtE", "Eq"}:
-        low = max(low, -_below(-limits[0], whole=part.whole) if name == "Gt" else limits[0])
-    nonzero = part.nonzero or (name == "NotEq" and limits == (0, 0)) or (name == "Eq" and not other.may_be_zero())
-    if low > high:
-        return part
-    return ExpressionBounds(low=low, high=high, whole=part.whole, nonzero=nonzero)
-
-
-def _below(limit: float, *, whole: bool) -> float:
-    """The greatest number below a limit, or something above it."""
-    if not abs(limit) < _MAX_EXACT_INTEGER:
-        return limit
-    return math.ceil(limit) - 1 if whole else math.nextafter(limit, -math.inf)
-
-
-_ANYWHERE = (0, 0)
-_INTEGERS = frozenset(("Add", "Sub", "Mult", "FloorDiv", "Mod"))
-"""Operators that give an integer where both operands are."""
-
-_ROUNDING = frozenset(("floor", "ceil", "round"))
-_OF_LISTS = frozenset(("min", "max"))
-_KEEPING = frozenset(("abs", "min", "max"))
-"""Functions that give an integer where all arguments are."""
-
-
 @frozen
 class ExpressionFault:
     """Why an expression may have no value.
@@ -189,6 +80,48 @@ def bounds_finder(
     return _BoundsWalk(
         expression, {**names, **{name: bounds_of_values((value,)) for name, value in constants.items()}}, []
     ).node
+
+
+def difference_interval(a: Template, b: Template, names: Mapping[str, ExpressionBounds]) -> Interval | None:
+    """The bounds of a - b, as a sum of terms; None where that is not made of numbers.
+
+    Args:
+        a: a scalar's text.
+        b: another one's.
+        names: what their free names can be.
+    """
+    constants = {**dict(a.constants), **dict(b.constants)}
+    if constants != {**dict(b.constants), **dict(a.constants)}:
+        return None
+    parts = [*a.expressions(), *b.expressions()]
+    if len(parts) != 2 or isinstance(parts[0], str) or isinstance(parts[1], str):
+        return None
+    terms: _Terms = {}
+    _add_terms(parts[0].tree, 1.0, terms)
+    _add_terms(parts[1].tree, -1.0, terms)
+    find = bounds_finder(parts[0], names, constants)
+    total: Interval = (0.0, 0.0)
+    for factor, term in terms.values():
+        found = interval_of(find(term))
+        if found is None:
+            return None
+        total = binary_interval(
+            "Add", total, binary_interval("Mult", (factor, factor), found, whole=False), whole=False
+        )
+    return total
+
+
+_ANYWHERE = (0, 0)
+
+_INTEGERS = frozenset(("Add", "Sub", "Mult", "FloorDiv", "Mod"))
+"""Operators that give an integer where both operands are."""
+
+_ROUNDING = frozenset(("floor", "ceil", "round"))
+
+_OF_LISTS = frozenset(("min", "max"))
+
+_KEEPING = frozenset(("abs", "min", "max"))
+"""Functions that give an integer where all arguments are."""
 
 
 class _BoundsWalk:
@@ -467,39 +400,110 @@ def _combine_values(
     return bounds_of_values(found, exact=are_exact(parts))
 
 
+KnownParts = dict[str, ExpressionBounds]
+"""What is known of parts of an expression, by how they are written: the same text has the same value."""
+
+_MAX_EXACT_INTEGER = 2.0**53
+"""Up to here every integer is a float, so that there is none between two floats."""
+
+_NEGATED = {"Lt": "GtE", "LtE": "Gt", "Gt": "LtE", "GtE": "Lt", "Eq": "NotEq", "NotEq": "Eq"}
+
+_FLIPPED = {"Lt": "Gt", "LtE": "GtE", "Gt": "Lt", "GtE": "LtE", "Eq": "Eq", "NotEq": "NotEq"}
+
+
+def part_key(node: ast.expr) -> str:
+    """A part of an expression as a key."""
+    return ast.dump(node)
+
+
+def refine_branch(test: ast.expr, *, holds: bool, reach: Callable[[ast.expr], ExpressionBounds]) -> KnownParts:
+    """What is known of the parts of a condition where it holds, or where it does not.
+
+    Args:
+        test: the condition.
+        holds: whether it does.
+        reach: of a part of it.
+    """
+    match test:
+        case ast.UnaryOp(op=ast.Not(), operand=operand):
+            return refine_branch(operand, holds=not holds, reach=reach)
+        case ast.BoolOp(op=op, values=values):
+            if isinstance(op, ast.And) is not holds:
+                return {}
+            found: KnownParts = {}
+            for value in values:
+                found |= refine_branch(value, holds=holds, reach=_with_parts(found, reach))
+            return found
+        case ast.Compare(left=left, ops=ops, comparators=others):
+            if len(ops) > 1 and not holds:
+                return {}
+            found = {}
+            for a, op, b in zip([left, *others], ops, others, strict=False):
+                name = type(op).__name__ if holds else _NEGATED[type(op).__name__]
+                first, second = found.get(part_key(a)) or reach(a), reach(b)
+                found[part_key(a)] = _refine_comparison(first, name, second)
+                found[part_key(b)] = _refine_comparison(second, _FLIPPED[name], first)
+            return found
+        case _:
+            return {part_key(test): _refine_truth(reach(test), holds=holds)}
+
+
+def _with_parts(
+    found: KnownParts, reach: Callable[[ast.expr], ExpressionBounds]
+) -> Callable[[ast.expr], ExpressionBounds]:
+    """The reach of a part, of which something may be known already."""
+    return lambda node: found.get(part_key(node)) or reach(node)
+
+
+def _refine_truth(part: ExpressionBounds, *, holds: bool) -> ExpressionBounds:
+    if part.values is not None:
+        kept = tuple(value for value in part.values if bool(value) is holds)
+        return replace(part, values=kept, exact=False) if kept else part
+    if interval_of(part) is None:
+        return part
+    return replace(part, nonzero=True) if holds else ExpressionBounds(values=(0.0, 0))
+
+
+def _refine_comparison(part: ExpressionBounds, name: str, other: ExpressionBounds) -> ExpressionBounds:
+    """What is left of a number of which a comparison holds."""
+    limits = interval_of(other)
+    if limits is None:
+        return part
+    if part.values is not None:
+        if interval_of(part) is None:
+            return part
+        kept = tuple(
+            value
+            for value in part.values
+            if True in interval_arithmetic.comparison_outcomes(name, (value, value), limits)
+        )
+        return replace(part, values=kept, exact=False) if kept else part
+    if part.items is not None:
+        return part
+    # What can be compared with a number is one.
+    low = -math.inf if part.low is None else part.low
+    high = math.inf if part.high is None else part.high
+    if name in {"Lt", "LtE", "Eq"}:
+        high = min(high, _below(limits[1], whole=part.whole) if name == "Lt" else limits[1])
+    if name in {"Gt", "GtE", "Eq"}:
+        low = max(low, -_below(-limits[0], whole=part.whole) if name == "Gt" else limits[0])
+    nonzero = part.nonzero or (name == "NotEq" and limits == (0, 0)) or (name == "Eq" and not other.may_be_zero())
+    if low > high:
+        return part
+    return ExpressionBounds(low=low, high=high, whole=part.whole, nonzero=nonzero)
+
+
+def _below(limit: float, *, whole: bool) -> float:
+    """The greatest number below a limit, or something above it."""
+    if not abs(limit) < _MAX_EXACT_INTEGER:
+        return limit
+    return math.ceil(limit) - 1 if whole else math.nextafter(limit, -math.inf)
+
+
 _SUBTRACTING = (ast.Sub, ast.USub)
 
 _Terms = dict[str, tuple[float, ast.expr]]
 """A sum: by how a term is written, its factor and the term."""
-
-
-def difference_interval(a: Template, b: Template, names: Mapping[str, ExpressionBounds]) -> Interval | None:
-    """The bounds of a - b, as a sum of terms; None where that is not made of numbers.
-
-    Args:
-        a: a scalar's text.
-        b: another one's.
-        names: what their free names can be.
-    """
-    constants = {**dict(a.constants), **dict(b.constants)}
-    if constants != {**dict(b.constants), **dict(a.constants)}:
-        return None
-    parts = [*a.expressions(), *b.expressions()]
-    if len(parts) != 2 or isinstance(parts[0], str) or isinstance(parts[1], str):
-        return None
-    terms: _Terms = {}
-    _add_terms(parts[0].tree, 1.0, terms)
-    _add_terms(parts[1].tree, -1.0, terms)
-    find = bounds_finder(parts[0], names, constants)
-    total: Interval = (0.0, 0.0)
-    for factor, term in terms.values():
-        found = interval_of(find(term))
-        if found is None:
-            return None
-        total = binary_interval(
-            "Add", total, binary_interval("Mult", (factor, factor), found, whole=False), whole=False
-        )
-    return total
 
 
 def _add_terms(tree: ast.expr, factor: float, terms: _Terms) -> None:
