@@ -39,7 +39,7 @@ class ParamArgument:
         place: where it is given.
         document: whose paths it holds.
         scope: in which the names in it mean something.
-        by_scene: its lists that were turned into mappings, as `scenecc.expand.expansion.Record` has them.
+        by_scene: its lists that were turned into mappings, as `scenecc.expand.expansion.TraceRecord` has them.
         wanted: what its parameter takes; None where that is anything, or is not known yet.
     """
 
@@ -151,9 +151,9 @@ def _default(
 ) -> ParamArgument | None:
     if param.default is None:
         return None
-    run = ExpansionFrame(param.part.document.name, param.part.parent(use), values, objects, sink, failed)
-    value = param.default if param.pattern is None else param.pattern.make(run)
-    return ParamArgument(value, run.mark(param.default_path), param.part.document, scope)
+    frame = ExpansionFrame(param.part.document.name, param.part.parent(use), values, objects, sink, failed)
+    value = param.default if param.pattern is None else param.pattern.make(frame)
+    return ParamArgument(value, frame.mark(param.default_path), param.part.document, scope)
 
 
 def _required(param: Param, use: Origin | Location | None, parent: Origin | None, sink: Sink) -> None:

@@ -109,12 +109,12 @@ def _expand_head(
         )
     except BudgetExhausted:
         return head
-    run = ExpansionFrame(document.name, None, early.values, few, sink)
+    frame = ExpansionFrame(document.name, None, early.values, few, sink)
     names: dict[str, NameMeaning] = dict.fromkeys(compiled.params, "parameter")
     for key, item in head.items():
-        pattern = PatternCompiler(names, run, f"`{key}`").pattern(item, (key,))
+        pattern = PatternCompiler(names, frame, f"`{key}`").pattern(item, (key,))
         if pattern is not None:
-            head[key] = pattern.make(run)
+            head[key] = pattern.make(frame)
     return head
 
 

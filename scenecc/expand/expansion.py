@@ -218,21 +218,21 @@ class ObjectBudget:
         self._code, self._what, self._name = code, what, name
         self._most = self._left = most
 
-    def take(self, count: int, run: ExpansionFrame, path: Path) -> None:
+    def take(self, count: int, frame: ExpansionFrame, path: Path) -> None:
         """Takes so many away.
 
         Raises:
-            Exhausted: there are not so many; that is reported.
+            BudgetExhausted: there are not so many; that is reported.
         """
         self._left -= count
         if self._left < 0:
-            self._exhaust(run.sink, run.origin(path))
+            self._exhaust(frame.sink, frame.origin(path))
 
     def take_for(self, values: int, place: Origin | Location, sink: Sink) -> None:
         """Takes as many away as so many values of an argument count for.
 
         Raises:
-            Exhausted: there are not so many; that is reported.
+            BudgetExhausted: there are not so many; that is reported.
         """
         self._left -= values // _VALUES_PER_OBJECT
         if self._left < 0:
@@ -324,7 +324,7 @@ def scoped_name(scope: str, name: str) -> str:
 
 
 class ExpansionWriter:
-    """What is written.
+    """Collects what is expanded, section by section.
 
     Attributes:
         sections: of the expanded data.
@@ -361,7 +361,7 @@ class ExpansionWriter:
             node: plain data.
             mark: where it is written.
             lists: its lists that hold repeated items.
-            by_scene: as `Record` has it.
+            by_scene: as `TraceRecord` has it.
         """
         entries = self.sections[section]
         if name in entries:

@@ -60,9 +60,9 @@ class NodeTemplate:
     part: ModulePart
     path: Path
 
-    def make(self, run: ExpansionFrame) -> Any:
-        """The node with the values of a run."""
-        return self.node if self.pattern is None else self.pattern.make(run)
+    def make(self, frame: ExpansionFrame) -> Any:
+        """The node with the values of a frame."""
+        return self.node if self.pattern is None else self.pattern.make(frame)
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +156,7 @@ class _ModuleCompiler:
         self._module = module
         self._use = use
         self._sink = sink
-        self._runs: dict[int, ExpansionFrame] = {}
+        self._expansion_frames: dict[int, ExpansionFrame] = {}
         self._names: dict[str, NameMeaning] = dict(BUILTIN_MEANINGS)
 
     def compiled(self) -> CompiledModule:
@@ -187,15 +187,15 @@ class _ModuleCompiler:
         count += sum(count_objects(made.node) for nodes in sections for made in nodes.values())
         return count + sum(unit.weight for unit in units if unit.axes is None and unit.use is None)
 
-    def _run(self, part: ModulePart) -> ExpansionFrame:
-        run = self._runs.get(id(part))
-        if run is None:
-            run = ExpansionFrame(part.document.name, part.parent(self._use), {}, _NO_BUDGET, self._sink)
-            self._runs[id(part)] = run
-        return run
+    def _frame(self, part: ModulePart) -> ExpansionFrame:
+        frame = self._expansion_frames.get(id(part))
+        if frame is None:
+            frame = ExpansionFrame(part.document.name, part.parent(self._use), {}, _NO_BUDGET, self._sink)
+            self._expansion_frames[id(part)] = frame
+        return frame
 
     def _compiler(self, entry: SectionEntry, structure: str | None = None) -> PatternCompiler:
-        return PatternCompiler(self._names, self._run(entry.part), structure)
+        return PatternCompiler(self._names, self._frame(entry.part), structure)
 
     def _section(self, section: str, structure: str | None = None) -> dict[str, NodeTemplate]:
         return {
@@ -210,15 +210,15 @@ class _ModuleCompiler:
     def _params(self) -> dict[str, Param]:
         entries = self._module.section("params")
         for name, entry in entries.items():
-            if check_new_name(name, "parameter", self._names, entry.path, self._run(entry.part)):
+            if check_new_name(name, "parameter", self._names, entry.path, self._frame(entry.part)):
                 self._names[name] = "later parameter"
         draws: dict[str, NameMeaning] = dict.fromkeys(self._module.section("draws"), "draw")
         params: dict[str, Param] = {}
         for name, entry in entries.items():
-            run = self._run(entry.part)
+            frame = self._frame(entry.part)
             # The defaults before it may be read; the names of a snapshot stay as they are now.
             names: dict[str, NameMeaning] = {**draws, **self._names, **_itself(name, self._names)}
-            found = read_param(name, entry.node, entry.part, PatternCompiler(names, run, PARAM_DEFAULT), run)
+            found = read_param(name, entry.node, entry.part, PatternCompiler(names, frame, PARAM_DEFAULT), frame)
             if found is not None:
                 params[name] = found
             if self._names.get(name) == "later parameter":
@@ -228,12 +228,12 @@ class _ModuleCompiler:
     def _draws(self) -> dict[str, NodeTemplate]:
         entries = self._module.section("draws")
         for name, entry in entries.items():
-            if check_new_name(name, "draw", self._names, entry.path, self._run(entry.part)):
+            if check_new_name(name, "draw", self._names, entry.path, self._frame(entry.part)):
                 self._names[name] = "later draw"
         draws: dict[str, NodeTemplate] = {}
         for name, entry in entries.items():
             names: dict[str, NameMeaning] = {**self._names, **_itself(name, self._names)}
-            draws[name] = self._made(entry, PatternCompiler(names, self._run(entry.part)))
+            draws[name] = self._made(entry, PatternCompiler(names, self._frame(entry.part)))
             if self._names.get(name) == "later draw":
                 self._names[name] = "draw"
         return draws
@@ -261,7 +261,7 @@ class _ModuleCompiler:
     def _needs_repeat(self, node: dict[str, Any], entry: SectionEntry) -> None:
         if "name" in node:
             hint = "an entity is called as its key says; `name` names the copies of what is repeated"
-            self._run(entry.part).report(
+            self._frame(entry.part).report(
                 "SC224", "`name` does nothing without `repeat`", (*entry.path, "name"), at="key", hint=hint
             )
 
@@ -271,7 +271,7 @@ class _ModuleCompiler:
         if key not in node:
             return None
         path = (*entry.path, key)
-        fixed = PatternCompiler(compiler.names, compiler.run, f"`{key}`")
+        fixed = PatternCompiler(compiler.names, compiler.frame, f"`{key}`")
         return NodeTemplate(node[key], fixed.pattern(node[key], path), entry.part, path)
 
     def _use_of(self, node: dict[str, Any], entry: SectionEntry, compiler: PatternCompiler) -> InstanceTemplate:

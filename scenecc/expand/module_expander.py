@@ -60,16 +60,16 @@ class ModuleScope:
     failed: frozenset[str]
     chain: DocumentChain
     hidden: bool = False
-    runs: dict[int, ExpansionFrame] = field(default_factory=dict[int, ExpansionFrame])
+    expansion_frames: dict[int, ExpansionFrame] = field(default_factory=dict[int, ExpansionFrame])
 
-    def run(self, part: ModulePart, objects: ObjectBudget, sink: Sink) -> ExpansionFrame:
-        """The run of one of its documents."""
-        run = self.runs.get(id(part))
-        if run is None:
+    def frame(self, part: ModulePart, objects: ObjectBudget, sink: Sink) -> ExpansionFrame:
+        """The frame of one of its documents."""
+        frame = self.expansion_frames.get(id(part))
+        if frame is None:
             parent = part.parent(self.use)
-            run = ExpansionFrame(part.document.name, parent, self.values, objects, sink, self.failed)
-            self.runs[id(part)] = run
-        return run
+            frame = ExpansionFrame(part.document.name, parent, self.values, objects, sink, self.failed)
+            self.expansion_frames[id(part)] = frame
+        return frame
 
 
 _NO_POSE: dict[str, Any] = {"pose": [0, 0, 0]}
@@ -169,20 +169,20 @@ class ModuleExpander:
 
     def _shared_draws(self, scope: ModuleScope) -> None:
         for name, made in scope.compiled.draws.items():
-            run = scope.run(made.part, self._objects, self._sink)
-            value = made.make(run)
+            frame = scope.frame(made.part, self._objects, self._sink)
+            value = made.make(frame)
             full = scoped_name(scope.name, name)
             if is_varying(value) or full in self._draws:
-                self._output.add("draws", full, value, run.mark(made.path))
+                self._output.add("draws", full, value, frame.mark(made.path))
             else:
                 # The same in every scene: whatever reads it is the same too, and need not be computed for each.
                 scope.values[name] = value
 
     def _node(self, section: str, name: str, made: NodeTemplate, scope: ModuleScope) -> bool:
-        run = scope.run(made.part, self._objects, self._sink)
-        run.lists = {}
-        node = made.make(run)
-        return self._output.add(section, name, node, run.mark(made.path), run.lists)
+        frame = scope.frame(made.part, self._objects, self._sink)
+        frame.lists = {}
+        node = made.make(frame)
+        return self._output.add(section, name, node, frame.mark(made.path), frame.lists)
 
     def _placed(self, section: str, name: str, made: NodeTemplate, scope: ModuleScope) -> None:
         if self._node(section, name, made, scope) and scope.name:
@@ -192,115 +192,115 @@ class ModuleExpander:
                 self._output.selections[name] = scope.selection
 
     def _unit(self, unit: UnitTemplate, scope: ModuleScope) -> None:
-        run = scope.run(unit.body.part, self._objects, self._sink)
+        frame = scope.frame(unit.body.part, self._objects, self._sink)
         if unit.axes is None:
-            self._one(unit, unit.name, scope, run)
+            self._one(unit, unit.name, scope, frame)
             return
-        loop = unit.axes.loop(run)
+        loop = unit.axes.loop(frame)
         if loop is None:
             return
         budget = self._objects if unit.use is None else self._instances
-        budget.take(loop.count * unit.weight, run, unit.axes.path)
-        values, names = run.values, loop.names
+        budget.take(loop.count * unit.weight, frame, unit.axes.path)
+        values, names = frame.values, loop.names
         pattern = unit.body.pattern
         if pattern is not None and loop.count > 1:
             unit = replace(unit, body=replace(unit.body, pattern=hoist_invariants(pattern, names)))
         for number, members in enumerate(loop):
             values.update(zip(names, members, strict=True))
-            run.copies.append((loop, number))
-            self._one(unit, f"{unit.name}_{number}", scope, run)
-            run.copies.pop()
+            frame.copies.append((loop, number))
+            self._one(unit, f"{unit.name}_{number}", scope, frame)
+            frame.copies.pop()
         for name in names:
             values.pop(name, None)
 
-    def _one(self, unit: UnitTemplate, name: str, scope: ModuleScope, run: ExpansionFrame) -> None:
+    def _one(self, unit: UnitTemplate, name: str, scope: ModuleScope, frame: ExpansionFrame) -> None:
         """One entity, instance, constraint, light or camera. `name`: what it is called without a `name` of its own."""
-        if unit.condition is not None and not self._holds(unit.condition, run):
+        if unit.condition is not None and not self._holds(unit.condition, frame):
             return
         if unit.namer is not None and unit.axes is not None:
-            name = _checked_name(unit.namer, "name", NAME_PATTERN, run) or name
+            name = _checked_name(unit.namer, "name", NAME_PATTERN, frame) or name
         if unit.use is not None:
-            self._instance(unit, name, scope, run)
+            self._instance(unit, name, scope, frame)
             return
         full = scope.prefix + name
-        selection = self._selection(unit, scope, run)
+        selection = self._selection(unit, scope, frame)
         if selection is not None and not selection:
             return
-        run.lists = {}
-        node = unit.body.make(run)
+        frame.lists = {}
+        node = unit.body.make(frame)
         if selection is not None:
             self._output.selections[known_as(unit.section, full)] = selection
             if "scene_idxs" in node:
                 node = {key: item for key, item in node.items() if key != "scene_idxs"}
         if scope.hidden and unit.section == "entities":
             node = {**node, "hidden": True}
-        if self._output.add(unit.section, full, node, run.mark(unit.body.path), run.lists) and scope.name:
+        if self._output.add(unit.section, full, node, frame.mark(unit.body.path), frame.lists) and scope.name:
             self._output.scopes[known_as(unit.section, full)] = scope.name
 
-    def _selection(self, unit: UnitTemplate, scope: ModuleScope, run: ExpansionFrame) -> Selection:
+    def _selection(self, unit: UnitTemplate, scope: ModuleScope, frame: ExpansionFrame) -> Selection:
         """The scenes of what is inside an instance that narrows them; None where none does."""
         if scope.selection is None or unit.selection is None:
             return scope.selection
-        return self._scenes.narrowed(unit.selection.make(run), scope.selection, run.origin(unit.selection.path))
+        return self._scenes.narrowed(unit.selection.make(frame), scope.selection, frame.origin(unit.selection.path))
 
     @staticmethod
-    def _holds(condition: NodeTemplate, run: ExpansionFrame) -> bool:
-        value = condition.make(run)
+    def _holds(condition: NodeTemplate, frame: ExpansionFrame) -> bool:
+        value = condition.make(frame)
         if type(value) is bool:
             return value
         if is_varying(value):
-            run.report("SC203", "`if` cannot read what differs from scene to scene", condition.path)
+            frame.report("SC203", "`if` cannot read what differs from scene to scene", condition.path)
         elif not isinstance(value, FailedValue):
-            run.report("SC223", f"`if` must be true or false, not {show(value)}", condition.path)
+            frame.report("SC223", f"`if` must be true or false, not {show(value)}", condition.path)
         return False
 
-    def _instance(self, unit: UnitTemplate, name: str, scope: ModuleScope, run: ExpansionFrame) -> None:
+    def _instance(self, unit: UnitTemplate, name: str, scope: ModuleScope, frame: ExpansionFrame) -> None:
         use = unit.use
         assert use is not None
         if unit.axes is None:
-            self._instances.take(unit.weight, run, unit.body.path)
-        place = run.origin(use.reference.path)
-        reference = use.reference.make(run)
+            self._instances.take(unit.weight, frame, unit.body.path)
+        place = frame.origin(use.reference.path)
+        reference = use.reference.make(frame)
         if not isinstance(reference, str) or isinstance(reference, FailedValue):
             if is_varying(reference):
-                run.report("SC203", "`use` cannot read what differs from scene to scene", use.reference.path)
+                frame.report("SC203", "`use` cannot read what differs from scene to scene", use.reference.path)
             elif not isinstance(reference, FailedValue):
-                run.report("SC103", f"`use` must be a text, not {show(reference)}", use.reference.path)
+                frame.report("SC103", f"`use` must be a text, not {show(reference)}", use.reference.path)
             return
         compiled = self._prefabs.find(reference, unit.body.part.document, place, scope.chain)
         selection = scope.selection
         if unit.selection is not None:
-            given = unit.selection.make(run)
-            selection = self._scenes.narrowed(given, scope.selection, run.origin(unit.selection.path))
+            given = unit.selection.make(frame)
+            selection = self._scenes.narrowed(given, scope.selection, frame.origin(unit.selection.path))
         if compiled is None or (selection is not None and not selection):
             return
-        self._objects.take(compiled.weight, run, unit.body.path)
+        self._objects.take(compiled.weight, frame, unit.body.path)
         full = scope.prefix + name
-        arguments = {param: self._argument(made, selection, scope, run) for param, made in use.given.items()}
+        arguments = {param: self._argument(made, selection, scope, frame) for param, made in use.given.items()}
         bound = self.bind(compiled, arguments, scope=full, use=place, key=f"{name}.")
         prefix = f"{full}/"
         if use.prefix is not None:
-            prefix = scope.prefix + (_checked_name(use.prefix, "prefix", PREFIX_PATTERN, run) or "")
+            prefix = scope.prefix + (_checked_name(use.prefix, "prefix", PREFIX_PATTERN, frame) or "")
         chain = (*scope.chain, compiled.module.main.document)
-        body = unit.body.make(run)
+        body = unit.body.make(frame)
         hidden = scope.hidden or body.get("hidden") is True
         inner = ModuleScope(compiled, full, prefix, place, selection, dict(bound.values), bound.failed, chain, hidden)
         self._output.prefixes[full] = prefix
-        mark = run.mark(unit.body.path)
+        mark = frame.mark(unit.body.path)
         self.expand(inner, bound)
         self._anchor(full, body, mark, selection, scope)
 
     def _argument(
-        self, made: NodeTemplate, selection: Selection, scope: ModuleScope, run: ExpansionFrame
+        self, made: NodeTemplate, selection: Selection, scope: ModuleScope, frame: ExpansionFrame
     ) -> ParamArgument:
-        value = made.make(run)
+        value = made.make(frame)
         turned: dict[Path, tuple[int, ...]] = {}
         if selection is not None and is_varying(value):
             value, wrong = self._scenes.by_scene(value, selection, (), turned)
             if wrong is not None:
                 message = f"`per_scene` must have {len(selection)} values, one for each scene of the instance"
-                run.report("SC106", message, (*made.path, *wrong))
-        return ParamArgument(value, run.mark(made.path), made.part.document, scope.name, turned)
+                frame.report("SC106", message, (*made.path, *wrong))
+        return ParamArgument(value, frame.mark(made.path), made.part.document, scope.name, turned)
 
     def _anchor(
         self, full: str, body: dict[str, Any], mark: SourceMark, selection: Selection, scope: ModuleScope
@@ -320,15 +320,15 @@ class ModuleExpander:
             output.selections[anchor] = selection
 
 
-def _checked_name(made: NodeTemplate, key: str, pattern: str, run: ExpansionFrame) -> str | None:
+def _checked_name(made: NodeTemplate, key: str, pattern: str, frame: ExpansionFrame) -> str | None:
     """A text that must fit a pattern; None where it was reported. `key`: where it is written."""
-    text = made.make(run)
+    text = made.make(frame)
     if isinstance(text, str) and re.fullmatch(pattern, text):
         return text
     if is_varying(text):
-        run.report("SC203", f"`{key}` cannot read what differs from scene to scene", made.path)
+        frame.report("SC203", f"`{key}` cannot read what differs from scene to scene", made.path)
     elif not isinstance(text, FailedValue):
-        run.report("SC107", f"{show(text)} is not a name", made.path, hint=SPELLINGS[pattern])
+        frame.report("SC107", f"{show(text)} is not a name", made.path, hint=SPELLINGS[pattern])
     return None
 
 
@@ -359,7 +359,7 @@ class SceneSelections:
         """The scenes of what selects some inside of what is in others. Empty where the selection was reported.
 
         Raises:
-            Exhausted: all that was selected comes to more than may be; that is reported.
+            BudgetExhausted: all that was selected comes to more than may be; that is reported.
         """
         key = repr(given)
         if key not in self._known:

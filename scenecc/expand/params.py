@@ -66,7 +66,9 @@ class Param:
         return ParamType(self.name, self.kind, self.low, self.high, self.options, components)
 
 
-def read_param(name: str, node: Any, part: ModulePart, compiler: PatternCompiler, run: ExpansionFrame) -> Param | None:
+def read_param(
+    name: str, node: Any, part: ModulePart, compiler: PatternCompiler, frame: ExpansionFrame
+) -> Param | None:
     """One entry of `params`; None where it was reported.
 
     Args:
@@ -74,7 +76,7 @@ def read_param(name: str, node: Any, part: ModulePart, compiler: PatternCompiler
         node: as written, in the long or the short form.
         part: the document in which it is written.
         compiler: of its default.
-        run: takes what is wrong.
+        frame: takes what is wrong.
     """
     path = ("params", name)
     if not is_mapping(node):
@@ -85,7 +87,9 @@ def read_param(name: str, node: Any, part: ModulePart, compiler: PatternCompiler
     known = {key: value for key, value in node.items() if not key.startswith(NOTE_PREFIX)}
     if not known.keys() <= _PARAM_KEYS:
         key = next(key for key in known if key not in _PARAM_KEYS)
-        run.report("SC214", f"a parameter has no `{cut(key)}`", (*path, key), at="key", hint=suggest(key, _PARAM_KEYS))
+        frame.report(
+            "SC214", f"a parameter has no `{cut(key)}`", (*path, key), at="key", hint=suggest(key, _PARAM_KEYS)
+        )
         return None
     default = known.get("default")
     pattern = None if default is None else compiler.pattern(default, at)
@@ -93,20 +97,20 @@ def read_param(name: str, node: Any, part: ModulePart, compiler: PatternCompiler
     if not (isinstance(kind, str) and kind in KINDS) and (kind is not None or pattern is None):
         hint = suggest(kind, KINDS) if isinstance(kind, str) else f"give it a `type`: {', '.join(KINDS)}"
         what = f"there is no type {show(kind)}" if kind is not None else f"the type of `{cut(name)}` is not told"
-        run.report("SC214", what, (*path, "type") if kind is not None else path, hint=hint)
+        frame.report("SC214", what, (*path, "type") if kind is not None else path, hint=hint)
         return None
     options, description = known.get("options", ()), known.get("description", "")
     if not is_sequence(options) or not isinstance(description, str):
         key, what = ("options", "a list") if not is_sequence(options) else ("description", "a text")
-        run.report("SC214", f"`{key}` must be {what}, not {show(known[key])}", (*path, key))
+        frame.report("SC214", f"`{key}` must be {what}, not {show(known[key])}", (*path, key))
         return None
     param = Param(
         name, kind, default, pattern, known.get("min"), known.get("max"), tuple(options), description, part, path, at
     )
-    return param if _is_sound(param, run) else None
+    return param if _is_sound(param, frame) else None
 
 
-def _is_sound(param: Param, run: ExpansionFrame) -> bool:
+def _is_sound(param: Param, frame: ExpansionFrame) -> bool:
     """Whether `min`, `max` and `options` go with the type; reported where not."""
     wrong: tuple[str, str] | None = None
     for key, bound in (("min", param.low), ("max", param.high)):
@@ -127,7 +131,7 @@ def _is_sound(param: Param, run: ExpansionFrame) -> bool:
         wrong = "options", what
     if wrong is not None:
         key, message = wrong
-        run.report("SC214", message, (*param.path, key))
+        frame.report("SC214", message, (*param.path, key))
     return wrong is None
 
 

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 class Pattern(Protocol):
     """Makes a node."""
 
-    def make(self, run: ExpansionFrame) -> Any:
-        """The node with the values of a run; what has no value is reported."""
+    def make(self, frame: ExpansionFrame) -> Any:
+        """The node with the values of a frame; what has no value is reported."""
         ...
 
 
@@ -43,18 +43,18 @@ class ScalarPattern:
     template: Template
     path: Path
 
-    def make(self, run: ExpansionFrame) -> Any:
+    def make(self, frame: ExpansionFrame) -> Any:
         """The value, or the template with its constants."""
-        if run.failed and not run.failed.isdisjoint(self.template.names):
+        if frame.failed and not frame.failed.isdisjoint(self.template.names):
             return FailedValue(self.template.text)
         try:
-            value = self.template.bind(run.values)
+            value = self.template.bind(frame.values)
         except ExpressionError as error:
-            run.fail(error, self.path)
+            frame.fail(error, self.path)
             return FailedValue(self.template.text)
         if value.__class__ in SEQUENCES:
             # A short expression may give a long text or list, and another one in every copy.
-            run.objects.take(count_added_objects(value), run, self.path)
+            frame.objects.take(count_added_objects(value), frame, self.path)
         return value
 
 
@@ -64,9 +64,9 @@ class UnreadablePattern:
 
     text: str
 
-    def make(self, run: ExpansionFrame) -> Any:
+    def make(self, frame: ExpansionFrame) -> Any:
         """Nothing of use."""
-        del run
+        del frame
         return FailedValue(self.text)
 
 
@@ -77,11 +77,11 @@ class MappingPattern:
     node: dict[str, Any]
     patterns: tuple[tuple[str, Pattern], ...]
 
-    def make(self, run: ExpansionFrame) -> Any:
+    def make(self, frame: ExpansionFrame) -> Any:
         """The mapping."""
         made = self.node.copy()
         for key, pattern in self.patterns:
-            made[key] = pattern.make(run)
+            made[key] = pattern.make(frame)
         return made
 
 
@@ -92,11 +92,11 @@ class SequencePattern:
     node: list[Any]
     patterns: tuple[tuple[int, Pattern], ...]
 
-    def make(self, run: ExpansionFrame) -> Any:
+    def make(self, frame: ExpansionFrame) -> Any:
         """The list."""
         made = self.node.copy()
         for index, pattern in self.patterns:
-            made[index] = pattern.make(run)
+            made[index] = pattern.make(frame)
         return made
 
 
@@ -114,34 +114,34 @@ class RepeatedPattern:
     path: Path
     below: Path
 
-    def make(self, run: ExpansionFrame) -> Any:
-        """The list, longer or shorter; `run.lists` says what its items stand for."""
+    def make(self, frame: ExpansionFrame) -> Any:
+        """The list, longer or shorter; `frame.lists` says what its items stand for."""
         made: list[Any] = []
         starts: list[ItemSpan] = []
         for index, (node, pattern, axes, counted) in enumerate(self.items):
             if axes is None:
                 starts.append(ItemSpan(len(made), index, None))
-                made.append(node if pattern is None else pattern.make(run))
+                made.append(node if pattern is None else pattern.make(frame))
                 continue
-            loop = axes.loop(run)
+            loop = axes.loop(frame)
             if loop is None or not loop.count:
                 continue
-            run.objects.take(loop.count * counted - 1, run, axes.path)
+            frame.objects.take(loop.count * counted - 1, frame, axes.path)
             starts.append(ItemSpan(len(made), index, loop))
-            made += [node] * loop.count if pattern is None else _copies(pattern, loop, run)
-        run.lists[self.below] = tuple(starts)
+            made += [node] * loop.count if pattern is None else _copies(pattern, loop, frame)
+        frame.lists[self.below] = tuple(starts)
         return made
 
 
-def _copies(pattern: Pattern, loop: Loop, run: ExpansionFrame) -> list[Any]:
+def _copies(pattern: Pattern, loop: Loop, frame: ExpansionFrame) -> list[Any]:
     """What a pattern makes for each member of a product."""
     made: list[Any] = []
-    values, names = run.values, loop.names
+    values, names = frame.values, loop.names
     for number, members in enumerate(loop):
         values.update(zip(names, members, strict=True))
-        run.copies.append((loop, number))
-        made.append(pattern.make(run))
-        run.copies.pop()
+        frame.copies.append((loop, number))
+        made.append(pattern.make(frame))
+        frame.copies.pop()
     for name in names:
         values.pop(name, None)
     return made
@@ -154,24 +154,24 @@ class RepeatAxes:
     axes: Mapping[str, tuple[Any, Pattern | None]]
     path: Path
 
-    def loop(self, run: ExpansionFrame) -> Loop | None:
+    def loop(self, frame: ExpansionFrame) -> Loop | None:
         """The product; None where a list was reported. An empty one that no expression made so is noted."""
         lists: dict[str, Sequence[Any]] = {}
         for name, (node, pattern) in self.axes.items():
             path = (*self.path, name)
-            made = node if pattern is None else pattern.make(run)
+            made = node if pattern is None else pattern.make(frame)
             if pattern is not None and is_varying(made):
-                run.report("SC203", "`repeat` cannot read what differs from scene to scene", path)
+                frame.report("SC203", "`repeat` cannot read what differs from scene to scene", path)
                 continue
-            found = _axis_values(made, path, run)
+            found = _axis_values(made, path, frame)
             if found is not None:
                 lists[name] = found
                 if not found and pattern is None:
-                    run.report("SC222", "this is empty, so nothing is built", path)
+                    frame.report("SC222", "this is empty, so nothing is built", path)
         return Loop(lists) if len(lists) == len(self.axes) else None
 
 
-def _axis_values(made: Any, path: Path, run: ExpansionFrame) -> Sequence[Any] | None:
+def _axis_values(made: Any, path: Path, frame: ExpansionFrame) -> Sequence[Any] | None:
     """The values of a loop variable; None where that was reported."""
     if is_sequence(made):
         return made
@@ -187,7 +187,7 @@ def _axis_values(made: Any, path: Path, run: ExpansionFrame) -> Sequence[Any] | 
         wrong = f"a loop variable takes a list or {{count: n}}, not {show(made)}"
         count = made
     if not isinstance(count, FailedValue):
-        run.report("SC220", wrong, path)
+        frame.report("SC220", wrong, path)
     return None
 
 
@@ -201,13 +201,13 @@ class PatternCompiler:
 
     Attributes:
         names: what expressions may read.
-        run: takes what is wrong, whatever the use of the document.
+        frame: takes what is wrong, whatever the use of the document.
         structure: what the nodes decide about, where that may not differ from scene to scene.
         depth: how long the path of the named node is.
     """
 
     names: NameMeanings
-    run: ExpansionFrame
+    frame: ExpansionFrame
     structure: str | None = None
     depth: int = 2
 
@@ -224,9 +224,9 @@ class PatternCompiler:
         try:
             template = Template.parse(text)
         except ExpressionError as error:
-            self.run.fail(error, path, "SC118")
+            self.frame.fail(error, path, "SC118")
             return UnreadablePattern(text)
-        good = check_names(template, self.names, path, self.run, structure=self.structure)
+        good = check_names(template, self.names, path, self.frame, structure=self.structure)
         return ScalarPattern(template, path) if good else UnreadablePattern(text)
 
     def entries(self, node: dict[str, Any], path: Path, without: frozenset[str] = frozenset()) -> MappingPattern | None:
@@ -244,17 +244,17 @@ class PatternCompiler:
         """The pattern of a `repeat`, and the compiler of what it repeats."""
         written: dict[str, Any] = node if is_mapping(node) else {}
         own: dict[str, NameMeaning] = {name: "later loop variable" for name in written if name not in self.names}
-        outer = PatternCompiler({**self.names, **own}, self.run, "`repeat`", self.depth)
+        outer = PatternCompiler({**self.names, **own}, self.frame, "`repeat`", self.depth)
         axes: dict[str, tuple[Any, Pattern | None]] = {}
         names = dict(self.names)
         for name, item in written.items():
             if name.startswith(NOTE_PREFIX) or not check_new_name(
-                name, "loop variable", names, (*path, name), self.run
+                name, "loop variable", names, (*path, name), self.frame
             ):
                 continue
             axes[name] = item, outer.pattern(item, (*path, name))
             names[name] = "loop variable"
-        return RepeatAxes(axes, path), PatternCompiler(names, self.run, self.structure, self.depth)
+        return RepeatAxes(axes, path), PatternCompiler(names, self.frame, self.structure, self.depth)
 
     def _sequence(self, node: Any, path: Path) -> Pattern | None:
         if path[-1] in SHAPE_LISTS and any(type(item) is dict and "repeat" in item for item in node):
@@ -291,11 +291,11 @@ class LoopInvariant:
         self._pattern = pattern
         self._made: Any = None
 
-    def make(self, run: ExpansionFrame) -> Any:
+    def make(self, frame: ExpansionFrame) -> Any:
         """What it made before. What was reported is made anew, so that it is told of each copy."""
         if self._made is not None:
             return self._made
-        made = self._pattern.make(run)
+        made = self._pattern.make(frame)
         if not has_failed(made):
             self._made = made
         return made
@@ -345,7 +345,7 @@ _BARRED = frozenset(("later draw", "later parameter", "later loop variable", "it
 
 
 def check_names(
-    template: Template, names: NameMeanings, path: Path, run: ExpansionFrame, *, structure: str | None = None
+    template: Template, names: NameMeanings, path: Path, frame: ExpansionFrame, *, structure: str | None = None
 ) -> bool:
     """Whether a template reads only names that mean something where it stands; what does not is reported.
 
@@ -353,7 +353,7 @@ def check_names(
         template: at hand.
         names: that mean something.
         path: of its scalar.
-        run: whose document it is in.
+        frame: whose document it is in.
         structure: what it decides about, where that may not differ from scene to scene: "`repeat`".
     """
     good = True
@@ -361,14 +361,14 @@ def check_names(
         meaning = names.get(name)
         if meaning is None or meaning in _BARRED:
             good = False
-            run.fail(_unknown_name(name, names, template, structure), path, "SC201")
+            frame.fail(_unknown_name(name, names, template, structure), path, "SC201")
         elif structure is not None and meaning == "draw":
             good = False
-            run.fail(_varying_name(name, structure, template), path, "SC203")
+            frame.fail(_varying_name(name, structure, template), path, "SC203")
     return good
 
 
-def check_new_name(name: str, what: str, names: NameMeanings, path: Path, run: ExpansionFrame) -> bool:
+def check_new_name(name: str, what: str, names: NameMeanings, path: Path, frame: ExpansionFrame) -> bool:
     """Whether a parameter, draw or loop variable may have a name; reported where not."""
     if name in RESERVED_NAMES or keyword.iskeyword(name):
         message = f"`{cut(name)}` means something in expressions, so no {what} is called that"
@@ -376,7 +376,7 @@ def check_new_name(name: str, what: str, names: NameMeanings, path: Path, run: E
         message = f"`{cut(name)}` is the name of a {names[name].removeprefix('later ')} already"
     else:
         return True
-    run.report("SC204", message, path, at="key", hint="choose another name")
+    frame.report("SC204", message, path, at="key", hint="choose another name")
     return False
 
 

@@ -19,7 +19,7 @@ _NUMBERS = frozenset((float, int))
 
 @frozen
 class ValueBounds:
-    """Everything that a value can be: alternatives, or else bounds.
+    """Everything that a value can be: one of some alternatives, or else within bounds.
 
     Attributes:
         alternatives: all of them, each once (numbers, booleans, strings, or tuples of such); None where
@@ -65,7 +65,7 @@ UNKNOWN = ValueBounds(None, None, None, exact=False)
 def held_bounds(
     of: ValueBounds, factor: ValueBounds, offset: ValueBounds, low: ValueBounds, high: ValueBounds
 ) -> ValueBounds:
-    """What a number can be that is moved and held (`nodes.Held`): by bounds, where all that it is made of has some."""
+    """What a number can be that is moved and held (`Held`): by bounds, where all that it is made of has some."""
     bounds = (of, factor, offset, low, high)
     if any(part.low.__class__ not in _NUMBERS or part.high.__class__ not in _NUMBERS for part in bounds):
         return UNKNOWN
@@ -83,9 +83,9 @@ def component_bounds(found: ValueBounds, index: int) -> ValueBounds:
     return ValueBounds(None, low[index], high[index], found.exact)
 
 
-def union_bounds(supports: Iterable[ValueBounds]) -> ValueBounds:
+def union_bounds(several: Iterable[ValueBounds]) -> ValueBounds:
     """What any of several can be."""
-    parts = list(supports)
+    parts = list(several)
     exact = all(part.exact for part in parts)
     if all(part.alternatives is not None for part in parts):
         return ValueBounds.of((item for part in parts for item in part.alternatives or ()), exact=exact)
@@ -201,7 +201,7 @@ def bounds_of_values(values: Iterable[Any], *, exact: bool = True) -> Expression
 
 
 def to_expression_bounds(found: ValueBounds, *, whole: bool = False) -> ExpressionBounds:
-    """The reach of a name whose support is known; `whole`: and that all numbers of it are integers."""
+    """The bounds of a name whose values have known bounds; `whole`: all numbers of it are integers."""
     if found.alternatives is not None:
         reached = bounds_of_values(found.alternatives, exact=found.exact)
         if reached is not ANYTHING:
@@ -210,7 +210,7 @@ def to_expression_bounds(found: ValueBounds, *, whole: bool = False) -> Expressi
 
 
 def to_value_bounds(found: ExpressionBounds) -> ValueBounds:
-    """The support of what has a reach."""
+    """The bounds of the values of an expression."""
     if found.values is not None:
         return ValueBounds.of(found.values, exact=found.exact)
     if found.items is not None:

@@ -25,15 +25,21 @@ DrawFault = tuple[str, bool]
 """Why there may be no value in some scene, and whether there is one for certain that has none."""
 
 
-def find_draw_fault(node: Drawn, reader: BoundsAnalysis, scenes: tuple[int, ...]) -> DrawFault | None:
+def find_draw_fault(node: Drawn, analysis: BoundsAnalysis, scenes: tuple[int, ...]) -> DrawFault | None:
     """Why a draw may have no value in one of the scenes, by its bounds; None where it has one in all."""
     items = (node.low, node.high, *(node.clip or ()))
     # One more than few: then every scene is looked at where the scene's index decides.
     rows = combination_batch(
-        items, reader.draws, reader.given, reader.num_scenes, scenes=scenes, most=MAX_COMBINATIONS + 1, work=reader.work
+        items,
+        analysis.draws,
+        analysis.given,
+        analysis.num_scenes,
+        scenes=scenes,
+        most=MAX_COMBINATIONS + 1,
+        work=analysis.work,
     )
     if rows is None:
-        return _by_supports(node, [broadcast_bounds(reader.item(item), node.shape) for item in items], reader)
+        return _by_bounds(node, [broadcast_bounds(analysis.item(item), node.shape) for item in items], analysis)
     failed = _failed(rows, node)
     if failed is None:
         return None
@@ -54,7 +60,7 @@ def _failed(rows: CombinationBatch, node: Drawn) -> DrawError | None:
     return None
 
 
-def _by_supports(node: Drawn, ends: list[ValueBounds], reader: BoundsAnalysis) -> DrawFault | None:
+def _by_bounds(node: Drawn, ends: list[ValueBounds], analysis: BoundsAnalysis) -> DrawFault | None:
     for end in ends:
         if end.low is None:
             some = end.alternatives is None or any(
@@ -65,14 +71,14 @@ def _by_supports(node: Drawn, ends: list[ValueBounds], reader: BoundsAnalysis) -
     if node.kind == "normal":
         found = [_beyond(evaluation.NEGATIVE, _sides(high))]
         if node.clip is not None:
-            found.append(_beyond(evaluation.CLIP_CROSSED, _between(clip[0], clip[1], node.clip, reader)))
+            found.append(_beyond(evaluation.CLIP_CROSSED, _between(clip[0], clip[1], node.clip, analysis)))
     else:
-        apart = _between(low, high, (node.low, node.high), reader)
+        apart = _between(low, high, (node.low, node.high), analysis)
         found = [_beyond(evaluation.BOUNDS_CROSSED, apart)]
         if node.kind == "log_uniform":
             found.append(_beyond(evaluation.NOT_POSITIVE, _sides(low), zero=True))
         elif node.kind == "integers":
-            are_whole = _is_whole(node.low, reader) and _is_whole(node.high, reader)
+            are_whole = _is_whole(node.low, analysis) and _is_whole(node.high, analysis)
             found.append(None if are_whole else (evaluation.NOT_WHOLE, False))
             left = [(evaluation.WIDEST_INTEGERS - most, evaluation.WIDEST_INTEGERS - least) for least, most in apart]
             found.append(_beyond(evaluation.TOO_MANY, left, zero=True))
@@ -89,27 +95,27 @@ def _sides(bound: ValueBounds) -> list[Interval]:
     return list(zip(flat_numbers(bound.low), flat_numbers(bound.high), strict=True))
 
 
-def _between(low: ValueBounds, high: ValueBounds, items: tuple[Any, Any], reader: BoundsAnalysis) -> list[Interval]:
+def _between(low: ValueBounds, high: ValueBounds, items: tuple[Any, Any], analysis: BoundsAnalysis) -> list[Interval]:
     """How far one bound is above the other: in each component, its least and its most."""
     first, second = items
     if isinstance(first, Computed) and isinstance(second, Computed) and first.shape == second.shape == ():
-        names = {**name_bounds(reader, first), **name_bounds(reader, second)}
+        names = {**name_bounds(analysis, first), **name_bounds(analysis, second)}
         found = difference_interval(second.template, first.template, names)
         if found is not None:
             return [found]
     return [(b[0] - a[1], b[1] - a[0]) for a, b in zip(_sides(low), _sides(high), strict=True)]
 
 
-def _is_whole(item: Any, reader: BoundsAnalysis) -> bool:
+def _is_whole(item: Any, analysis: BoundsAnalysis) -> bool:
     """Whether a bound's numbers are integers in any case."""
     match item:
         case Drawn():
             return item.kind == "integers"
         case Computed():
-            found, _ = bounds_and_faults(reader, item)
+            found, _ = bounds_and_faults(analysis, item)
             return found.is_whole
         case Rows(items=items) | Cycled(items=items) | Chosen(items=items) | Stacked(items=items):
-            return all(_is_whole(one, reader) for one in items)
+            return all(_is_whole(one, analysis) for one in items)
         case _:
             parts = item if type(item) in LISTS else (item,)
             return all(float(part).is_integer() for part in parts if is_number(part))

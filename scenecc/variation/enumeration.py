@@ -105,7 +105,7 @@ def combination_batch(
     combined = sources.combined() if all(map(sources.add, items)) else None
     if combined is None:
         return None
-    import numpy as np  # noqa: PLC0415 - most supports need no array
+    import numpy as np  # noqa: PLC0415 - most bounds need no array
 
     from scenecc.variation.evaluation import CombinationBatch  # noqa: PLC0415 - likewise
 

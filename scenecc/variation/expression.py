@@ -152,7 +152,7 @@ class Expression:
     """One expression, read.
 
     Attributes:
-        tree: of the nodes that `expression.py` lets through; a node's place is `span(node)`.
+        tree: of the nodes that are allowed; a node's place is `span(node)`.
         run: its value, from those of its names.
         places: where each name stands first.
         span: (start, end) of a node in the scalar's text.
@@ -167,7 +167,7 @@ class Expression:
 def parse_expression(text: str, start: int, end: int) -> Expression:
     """Reads the expression that stands in a scalar's text between two characters.
 
-    Its tokens are known to be sound (`tokens.closing`).
+    Its tokens are known to be sound (`find_end`).
 
     Raises:
         ExpressionError: it is none.

@@ -76,7 +76,7 @@ def template_bounds(
 def bounds_finder(
     expression: Expression, names: Mapping[str, ExpressionBounds], constants: Mapping[str, Any]
 ) -> Callable[[ast.expr], ExpressionBounds]:
-    """What finds the reach of a part of an expression."""
+    """A function that bounds a part of an expression."""
     return _BoundsWalk(
         expression, {**names, **{name: bounds_of_values((value,)) for name, value in constants.items()}}, []
     ).node
@@ -125,7 +125,7 @@ _KEEPING = frozenset(("abs", "min", "max"))
 
 
 class _BoundsWalk:
-    """The reach of the nodes of one expression.
+    """Bounds the parts of one expression.
 
     Args:
         expression: at hand.
@@ -260,7 +260,7 @@ class _BoundsWalk:
         """The walk of what is evaluated only where a condition holds, or where it does not."""
         if truths == {holds}:
             return self
-        parts = {**self._parts, **refine_branch(test, holds=holds, reach=self._quietly)}
+        parts = {**self._parts, **refine_branch(test, holds=holds, bounds_in=self._quietly)}
         return _BoundsWalk(self.expression, self._names, self._faults, certain=False, known_parts=parts)
 
     def _quietly(self, node: ast.expr) -> ExpressionBounds:
@@ -416,23 +416,23 @@ def part_key(node: ast.expr) -> str:
     return ast.dump(node)
 
 
-def refine_branch(test: ast.expr, *, holds: bool, reach: Callable[[ast.expr], ExpressionBounds]) -> KnownParts:
+def refine_branch(test: ast.expr, *, holds: bool, bounds_in: Callable[[ast.expr], ExpressionBounds]) -> KnownParts:
     """What is known of the parts of a condition where it holds, or where it does not.
 
     Args:
         test: the condition.
         holds: whether it does.
-        reach: of a part of it.
+        bounds_in: gives the bounds of a part of it.
     """
     match test:
         case ast.UnaryOp(op=ast.Not(), operand=operand):
-            return refine_branch(operand, holds=not holds, reach=reach)
+            return refine_branch(operand, holds=not holds, bounds_in=bounds_in)
         case ast.BoolOp(op=op, values=values):
             if isinstance(op, ast.And) is not holds:
                 return {}
             found: KnownParts = {}
             for value in values:
-                found |= refine_branch(value, holds=holds, reach=_with_parts(found, reach))
+                found |= refine_branch(value, holds=holds, bounds_in=_with_parts(found, bounds_in))
             return found
         case ast.Compare(left=left, ops=ops, comparators=others):
             if len(ops) > 1 and not holds:
@@ -440,19 +440,19 @@ def refine_branch(test: ast.expr, *, holds: bool, reach: Callable[[ast.expr], Ex
             found = {}
             for a, op, b in zip([left, *others], ops, others, strict=False):
                 name = type(op).__name__ if holds else _NEGATED[type(op).__name__]
-                first, second = found.get(part_key(a)) or reach(a), reach(b)
+                first, second = found.get(part_key(a)) or bounds_in(a), bounds_in(b)
                 found[part_key(a)] = _refine_comparison(first, name, second)
                 found[part_key(b)] = _refine_comparison(second, _FLIPPED[name], first)
             return found
         case _:
-            return {part_key(test): _refine_truth(reach(test), holds=holds)}
+            return {part_key(test): _refine_truth(bounds_in(test), holds=holds)}
 
 
 def _with_parts(
-    found: KnownParts, reach: Callable[[ast.expr], ExpressionBounds]
+    found: KnownParts, bounds_in: Callable[[ast.expr], ExpressionBounds]
 ) -> Callable[[ast.expr], ExpressionBounds]:
-    """The reach of a part, of which something may be known already."""
-    return lambda node: found.get(part_key(node)) or reach(node)
+    """Bounds a part, of which something may be known already."""
+    return lambda node: found.get(part_key(node)) or bounds_in(node)
 
 
 def _refine_truth(part: ExpressionBounds, *, holds: bool) -> ExpressionBounds:

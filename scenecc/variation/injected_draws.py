@@ -39,7 +39,7 @@ class InjectedShapeError(InjectedDrawError):
 
 
 def draw_type(node: Node, found: ValueBounds) -> DrawType:
-    """What a draw is declared to be. `found`: its support, since that tells of most expressions too."""
+    """What a draw is declared to be. `found`: its bounds, since they tell of most expressions too."""
     if _draws_integers(node):
         assert isinstance(node, Drawn | Stacked)
         return DrawType("integers", node.shape if isinstance(node, Drawn) else (len(node.items),))

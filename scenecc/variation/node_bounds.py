@@ -54,7 +54,7 @@ if TYPE_CHECKING:
 
 
 _DIRECT = frozenset((Const, Rows, Cycled, Chosen, Drawn, RandomRotated, Shared))
-"""Nodes whose support is that of their items."""
+"""Nodes whose bounds are those of their items."""
 
 
 def find_bounds(
@@ -76,7 +76,7 @@ def find_bounds(
 
 
 class BoundsAnalysis:
-    """Finds supports, those of shared draws once."""
+    """Finds bounds, those of shared draws once."""
 
     def __init__(
         self,
@@ -134,7 +134,7 @@ class BoundsAnalysis:
         return self.support(item) if item.__class__ in NODE_TYPES else ValueBounds.of((item,))
 
     def shared(self, name: str) -> ValueBounds:
-        """The support of a shared draw."""
+        """The bounds of a shared draw."""
         if not self._is_known(name):
             for other in evaluation_order(name, self.draws, self._is_known):
                 self._shared[other] = self.support(self.draws[other])
@@ -165,28 +165,28 @@ def _gives_integers(node: Node | None) -> bool:
     return isinstance(node, Drawn) and node.kind == "integers"
 
 
-def bounds_and_faults(reader: BoundsAnalysis, node: Computed) -> tuple[ExpressionBounds, list[ExpressionFault]]:
+def bounds_and_faults(analysis: BoundsAnalysis, node: Computed) -> tuple[ExpressionBounds, list[ExpressionFault]]:
     """What an expression can give by the bounds of what it reads, and why it may have no value."""
     faults: list[ExpressionFault] = []
-    return template_bounds(node.template, name_bounds(reader, node), faults), faults
+    return template_bounds(node.template, name_bounds(analysis, node), faults), faults
 
 
-def name_bounds(reader: BoundsAnalysis, node: Computed) -> dict[str, ExpressionBounds]:
+def name_bounds(analysis: BoundsAnalysis, node: Computed) -> dict[str, ExpressionBounds]:
     """What the names in an expression can be."""
     reads = dict(node.reads)
     names: dict[str, ExpressionBounds] = {}
     for name in node.template.names:
         if name == "scene":
-            most = math.inf if reader.num_scenes is None else reader.num_scenes - 1
-            names[name] = ExpressionBounds(low=0, high=most, exact=reader.num_scenes is not None, whole=True)
+            most = math.inf if analysis.num_scenes is None else analysis.num_scenes - 1
+            names[name] = ExpressionBounds(low=0, high=most, exact=analysis.num_scenes is not None, whole=True)
         elif name == "num_scenes":
             names[name] = (
                 ExpressionBounds(low=1, high=math.inf, whole=True)
-                if reader.num_scenes is None
-                else bounds_of_values((reader.num_scenes,))
+                if analysis.num_scenes is None
+                else bounds_of_values((analysis.num_scenes,))
             )
         else:
-            names[name] = reader.reached(reads.get(name, name))
+            names[name] = analysis.reached(reads.get(name, name))
     return names
 
 
@@ -196,26 +196,26 @@ _ANY_QUATERNION = ValueBounds(None, (-1.0,) * 4, (1.0,) * 4, exact=False)
 _NUMBERS = frozenset((float, int))
 
 
-def _chosen(reader: BoundsAnalysis, node: Chosen) -> ValueBounds:
+def _chosen(analysis: BoundsAnalysis, node: Chosen) -> ValueBounds:
     weights = node.weights or (1.0,) * len(node.items)
-    return reader.any_of(tuple(item for item, weight in zip(node.items, weights, strict=True) if weight > 0))
+    return analysis.any_of(tuple(item for item, weight in zip(node.items, weights, strict=True) if weight > 0))
 
 
-def _drawn(reader: BoundsAnalysis, node: Drawn) -> ValueBounds:
+def _drawn(analysis: BoundsAnalysis, node: Drawn) -> ValueBounds:
     if node.kind in _BETWEEN_BOUNDS:
         # Of most draws both bounds are plain: this is what the rest makes of them, sooner.
         low, high = _plain_bound(node.low, node.shape), _plain_bound(node.high, node.shape)
         if low is not None and high is not None and low != high:
             return ValueBounds(None, low, high, exact=True)
     first, second = (
-        broadcast_bounds(reader.item(node.low), node.shape),
-        broadcast_bounds(reader.item(node.high), node.shape),
+        broadcast_bounds(analysis.item(node.low), node.shape),
+        broadcast_bounds(analysis.item(node.high), node.shape),
     )
     if first.low is None or second.low is None:
         return UNKNOWN
     exact = first.exact and second.exact
     if node.kind == "normal":
-        return _normal(reader, node, first, second)
+        return _normal(analysis, node, first, second)
     if node.kind == "integers" and not node.shape and exact and second.high - first.low < MAX_COMBINATIONS:
         low, high = _whole(first.low), _whole(second.high)
         if low is not None and high is not None and low <= high:
@@ -225,12 +225,12 @@ def _drawn(reader: BoundsAnalysis, node: Drawn) -> ValueBounds:
     return ValueBounds(None, first.low, second.high, exact)
 
 
-def _normal(reader: BoundsAnalysis, node: Drawn, mean: ValueBounds, std: ValueBounds) -> ValueBounds:
+def _normal(analysis: BoundsAnalysis, node: Drawn, mean: ValueBounds, std: ValueBounds) -> ValueBounds:
     exact = mean.exact and std.exact
     low = _each(lambda m, s: m if s == 0 else -math.inf, mean.low, std.high)
     high = _each(lambda m, s: m if s == 0 else math.inf, mean.high, std.high)
     if node.clip is not None:
-        bottom, top = (broadcast_bounds(reader.item(bound), node.shape) for bound in node.clip)
+        bottom, top = (broadcast_bounds(analysis.item(bound), node.shape) for bound in node.clip)
         if bottom.low is None or top.low is None:
             return UNKNOWN
         low, high = _each(max, low, bottom.low), _each(min, high, top.high)
@@ -240,8 +240,8 @@ def _normal(reader: BoundsAnalysis, node: Drawn, mean: ValueBounds, std: ValueBo
     return ValueBounds(None, low, high, exact)
 
 
-def _stacked(reader: BoundsAnalysis, node: Stacked) -> ValueBounds:
-    return _stack_bounds(list(map(reader.item, node.items)))
+def _stacked(analysis: BoundsAnalysis, node: Stacked) -> ValueBounds:
+    return _stack_bounds(list(map(analysis.item, node.items)))
 
 
 def _stack_bounds(parts: list[ValueBounds]) -> ValueBounds:
@@ -251,39 +251,39 @@ def _stack_bounds(parts: list[ValueBounds]) -> ValueBounds:
     return ValueBounds(None, low, high, all(part.exact for part in parts))
 
 
-def _computed(reader: BoundsAnalysis, node: Computed) -> ValueBounds:
-    return to_value_bounds(template_bounds(node.template, name_bounds(reader, node)))
+def _computed(analysis: BoundsAnalysis, node: Computed) -> ValueBounds:
+    return to_value_bounds(template_bounds(node.template, name_bounds(analysis, node)))
 
 
-def _any_quaternion(_reader: BoundsAnalysis, _node: Node) -> ValueBounds:
+def _any_quaternion(_analysis: BoundsAnalysis, _node: Node) -> ValueBounds:
     return _ANY_QUATERNION
 
 
-def _posed(reader: BoundsAnalysis, node: Posed) -> ValueBounds:
-    p, q = _shaped(reader.item(node.p), (3,)), _shaped(reader.item(node.q), (4,))
+def _posed(analysis: BoundsAnalysis, node: Posed) -> ValueBounds:
+    p, q = _shaped(analysis.item(node.p), (3,)), _shaped(analysis.item(node.q), (4,))
     if p.low is None or q.low is None:
         return UNKNOWN
     return ValueBounds(None, (*p.low, *q.low), (*p.high, *q.high), p.exact and q.exact)
 
 
-def _radians(reader: BoundsAnalysis, node: Radians) -> ValueBounds:
-    found = reader.item(node.degrees)
+def _radians(analysis: BoundsAnalysis, node: Radians) -> ValueBounds:
+    found = analysis.item(node.degrees)
     if found.low is None:
         return UNKNOWN
     low, high = (_each(lambda d, _: math.radians(d), bound, bound) for bound in (found.low, found.high))
     return ValueBounds(None, low, high, found.exact)
 
 
-def _from_matrix(reader: BoundsAnalysis, node: FromMatrix) -> ValueBounds:
-    found = _shaped(reader.item(node.matrix), (4, 4))
+def _from_matrix(analysis: BoundsAnalysis, node: FromMatrix) -> ValueBounds:
+    found = _shaped(analysis.item(node.matrix), (4, 4))
     if found.low is None:
         return UNKNOWN
     low, high = (tuple(row[3] for row in bound[:3]) for bound in (found.low, found.high))
     return ValueBounds(None, (*low, *_ANY_QUATERNION.low), (*high, *_ANY_QUATERNION.high), exact=False)
 
 
-def _composed(reader: BoundsAnalysis, node: Composed) -> ValueBounds:
-    outer, inner = _shaped(reader.item(node.outer), (7,)), _shaped(reader.item(node.inner), (7,))
+def _composed(analysis: BoundsAnalysis, node: Composed) -> ValueBounds:
+    outer, inner = _shaped(analysis.item(node.outer), (7,)), _shaped(analysis.item(node.inner), (7,))
     if outer.low is None or inner.low is None:
         return UNKNOWN
     if outer.low[3:] == outer.high[3:] == (1.0, 0.0, 0.0, 0.0):
@@ -297,8 +297,8 @@ def _composed(reader: BoundsAnalysis, node: Composed) -> ValueBounds:
     return ValueBounds(None, (*low, *_ANY_QUATERNION.low), (*high, *_ANY_QUATERNION.high), exact=False)
 
 
-def _held(reader: BoundsAnalysis, node: Held) -> ValueBounds:
-    of, factor, offset, low, high = map(reader.item, (node.of, node.factor, node.offset, node.low, node.high))
+def _held(analysis: BoundsAnalysis, node: Held) -> ValueBounds:
+    of, factor, offset, low, high = map(analysis.item, (node.of, node.factor, node.offset, node.low, node.high))
     return held_bounds(of if node.index < 0 else component_bounds(of, node.index), factor, offset, low, high)
 
 
@@ -342,15 +342,15 @@ def _whole(number: float) -> int | None:
 
 
 NODE_BOUNDS: dict[type[Any], Callable[[BoundsAnalysis, Any], ValueBounds]] = {
-    Const: lambda reader, node: reader.item(node.data),
-    Rows: lambda reader, node: reader.any_of(node.items),
-    Cycled: lambda reader, node: reader.any_of(node.items),
+    Const: lambda analysis, node: analysis.item(node.data),
+    Rows: lambda analysis, node: analysis.any_of(node.items),
+    Cycled: lambda analysis, node: analysis.any_of(node.items),
     Chosen: _chosen,
     Drawn: _drawn,
-    RandomRotated: lambda _reader, _node: ValueBounds(None, (-1.0,) * 4, (1.0,) * 4, exact=True),
+    RandomRotated: lambda _analysis, _node: ValueBounds(None, (-1.0,) * 4, (1.0,) * 4, exact=True),
     Stacked: _stacked,
     Computed: _computed,
-    Shared: lambda reader, node: reader.shared(node.name),
+    Shared: lambda analysis, node: analysis.shared(node.name),
     Posed: _posed,
     Normalized: _any_quaternion,
     FromRpy: _any_quaternion,
@@ -362,4 +362,4 @@ NODE_BOUNDS: dict[type[Any], Callable[[BoundsAnalysis, Any], ValueBounds]] = {
     Held: _held,
     Composed: _composed,
 }
-"""How each kind of node finds its support."""
+"""How each kind of node is bounded."""
