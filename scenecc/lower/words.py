@@ -167,7 +167,8 @@ def every_outcome(node: Node, origin: Origin, leaves: Leaves, untold: str, inste
         return {(one.__class__, repr(one)): one for one in every}.values()
     bounded = leaves.support(node).alternatives
     if bounded is None:
-        hint = f"it may read draws by `choice`, `cycle` or `integers`, of at most {MAX_OUTCOMES} combinations in all; {instead}"
+        few = f"of at most {MAX_OUTCOMES} combinations in all"
+        hint = f"it may read draws by `choice`, `cycle` or `integers`, {few}; {instead}"
         leaves.sink.report("SC317", untold, origin, hint=hint)
     return bounded
 
