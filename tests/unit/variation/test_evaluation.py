@@ -254,12 +254,12 @@ def test_nested_draws_have_keys_of_their_own() -> None:
     assert (found[drawn] == alone[drawn]).all()
 
 
-def test_reading_templates_and_supports_loads_no_numpy() -> None:
+def test_reading_templates_and_finding_bounds_loads_no_numpy() -> None:
     script = (
-        "import sys, scenecc.variation.forms, scenecc.variation.bounds, scenecc.variation.node_bounds as s\n"
+        "import sys, scenecc.variation.forms, scenecc.variation.bounds\n"
         "from scenecc.variation.nodes import Drawn, Key\n"
-        "from scenecc.variation.node_bounds import support\n"
-        "support(Drawn('uniform', (0, 1), 2, None, (2,), Key('draws', 'u', '')), {})\n"
+        "from scenecc.variation.node_bounds import find_bounds\n"
+        "find_bounds(Drawn('uniform', (0, 1), 2, None, (2,), Key('draws', 'u', '')), {})\n"
         "print(sorted({'numpy', 'pydantic', 'sapien'} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True, timeout=60)
