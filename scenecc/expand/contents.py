@@ -6,7 +6,6 @@ from math import inf
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Origin
-from scenecc.expand.expansion import FailedValue
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.plain import is_mapping, is_sequence
@@ -35,6 +34,12 @@ CHARACTERS_PER_OBJECT = 64
 
 _CHARACTERS_PER_VALUE = 8
 """How many characters of an expression count as one more value: each may be an operation."""
+
+
+class FailedValue(str):
+    """Stands for a scalar whose value was reported, or reads something that was; nothing more is said about it."""
+
+    __slots__ = ()
 
 
 def count_values(node: Any, most: int | None = None) -> int:

@@ -194,12 +194,6 @@ _VALUES_PER_OBJECT = 8
 """How many values of an argument count as an object: each is looked through in every use."""
 
 
-class FailedValue(str):
-    """Stands for a scalar whose value was reported, or reads something that was; nothing more is said about it."""
-
-    __slots__ = ()
-
-
 class BudgetExhausted(Exception):
     """A limit was reached and reported: nothing more is expanded."""
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from scenecc.diagnostics.messages import cut, show, suggest
-from scenecc.expand.contents import SHAPE_LISTS, count_added_objects, count_objects, has_failed, is_varying
-from scenecc.expand.expansion import FailedValue, ItemSpan, Loop
+from scenecc.expand.contents import SHAPE_LISTS, FailedValue, count_added_objects, count_objects, has_failed, is_varying
+from scenecc.expand.expansion import ItemSpan, Loop
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.plain import is_mapping, is_sequence
 from scenecc.variation.errors import ExpressionError

@@ -15,15 +15,28 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenecc.variation.generator import map_elements
-
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
 
 _IDENTITY = np.array((1.0, 0.0, 0.0, 0.0))
 _IDENTITY_POSE = np.array((0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
+
+
+def map_elements(function: Callable[[float], float], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A function of `math` for every element.
+
+    numpy's own functions may give other bits for the same number, by where in an array it stands and how long
+    that is; a scene's draw must not depend on how many others are drawn with it.
+    """
+    if values.strides[:1] == (0,) and len(values) > 1:
+        # The same in every scene.
+        return np.broadcast_to(map_elements(function, values[:1]), values.shape)
+    flat = np.fromiter(map(function, values.ravel().tolist()), dtype=np.float64, count=values.size)
+    return flat.reshape(values.shape)
 
 
 def hypot(values: Floats) -> Floats:

@@ -15,8 +15,10 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from scenecc.geometry.rotation_arrays import map_elements
+
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
@@ -130,19 +132,6 @@ def choice(u: NDArray[np.float64], count: int, weights: Sequence[float] | None) 
     last = max(index for index, weight in enumerate(weights) if weight > 0)
     found = cast("NDArray[np.intp]", np.searchsorted(reached, u * reached[-1], side="right"))
     return np.minimum(found, last).astype(np.int64)
-
-
-def map_elements(function: Callable[[float], float], values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A function of `math` for every element.
-
-    numpy's own functions may give other bits for the same number, by where in an array it stands and how long
-    that is; a scene's draw must not depend on how many others are drawn with it.
-    """
-    if values.strides[:1] == (0,) and len(values) > 1:
-        # The same in every scene.
-        return np.broadcast_to(map_elements(function, values[:1]), values.shape)
-    flat = np.fromiter(map(function, values.ravel().tolist()), dtype=np.float64, count=values.size)
-    return flat.reshape(values.shape)
 
 
 def _are_consecutive(scenes: NDArray[np.int64]) -> bool:
