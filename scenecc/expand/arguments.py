@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Location, Origin
 from scenecc.diagnostics.messages import cut, nearest, suggest
-from scenecc.expand.contents import count_values, has_failed, is_varying
+from scenecc.expand.contents import count_values, has_failed, is_varying, iterate_texts
 from scenecc.expand.expansion import ExpansionFrame, ExpansionWriter, SourceMark, scoped_name
 from scenecc.expand.params import form_key, varying_misfit
 from scenecc.spec.features import VARIATION_FORMS
@@ -18,7 +18,7 @@ from scenecc.variation.errors import ExpressionError
 from scenecc.variation.template import Template
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Mapping
     from collections.abc import Set as AbstractSet
 
     from scenecc.diagnostics import Path, Sink
@@ -306,7 +306,7 @@ def _argument_origins(documents: Mapping[str | None, Document], origin: Origin) 
     if not is_mapping(given):
         return ()
     read: set[str] = set()
-    for number, text in enumerate(_texts(_at(documents[origin.file].data, origin.path))):
+    for number, text in enumerate(iterate_texts(_at(documents[origin.file].data, origin.path))):
         if number == _MAX_SCALARS:
             return ()
         read |= _names(text)
@@ -322,18 +322,6 @@ def _at(node: Any, path: Path) -> Any:
             break
         node = step(node, segment)
     return node
-
-
-def _texts(node: Any) -> Iterator[str]:
-    todo = [node]
-    while todo:
-        item = todo.pop()
-        if isinstance(item, str):
-            yield item
-        elif is_mapping(item):
-            todo += item.values()
-        elif is_sequence(item):
-            todo += item
 
 
 def _names(text: str) -> frozenset[str]:

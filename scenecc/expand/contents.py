@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics import Origin
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.features import VARIATION_FORMS
-from scenecc.spec.plain import is_mapping, is_sequence
+from scenecc.spec.plain import EXPRESSION, is_mapping, is_sequence
 from scenecc.variation.template import Template
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from scenecc.diagnostics import Path, Sink
     from scenecc.source import Document, Limits
 
@@ -81,6 +83,19 @@ def _count_shapes(node: dict[str, Any]) -> int:
         count += _count_shapes(root)
     parts = node.get("variants", node.get("children"))
     return count + sum(map(_count_shapes, filter(is_mapping, parts))) if is_sequence(parts) else count
+
+
+def iterate_texts(node: Any) -> Iterator[str]:
+    """The texts in a node, in any order."""
+    todo = [node]
+    while todo:
+        item = todo.pop()
+        if isinstance(item, str):
+            yield item
+        elif is_mapping(item):
+            todo += item.values()
+        elif is_sequence(item):
+            todo += item
 
 
 def is_varying(value: Any) -> bool:
@@ -156,7 +171,6 @@ _TOP_LEVEL_KEYS = ("params", "draws", "include")
 _ENTITY_KEYS = frozenset(("use", "if", "repeat", "name"))
 _COPY_KEYS = frozenset(("if", "repeat", "name"))
 _EXPANDED_KEYS = {"entities": _ENTITY_KEYS, "constraints": _COPY_KEYS, "lights": _COPY_KEYS, "cameras": _COPY_KEYS}
-_SHAPE_LISTS = ("shapes", "collisions", "visuals")
 
 
 def needs_expansion(data: dict[str, Any], text: str | None) -> bool:
@@ -179,17 +193,9 @@ def needs_expansion(data: dict[str, Any], text: str | None) -> bool:
                     return True
     # A backslash may stand for any character.
     if text is None or "\\" in text:
-        return _has_expression(data) or _repeats(entities)
+        return any(EXPRESSION in one for one in iterate_texts(data)) or _repeats(entities)
     # The word alone is no repetition: textures have it too.
     return "${" in text or ("repeat" in text and _repeats(entities))
-
-
-def _has_expression(node: Any) -> bool:
-    if isinstance(node, str):
-        return "${" in node
-    if is_mapping(node):
-        return any(map(_has_expression, node.values()))
-    return is_sequence(node) and any(map(_has_expression, node))
 
 
 def _repeats(entities: Any) -> bool:
@@ -198,7 +204,7 @@ def _repeats(entities: Any) -> bool:
 
 
 def _repeats_a_shape(body: dict[str, Any]) -> bool:
-    for key in _SHAPE_LISTS:
+    for key in SHAPE_LISTS:
         shapes = body.get(key)
         if is_sequence(shapes) and any(is_mapping(shape) and "repeat" in shape for shape in shapes):
             return True

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Origin
 from scenecc.diagnostics.messages import cut, show, suggest
+from scenecc.expand.contents import iterate_texts
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.param_types import KINDS, RANGED, ParamType, is_number, kind_of, out_of_range
@@ -16,7 +17,7 @@ from scenecc.variation.forms import DISTRIBUTIONS
 from scenecc.variation.template import Template
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Sequence
+    from collections.abc import Collection, Sequence
 
     from scenecc.diagnostics import Path, Sink
     from scenecc.expand.expansion import ExpansionFrame
@@ -275,24 +276,11 @@ def report_unused(documents: Sequence[Document], lowered: Collection[str], sink:
         return
     read: set[str] = set()
     for document in documents:
-        for text in _expression_texts(document.data):
-            # Every word of it: what is read is among them, and no expression need be taken apart again.
-            read.update(_WORD.findall(text))
+        for text in iterate_texts(document.data):
+            if EXPRESSION in text:
+                # Every word of it: what is read is among them, and no expression need be taken apart again.
+                read.update(_WORD.findall(text))
     for section, name, file in declared:
         if name not in read:
             code, what = _UNUSED[section]
             sink.report(code, f"the {what} `{cut(name)}` is never read", Origin(file, (section, name)), at="key")
-
-
-def _expression_texts(node: Any) -> Iterator[str]:
-    """The texts with an expression."""
-    todo = [node]
-    while todo:
-        item = todo.pop()
-        if isinstance(item, str):
-            if EXPRESSION in item:
-                yield item
-        elif is_mapping(item):
-            todo += item.values()
-        elif is_sequence(item):
-            todo += item

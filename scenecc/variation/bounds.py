@@ -6,15 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.variation import operations
-from scenecc.variation.operations import LISTS
+from scenecc.variation.operations import LISTS, NUMBERS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from numpy.typing import NDArray
-
-
-_NUMBERS = frozenset((float, int))
 
 
 @frozen
@@ -67,7 +64,7 @@ def held_bounds(
 ) -> ValueBounds:
     """What a number can be that is moved and held (`Held`): by bounds, where all that it is made of has some."""
     bounds = (of, factor, offset, low, high)
-    if any(part.low.__class__ not in _NUMBERS or part.high.__class__ not in _NUMBERS for part in bounds):
+    if any(part.low.__class__ not in NUMBERS or part.high.__class__ not in NUMBERS for part in bounds):
         return UNKNOWN
     products = [f * x for f in (factor.low, factor.high) for x in (of.low, of.high)]
     least, most = min(products) + offset.low, max(products) + offset.high

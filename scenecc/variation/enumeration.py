@@ -6,13 +6,13 @@ What two parts of a node read in common is then the same in both, which bounds o
 from __future__ import annotations
 
 import math
-from dataclasses import fields
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from scenecc.variation.errors import DrawError
 from scenecc.variation.nodes import (
     BUILTIN_NAMES,
+    NODE_FIELDS,
     NODES,
     Chosen,
     Computed,
@@ -185,7 +185,7 @@ class _Sources:
         return len(items) <= self._longest
 
     def parts(self, node: Any) -> bool:
-        return self.add_all(tuple(getattr(node, name) for name in _FIELDS[node.__class__]))
+        return self.add_all(tuple(getattr(node, name) for name in NODE_FIELDS[node.__class__]))
 
     def chosen(self, node: Chosen) -> bool:
         if len(node.items) > self._longest:
@@ -234,8 +234,6 @@ class _Sources:
     def _restrict(self, scenes: Iterable[int]) -> None:
         self.scenes = set(scenes) if self.scenes is None else self.scenes & set(scenes)
 
-
-_FIELDS = {kind: tuple(field.name for field in fields(kind)) for kind in NODES}
 
 _ADD_SOURCES: dict[type[Any], Callable[[_Sources, Any], bool]] = {
     **dict.fromkeys(NODES, _Sources.parts),

@@ -280,22 +280,22 @@ def draw_bounds(batch: Batch, node: Drawn) -> list[NDArray[np.float64]]:
     found = [_bound(batch, node, item, count) for item in (node.low, node.high, *(node.clip or ()))]
     low, high, *clip = found
     if node.kind == "normal":
-        _refuse_rows(batch, node, high < 0, NEGATIVE)
+        _refuse(batch, node, high < 0, NEGATIVE)
         if clip:
-            _refuse_rows(batch, node, clip[0] > clip[1], CLIP_CROSSED)
+            _refuse(batch, node, clip[0] > clip[1], CLIP_CROSSED)
         return found
-    _refuse_rows(batch, node, low > high, BOUNDS_CROSSED)
+    _refuse(batch, node, low > high, BOUNDS_CROSSED)
     if node.kind == "log_uniform":
-        _refuse_rows(batch, node, low <= 0, NOT_POSITIVE)
+        _refuse(batch, node, low <= 0, NOT_POSITIVE)
     elif node.kind == "integers":
-        _refuse_rows(batch, node, (low != np.floor(low)) | (high != np.floor(high)), NOT_WHOLE)
-        _refuse_rows(
+        _refuse(batch, node, (low != np.floor(low)) | (high != np.floor(high)), NOT_WHOLE)
+        _refuse(
             batch,
             node,
             (np.abs(low) > WIDEST_INTEGERS) | (np.abs(high) > WIDEST_INTEGERS),
             f"a bound is beyond {WIDEST_INTEGERS}",
         )
-        _refuse_rows(batch, node, high - low >= WIDEST_INTEGERS, TOO_MANY)
+        _refuse(batch, node, high - low >= WIDEST_INTEGERS, TOO_MANY)
     return found
 
 
@@ -312,14 +312,8 @@ def _bound(batch: Batch, node: Drawn, item: Any, count: int) -> NDArray[np.float
     bound = values.astype(np.float64, copy=False)
     bound = bound[:, None] if bound.ndim == 1 else bound
     # A range of half the largest number is no range that anything in a scene has.
-    _refuse_rows(batch, node, ~(np.abs(bound) < 1e300), "a bound is beyond 1e300")
+    _refuse(batch, node, ~(np.abs(bound) < 1e300), "a bound is beyond 1e300")
     return np.broadcast_to(bound, (len(batch.scenes), count))
-
-
-def _refuse_rows(batch: Batch, node: Drawn, wrong: NDArray[np.bool_], message: str) -> None:
-    if wrong.any():
-        row = int(np.flatnonzero(wrong.any(axis=1))[0])
-        raise DrawError(message, int(batch.scenes[row]), node)
 
 
 _INT64 = 2**63
@@ -413,7 +407,7 @@ def _from_rpy(batch: Batch, node: FromRpy) -> Floats:
 def _from_axis_angle(batch: Batch, node: FromAxisAngle) -> Floats:
     """Quaternions (B, 4)."""
     axis, angle = _numbers(batch, node, node.axis, 3), _numbers(batch, node, node.angle)
-    _refuse_row(batch, node, (axis == 0).all(axis=1), "an axis of length 0 has no direction")
+    _refuse(batch, node, (axis == 0).all(axis=1), "an axis of length 0 has no direction")
     return rotation_arrays.from_axis_angle(axis, angle)
 
 
@@ -432,14 +426,14 @@ def _looking(batch: Batch, node: Looking) -> Floats:
     """Quaternions (B, 4)."""
     forward = _numbers(batch, node, node.target, 3) - _numbers(batch, node, node.p, 3)
     q, known = rotation_arrays.looking(forward)
-    _refuse_row(batch, node, ~known, "`look_at` is where the pose itself is, or straight above or below it")
+    _refuse(batch, node, ~known, "`look_at` is where the pose itself is, or straight above or below it")
     return q
 
 
 def _pointing(batch: Batch, node: Pointing) -> Floats:
     """Quaternions (B, 4)."""
     direction = _numbers(batch, node, node.direction, 3)
-    _refuse_row(batch, node, (direction == 0).all(axis=1), "a direction of length 0 points nowhere")
+    _refuse(batch, node, (direction == 0).all(axis=1), "a direction of length 0 points nowhere")
     return rotation_arrays.shortest_from_x(direction)
 
 
@@ -466,9 +460,10 @@ def _checked_numbers(batch: Batch, node: Node, values: NDArray[Any], shape: tupl
     return values.astype(np.float64, copy=False)
 
 
-def _refuse_row(batch: Batch, node: Node, wrong: NDArray[np.bool_], message: str) -> None:
+def _refuse(batch: Batch, node: Node, wrong: NDArray[np.bool_], message: str) -> None:
+    """Raises a DrawError for the first scene in which something (B,) or (B, n) is wrong."""
     if wrong.any():
-        raise DrawError(message, int(batch.scenes[np.flatnonzero(wrong)[0]]), node)
+        raise DrawError(message, int(batch.scenes[np.argwhere(wrong)[0, 0]]), node)
 
 
 def _held(batch: Batch, node: Held) -> NDArray[Any]:

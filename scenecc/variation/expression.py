@@ -19,7 +19,7 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest
 from scenecc.variation import operations
 from scenecc.variation.errors import ExpressionError
-from scenecc.variation.operations import FUNCTIONS, MAX_ARGUMENTS
+from scenecc.variation.operations import FUNCTIONS, MAX_ARGUMENTS, NUMBERS
 
 if TYPE_CHECKING:
     from scenecc.variation.operations import Span
@@ -216,7 +216,7 @@ class _Compiler:
 
     def constant(self, node: ast.Constant, _: int) -> Closure:
         value = node.value
-        if type(value) in _NUMBERS:
+        if type(value) in NUMBERS:
             operations.check_finite(value, self.span(node))
         elif type(value) is not bool and type(value) is not str:
             raise ExpressionError("this is not allowed in an expression", *self.span(node))
@@ -322,7 +322,6 @@ _NODES: dict[type[ast.AST], Callable[[_Compiler, Any, int], Closure]] = {
 
 
 _QUICK: dict[str, Callable[[float, float], float]] = {"Add": operator.add, "Sub": operator.sub, "Mult": operator.mul}
-_NUMBERS: frozenset[type[Any]] = frozenset((int, float))
 _QUICK_BOUND = 1e70
 """Below this a result needs no second look, whatever its type."""
 
@@ -336,7 +335,7 @@ def _binary(name: str, left: Closure, right: Closure, span: Span) -> Closure:
     def run(environment: Environment) -> Any:
         """The result at once where both are plain numbers and it is of no great size; else the operation checks."""
         a, b = left(environment), right(environment)
-        if type(a) in _NUMBERS and type(b) in _NUMBERS:
+        if type(a) in NUMBERS and type(b) in NUMBERS:
             try:
                 result = quick(a, b)
             except OverflowError:

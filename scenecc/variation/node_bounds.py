@@ -43,6 +43,7 @@ from scenecc.variation.nodes import (
     Stacked,
     evaluation_order,
 )
+from scenecc.variation.operations import NUMBERS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -193,8 +194,6 @@ def name_bounds(analysis: BoundsAnalysis, node: Computed) -> dict[str, Expressio
 _ANY_QUATERNION = ValueBounds(None, (-1.0,) * 4, (1.0,) * 4, exact=False)
 """A quaternion that is not looked into."""
 
-_NUMBERS = frozenset((float, int))
-
 
 def _chosen(analysis: BoundsAnalysis, node: Chosen) -> ValueBounds:
     weights = node.weights or (1.0,) * len(node.items)
@@ -307,9 +306,9 @@ _BETWEEN_BOUNDS = frozenset(("uniform", "log_uniform"))
 
 def _plain_bound(item: Any, shape: tuple[int, ...]) -> Any:
     """A bound that does not vary, for every component; None for any other."""
-    if item.__class__ in _NUMBERS:
+    if item.__class__ in NUMBERS:
         return (item,) * shape[0] if shape else item
-    fits = item.__class__ is tuple and shape == (len(item),) and _NUMBERS.issuperset(map(type, item))
+    fits = item.__class__ is tuple and shape == (len(item),) and NUMBERS.issuperset(map(type, item))
     return item if fits else None
 
 

@@ -7,7 +7,7 @@ shape where several stand for one value. Shapes are given without the leading ax
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from scenecc.diagnostics.frozen import frozen
 
@@ -232,11 +232,7 @@ Node = (
     | Held
     | Composed
 )
-NODES: tuple[type[Any], ...] = (
-    Const, Rows, Cycled, Chosen, Drawn, RandomRotated, Stacked, Computed, Shared, Posed, Normalized,
-    FromRpy, FromAxisAngle, FromMatrix, Looking, Pointing, Radians, Held,
-    Composed,
-)  # fmt: skip
+NODES: tuple[type[Any], ...] = get_args(Node)
 """The types of `Node`."""
 
 NODE_TYPES = frozenset(NODES)
@@ -247,7 +243,8 @@ BUILTIN_NAMES = frozenset(("scene", "num_scenes"))
 """Names that every expression can read, and that are no draws."""
 
 _WITH_PARTS = NODE_TYPES | {tuple}
-_FIELDS = {kind: tuple(field.name for field in fields(kind)) for kind in NODES}
+NODE_FIELDS = {kind: tuple(field.name for field in fields(kind)) for kind in NODES}
+"""The names of each node's fields."""
 
 
 def draws_read_by(node: Node) -> list[str]:
@@ -264,8 +261,8 @@ def draws_read_by(node: Node) -> list[str]:
             found.update(dict.fromkeys(reads.get(name, name) for name in sorted(item.template.names - BUILTIN_NAMES)))
         elif kind is tuple:
             todo += [part for part in item if part.__class__ in _WITH_PARTS]
-        elif kind in _FIELDS:
-            parts = [getattr(item, name) for name in _FIELDS[kind]]
+        elif kind in NODE_FIELDS:
+            parts = [getattr(item, name) for name in NODE_FIELDS[kind]]
             todo += [part for part in parts if part.__class__ in _WITH_PARTS]
     return list(found)
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 Span = tuple[int, int]
 LISTS: frozenset[type[Any]] = frozenset((list, tuple))
 SEQUENCES: frozenset[type[Any]] = frozenset((str, list, tuple))
+NUMBERS: frozenset[type[Any]] = frozenset((int, float))
 
 MAX_FLOAT = sys.float_info.max
 MAX_INT_BITS = 256
@@ -49,6 +50,11 @@ def scalar_text(value: Any, span: Span) -> str:
     if is_number(value):
         return repr(value)
     raise ExpressionError(f"{kind_name(value)} cannot stand within a longer text", *span)
+
+
+def as_lists(value: Any) -> Any:
+    """Lists in place of tuples."""
+    return [as_lists(item) for item in value] if value.__class__ in LISTS else value
 
 
 def is_number(value: Any) -> bool:

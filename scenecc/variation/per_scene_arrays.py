@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.variation.operations import LISTS
+from scenecc.variation.operations import LISTS, as_lists
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -52,7 +52,7 @@ def object_array(items: Sequence[Any]) -> NDArray[Any]:
     """Several values of any kind, one a row; lists where they were tuples."""
     whole = np.empty(len(items), dtype=object)
     for index, item in enumerate(items):
-        whole[index] = _listed(item)
+        whole[index] = as_lists(item)
     return whole
 
 
@@ -101,7 +101,3 @@ def to_field_rows(rows: NDArray[Any]) -> NDArray[Any]:
 def _has_text(item: Any) -> bool:
     """Whether it is a text or a list with one: numpy would make all as wide as the longest."""
     return type(item) is str or (type(item) in LISTS and str in set(map(type, item)))
-
-
-def _listed(data: Any) -> Any:
-    return [_listed(item) for item in data] if type(data) in LISTS else data

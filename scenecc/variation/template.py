@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.frozen import frozen
 from scenecc.variation.errors import ExpressionError
 from scenecc.variation.expression import Closure, Expression, find_end, parse_expression
-from scenecc.variation.operations import LISTS, scalar_text
+from scenecc.variation.operations import as_lists, scalar_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -48,7 +48,7 @@ class Template:
 
     def __init__(self, text: str, constants: Mapping[str, Any] | None = None) -> None:
         parsed = _parse(text)
-        bound = {name: _as_lists(value) for name, value in (constants or {}).items() if name in parsed.names}
+        bound = {name: as_lists(value) for name, value in (constants or {}).items() if name in parsed.names}
         put = object.__setattr__
         put(self, "text", text)
         put(self, "constants", tuple(sorted(bound.items(), key=lambda pair: pair[0])))
@@ -121,11 +121,6 @@ class Template:
 
     def __reduce__(self) -> tuple[type[Template], tuple[str, dict[str, Any]]]:
         return Template, (self.text, dict(self.constants))
-
-
-def _as_lists(value: Any) -> Any:
-    """Lists in place of tuples."""
-    return [_as_lists(item) for item in value] if value.__class__ in LISTS else value
 
 
 @lru_cache(maxsize=4096)

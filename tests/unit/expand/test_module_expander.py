@@ -332,7 +332,9 @@ def test_a_thousand_uses_read_a_prefab_once(expanded: Expander, monkeypatch: pyt
 
     read: list[str] = []
     original = documents._read_document
-    monkeypatch.setattr(documents, "_read", lambda path, *rest: read.append(path.name) or original(path, *rest))
+    monkeypatch.setattr(
+        documents, "_read_document", lambda path, *rest: read.append(path.name) or original(path, *rest)
+    )
     data = expanded.data("entities: {a: {repeat: {i: {count: 1000}}, use: leg.yaml}}", {"leg.yaml": LEG})
     assert len(data["entities"]) == 1000
     assert read == ["leg.yaml"]
