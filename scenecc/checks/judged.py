@@ -48,7 +48,7 @@ def alternatives(value: Value) -> list[Row] | None:
     found = rows([value])
     if found is not None:
         return [row for (row,) in found]
-    several = value.support.alternatives
+    several = value.bounds.alternatives
     return None if several is None else list(map(_row, several))
 
 
@@ -75,7 +75,7 @@ def above(a: Value, b: Value) -> tuple[float, float] | None:
 
 
 def _by_rows(value: Value) -> bool:
-    return not value.known and not value.support.exact
+    return not value.known and not value.bounds.exact
 
 
 def _corner(value: Value, *, high: bool) -> Row:
@@ -84,7 +84,7 @@ def _corner(value: Value, *, high: bool) -> Row:
     if value.known:
         rows: list[list[float]] = value.data.reshape(len(value.data), -1).tolist()
         return tuple(map(max if high else min, zip(*rows, strict=True)))
-    return _row(value.support.high if high else value.support.low)
+    return _row(value.bounds.high if high else value.bounds.low)
 
 
 def _row(item: Any) -> Row:

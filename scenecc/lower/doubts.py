@@ -76,7 +76,7 @@ def foretell(pending: Pending, reading: Reading, leaves: Leaves) -> None:
     for doubt, place in doubts:
         _report(doubt, place, drawing)
     # A division by what may be zero gives numbers of any size: that is one thing to mend.
-    told = any(doubt.certain for doubt, _ in doubts) or (doubts and math.inf in pending.value.support.numbers())
+    told = any(doubt.certain for doubt, _ in doubts) or (doubts and math.inf in pending.value.bounds.numbers())
     if unfit is not None and not told:
         code, message = unfit
         hint = f"{_JUDGED_LATER}; `min` and `max` in the expression keep it in its range" if code == "SC514" else None
@@ -225,7 +225,7 @@ def _of_another_type(given: Any, dtype: str | None) -> str | None:
 
 def _unfit(value: Value, wanted: Kind) -> tuple[str, str] | None:
     """The code and words of what is wrong, or may be, with the type or size of a value's numbers."""
-    support = value.support
+    support = value.bounds
     if not (wanted.quantity or wanted.within):
         return None
     bounds = wanted.bounds()

@@ -100,7 +100,7 @@ def _given(rows: Any, node: Node, drawing: Drawing, place: Origin) -> tuple[Any,
     """
     from scenecc.variation.injected_draws import InjectedDrawError, convert_injected, draw_type  # noqa: PLC0415 - loads numpy
 
-    wanted = draw_type(node, drawing.reader().support(node))
+    wanted = draw_type(node, drawing.reader().bounds(node))
     try:
         data = convert_injected(rows, wanted, drawing.num_scenes)
     except InjectedDrawError as error:

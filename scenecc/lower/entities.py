@@ -172,7 +172,7 @@ class Entities:
         last = len(structures) - 1
         pick = leaves.value(entity.pick, Kind(dtype="int64", within=(0, last)), origin, "pick")
         # What holds an expression is judged as it is drawn.
-        wrong = [index for index in pick.numbers() if index > last] if pick.known or pick.support.exact else []
+        wrong = [index for index in pick.numbers() if index > last] if pick.known or pick.bounds.exact else []
         if wrong:
             message = f"there is no variant {wrong[0]:g}: " + (f"they are 0 to {last}" if last else "the only one is 0")
             self._sink.report("SC320", message, origin.child("pick"))

@@ -93,11 +93,11 @@ class Leaves:
         if reading.known:
             return self._rows(item, reading, kind, origin)
         self.drawing.drawn = True
-        support = self.support(item)
+        support = self.bounds(item)
         if reading.computed:
             # Expressions may tie values together, so rules over several are judged by rows.
             support = replace(support, exact=False)
-        value = varying(self.drawer(item, kind), support=support, rows=len(self.scenes))
+        value = varying(self.drawer(item, kind), bounds=support, rows=len(self.scenes))
         if reading.risky:
             self.pend(value, kind, origin, reading)
         if reset:
@@ -129,10 +129,10 @@ class Leaves:
             if not reading.cycled:
                 return known
             # What no scene has is judged all the same.
-            found = self.support(node)
-            if found.alternatives is not None and len(found.alternatives) <= len(known.support.alternatives or ()):
+            found = self.bounds(node)
+            if found.alternatives is not None and len(found.alternatives) <= len(known.bounds.alternatives or ()):
                 return known
-            return varying(self.drawer(node, kind), support=found, rows=len(self.scenes))
+            return varying(self.drawer(node, kind), bounds=found, rows=len(self.scenes))
         except DrawError as error:
             report_failure(error, reading.origins, origin, self.sink)
             return literal(kind.fallback, kind.dtype)
@@ -147,9 +147,9 @@ class Leaves:
 
         return to_field_rows(self.batch().evaluate(node))
 
-    def support(self, node: Node) -> ValueBounds:
+    def bounds(self, node: Node) -> ValueBounds:
         """Everything that a node can be."""
-        return self.drawing.reader().support(node)
+        return self.drawing.reader().bounds(node)
 
     def batch(self) -> Batch:
         """The scenes, as draws are made for them."""

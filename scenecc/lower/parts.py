@@ -70,8 +70,8 @@ def from_parts(given: Any, kind: Kind, place: Place, leaves: Leaves) -> Value:
                 rows[mine] = [row(one, node, s) for one, s in zip(made, scenes, strict=True)] if written else made
         return rows
 
-    supports = [_converted(leaves.support(node), kind) if written else leaves.support(node) for node, written in parts]
-    value = varying(draw, support=replace(union_bounds(supports), exact=False), rows=len(leaves.scenes))
+    supports = [_converted(leaves.bounds(node), kind) if written else leaves.bounds(node) for node, written in parts]
+    value = varying(draw, bounds=replace(union_bounds(supports), exact=False), rows=len(leaves.scenes))
     leaves.pend(value, kind, place.origin, reading)
     return value
 

@@ -37,7 +37,7 @@ def picked(values: Sequence[Value], pick: Value, rows: int) -> Value:
 
     if pick.known and all(value.known for value in values):
         return per_scene(draw(), first.data.dtype)
-    return varying(draw, support=union_bounds([value.support for value in values]), rows=rows)
+    return varying(draw, bounds=union_bounds([value.bounds for value in values]), rows=rows)
 
 
 def _same(a: Value, b: Value) -> bool:

@@ -240,4 +240,4 @@ def _with_recipe(value: Value, node: Node, rows: int) -> Value:
 
         return np.broadcast_to(value.data, (rows, *value.data.shape[1:]))
 
-    return varying(draw, support=value.support, recipe=node, rows=rows)
+    return varying(draw, bounds=value.bounds, recipe=node, rows=rows)

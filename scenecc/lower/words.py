@@ -165,7 +165,7 @@ def every_outcome(node: Node, origin: Origin, leaves: Leaves, untold: str, inste
         every = None
     if every is not None:
         return {(one.__class__, repr(one)): one for one in every}.values()
-    bounded = leaves.support(node).alternatives
+    bounded = leaves.bounds(node).alternatives
     if bounded is None:
         few = f"of at most {MAX_OUTCOMES} combinations in all"
         hint = f"it may read draws by `choice`, `cycle` or `integers`, {few}; {instead}"
@@ -196,6 +196,6 @@ def _numbers(node: Any, reading: Reading, lookup: _Lookup[Any], place: Place, le
         return np.array(numbers, dtype=np.int64)
 
     support = ValueBounds.of(range(len(lookup.found)), exact=False)
-    value = varying(draw, support=support, rows=len(leaves.scenes))
+    value = varying(draw, bounds=support, rows=len(leaves.scenes))
     leaves.pend(value, _INDEX, place.origin, reading)
     return value

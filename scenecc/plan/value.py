@@ -21,14 +21,14 @@ class _Varying:
     A plain class: every process that knows a plan makes this one, and others take a millisecond to make.
     """
 
-    __slots__ = ("draw", "recipe", "rows", "support")
+    __slots__ = ("bounds", "draw", "recipe", "rows")
 
     def __init__(
-        self, draw: Callable[[], NDArray[Any]] | None, rows: int, support: ValueBounds | None, recipe: Node | None
+        self, draw: Callable[[], NDArray[Any]] | None, rows: int, bounds: ValueBounds | None, recipe: Node | None
     ) -> None:
         self.draw = draw
         self.rows = rows
-        self.support = support
+        self.bounds = bounds
         self.recipe = recipe
 
 
@@ -72,14 +72,14 @@ class Value:
     def __reduce__(self) -> tuple[Callable[..., Value], tuple[Any, ...]]:
         source = self._source
         if isinstance(source, _Varying):
-            return _restored, (self.data, _Varying(None, source.rows, source.support, source.recipe))
+            return _restored, (self.data, _Varying(None, source.rows, source.bounds, source.recipe))
         return _value, (self.data,)
 
     def __repr__(self) -> str:
         source = self._source
         if not isinstance(source, _Varying):
             return f"Value(data={self.data!r})"
-        return f"Value(rows={source.rows}, support={source.support!r}, recipe={source.recipe!r})"
+        return f"Value(rows={source.rows}, bounds={source.bounds!r}, recipe={source.recipe!r})"
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Value):
@@ -130,11 +130,11 @@ class Value:
         return source.recipe if isinstance(source, _Varying) else None
 
     @property
-    def support(self) -> ValueBounds:
+    def bounds(self) -> ValueBounds:
         """Everything that it can be, whatever is drawn; draws nothing."""
         source = self._source
-        if isinstance(source, _Varying) and source.support is not None:
-            return source.support
+        if isinstance(source, _Varying) and source.bounds is not None:
+            return source.bounds
         from scenecc.variation.bounds import ValueBounds  # noqa: PLC0415 - checking a scene seldom needs it
 
         return ValueBounds.of_rows(self.data)
@@ -149,7 +149,7 @@ class Value:
         if source is None:
             return tuple(self.data.ravel().tolist())
         if isinstance(source, _Varying):
-            return self.support.numbers()
+            return self.bounds.numbers()
         item = source[0]
         return item if isinstance(item, tuple) else (item,)
 
@@ -200,16 +200,16 @@ def per_scene(rows: Sequence[Any] | NDArray[Any], dtype: DTypeLike = "float64") 
     return _value(data[:1] if len(data) > 1 and _same_bits(data) else data)
 
 
-def varying(draw: Callable[[], NDArray[Any]], *, support: ValueBounds, recipe: Node | None = None, rows: int) -> Value:
+def varying(draw: Callable[[], NDArray[Any]], *, bounds: ValueBounds, recipe: Node | None = None, rows: int) -> Value:
     """A value that is drawn when its data are first asked for.
 
     Args:
         draw: makes the data, (rows, …) float64, int64 or bool; the same at every call.
-        support: everything that it can be, whatever is drawn.
+        bounds: everything that it can be, whatever is drawn.
         recipe: how a reset draws it anew; only for what a running simulation can change.
         rows: how many scenes the entity is in.
     """
-    return _restored(None, _Varying(draw, rows, support, recipe))
+    return _restored(None, _Varying(draw, rows, bounds, recipe))
 
 
 def recalled(data: NDArray[Any], recipe: Node) -> Value:

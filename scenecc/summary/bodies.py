@@ -188,7 +188,7 @@ class _Bodies:
             return
         name = f"{kind}_material"
         if self._row is None and not index.is_constant:
-            options = [int(item) for item in index.support.alternatives or ()]
+            options = [int(item) for item in index.bounds.alternatives or ()]
             yield Fact(name, {"alternatives": options}, f"one of {len(options)}")
             return
         number = int(index.row(self._row or 0))
@@ -255,5 +255,5 @@ def used_materials(entity: Entity) -> Mapping[str, set[int]]:
         for kind, listed in shapes:
             for shape in listed:
                 if shape.material is not None:
-                    found[kind] |= {int(item) for item in shape.material.support.alternatives or ()}
+                    found[kind] |= {int(item) for item in shape.material.bounds.alternatives or ()}
     return found

@@ -127,7 +127,7 @@ class Facts:
         return self.units.get(name.rsplit(".", 1)[-1]) or unit_of(name)
 
     def _pose(self, name: str, value: Value) -> Iterator[Fact]:
-        support = value.support
+        support = value.bounds
         words = pose_words(value)
         for part, start, end, told in (("p", 0, 3, words[0]), ("q", 3, 7, words[1])):
             of = support if support.low is None else part_of(support, start, end)
@@ -141,8 +141,8 @@ class Facts:
 
     def _varying(self, name: str, value: Value) -> Fact:
         last = name.rsplit(".", 1)[-1]
-        unit = self._unit(name) if _is_number(value.support.low) else ""
-        return Fact(name, self._range(last, value.support, value), varying_words(last, value, self.plan.files, unit))
+        unit = self._unit(name) if _is_number(value.bounds.low) else ""
+        return Fact(name, self._range(last, value.bounds, value), varying_words(last, value, self.plan.files, unit))
 
     def _range(self, name: str, support: ValueBounds, value: Value) -> dict[str, Any]:
         data: dict[str, Any] = {}

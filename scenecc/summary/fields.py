@@ -62,7 +62,7 @@ class _Found:
     """
 
     label: str
-    support: ValueBounds
+    bounds: ValueBounds
     varies: bool
     at_reset: bool = False
     drawn: bool = False
@@ -75,7 +75,7 @@ def _found(label: str, value: Value) -> _Found:
 
 def _told(value: Value) -> tuple[ValueBounds, bool]:
     """What is told of a value: everything that it can be, or what it is where nothing bounds that."""
-    support = value.support
+    support = value.bounds
     if support.alternatives is not None or not value.may_vary or _is_finite(support.low, support.high):
         return support, False
     return ValueBounds.of_rows(value.data), True
@@ -192,7 +192,7 @@ def _body(structure: BodyStructure, plan: ScenePlan, above: str = "") -> Iterato
             table = plan.physical_materials if kind == "collisions" else plan.visual_materials
             for name, value in (*_given(shape.geometry), *_given(shape)):
                 if name == "material":
-                    yield from _material(where, value.support.alternatives or (), table)
+                    yield from _material(where, value.bounds.alternatives or (), table)
                 elif isinstance(value, Value):
                     yield _found(f"{where}.{name}", value)
 
@@ -230,7 +230,7 @@ def _value(item: Any) -> Value | None:
 
 
 def _differing(label: str, items: list[_Found], plan: ScenePlan) -> Iterator[VaryingField]:
-    support = union_bounds(item.support for item in items)
+    support = union_bounds(item.bounds for item in items)
     at_reset = any(item.at_reset for item in items)
     start, end = ("", ", as drawn") if any(item.drawn for item in items) else _around(support)
     if is_pose(label) and support.low is not None:

@@ -50,7 +50,7 @@ def _uses(plan: ScenePlan) -> dict[int, tuple[str, tuple[str, ...]]]:
     """What the files of a plan are for, by index, and the names of what has them."""
     found: dict[int, tuple[str, dict[str, None]]] = {}
     for role, value, name in _values(plan):
-        for index in value.support.alternatives or ():
+        for index in value.bounds.alternatives or ():
             found.setdefault(int(index), (role, {}))[1][name] = None
     return {index: (role, tuple(names)) for index, (role, names) in found.items()}
 

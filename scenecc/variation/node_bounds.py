@@ -73,7 +73,7 @@ def find_bounds(
         given: values (N, …) that take the place of draws.
         num_scenes: how many scenes there are, where that is known.
     """
-    return BoundsAnalysis(draws, given or {}, num_scenes).support(node)
+    return BoundsAnalysis(draws, given or {}, num_scenes).bounds(node)
 
 
 class BoundsAnalysis:
@@ -95,7 +95,7 @@ class BoundsAnalysis:
         self._outcomes: dict[tuple[Node, int], tuple[list[Any] | None, tuple[int, ...]]] = {}
         self._computed: dict[tuple[Any, ...], tuple[Template, ValueBounds]] = {}
 
-    def support(self, node: Node) -> ValueBounds:
+    def bounds(self, node: Node) -> ValueBounds:
         """Everything that a node can give."""
         if not isinstance(node, Computed):
             return self._found(node)
@@ -131,14 +131,14 @@ class BoundsAnalysis:
         return self._outcomes[key][0]
 
     def item(self, item: Any) -> ValueBounds:
-        """As `support`, of a plain value too."""
-        return self.support(item) if item.__class__ in NODE_TYPES else ValueBounds.of((item,))
+        """As `bounds`, of a plain value too."""
+        return self.bounds(item) if item.__class__ in NODE_TYPES else ValueBounds.of((item,))
 
     def shared(self, name: str) -> ValueBounds:
         """The bounds of a shared draw."""
         if not self._is_known(name):
             for other in evaluation_order(name, self.draws, self._is_known):
-                self._shared[other] = self.support(self.draws[other])
+                self._shared[other] = self.bounds(self.draws[other])
         return self._shared[name]
 
     def reached(self, name: str) -> ExpressionBounds:

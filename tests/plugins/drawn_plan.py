@@ -42,7 +42,7 @@ DRAWS: tuple[tuple[str, Node], ...] = (
 def recipe(node: Node, scenes: tuple[int, ...] = SCENES) -> Value:
     """A value that was drawn by its recipe."""
     batch = Batch(np.array(scenes), SEED, len(SCENES), dict(DRAWS), {})
-    return varying(lambda: batch.evaluate(node), support=find_bounds(node, dict(DRAWS)), recipe=node, rows=len(scenes))
+    return varying(lambda: batch.evaluate(node), bounds=find_bounds(node, dict(DRAWS)), recipe=node, rows=len(scenes))
 
 
 def drawn() -> ScenePlan:

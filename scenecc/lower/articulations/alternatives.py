@@ -193,7 +193,7 @@ class _Combining:
                 return Alternatives(each, known)
         found = range(len(each)) if reading.cycled else sorted(numbers[row] for row in set(had))
         support = ValueBounds.of(found, exact=not reading.computed)
-        pick = varying(lambda: self._rows(numbers), support=support, rows=len(leaves.scenes))
+        pick = varying(lambda: self._rows(numbers), bounds=support, rows=len(leaves.scenes))
         leaves.drawing.drawn |= not reading.known
         if reading.computed or reading.risky:
             leaves.pend(pick, _INDEX, self._first(), reading)

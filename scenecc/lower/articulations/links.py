@@ -177,7 +177,7 @@ def _scaled(inertial: Inertial, mass: Value, values: Said) -> Inertial:
 
     from scenecc.variation.bounds import UNKNOWN, ValueBounds  # noqa: PLC0415 - likewise
 
-    support, found = UNKNOWN, mass.support
+    support, found = UNKNOWN, mass.bounds
     # Of some expressions nothing is known until they are drawn.
     if isinstance(found.low, int | float) and isinstance(found.high, int | float):
         low, high = (tuple(one * (end / before) for one in moments) for end in (found.low, found.high))
@@ -188,4 +188,4 @@ def _scaled(inertial: Inertial, mass: Value, values: Said) -> Inertial:
         # A mass has one row where it is equal in all scenes.
         return np.broadcast_to(np.array(moments) * (mass.data[:, None] / before), (rows, len(moments)))
 
-    return Inertial(mass, inertial.com, varying(draw, support=support, rows=rows))
+    return Inertial(mass, inertial.com, varying(draw, bounds=support, rows=rows))

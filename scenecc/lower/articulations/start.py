@@ -141,7 +141,7 @@ class Starts:
             # Either has one row where its rows are equal.
             return np.broadcast_to(np.clip(value.data, limits.data[:, 0], limits.data[:, 1]), rows)
 
-        held = varying(draw, support=_within(value.support, limits), rows=rows)
+        held = varying(draw, bounds=_within(value.bounds, limits), rows=rows)
         leaves.drawing.resets[id(held)] = Reset(held, item, reading, leaves, limits)
         return held
 
@@ -185,7 +185,7 @@ class Starts:
 
         if limits.known:
             return per_scene(draw())
-        return varying(draw, support=_within(ValueBounds.of((0.0,)), limits), rows=rows)
+        return varying(draw, bounds=_within(ValueBounds.of((0.0,)), limits), rows=rows)
 
     def _following(self, mimic: DraftMimic, limits: Value | None, source: Value) -> Value:
         """Where a joint starts that follows another one, within its limits.
@@ -211,8 +211,8 @@ class Starts:
 
         if all(part.known for part in parts):
             return per_scene(draw())
-        support = held_bounds(source.support, mimic.multiplier.support, mimic.offset.support, *_bounds(limits))
-        value = varying(draw, support=support, rows=rows)
+        support = held_bounds(source.bounds, mimic.multiplier.bounds, mimic.offset.bounds, *_bounds(limits))
+        value = varying(draw, bounds=support, rows=rows)
         resets = self._leaves.drawing.resets
         reset = resets.get(id(source))
         if reset is not None:
@@ -257,7 +257,7 @@ def _bounds(limits: Value | None) -> tuple[ValueBounds, ValueBounds]:
     """What the lowest and the highest position can be."""
     if limits is None:
         return ValueBounds.of((-math.inf,)), ValueBounds.of((math.inf,))
-    return component_bounds(limits.support, 0), component_bounds(limits.support, 1)
+    return component_bounds(limits.bounds, 0), component_bounds(limits.bounds, 1)
 
 
 def _within(support: ValueBounds, limits: Value) -> ValueBounds:

@@ -65,7 +65,7 @@ def chained(steps: Sequence[Step], scenes: tuple[int, ...]) -> Value:
         return per_scene(draw())
     from scenecc.variation.bounds import UNKNOWN  # noqa: PLC0415 - loaded where something varies
 
-    return varying(draw, support=UNKNOWN, rows=len(scenes))
+    return varying(draw, bounds=UNKNOWN, rows=len(scenes))
 
 
 def inverse(pose: Pose7) -> Pose7:

@@ -146,7 +146,7 @@ def _varying_plane(shape: Any, pose: Value, origin: Origin, leaves: Leaves) -> V
         poses = np.broadcast_to(pose.data, (len(normals), 7))
         return rotation_arrays.turned(poses, rotation_arrays.shortest_from_x(normals), steps)
 
-    value = varying(draw, support=UNKNOWN, rows=len(leaves.scenes))
+    value = varying(draw, bounds=UNKNOWN, rows=len(leaves.scenes))
     leaves.pend(value, POSE, origin.child("normal"), reading)
     return value
 
@@ -166,4 +166,4 @@ def _turned_rows(pose: Value, turn: Value, step: Value, leaves: Leaves) -> Value
             poses, np.broadcast_to(turn.data, (rows, 4)), np.broadcast_to(step.data, (rows, 3))
         )
 
-    return per_scene(draw()) if pose.known else varying(draw, support=UNKNOWN, rows=len(leaves.scenes))
+    return per_scene(draw()) if pose.known else varying(draw, bounds=UNKNOWN, rows=len(leaves.scenes))

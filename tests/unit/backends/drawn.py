@@ -37,7 +37,7 @@ def value(node: Node, scene_idxs: tuple[int, ...], num_scenes: int, seed: int, *
     def draw() -> Any:
         return np.array(Batch(np.array(scene_idxs), seed, num_scenes, draws, {}).evaluate(node))
 
-    return varying(draw, support=find_bounds(node, draws), recipe=node if again else None, rows=len(scene_idxs))
+    return varying(draw, bounds=find_bounds(node, draws), recipe=node if again else None, rows=len(scene_idxs))
 
 
 def anywhere(name: str, height: float) -> Node:

@@ -66,7 +66,7 @@ def test_what_is_drawn_stays_within_its_bounds(form: Any, low: float, high: floa
     drawn = mass(form)
     assert len(set(drawn)) == 4
     assert all(low <= number <= high for number in drawn)
-    support = masses(form).support
+    support = masses(form).bounds
     assert (support.low, support.high) == (low, high)
 
 

@@ -386,7 +386,7 @@ def test_one_expression_is_looked_into_once_for_each_of_its_readers() -> None:
     template = Template.parse("${a * 2}")
     draws: dict[str, Node] = {"x/a": Drawn("uniform", 1, 2, None, (), key("x")), "y/a": Chosen((1, 3), None, key("y"))}
     reader = BoundsAnalysis(draws, {}, None)
-    found = [reader.support(Computed(template, (), (("a", name),))) for name in ("x/a", "y/a", "x/a")]
+    found = [reader.bounds(Computed(template, (), (("a", name),))) for name in ("x/a", "y/a", "x/a")]
     assert (found[0].low, found[0].high) == (2, 4)
     assert found[1].alternatives == (2, 6)
     assert found[2] is found[0]
