@@ -15,8 +15,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Origin, Sink
     from scenecc.expand.expansion import Expansion
-    from scenecc.lower.articulations.reader import RobotReader, RobotRequest
-    from scenecc.lower.tables import FileResolver
+    from scenecc.lower.references import FileResolver, RobotReader, RobotRequest
     from scenecc.robots.description import Description
     from scenecc.robots.findings import ReadBudget
     from scenecc.source import Limits

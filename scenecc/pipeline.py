@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from scenecc.expand.expansion import Expansion
     from scenecc.expand.listing import ParamRow
     from scenecc.lower import Lowered
-    from scenecc.lower.articulations.reader import RobotReader, RobotRequest
+    from scenecc.lower.references import RobotReader, RobotRequest
     from scenecc.options import Options
     from scenecc.plan import AssetFile, ScenePlan
     from scenecc.robots.description import Description
@@ -287,13 +287,13 @@ def _is_included(place: Origin) -> bool:
 def _lowered(
     document: Document, scene: SceneFile, expansion: Expansion | None, options: Options, scope: AssetScope, sink: Sink
 ) -> Lowered | None:
-    from scenecc.lower import Bounds, Names, lower
+    from scenecc.lower import LoweringLimits, NameScopes, lower
 
     limits = options.limits
-    names, selections = Names(), None
+    names, selections = NameScopes(), None
     if expansion is not None:
         selections = expansion.selections
-        names = Names(
+        names = NameScopes(
             scopes=expansion.scopes,
             prefixes=expansion.prefixes,
             anchors=expansion.anchors,
@@ -309,7 +309,7 @@ def _lowered(
         origin=Origin(document.name),
         resolve=resolver(scope, sink, expansion),
         robots=_robots(scope, limits, sink, expansion),
-        bounds=Bounds(limits.scenes, limits.objects, limits.objects_times_scenes, limits.computed),
+        bounds=LoweringLimits(limits.scenes, limits.objects, limits.objects_times_scenes, limits.computed),
         sink=sink,
         names=names,
         selections=selections,

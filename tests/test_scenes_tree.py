@@ -25,7 +25,7 @@ NO_FILE = {
     "SC015": "tests/unit/source/test_values.py",
     "SC016": "tests/unit/source/test_hostile.py",
     "SC250": "tests/unit/expand/test_params.py",
-    "SC318": "tests/unit/lower/test_given.py",
+    "SC318": "tests/unit/lower/test_draws.py",
     "SC407": "tests/unit/source/test_paths.py",
     "SC422": "tests/unit/test_plan_files.py",
     "SC452": "tests/unit/robots/test_urdf.py",

@@ -4,7 +4,7 @@ Each function does for every row, to the last bit, what the function of its name
 products, quotients and square roots are exact to the rounding everywhere, and the functions that are not are
 those of `math` for every element.
 
-`scenecc.lower.placing.rotations` has the functions for one rotation: a scene in which nothing varies is compiled with
+`scenecc.geometry.rotations` has the functions for one rotation: a scene in which nothing varies is compiled with
 them, and never loads numpy. `tests/property/test_rotation_arrays.py` holds the two together.
 """
 

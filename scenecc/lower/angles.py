@@ -1,23 +1,85 @@
-"""Angles that a key gives in radians, or another of the same name and `_deg` in degrees."""
+"""Angles and limits of joints, in radians or degrees, and a warning of radians that look like degrees."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
 
-from scenecc.lower.forms import VARYING, Reading, place_of
-from scenecc.lower.kinds import Kind, number
+from scenecc.lower.field_types import FieldType, number, vector
+from scenecc.lower.variation import VARYING, VariationLowerer, field_place
 from scenecc.plan import Value, literal
-from scenecc.variation.nodes import NODE_TYPES, Radians
+from scenecc.variation.forms import MISSING, Choice, Cycle, Integers, LogUniform, PerScene, SceneMap, Uniform, Vector
+from scenecc.variation.nodes import NODE_TYPES, NODES, Radians
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics import Origin
-    from scenecc.lower.leaves import Leaves
-
-_DEGREES = Kind(within=(0.0, 180.0))
+    from scenecc.diagnostics import Origin, Path, Sink
+    from scenecc.lower.fields import FieldLowerer
 
 
-def angle(keys: Any, name: str, owner: Origin, leaves: Leaves) -> Value | None:
+_TWO_TURNS = 4 * math.pi * (1 + 1e-6)
+"""Two turns: beyond, few angles are meant, and within, few are told from degrees [rad]."""
+
+
+def warn_probable_degrees(written: Any, key: str, owner: Origin, at: Path, sink: Sink, *, more: str = "") -> None:
+    """Warns of angles [rad] that are beyond two turns whatever is drawn.
+
+    Nothing is said of expressions that read draws, and of what has no bounds.
+
+    Args:
+        written: a number or several, or forms of such.
+        key: under which, which has a twin in degrees.
+        owner: of the node that has the key.
+        at: where it is there.
+        sink: takes the warning.
+        more: what else the hint says.
+    """
+    largest = suspect_degrees(written)
+    if largest:
+        warn_large_angle(largest, owner.child(*at), sink, hint=f"angles are radians; `{key}_deg` takes degrees{more}")
+
+
+def warn_large_angle(angle: float, place: Origin, sink: Sink, *, hint: str) -> None:
+    """Warns of an angle [rad]."""
+    sink.report("SC526", f"{angle:g} radians are {angle / math.tau:.3g} turns", place, hint=hint)
+
+
+def suspect_degrees(written: Any) -> float:
+    """The largest angle that is beyond two turns in every scene; 0: none is.
+
+    Of alternatives and bounds it is the smallest that counts.
+    """
+    sizes = _least_magnitude(written)
+    return max((size for size in (sizes if sizes.__class__ is tuple else (sizes,)) if size > _TWO_TURNS), default=0.0)
+
+
+def _least_magnitude(written: Any) -> Any:
+    """How large a number is at least, or each of several; 0 where that is not known, or there is no limit."""
+    if written.__class__ in {tuple, list}:
+        return tuple(map(_least_magnitude, written))
+    parts: tuple[Any, ...]
+    match written:
+        case int() | float():
+            return abs(written) if math.isfinite(written) else 0.0
+        case Vector(items):
+            return tuple(map(_least_magnitude, items))
+        case PerScene(items) | Cycle(items) | Choice(items):
+            parts = items
+        case SceneMap(items, default):
+            parts = tuple(one for _, one in items) + (() if default is MISSING else (default,))
+        case Uniform(low, high) | Integers(low, high) | LogUniform(low, high):
+            parts = (low, high)
+        case _:
+            return 0.0
+    found = [_least_magnitude(part) for part in parts]
+    if all(one.__class__ is tuple for one in found):
+        return tuple(min(ones) for ones in zip(*found, strict=False))
+    return 0.0 if any(one.__class__ is tuple for one in found) else min(found, default=0.0)
+
+
+_DEGREES = FieldType(within=(0.0, 180.0))
+
+
+def lower_angle(keys: Any, name: str, owner: Origin, leaves: FieldLowerer) -> Value | None:
     """An angle [rad]; None where neither key is given. Both are an error, which is reported.
 
     Args:
@@ -41,8 +103,48 @@ def angle(keys: Any, name: str, owner: Origin, leaves: Leaves) -> Value | None:
         return None
     if degrees.__class__ not in VARYING:
         return literal(math.radians(degrees))
-    place = place_of(owner.child(f"{name}_deg"))
-    reading = Reading(leaves, place.origin)
+    place = field_place(owner.child(f"{name}_deg"))
+    reading = VariationLowerer(leaves, place.origin)
     item = reading.item(degrees, _DEGREES, place)
     made = Radians(item) if item.__class__ in NODE_TYPES else math.radians(item)
     return leaves.finish(made, reading, number(name), place.origin)
+
+
+_LIMITS = vector(2, "limits")
+
+
+def lower_limits(keys: Any, origin: Origin, leaves: FieldLowerer) -> Value | None:
+    """Lowest and highest position, (·, 2) [m or rad]; None where neither key is given.
+
+    Args:
+        keys: what has `limits` and `limits_deg`.
+        origin: of it.
+        leaves: of the entity.
+    """
+    if keys.limits_deg is None:
+        return leaves.given(keys.limits, _LIMITS, origin, "limits")
+    place = field_place(origin.child("limits_deg"))
+    reading = VariationLowerer(leaves, place.origin)
+    item = reading.item(keys.limits_deg, _LIMITS, place)
+    if item.__class__ in NODES:
+        return leaves.finish(Radians(item), reading, _LIMITS, place.origin)
+    return literal(tuple(map(math.radians, item)))
+
+
+def check_limits_keys(keys: Any, type_: str, origin: Origin, sink: Sink) -> None:
+    """Reports limits that are written twice, and those in degrees of a joint that slides."""
+    if keys.limits_deg is None:
+        return
+    place = origin.child("limits_deg")
+    if keys.limits is not None:
+        message = "`limits` and `limits_deg` exclude each other"
+        sink.report("SC111", message, place, at="key", related=[("the first", origin.child("limits"), "key")])
+    elif type_ == "prismatic":
+        message = "the positions of a prismatic joint are lengths, and `limits_deg` are angles"
+        sink.report("SC111", message, place, at="key", hint="write `limits`, in metres")
+
+
+def warn_limits_in_degrees(keys: Any, type_: str, origin: Origin, sink: Sink) -> None:
+    """Warns of limits of a joint that turns which are probably in degrees."""
+    if type_ != "prismatic":
+        warn_probable_degrees(keys.limits, "limits", origin, ("limits",), sink, more=", for several turns too")

@@ -4,28 +4,28 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.lower.groups import find_group
-from scenecc.lower.kinds import COLOR, Kind, number, opposite, vector
+from scenecc.lower.collision_groups import find_group
+from scenecc.lower.field_types import COLOR, FieldType, number, opposite, vector
+from scenecc.lower.local_poses import local_pose
 from scenecc.lower.materials import DENSITY
-from scenecc.lower.placing.shape_poses import local_pose
-from scenecc.lower.shapes import Defaults
+from scenecc.lower.shapes import ShapeDefaults
 from scenecc.plan import BodyStructure, Inertial, literal
 from scenecc.plan.knobs import knobs_of
 from scenecc.spec.body import MOTION_AXES
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.lower.groups import Bits
-    from scenecc.lower.leaves import Leaves
-    from scenecc.lower.materials import Materials, Surface, Surfaces
-    from scenecc.lower.shapes import Shapes
+    from scenecc.lower.collision_groups import GroupBits
+    from scenecc.lower.fields import FieldLowerer
+    from scenecc.lower.materials import LoweredMaterial, MaterialChoice, MaterialLowerer
+    from scenecc.lower.shapes import ShapeLowerer
     from scenecc.plan import CollisionShape, Value, VisualShape
     from scenecc.plan.knobs import Knob
 
 Layer = tuple[Any, "Origin"]
 """Keys of a body and the node that has them. Of several layers the last one that has a key counts."""
 
-Given = tuple["Surface | Surfaces | None", "Value | None", "Value | None"]
+LayerDefaults = tuple["Surface | Surfaces | None", "Value | None", "Value | None"]
 """Material, colour and density of a layer; None for what it does not give."""
 
 
@@ -33,53 +33,55 @@ def _locked(axes: list[str]) -> tuple[bool, ...]:
     return tuple(axis in axes for axis in MOTION_AXES)
 
 
-def _kind(knob: Knob) -> Kind:
+def _field_type(knob: Knob) -> FieldType:
     if knob.field == "disable_gravity":
-        return Kind(dtype="bool", convert=opposite, fallback=False)
+        return FieldType(dtype="bool", convert=opposite, fallback=False)
     if knob.field == "locked_motion_axes":
-        return Kind((6,), "bool", convert=_locked)
+        return FieldType((6,), "bool", convert=_locked)
     return vector(knob.shape[0], knob.field, knob.dtype) if knob.shape else number(knob.field, knob.dtype)
 
 
-KNOBS: dict[str, tuple[str, Kind]] = {
-    knob.key: (knob.field, _kind(knob)) for knob in knobs_of("mass", "body", "groups", "look")
+BODY_FIELDS: dict[str, tuple[str, FieldType]] = {
+    knob.key: (knob.field, _field_type(knob)) for knob in knobs_of("mass", "body", "groups", "look")
 }
 """Key of the language → field of the plan, and what a row of it holds."""
 
-_KNOB_NAMES = frozenset(KNOBS)
+_BODY_KEYS = frozenset(BODY_FIELDS)
 
-VELOCITIES = frozenset(knob.field for knob in knobs_of("body") if knob.reset)
+RESETTABLE_KEYS = frozenset(knob.field for knob in knobs_of("body") if knob.reset)
 """Knobs that a reset draws anew."""
 
 _NUMBERS = frozenset((int, float))
-_NO_DEFAULTS = Defaults()
-INERTIA = vector(3, "inertia")
+_NO_DEFAULTS = ShapeDefaults()
+INERTIA_TYPE = vector(3, "inertia")
 
 
-class Bodies:
+class BodyLowerer:
     """Lowers the bodies of a document."""
 
-    def __init__(self, shapes: Shapes, materials: Materials, groups: dict[str, Bits], sink: Sink) -> None:
+    def __init__(
+        self, shapes: ShapeLowerer, materials: MaterialLowerer, groups: dict[str, GroupBits], sink: Sink
+    ) -> None:
         self._shapes = shapes
         self._materials = materials
         self._groups = groups
         self._sink = sink
-        self._by_surface: dict[int, Defaults] = {}
-        self._last: tuple[Origin, Given] | None = None
+        self._by_surface: dict[int, ShapeDefaults] = {}
+        self._last: tuple[Origin, LayerDefaults] | None = None
 
-    def lower(self, body: Any, origin: Origin, leaves: Leaves) -> BodyStructure:
+    def lower(self, body: Any, origin: Origin, leaves: FieldLowerer) -> BodyStructure:
         """A body's structure; shapes that were reported are missing in it."""
         if body.color is not None or body.density is not None or body.collision_group is not None:
             self._does_something(body, body, origin)
         return self._structure(body.body_type, ((body, origin),), leaves)
 
-    def variant(self, common: Layer, own: Layer, leaves: Leaves) -> BodyStructure:
+    def variant(self, common: Layer, own: Layer, leaves: FieldLowerer) -> BodyStructure:
         """The structure of one variant: lists of shapes go on where the common ones end, other keys replace them."""
         self._does_something(own[0], common[0], own[1])
         typed = next((body for body, _ in (own, common) if "body_type" in body.model_fields_set), common[0])
         return self._structure(typed.body_type, (common, own), leaves)
 
-    def _structure(self, body_type: Any, layers: tuple[Layer, ...], leaves: Leaves) -> BodyStructure:
+    def _structure(self, body_type: Any, layers: tuple[Layer, ...], leaves: FieldLowerer) -> BodyStructure:
         default = self._defaults(layers, leaves)
         collisions: list[CollisionShape] = []
         visuals: list[VisualShape] = []
@@ -122,7 +124,7 @@ class Bodies:
         ):
             self._nothing("collision_group", "colliding", origin)
 
-    def _defaults(self, layers: tuple[Layer, ...], leaves: Leaves) -> Defaults:
+    def _defaults(self, layers: tuple[Layer, ...], leaves: FieldLowerer) -> ShapeDefaults:
         found = _NO_DEFAULTS
         if len(layers) == 1 and layers[0][0].color is None and layers[0][0].density is None:
             # Many bodies name a material and nothing else.
@@ -133,14 +135,14 @@ class Bodies:
             if body.material is None and body.color is None and body.density is None:
                 continue
             surface, color, density = self._given(layer, leaves)
-            found = Defaults(
+            found = ShapeDefaults(
                 found.surface if surface is None else surface,
                 found.color if color is None else color,
                 found.density if density is None else density,
             )
         return found
 
-    def _given(self, layer: Layer, leaves: Leaves) -> Given:
+    def _given(self, layer: Layer, leaves: FieldLowerer) -> LayerDefaults:
         """What a layer gives its shapes. All variants of an entity have one layer in common, which is lowered once."""
         body, origin = layer
         if self._last is None or self._last[0] is not origin:
@@ -150,21 +152,21 @@ class Bodies:
             self._last = origin, (surface, color, density)
         return self._last[1]
 
-    def _of_surface(self, surface: Surface | Surfaces) -> Defaults:
+    def _of_surface(self, surface: LoweredMaterial | MaterialChoice) -> ShapeDefaults:
         known = self._by_surface.get(id(surface))
         if known is None:
-            known = self._by_surface[id(surface)] = Defaults(surface)
+            known = self._by_surface[id(surface)] = ShapeDefaults(surface)
         return known
 
-    def _knobs(self, body: Any, origin: Origin, leaves: Leaves, knobs: dict[str, Value]) -> None:
+    def _knobs(self, body: Any, origin: Origin, leaves: FieldLowerer, knobs: dict[str, Value]) -> None:
         given = body.model_fields_set
-        for name in _KNOB_NAMES & given:
-            field, kind = KNOBS[name]
+        for name in _BODY_KEYS & given:
+            field, kind = BODY_FIELDS[name]
             item = getattr(body, name)
             if item.__class__ in _NUMBERS and kind.convert is None:
                 knobs[field] = literal(item, kind.dtype)
             else:
-                knobs[field] = leaves.value(item, kind, origin, name, reset=name in VELOCITIES)
+                knobs[field] = leaves.value(item, kind, origin, name, reset=name in RESETTABLE_KEYS)
         if body.collision_group is None:
             return
         if "collision_bits" in given:
@@ -192,14 +194,14 @@ class Bodies:
             hint=f"leave `{key}` out",
         )
 
-    def _inertial(self, layers: tuple[Layer, ...], leaves: Leaves) -> Inertial | None:
+    def _inertial(self, layers: tuple[Layer, ...], leaves: FieldLowerer) -> Inertial | None:
         for body, origin in reversed(layers):
             given = body.inertial
             if given is not None:
                 place = origin.child("inertial")
                 return Inertial(
-                    leaves.value(given.mass, KNOBS["mass"][1], place, "mass"),
+                    leaves.value(given.mass, BODY_FIELDS["mass"][1], place, "mass"),
                     local_pose(given.com, origin, ("inertial", "com"), "a centre of mass", leaves),
-                    leaves.value(given.inertia, INERTIA, place, "inertia"),
+                    leaves.value(given.inertia, INERTIA_TYPE, place, "inertia"),
                 )
         return None

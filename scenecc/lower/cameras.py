@@ -5,16 +5,16 @@ from __future__ import annotations
 from math import radians
 from typing import TYPE_CHECKING, Any
 
-from scenecc.lower.angles import angle
-from scenecc.lower.kinds import number
-from scenecc.lower.placing.holding import mounted, posed
+from scenecc.lower.angles import lower_angle
+from scenecc.lower.field_types import number
+from scenecc.lower.mounts import mounted_pose, read_pose
 from scenecc.plan import Camera, Intrinsic, Mount, Orthographic, Perspective, Value, literal
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.lower.leaves import Leaves
-    from scenecc.lower.mounts import Mounts
-    from scenecc.lower.placing.places import Places
+    from scenecc.lower.fields import FieldLowerer
+    from scenecc.lower.frames import FrameGraph
+    from scenecc.lower.mounts import MountLookup
     from scenecc.spec.camera import Camera as CameraKeys
 
 WIDTH, HEIGHT = 640, 480
@@ -28,7 +28,7 @@ _TOP = number("top")
 _NEAR, _FAR = number("Camera.near"), number("Camera.far")
 
 
-class Cameras:
+class CameraLowerer:
     """Lowers the cameras of a document.
 
     Args:
@@ -37,12 +37,12 @@ class Cameras:
         sink: takes the diagnostics.
     """
 
-    def __init__(self, mounts: Mounts, places: Places, sink: Sink) -> None:
+    def __init__(self, mounts: MountLookup, places: FrameGraph, sink: Sink) -> None:
         self._mounts = mounts
         self._places = places
         self._sink = sink
 
-    def lower(self, name: str, camera: CameraKeys, leaves: Leaves, origin: Origin) -> Camera:
+    def lower(self, name: str, camera: CameraKeys, leaves: FieldLowerer, origin: Origin) -> Camera:
         """A camera of the plan.
 
         Args:
@@ -70,14 +70,14 @@ class Cameras:
             origin=origin,
         )
 
-    def _pose(self, name: str, camera: CameraKeys, leaves: Leaves, origin: Origin) -> Value:
-        stand = posed(camera.pose, origin, leaves)
+    def _pose(self, name: str, camera: CameraKeys, leaves: FieldLowerer, origin: Origin) -> Value:
+        stand = read_pose(camera.pose, origin, leaves)
         if camera.mount is not None:
-            return mounted(stand, "a camera", origin, leaves)
+            return mounted_pose(stand, "a camera", origin, leaves)
         return self._places.follow(name, stand.relative_to, stand.item, stand.reading, leaves, origin)
 
     def _lens(
-        self, camera: Any, size: tuple[int, int], leaves: Leaves, origin: Origin
+        self, camera: Any, size: tuple[int, int], leaves: FieldLowerer, origin: Origin
     ) -> Perspective | Intrinsic | Orthographic:
         given = [key for key in _LENSES if getattr(camera, key) is not None]
         # One angle that is given twice is told by what reads it.
@@ -94,14 +94,14 @@ class Cameras:
             return Orthographic(leaves.value(camera.orthographic.top, _TOP, origin, "orthographic", "top"))
         if camera.intrinsic is not None:
             return _intrinsic(camera.intrinsic, size, leaves, origin)
-        fovx = angle(camera, "fovx", origin, leaves) if any(key.startswith("fovx") for key in given) else None
+        fovx = lower_angle(camera, "fovx", origin, leaves) if any(key.startswith("fovx") for key in given) else None
         if fovx is not None:
             return Perspective(fovx=fovx)
-        fovy = angle(camera, "fovy", origin, leaves) if given else None
+        fovy = lower_angle(camera, "fovy", origin, leaves) if given else None
         return Perspective(fovy=literal(FOVY) if fovy is None else fovy)
 
 
-def _intrinsic(given: Any, size: tuple[int, int], leaves: Leaves, origin: Origin) -> Intrinsic:
+def _intrinsic(given: Any, size: tuple[int, int], leaves: FieldLowerer, origin: Origin) -> Intrinsic:
     left_out = {"cx": size[0] / 2, "cy": size[1] / 2, "skew": 0.0}
     values: dict[str, Value] = {}
     for name, kind in _INTRINSIC.items():

@@ -1,32 +1,148 @@
-"""Constraints as written to those of the plan: what they tie together, and where."""
+"""Constraints as written to those of the plan: what they connect, where, and how."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut
-from scenecc.lower.joints import lower_joint
+from scenecc.lower.field_types import FieldType, number, vector
+from scenecc.lower.local_poses import PoseStep, chain_poses, local_pose, steps_to_link
 from scenecc.lower.names import WORLD
-from scenecc.lower.placing.chains import Step, chained, to_link
-from scenecc.lower.placing.shape_poses import local_pose
-from scenecc.plan import ArticulationStructure, Constraint
+from scenecc.plan import (
+    ArticulationStructure,
+    AxisDrive,
+    AxisLimit,
+    Connection,
+    Constraint,
+    Distance,
+    Drive,
+    Gear,
+    Value,
+    Weld,
+    literal,
+)
+from scenecc.spec.constraint_types import (
+    DRIVE_AXES,
+    LIMIT_AXES,
+    ConnectionConstraint,
+    DistanceConstraint,
+    DriveConstraint,
+    GearConstraint,
+    WeldConstraint,
+)
 from scenecc.spec.known import known_as
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.lower.drawing import Drawing
-    from scenecc.lower.entities import Entities
-    from scenecc.lower.leaves import Leaves
-    from scenecc.lower.mounts import Mounts
-    from scenecc.lower.names import Names
-    from scenecc.plan import Entity, Mount, Value
+    from scenecc.lower.entities import EntityLowerer
+    from scenecc.lower.fields import FieldLowerer, SamplingContext
+    from scenecc.lower.mounts import MountLookup
+    from scenecc.lower.names import NameScopes
+    from scenecc.plan import Entity, Mount
+
+    Joint = Weld | Connection | Distance | Gear | Drive
+
+
+_DISTANCES = FieldType((2,), quantity="Distance.limits", fallback=(0.0, 0.0))
+_LIMITS = FieldType((2,), quantity="limits", fallback=(0.0, 0.0))
+_RATIO = FieldType(quantity="ratio", fallback=1.0)
+_STIFFNESS, _DAMPING, _FORCE = number("stiffness"), number("damping"), number("force_limit")
+_VELOCITY = vector(3, "")
+_SCALES = vector(2, "inv_mass_scales")
+
+
+def lower_constraint_joint(written: Any, leaves: FieldLowerer, origin: Origin) -> Joint:
+    """What holds the frames together.
+
+    Args:
+        written: the constraint.
+        leaves: of it.
+        origin: of it.
+    """
+    match written:
+        case WeldConstraint():
+            return Weld()
+        case ConnectionConstraint():
+            return Connection()
+        case DistanceConstraint():
+            return Distance(
+                limits=leaves.value(written.limits, _DISTANCES, origin, "limits"),
+                stiffness=leaves.given(written.stiffness, _STIFFNESS, origin, "stiffness"),
+                damping=leaves.given(written.damping, _DAMPING, origin, "damping"),
+            )
+        case GearConstraint():
+            ratio = leaves.value(written.ratio, _RATIO, origin, "ratio")
+            return Gear(ratio, enable_hinges=bool(written.enable_hinges))
+        case _:
+            return _drive(written, leaves, origin)
+
+
+def _drive(written: DriveConstraint, leaves: FieldLowerer, origin: Origin) -> Drive:
+    target = None
+    if written.target is not None:
+        target = local_pose(written.target, origin, ("target",), "the target of a drive", leaves, reset=True)
+    velocity: Any = written.velocity_target
+    linear, angular = (
+        None
+        if velocity is None
+        else leaves.given(getattr(velocity, key), _VELOCITY, origin, "velocity_target", key, reset=True)
+        for key in ("linear", "angular")
+    )
+    return Drive(
+        limits=_axis_limits(written, leaves, origin),
+        drives=_axis_drives(written, leaves, origin),
+        target=target,
+        linear_velocity_target=linear,
+        angular_velocity_target=angular,
+        inv_mass_scales=leaves.given(written.inv_mass_scales, _SCALES, origin, "inv_mass_scales"),
+        inv_inertia_scales=leaves.given(written.inv_inertia_scales, _SCALES, origin, "inv_inertia_scales"),
+    )
+
+
+def _axis_limits(written: DriveConstraint, leaves: FieldLowerer, origin: Origin) -> tuple[AxisLimit, ...]:
+    found: list[AxisLimit] = []
+    for axis in LIMIT_AXES:
+        limits = None if written.limits is None else getattr(written.limits, axis)
+        spring: Any = None if written.limit_springs is None else getattr(written.limit_springs, axis)
+        if limits is None:
+            if spring is not None:
+                message = f"a spring of the limits of `{axis}` does nothing: the axis has no limits"
+                place = origin.child("limit_springs", axis)
+                leaves.sink.report("SC115", message, place, at="key", hint=f"write `{axis}` under `limits` too")
+            continue
+        stiffness, damping = None, None
+        if spring is not None:
+            at = ("limit_springs", axis)
+            stiffness = leaves.given(spring.stiffness, _STIFFNESS, origin, *at, "stiffness")
+            damping = leaves.given(spring.damping, _DAMPING, origin, *at, "damping")
+        found.append(AxisLimit(axis, leaves.value(limits, _LIMITS, origin, "limits", axis), stiffness, damping))
+    return tuple(found)
+
+
+def _axis_drives(written: DriveConstraint, leaves: FieldLowerer, origin: Origin) -> tuple[AxisDrive, ...]:
+    found: list[AxisDrive] = []
+    for axis in DRIVE_AXES:
+        drive: Any = None if written.drive is None else getattr(written.drive, axis)
+        if drive is None:
+            continue
+        at = ("drive", axis)
+        stiffness = leaves.given(drive.stiffness, _STIFFNESS, origin, *at, "stiffness")
+        damping = leaves.given(drive.damping, _DAMPING, origin, *at, "damping")
+        force_limit = leaves.given(drive.force_limit, _FORCE, origin, *at, "force_limit")
+        found.append(AxisDrive(axis, _or_zero(stiffness), _or_zero(damping), force_limit, drive.mode))
+    return tuple(found)
+
+
+def _or_zero(value: Value | None) -> Value:
+    return literal(0.0) if value is None else value
+
 
 _FRAME = "the frame of a constraint"
 
 
-class Constraints:
+class ConstraintLowerer:
     """Lowers the constraints of a document.
 
     Args:
@@ -39,7 +155,13 @@ class Constraints:
     """
 
     def __init__(
-        self, built: tuple[Entity, ...], entities: Entities, mounts: Mounts, drawing: Drawing, names: Names, sink: Sink
+        self,
+        built: tuple[Entity, ...],
+        entities: EntityLowerer,
+        mounts: MountLookup,
+        drawing: SamplingContext,
+        names: NameScopes,
+        sink: Sink,
     ) -> None:
         self._built = {entity.name: entity for entity in built}
         self._entities = entities
@@ -53,10 +175,10 @@ class Constraints:
         found = [self._constraint(name, one, origin.child(name)) for name, one in written.items()]
         made = tuple(one for one in found if one is not None)
         if self._drawing.resets and not self._sink.failed:
-            from scenecc.lower.apart import report_torn  # noqa: PLC0415 - loaded where something varies
+            from scenecc.lower.resets import check_constraint_resets  # noqa: PLC0415 - loaded where something varies
 
             left_out = tuple(one for one in made if written[one.name].pose_in_parent is None)
-            report_torn(left_out, tuple(self._built.values()), self._drawing, self._entities.places)
+            check_constraint_resets(left_out, tuple(self._built.values()), self._drawing, self._entities.places)
         return made
 
     def _constraint(self, name: str, written: Any, origin: Origin) -> Constraint | None:
@@ -78,7 +200,7 @@ class Constraints:
         return Constraint(
             name=name,
             scene_idxs=scenes,
-            joint=lower_joint(written, leaves, origin),
+            joint=lower_constraint_joint(written, leaves, origin),
             child=child,
             parent=parent,
             pose_in_parent=self._in_parent(written, (child, parent), in_child, leaves, origin),
@@ -107,7 +229,7 @@ class Constraints:
         for mount in mounts:
             others = None if mount is None else self._built[mount.entity].scene_idxs
             if others is not None and others is not scenes:
-                scenes = others if scenes is self._drawing.everywhere else _shared(scenes, others)
+                scenes = others if scenes is self._drawing.everywhere else _common_scenes(scenes, others)
         if not scenes:
             message = f"`{cut(name)}` ties together what is never in the same scene"
             self._sink.report("SC341", message, origin, at="key")
@@ -118,7 +240,7 @@ class Constraints:
         written: Any,
         mounts: tuple[Mount, Mount | None],
         in_child: Value | None,
-        leaves: Leaves,
+        leaves: FieldLowerer,
         origin: Origin,
     ) -> Value | None:
         """The frame in the parent's: as written, or where the child's stands at the start."""
@@ -131,19 +253,21 @@ class Constraints:
                 return value
             # The world of a prefab is where its instance stands.
             around = self._entities.places.world(anchor, origin, fixed=True)
-            return chained([Step(around, self._entities.leaves(anchor).scenes), Step(value, scenes)], scenes)
+            return chain_poses(
+                [PoseStep(around, self._entities.leaves(anchor).scenes), PoseStep(value, scenes)], scenes
+            )
         steps = self._to(child, "child", origin)
         outer = [] if parent is None else self._to(parent, "parent", origin)
         if steps is None or outer is None:
             return None
-        back = [Step(step.value, step.scenes, step.kind, not step.back) for step in reversed(outer)]
-        last = [] if in_child is None else [Step(in_child, scenes)]
-        return chained([*back, *steps, *last], scenes)
+        back = [PoseStep(step.value, step.scenes, step.kind, not step.back) for step in reversed(outer)]
+        last = [] if in_child is None else [PoseStep(in_child, scenes)]
+        return chain_poses([*back, *steps, *last], scenes)
 
-    def _to(self, mount: Mount, key: str, origin: Origin) -> list[Step] | None:
+    def _to(self, mount: Mount, key: str, origin: Origin) -> list[PoseStep] | None:
         """The steps from the world to a body at the start; None where it has not one way there, which is reported."""
         entity = self._built[mount.entity]
-        steps = [Step(entity.pose, entity.scene_idxs)]
+        steps = [PoseStep(entity.pose, entity.scene_idxs)]
         if mount.link is None:
             return steps
         first, *others = entity.structures
@@ -152,10 +276,10 @@ class Constraints:
                 message = f"where `{cut(mount.link)}` starts differs between the structures of `{cut(mount.entity)}`"
                 self._sink.report("SC342", message, origin.child(key), hint="write `pose_in_parent`")
                 return None
-            steps += to_link(first, mount.link, entity.scene_idxs)
+            steps += steps_to_link(first, mount.link, entity.scene_idxs)
         return steps
 
 
-def _shared(a: tuple[int, ...], b: tuple[int, ...]) -> tuple[int, ...]:
+def _common_scenes(a: tuple[int, ...], b: tuple[int, ...]) -> tuple[int, ...]:
     others = frozenset(b)
     return tuple(scene for scene in a if scene in others)

@@ -1,34 +1,131 @@
-"""The shared draws of a document, in order, each of which may read those before it."""
+"""The shared draws of a document, in order, and what varying parameters are given."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics.messages import cut, suggest_name
-from scenecc.lower.arguments import Argument, judge_argument
-from scenecc.lower.doubts import foretell_draw
-from scenecc.lower.forms import Place, Reading
-from scenecc.lower.kinds import Kind
-from scenecc.lower.leaves import Leaves
+from scenecc.diagnostics.frozen import frozen
+from scenecc.diagnostics.messages import cut, show, suggest_name
+from scenecc.lower.deferred_checks import report_draw_failure, warn_draw_may_fail
+from scenecc.lower.field_types import FieldType
+from scenecc.lower.fields import FieldLowerer
 from scenecc.lower.names import scope_of
-from scenecc.lower.pending import report_failure
+from scenecc.lower.variation import Place, VariationLowerer
+from scenecc.spec.param_types import KINDS
 from scenecc.variation.errors import DrawError
 from scenecc.variation.nodes import NODES, Const, Cycled
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from scenecc.diagnostics import Origin
-    from scenecc.lower.drawing import Drawing
-    from scenecc.lower.names import Names
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.lower.fields import SamplingContext
+    from scenecc.lower.names import NameScopes
+    from scenecc.spec.param_types import Misfit, ParamType
+    from scenecc.variation.bounds import ValueBounds
     from scenecc.variation.nodes import Node
+
+
+_NUMBERS = frozenset((int, float))
+
+
+@frozen
+class VaryingArgument:
+    """What a parameter is given that differs from scene to scene.
+
+    Attributes:
+        name: of the draw that stands for it.
+        wanted: what the parameter takes.
+        scenes: of the instance whose parameter it is; what it would be in others does not matter.
+        origin: where it is given, in the expanded data.
+    """
+
+    name: str
+    wanted: ParamType
+    scenes: tuple[int, ...]
+    origin: Origin
+
+
+def check_argument(argument: VaryingArgument, drawing: SamplingContext) -> None:
+    """Reports what is known to be wrong before anything is drawn, and leaves the rest to the draw stage.
+
+    Args:
+        argument: to be judged, whose draw is there.
+        drawing: of the document.
+    """
+    if argument.name not in drawing.random and argument.scenes is not drawing.everywhere:
+        check_argument_rows(argument, drawing, drawing.sink)
+        return
+    found = drawing.reader().shared(argument.name)
+    if found.exact and argument.scenes is drawing.everywhere:
+        wrong = _misfit(found, argument.wanted)
+        if wrong is not None:
+            _report_misfit(argument, wrong, "which this can give", drawing.sink)
+            return
+        if found.alternatives is not None:
+            return
+    drawing.arguments.append(argument)
+
+
+def check_argument_rows(argument: VaryingArgument, drawing: SamplingContext, sink: Sink) -> None:
+    """Reports the first scene in which a parameter is given what it does not take."""
+    from scenecc.variation.errors import DrawError  # noqa: PLC0415 - loaded where something varies
+
+    try:
+        rows = drawing.leaves(argument.scenes).batch().shared(argument.name).tolist()
+    except DrawError:
+        # Whatever reads it tells that it has no value.
+        return
+    for scene, row in zip(argument.scenes, rows, strict=True):
+        wrong = argument.wanted.drawn_misfit(row)
+        if wrong is not None:
+            _report_misfit(argument, wrong, f"which this gives in scene {scene}", sink)
+            return
+
+
+def _report_misfit(argument: VaryingArgument, wrong: Misfit, when: str, sink: Sink) -> None:
+    code, words = wrong
+    declared = argument.wanted.declared
+    message = f"the parameter `{cut(argument.wanted.name)}` {words}, {when}"
+    related = [("the parameter", declared, "key")] if declared is not None else []
+    sink.report(code, message, argument.origin, related=related)  # pyright: ignore[reportArgumentType]
+
+
+def _misfit(found: ValueBounds, wanted: ParamType) -> Misfit | None:
+    """What is wrong with the first of the alternatives that is wrong, or with bounds, each of which occurs."""
+    if found.alternatives is not None:
+        return next((wrong for item in found.alternatives if (wrong := wanted.drawn_misfit(item))), None)
+    if found.low is None or wanted.kind == "choice":
+        return None
+    if wanted.kind == "color":
+        wanted = replace(wanted, low=0, high=1)
+    if not _has_shape(found.low, wanted):
+        return "SC211", f"must be {KINDS[wanted.kind][1]}, not {_described_bound(found.low)}"
+    return wanted.outside(found.low, found.high) if wanted.ranged else None
+
+
+def _has_shape(bound: Any, wanted: ParamType) -> bool:
+    """Whether numbers between bounds are what is wanted, as far as their shape tells."""
+    if wanted.kind in {"number", "integer"}:
+        return type(bound) in _NUMBERS
+    if wanted.kind not in {"vector", "color", "list"} or type(bound) in _NUMBERS:
+        return False
+    if wanted.kind == "list":
+        return True
+    counts = {3, 4} if wanted.kind == "color" else {wanted.components or len(bound)}
+    return len(bound) in counts and _NUMBERS.issuperset(map(type, bound))
+
+
+def _described_bound(bound: Any) -> str:
+    return f"a number such as {show(bound)}" if type(bound) in _NUMBERS else f"a list of {len(bound)}"
 
 
 def lower_draws(
     written: Mapping[str, Any],
     given: Mapping[str, Any],
-    drawing: Drawing,
-    names: Names,
+    drawing: SamplingContext,
+    names: NameScopes,
     selections: Mapping[str, tuple[int, ...]],
     origin: Origin,
 ) -> None:
@@ -53,12 +150,12 @@ def lower_draws(
         everywhere = drawing.everywhere
         found = selections.get(names.anchors.get(scope_of(name), "") if name in names.wanted else "", everywhere)
         scenes = everywhere if len(found) == len(everywhere) else found
-        leaves = Leaves(drawing, scenes, everywhere, scope, partial=name in names.given)
-        reading = Reading(leaves, place)
-        item = reading.item(draw, _ANY, Place(place, ""))
+        leaves = FieldLowerer(drawing, scenes, everywhere, scope, partial=name in names.given)
+        reading = VariationLowerer(leaves, place)
+        item = reading.item(draw, _ANY_TYPE, Place(place, ""))
         node = item if item.__class__ in NODES else Const(item)
         if name in given:
-            rows = None if reading.broken else _given(given[name], node, drawing, place)
+            rows = None if reading.broken else _injected_rows(given[name], node, drawing, place)
             # One for each scene, so that this is by index, as rows are: those are what stays as it is built.
             drawing.add(name, node if rows is None else Cycled(rows), frozenset())
             drawing.random.add(name)  # a reset may be given other rows
@@ -68,14 +165,16 @@ def lower_draws(
                 drawing.random.add(name)
             drawing.draw_origins |= reading.origins
             if reading.risky:
-                foretell_draw(name, reading, leaves)
+                warn_draw_may_fail(name, reading, leaves)
         wanted = names.wanted.get(name)
         # Forms without expressions were judged as they were given.
         if wanted is not None and not reading.broken and (reading.computed or name in given):
-            judge_argument(Argument(name, wanted, scenes, place), drawing)
+            check_argument(VaryingArgument(name, wanted, scenes, place), drawing)
 
 
-def report_unused(written: Mapping[str, Any], drawing: Drawing, names: Names, origin: Origin) -> None:
+def report_unused_draws(
+    written: Mapping[str, Any], drawing: SamplingContext, names: NameScopes, origin: Origin
+) -> None:
     """A warning for each shared draw that nothing reads, and what is wrong with it that its readers would tell."""
     for name in written:
         if name in drawing.used or name in names.given:
@@ -86,10 +185,10 @@ def report_unused(written: Mapping[str, Any], drawing: Drawing, names: Names, or
             try:
                 drawing.leaves().batch().shared(name)
             except DrawError as error:
-                report_failure(error, drawing.draw_origins, origin.child(name), drawing.sink)
+                report_draw_failure(error, drawing.draw_origins, origin.child(name), drawing.sink)
 
 
-def _given(rows: Any, node: Node, drawing: Drawing, place: Origin) -> tuple[Any, ...] | None:
+def _injected_rows(rows: Any, node: Node, drawing: SamplingContext, place: Origin) -> tuple[Any, ...] | None:
     """What the caller gives in place of a draw, a plain row a scene; None where it was reported.
 
     Args:
@@ -114,4 +213,4 @@ def _plain(item: Any) -> Any:
     return tuple(map(_plain, item)) if isinstance(item, list | tuple) else item  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]
 
 
-_ANY = Kind(convert=_plain, free=True)
+_ANY_TYPE = FieldType(convert=_plain, free=True)

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.lower.kinds import Kind
-from scenecc.lower.placing.places import Places
+from scenecc.lower.field_types import FieldType
+from scenecc.lower.frames import FrameGraph
 from scenecc.plan import BodyStructure, Entity
 from scenecc.spec.body import Body
 from scenecc.spec.known import known_as
@@ -18,11 +18,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.lower.articulations.articulations import Articulations, Built
-    from scenecc.lower.bodies import Bodies
-    from scenecc.lower.drawing import Drawing
-    from scenecc.lower.leaves import Leaves
-    from scenecc.lower.names import Names
+    from scenecc.lower.articulations.articulations import ArticulationLowerer, LoweredArticulation
+    from scenecc.lower.bodies import BodyLowerer
+    from scenecc.lower.fields import FieldLowerer, SamplingContext
+    from scenecc.lower.names import NameScopes
     from scenecc.plan import ArticulationStructure, Value
     from scenecc.spec.document import SceneFile
 
@@ -31,7 +30,7 @@ _MOVING = frozenset(("dynamic", "kinematic"))
 
 
 @frozen
-class _Made:
+class _UnplacedEntity:
     """An entity that is not placed yet. `fixed`: whether it stays where it is built."""
 
     name: str
@@ -43,7 +42,7 @@ class _Made:
     linked: bool = False
 
 
-class Entities:
+class EntityLowerer:
     """Lowers the entities of a document.
 
     Attributes:
@@ -64,8 +63,8 @@ class Entities:
         self,
         scene: SceneFile,
         narrowed: Mapping[str, tuple[int, ...]],
-        drawing: Drawing,
-        names: Names,
+        drawing: SamplingContext,
+        names: NameScopes,
         origin: Origin,
         sink: Sink,
     ) -> None:
@@ -78,7 +77,7 @@ class Entities:
         self.linked: list[Entity] = []
         free = {name: camera for name, camera in scene.cameras.items() if camera.mount is None}
         sections = {"frames": scene.frames, "entities": scene.entities, "cameras": free}
-        self.places = Places(sections, self.leaves, names, origin, sink)
+        self.places = FrameGraph(sections, self.leaves, names, origin, sink)
 
     def _select(self, narrowed: Mapping[str, tuple[int, ...]]) -> dict[str, tuple[int, ...]]:
         selections = dict(narrowed)
@@ -93,11 +92,11 @@ class Entities:
                         selections[known] = selected
         return selections
 
-    def leaves(self, name: str) -> Leaves:
+    def leaves(self, name: str) -> FieldLowerer:
         """The leaves of something, over its scenes. `name`: that it is known as."""
         return self._drawing.leaves(self.selections.get(name), self._names.scopes.get(name, ""))
 
-    def lower(self, bodies: Bodies, articulations: Callable[[], Articulations]) -> tuple[Entity, ...]:
+    def lower(self, bodies: BodyLowerer, articulations: Callable[[], ArticulationLowerer]) -> tuple[Entity, ...]:
         """The entities, in order; what was reported is missing in them.
 
         Args:
@@ -116,11 +115,11 @@ class Entities:
                 self.linked.append(entities[-1])
         return tuple(entities)
 
-    def _made(self, bodies: Bodies, articulations: Callable[[], Articulations]) -> list[_Made]:
+    def _made(self, bodies: BodyLowerer, articulations: Callable[[], ArticulationLowerer]) -> list[_UnplacedEntity]:
         """What the entities are, before any is placed: one may stand relative to a robot of another's file."""
-        made: list[_Made] = []
+        made: list[_UnplacedEntity] = []
         scopes, of_all = self._names.scopes, self._drawing.leaves()
-        linked: Articulations | None = None
+        linked: ArticulationLowerer | None = None
         for name, entity in self._scene.entities.items():
             place = self._origin.child("entities", name)
             leaves = self.leaves(name) if name in self.selections or name in scopes else of_all
@@ -136,12 +135,14 @@ class Entities:
                 # An expanded document has no others.
                 structures, pick = self._variants(entity, place, leaves, bodies)
             fixed = not all(structure.body_type in _MOVING for structure in structures)
-            made.append(_Made(name, place, structures, pick, fixed=fixed, hidden=entity.hidden))
+            made.append(_UnplacedEntity(name, place, structures, pick, fixed=fixed, hidden=entity.hidden))
         return made
 
-    def _linked(self, name: str, built: list[Built], place: Origin, *, hidden: bool) -> list[_Made]:
+    def _linked(
+        self, name: str, built: list[LoweredArticulation], place: Origin, *, hidden: bool
+    ) -> list[_UnplacedEntity]:
         """What a robot's file or a tree of links makes."""
-        made: list[_Made] = []
+        made: list[_UnplacedEntity] = []
         if not built:
             self.places.unread.add(name)
         for one in built:
@@ -158,11 +159,11 @@ class Entities:
                     related = [("the entity", self._origin.child("entities", full), "key")]
                     self._sink.report("SC305", message, place, at="key", related=related)  # pyright: ignore[reportArgumentType]
             still = all(isinstance(body, BodyStructure) and body.body_type == "static" for body in one.structures)
-            made.append(_Made(full, place, one.structures, one.pick, fixed=still, hidden=hidden, linked=True))
+            made.append(_UnplacedEntity(full, place, one.structures, one.pick, fixed=still, hidden=hidden, linked=True))
         return made
 
     def _variants(
-        self, entity: Any, origin: Origin, leaves: Leaves, bodies: Bodies
+        self, entity: Any, origin: Origin, leaves: FieldLowerer, bodies: BodyLowerer
     ) -> tuple[tuple[BodyStructure, ...], Value]:
         """One structure a variant, picked or not, and which of them each scene has."""
         structures = tuple(
@@ -170,7 +171,7 @@ class Entities:
             for i, variant in enumerate(entity.variants)
         )
         last = len(structures) - 1
-        pick = leaves.value(entity.pick, Kind(dtype="int64", within=(0, last)), origin, "pick")
+        pick = leaves.value(entity.pick, FieldType(dtype="int64", within=(0, last)), origin, "pick")
         # What holds an expression is judged as it is drawn.
         wrong = [index for index in pick.numbers() if index > last] if pick.known or pick.bounds.exact else []
         if wrong:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.lower.angles import angle
-from scenecc.lower.kinds import LIGHT_COLOR, Kind, number
-from scenecc.lower.placing.holding import mounted, pointed, posed
+from scenecc.lower.angles import lower_angle
+from scenecc.lower.field_types import LIGHT_COLOR, FieldType, number
+from scenecc.lower.mounts import mounted_pose, read_direction, read_pose
 from scenecc.plan import (
     AreaLight,
     DirectionalLight,
@@ -21,26 +21,25 @@ from scenecc.spec.known import known_as
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.lower.leaves import Leaves
-    from scenecc.lower.materials import Materials
-    from scenecc.lower.mounts import Mounts
-    from scenecc.lower.placing.holding import Stand
-    from scenecc.lower.placing.places import Places
+    from scenecc.lower.fields import FieldLowerer
+    from scenecc.lower.frames import FrameGraph
+    from scenecc.lower.materials import MaterialLowerer
+    from scenecc.lower.mounts import MountLookup, MountPose
     from scenecc.plan import Mount, Value
 
 _SHADOW = ("shadow_near", "shadow_far", "shadow_scale", "shadow_map_size")
 """Keys that say how a shadow is made."""
 
-_FLAG = Kind(dtype="bool", fallback=False)
-_MAP_SIZE = Kind(dtype="int64", quantity="map_size", fallback=1)
+_FLAG = FieldType(dtype="bool", fallback=False)
+_MAP_SIZE = FieldType(dtype="int64", quantity="map_size", fallback=1)
 _HALF_WIDTH, _HALF_HEIGHT = number("half_width"), number("half_height")
 _SCALE = number("Shadow.half_size")
-_DEPTH = {"directional": number("Shadow.near")}
-_FROM_A_POINT = number("Camera.near")
+_SHADOW_DEPTH = {"directional": number("Shadow.near")}
+_POINT_SHADOW_DEPTH = number("Camera.near")
 """Shadows of a light that stands somewhere begin in front of it."""
 
 
-class Lights:
+class LightLowerer:
     """Lowers the lights of a document.
 
     Args:
@@ -50,13 +49,13 @@ class Lights:
         sink: takes the diagnostics.
     """
 
-    def __init__(self, mounts: Mounts, places: Places, materials: Materials, sink: Sink) -> None:
+    def __init__(self, mounts: MountLookup, places: FrameGraph, materials: MaterialLowerer, sink: Sink) -> None:
         self._mounts = mounts
         self._places = places
         self._materials = materials
         self._sink = sink
 
-    def lower(self, name: str, light: Any, leaves: Leaves, origin: Origin) -> Light | None:
+    def lower(self, name: str, light: Any, leaves: FieldLowerer, origin: Origin) -> Light | None:
         """A light of the plan; None where what only its type has was reported.
 
         Args:
@@ -74,7 +73,7 @@ class Lights:
         pose = self._pose(name, light, leaves, origin)
         return made and Light(name, leaves.scenes, made, pose, color, mount, shadow, origin)
 
-    def _typed(self, light: Any, leaves: Leaves, origin: Origin) -> Any:
+    def _typed(self, light: Any, leaves: FieldLowerer, origin: Origin) -> Any:
         match light.type:
             case "directional":
                 return DirectionalLight()
@@ -91,19 +90,19 @@ class Lights:
                 texture = self._materials.texture(light.texture, origin.child("texture"), leaves)
                 return texture and TexturedLight(*self._cone(light, leaves, origin), texture)
 
-    def _cone(self, light: Any, leaves: Leaves, origin: Origin) -> tuple[Value, Value]:
+    def _cone(self, light: Any, leaves: FieldLowerer, origin: Origin) -> tuple[Value, Value]:
         inner, outer = (self._opening(light, name, leaves, origin) for name in ("inner_fov", "outer_fov"))
         return inner, outer
 
-    def _opening(self, light: Any, name: str, leaves: Leaves, origin: Origin) -> Value:
-        found = angle(light, name, origin, leaves)
+    def _opening(self, light: Any, name: str, leaves: FieldLowerer, origin: Origin) -> Value:
+        found = lower_angle(light, name, origin, leaves)
         if found is None:
             message = f"a light of type {light.type} needs `{name}` [rad] or `{name}_deg`"
             self._sink.report("SC102", message, origin)
             return literal(1.0)
         return found
 
-    def _shadow(self, light: Any, leaves: Leaves, origin: Origin) -> Shadow | None:
+    def _shadow(self, light: Any, leaves: FieldLowerer, origin: Origin) -> Shadow | None:
         given = {key: item for key in _SHADOW if (item := getattr(light, key, None)) is not None}
         shadow = getattr(light, "shadow", None)
         if shadow is None or shadow is False:
@@ -116,7 +115,7 @@ class Lights:
                     hint="set shadow: true, or leave it out",
                 )
             return None
-        depth = _DEPTH.get(light.type, _FROM_A_POINT)
+        depth = _SHADOW_DEPTH.get(light.type, _POINT_SHADOW_DEPTH)
         return Shadow(
             leaves.value(light.shadow, _FLAG, origin, "shadow"),
             leaves.given(light.shadow_near, depth, origin, "shadow_near"),
@@ -125,14 +124,14 @@ class Lights:
             leaves.given(light.shadow_map_size, _MAP_SIZE, origin, "shadow_map_size"),
         )
 
-    def _pose(self, name: str, light: Any, leaves: Leaves, origin: Origin) -> Value:
+    def _pose(self, name: str, light: Any, leaves: FieldLowerer, origin: Origin) -> Value:
         stand = self._stand(light, leaves, origin)
         if light.mount is not None:
-            return mounted(stand, "a light", origin, leaves)
+            return mounted_pose(stand, "a light", origin, leaves)
         key = known_as("lights", name)
         return self._places.follow(key, stand.relative_to, stand.item, stand.reading, leaves, origin)
 
-    def _stand(self, light: Any, leaves: Leaves, origin: Origin) -> Stand:
+    def _stand(self, light: Any, leaves: FieldLowerer, origin: Origin) -> MountPose:
         given = [key for key in ("position", "direction") if getattr(light, key, None) is not None]
         if light.pose is not None:
             for key in given:
@@ -143,15 +142,15 @@ class Lights:
                     at="key",
                     related=[("the pose", origin.child("pose"), "key")],
                 )
-            return posed(light.pose, origin, leaves)
-        missing = _needed(light, given)
+            return read_pose(light.pose, origin, leaves)
+        missing = _missing_pose_keys(light, given)
         if missing is not None:
             message = f"a light of type {light.type} needs {missing}, or a `mount`"
             self._sink.report("SC102", message, origin)
-        return pointed(getattr(light, "position", None), getattr(light, "direction", None), origin, leaves)
+        return read_direction(getattr(light, "position", None), getattr(light, "direction", None), origin, leaves)
 
 
-def _needed(light: Any, given: list[str]) -> str | None:
+def _missing_pose_keys(light: Any, given: list[str]) -> str | None:
     """What a light lacks that stands nowhere or shines nowhere; None where it has what it needs."""
     if light.mount is not None:
         return None

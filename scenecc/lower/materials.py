@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest_name
-from scenecc.lower.forms import place_of
-from scenecc.lower.kinds import COLOR, EMISSION, Kind, number
+from scenecc.lower.field_types import COLOR, EMISSION, FieldType, number
 from scenecc.lower.names import qualified, scope_of
-from scenecc.lower.words import read_names
+from scenecc.lower.references import read_references
+from scenecc.lower.variation import field_place
 from scenecc.plan import Friction, PhysicalMaterial, Texture, Value, VisualMaterial, literal
 from scenecc.spec.material import Material, TextureMapping
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.lower.forms import Place
-    from scenecc.lower.leaves import Leaves
-    from scenecc.lower.tables import Tables
+    from scenecc.lower.fields import FieldLowerer
+    from scenecc.lower.references import PlanTables
+    from scenecc.lower.variation import Place
     from scenecc.spec.material import Physical, Visual
 
 NUMBERS = ("specular", "roughness", "metallic", "transmission", "ior", "transmission_roughness")
@@ -32,16 +32,22 @@ TEXTURES = (
     "emission_texture",
     "transmission_texture",
 )
-FRICTION: dict[str, Kind] = {name: number(name) for name in ("static_friction", "dynamic_friction", "restitution")}
+FRICTION_TYPES: dict[str, FieldType] = {
+    name: number(name) for name in ("static_friction", "dynamic_friction", "restitution")
+}
 DENSITY = number("density")
-_SEEN: dict[str, Kind] = {**{name: number(name) for name in NUMBERS}, "base_color": COLOR, "emission": EMISSION}
+_VISUAL_TYPES: dict[str, FieldType] = {
+    **{name: number(name) for name in NUMBERS},
+    "base_color": COLOR,
+    "emission": EMISSION,
+}
 
 SAPIEN_DEFAULT = Friction(0.3, 0.3, 0.1)
 """`sapien.physx.get_default_material()` of SAPIEN 3.0.3."""
 
 
 @frozen
-class Surface:
+class LoweredMaterial:
     """A material, lowered.
 
     Attributes:
@@ -56,7 +62,7 @@ class Surface:
 
 
 @frozen
-class Surfaces:
+class MaterialChoice:
     """Several materials, of which each scene has one.
 
     Attributes:
@@ -64,28 +70,28 @@ class Surfaces:
         pick: (·,) index into `each`.
     """
 
-    each: tuple[Surface, ...]
+    each: tuple[LoweredMaterial, ...]
     pick: Value
 
 
-PLAIN = Surface()
+PLAIN_SURFACE = LoweredMaterial()
 
 
-class Materials:
+class MaterialLowerer:
     """The named materials of a document, lowered when first used."""
 
     def __init__(
-        self, named: Mapping[str, Material], tables: Tables, default: Friction, origin: Origin, sink: Sink
+        self, named: Mapping[str, Material], tables: PlanTables, default: Friction, origin: Origin, sink: Sink
     ) -> None:
         self._named = named
         self._tables = tables
-        self._default = {name: literal(getattr(default, name)) for name in FRICTION}
+        self._default = {name: literal(getattr(default, name)) for name in FRICTION_TYPES}
         self._origin = origin
         self._sink = sink
-        self._lowered: dict[str, Surface] = {}
-        self._varying: dict[str, dict[tuple[int, ...], Surface]] = {}
+        self._lowered: dict[str, LoweredMaterial] = {}
+        self._varying: dict[str, dict[tuple[int, ...], LoweredMaterial]] = {}
 
-    def surface(self, given: Any, owner: Origin, leaves: Leaves) -> Surface | Surfaces | None:
+    def surface(self, given: Any, owner: Origin, leaves: FieldLowerer) -> LoweredMaterial | MaterialChoice | None:
         """A reference, an inline material or one of several in each scene; None where nothing is written.
 
         Args:
@@ -100,16 +106,16 @@ class Materials:
         if isinstance(given, Material):
             return self._lower(given, owner.child("material"), leaves)
 
-        def find(one: Any, place: Origin) -> Surface:
+        def find(one: Any, place: Origin) -> LoweredMaterial:
             if isinstance(one, Material):
                 return self._lower(one, place, leaves)
             return self._referred(one, place, (), leaves)
 
-        named = read_names(given, place_of(owner.child("material")), leaves, find)
-        each = tuple(found or PLAIN for found in named.found)
-        return each[0] if len(each) == 1 else Surfaces(each, named.value)
+        named = read_references(given, field_place(owner.child("material")), leaves, find)
+        each = tuple(found or PLAIN_SURFACE for found in named.found)
+        return each[0] if len(each) == 1 else MaterialChoice(each, named.value)
 
-    def report_unused(self, used: frozenset[str], leaves: Leaves) -> None:
+    def report_unused(self, used: frozenset[str], leaves: FieldLowerer) -> None:
         """A warning for each named material that no shape has; its files are looked up all the same.
 
         Args:
@@ -123,14 +129,14 @@ class Materials:
                 if name not in used:
                     self._sink.report("SC313", f"the material `{cut(name)}` is never used", place, at="key")
 
-    def _referred(self, name: str, owner: Origin, at: tuple[str, ...], leaves: Leaves) -> Surface:
+    def _referred(self, name: str, owner: Origin, at: tuple[str, ...], leaves: FieldLowerer) -> LoweredMaterial:
         full = qualified(name, leaves.scope) if leaves.scope or name[0] == "/" else name
         found = self._lowered.get(full)
         if found is None:
             given = self._named.get(full)
             if given is None:
                 self._unknown(name, owner.child(*at), leaves)
-                return PLAIN
+                return PLAIN_SURFACE
             before = leaves.drawing.read
             found = self._lowered[full] = self._lower(given, self._origin.child(full), leaves.inside(scope_of(full)))
             if leaves.drawing.read != before:
@@ -144,26 +150,26 @@ class Materials:
             by_scenes[leaves.scenes] = self._lower(self._named[full], place, inside)
         return by_scenes[leaves.scenes]
 
-    def _unknown(self, name: str, place: Origin, leaves: Leaves) -> None:
+    def _unknown(self, name: str, place: Origin, leaves: FieldLowerer) -> None:
         prefix = qualified("", leaves.scope)
         names = [other[len(prefix) :] for other in self._named if other.startswith(prefix)]
         hint = suggest_name(name, names, self._sink) if names else "name it under `materials`"
         self._sink.report("SC301", f"there is no material `{cut(name)}`", place, hint=hint)
 
-    def _lower(self, material: Material, origin: Origin, leaves: Leaves) -> Surface:
+    def _lower(self, material: Material, origin: Origin, leaves: FieldLowerer) -> LoweredMaterial:
         given, seen = material.physical, material.visual
-        return Surface(
+        return LoweredMaterial(
             self._physical(given, origin.child("physical"), leaves) if given else None,
             self._visual(seen, origin.child("visual"), leaves) if seen else None,
             leaves.given(given.density, DENSITY, origin, "physical", "density") if given else None,
         )
 
-    def _physical(self, given: Physical, origin: Origin, leaves: Leaves) -> Value | None:
-        parts: dict[str, Any] = {name: getattr(given, name) for name in FRICTION}
+    def _physical(self, given: Physical, origin: Origin, leaves: FieldLowerer) -> Value | None:
+        parts: dict[str, Any] = {name: getattr(given, name) for name in FRICTION_TYPES}
         if all(part is None for part in parts.values()):
             return None
         values = {
-            name: self._default[name] if part is None else leaves.value(part, FRICTION[name], origin, name)
+            name: self._default[name] if part is None else leaves.value(part, FRICTION_TYPES[name], origin, name)
             for name, part in parts.items()
         }
         return self._tables.physical(PhysicalMaterial(**values), origin)
@@ -172,9 +178,9 @@ class Materials:
         """The row of the default material, for a shape that has it in some scenes only."""
         return self._tables.physical(PhysicalMaterial(**self._default), self._origin)
 
-    def _visual(self, given: Visual, origin: Origin, leaves: Leaves) -> VisualMaterial:
+    def _visual(self, given: Visual, origin: Origin, leaves: FieldLowerer) -> VisualMaterial:
         parts: dict[str, Any] = {}
-        for name, kind in _SEEN.items():
+        for name, kind in _VISUAL_TYPES.items():
             if (item := getattr(given, name)) is not None:
                 parts[name] = leaves.value(item, kind, origin, name)
         for name in TEXTURES:
@@ -182,7 +188,7 @@ class Materials:
                 parts[name] = self.texture(item, origin.child(name), leaves)
         return VisualMaterial(**parts)
 
-    def texture(self, given: Any, origin: Origin, leaves: Leaves) -> Texture | None:
+    def texture(self, given: Any, origin: Origin, leaves: FieldLowerer) -> Texture | None:
         """An image and how it is sampled; None where it was reported.
 
         Args:
@@ -211,7 +217,7 @@ def _sampling(given: TextureMapping) -> tuple[Any, ...]:
     return (given.mipmap_levels, given.filter_mode, given.address_mode, given.srgb)
 
 
-def colored(visual: VisualMaterial | None, color: Value | None) -> VisualMaterial | None:
+def with_base_color(visual: VisualMaterial | None, color: Value | None) -> VisualMaterial | None:
     """A visual material with another base colour, the rest left as it is."""
     if color is None:
         return visual

@@ -1,22 +1,30 @@
-"""What lights, cameras and constraints hold on to: names of entities, and of links in them, as written."""
+"""What lights, cameras and constraints are mounted on, and the poses of lights and cameras."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut, suggest_name
-from scenecc.plan import ArticulationStructure, Mount
+from scenecc.geometry.rotations import IDENTITY, shortest_from_x
+from scenecc.lower.field_types import POSITION, FieldType
+from scenecc.lower.poses import POSE, pose_item
+from scenecc.lower.variation import Place, VariationLowerer, field_place
+from scenecc.plan import ArticulationStructure, Mount, Value, literal
+from scenecc.spec.pose import PoseMapping
+from scenecc.variation.nodes import Pointing, Posed
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Iterator
 
     from scenecc.diagnostics import Origin, Sink
     from scenecc.diagnostics.diagnostic import RelatedPlace
-    from scenecc.lower.names import Names
+    from scenecc.lower.fields import FieldLowerer
+    from scenecc.lower.names import NameScopes
     from scenecc.plan import Entity
 
 
-class Mounts:
+class MountLookup:
     """Finds what names mean: ENTITY, or ENTITY/LINK.
 
     Of an entity's name with slashes the longest that exists is meant. An articulation without a link stands for its
@@ -29,7 +37,7 @@ class Mounts:
         sink: takes the diagnostics.
     """
 
-    def __init__(self, entities: Iterable[Entity], unread: Container[str], names: Names, sink: Sink) -> None:
+    def __init__(self, entities: Iterable[Entity], unread: Container[str], names: NameScopes, sink: Sink) -> None:
         self._entities = {entity.name: entity for entity in entities}
         self._unread = unread
         self._names = names
@@ -47,7 +55,7 @@ class Mounts:
         prefix = self._names.prefixes.get(scope, "")
         entity, rest = self._split(prefix + written, len(prefix))
         if entity is None:
-            if any(name in self._unread for name in _ahead(prefix + written, len(prefix))):
+            if any(name in self._unread for name in _prefixes(prefix + written, len(prefix))):
                 return None
             seen = list(self._seen_from(prefix, scope))
             hint = suggest_name(written, seen, self._sink, self._links_of(prefix, seen))
@@ -70,7 +78,7 @@ class Mounts:
 
     def _split(self, name: str, shortest: int) -> tuple[Entity | None, str | None]:
         """The entity with the longest name that a name begins with, and what is left."""
-        for ahead in _ahead(name, shortest):
+        for ahead in _prefixes(name, shortest):
             entity = self._entities.get(ahead)
             if entity is not None:
                 return entity, name[len(ahead) + 1 :] or None
@@ -112,9 +120,85 @@ class Mounts:
         return None
 
 
-def _ahead(name: str, shortest: int) -> Iterator[str]:
+def _prefixes(name: str, shortest: int) -> Iterator[str]:
     """What a name begins with up to each of its slashes, the whole first."""
     end = len(name)
     while end > shortest:
         yield name[:end]
         end = name.rfind("/", 0, end)
+
+
+_FORWARD = (1.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class MountPose:
+    """A pose as it was read.
+
+    Attributes:
+        item: seven numbers, or a node.
+        reading: of it.
+        relative_to: as written.
+    """
+
+    item: Any
+    reading: VariationLowerer
+    relative_to: str | None = None
+
+
+def read_pose(pose: Any, origin: Origin, leaves: FieldLowerer) -> MountPose:
+    """A pose as written; None: the identity. `origin`: of the node that has the key `pose`."""
+    place = field_place(origin.child("pose"))
+    reading = VariationLowerer(leaves, place.origin)
+    relative_to = pose.relative_to if isinstance(pose, PoseMapping) else None
+    return MountPose(pose_item(pose, place, reading, leaves.sink), reading, relative_to)
+
+
+def read_direction(position: Any, direction: Any, origin: Origin, leaves: FieldLowerer) -> MountPose:
+    """A position [m] and a direction that +x turns to by the shortest rotation; either may be None."""
+    reading = VariationLowerer(leaves, origin)
+    p: Any = (0.0, 0.0, 0.0) if position is None else position
+    p = reading.item(p, POSITION, field_place(origin.child("position")))
+    q = (
+        IDENTITY
+        if direction is None
+        else _direction_turn(direction, field_place(origin.child("direction")), reading, leaves)
+    )
+    if p.__class__ is tuple and q.__class__ is tuple:
+        return MountPose((*p, *q), reading)
+    return MountPose(Posed(p, q), reading)
+
+
+def _direction_turn(direction: Any, place: Place, reading: VariationLowerer, leaves: FieldLowerer) -> Any:
+    def convert(one: Any) -> Any:
+        return tuple(one) if any(one) else None
+
+    def complain(_one: Any, origin: Origin, _sink: Any) -> None:
+        leaves.sink.report("SC114", "a direction of length 0 points nowhere", origin)
+
+    item = reading.item(direction, FieldType((3,), convert=convert, complain=complain, fallback=_FORWARD), place)
+    if item.__class__ is tuple:
+        return shortest_from_x(item)
+    return reading.risk(Pointing(item), place.origin)
+
+
+def mounted_pose(stand: MountPose, what: str, origin: Origin, leaves: FieldLowerer) -> Value:
+    """The pose of what is mounted, in the frame of the body.
+
+    Args:
+        stand: as read.
+        what: it is, for a message.
+        origin: of the node that has the key `pose`.
+        leaves: of the object.
+    """
+    if stand.relative_to is not None:
+        leaves.sink.report(
+            "SC115",
+            f"`relative_to` does nothing here: {what} that is mounted stands in the frame of its body",
+            origin.child("pose", "relative_to"),
+            at="key",
+            hint="leave `relative_to` out, or `mount`",
+        )
+    if stand.item.__class__ is tuple:
+        return literal(stand.item)
+    return leaves.finish(stand.item, stand.reading, POSE, origin.child("pose"))

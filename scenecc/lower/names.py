@@ -18,7 +18,7 @@ def _nothing() -> dict[str, str]:
 
 
 @dataclass(frozen=True, slots=True)
-class Names:
+class NameScopes:
     """How names are looked up; of a file without instances as they are written.
 
     Attributes:

@@ -1,4 +1,4 @@
-"""What a reset draws anew: recipes, in which everything that stays as it is built is its drawn rows."""
+"""Recipes of what a reset draws again, and constraints whose frames do not follow."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from dataclasses import replace
 from operator import is_, is_not
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from scenecc.lower.placing.poses import IDENTITY_POSE
-from scenecc.plan import Value, varying
+from scenecc.diagnostics.messages import cut
+from scenecc.lower.poses import IDENTITY_POSE
+from scenecc.plan import ArticulationStructure, Value, varying
 from scenecc.plan.articulation import JOINT_STARTS, VELOCITIES, ArticulationStructure
 from scenecc.plan.bounds import LARGEST
 from scenecc.plan.constraint import Drive
@@ -15,14 +16,15 @@ from scenecc.plan.shared_poses import MOST_COMPOSED, pose_name
 from scenecc.variation.nodes import NODES, Composed, Const, Held, Rows, Shared
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import NDArray
 
-    from scenecc.lower.drawing import Drawing
-    from scenecc.lower.forms import Reading
-    from scenecc.lower.leaves import Leaves
-    from scenecc.lower.pending import Reset
-    from scenecc.lower.placing.places import Places
-    from scenecc.plan import BodyStructure, Constraint, Entity
+    from scenecc.lower.deferred_checks import ResettableValue
+    from scenecc.lower.fields import FieldLowerer, SamplingContext
+    from scenecc.lower.frames import FrameGraph
+    from scenecc.lower.variation import VariationLowerer
+    from scenecc.plan import BodyStructure, Constraint, Entity, Mount
     from scenecc.plan.articulation import Joint, Link
     from scenecc.variation.nodes import Node
 
@@ -31,7 +33,7 @@ _TARGETS = ("target", "linear_velocity_target", "angular_velocity_target")
 _Holder = TypeVar("_Holder", "BodyStructure | ArticulationStructure", "Joint", "Drive")
 
 
-def stays(drawing: Drawing) -> frozenset[str]:
+def fixed_draws(drawing: SamplingContext) -> frozenset[str]:
     """The shared draws that stay as they are built: those that a field reads which does, and what these read."""
     found: set[str] = set()
     todo = list(drawing.fixed)
@@ -43,7 +45,7 @@ def stays(drawing: Drawing) -> frozenset[str]:
     return frozenset(found)
 
 
-class Recipes:
+class RecipeBuilder:
     """Makes the recipes of a document's entities.
 
     Args:
@@ -51,10 +53,10 @@ class Recipes:
         places: where its entities stand.
     """
 
-    def __init__(self, drawing: Drawing, places: Places) -> None:
+    def __init__(self, drawing: SamplingContext, places: FrameGraph) -> None:
         self._drawing = drawing
         self._places = places
-        self._stays = stays(drawing)
+        self._stays = fixed_draws(drawing)
         self._read: set[str] = set()
         self._anew: dict[int, Value] = {}
         self._frozen: dict[tuple[str, tuple[int, ...]], Rows] = {}
@@ -101,7 +103,7 @@ class Recipes:
         self._read |= read
         local: Any = follower.local
         if local.__class__ in NODES:
-            local = _rows(local, leaves)
+            local = _pose_rows(local, leaves)
         return _with_recipe(pose, Composed(outer, local), len(leaves.scenes))
 
     def draws(self) -> tuple[tuple[str, Node], ...]:
@@ -145,19 +147,19 @@ class Recipes:
                 drawn[field] = self._drawn_anew(value, reset)
         return replace(node, **drawn) if drawn else node
 
-    def _drawn_anew(self, value: Value, reset: Reset) -> Value:
+    def _drawn_anew(self, value: Value, reset: ResettableValue) -> Value:
         """A value with its recipe. Where joints start is what their drives hold: one value, and one with a recipe."""
         found = self._anew.get(id(value))
         if found is None:
             self._read |= reset.reading.reads
-            found = self._anew[id(value)] = _with_recipe(value, _drawing(reset), len(reset.leaves.scenes))
+            found = self._anew[id(value)] = _with_recipe(value, _reset_node(reset), len(reset.leaves.scenes))
         return found
 
-    def _is_drawn(self, reading: Reading) -> bool:
+    def _is_drawn(self, reading: VariationLowerer) -> bool:
         random = self._drawing.random
         return reading.drawn or any(name in random and name not in self._stays for name in reading.reads)
 
-    def _pose(self, name: str, leaves: Leaves, read: set[str]) -> Any:
+    def _pose(self, name: str, leaves: FieldLowerer, read: set[str]) -> Any:
         """An entity's pose in the world as an item of a recipe; None where a reset does not change it.
 
         Args:
@@ -182,12 +184,12 @@ class Recipes:
                 item, depth = self._shared(at, item, leaves), 0
             local: Any = self._places.standing(member).local
             if local.__class__ in NODES and self._places.is_still(member):
-                local = _rows(local, leaves)
+                local = _pose_rows(local, leaves)
             item = local if item == IDENTITY_POSE else Composed(item, local)
             at, depth = member, depth + 1
         return item
 
-    def _shared(self, name: str, item: Any, leaves: Leaves) -> Shared:
+    def _shared(self, name: str, item: Any, leaves: FieldLowerer) -> Shared:
         """The pose of what many stand relative to, one after the other, by its name."""
         poses = self._poses.setdefault(name, {})
         if leaves.scenes not in poses:
@@ -196,13 +198,13 @@ class Recipes:
             self._shared_poses.append((draw, item if item.__class__ in NODES else Const(item)))
         return Shared(poses[leaves.scenes])
 
-    def _as_built(self, name: str, leaves: Leaves) -> Any:
+    def _as_built(self, name: str, leaves: FieldLowerer) -> Any:
         world = self._places.standing(name).world
         if world.__class__ not in NODES:
             return world
         key = (name, leaves.scenes)
         if key not in self._frozen:
-            self._frozen[key] = _rows(world, leaves)  # pyright: ignore[reportArgumentType]
+            self._frozen[key] = _pose_rows(world, leaves)  # pyright: ignore[reportArgumentType]
         return self._frozen[key]
 
     def _rows_of(self, name: str) -> Rows:
@@ -212,24 +214,24 @@ class Recipes:
         return Rows(scenes, tuple(tuple(row) if row.__class__ is list else row for row in rows))
 
 
-def _rows(pose: Node, leaves: Leaves) -> Rows:
+def _pose_rows(pose: Node, leaves: FieldLowerer) -> Rows:
     """A pose as it is built."""
     return Rows(leaves.scenes, tuple(map(tuple, leaves.evaluate(pose).tolist())))
 
 
-def _drawing(reset: Reset) -> Node:
+def _reset_node(reset: ResettableValue) -> Node:
     """What draws a value anew, held within limits that stay as they are built."""
     node, scenes, follows = reset.node, reset.leaves.scenes, reset.follows
     if follows is not None:
-        factor, offset = (_as_it_is(value.data, scenes) for value in (follows.multiplier, follows.offset))
-        node = Held(_drawing(follows.source), -1, -LARGEST, LARGEST, factor, offset)
+        factor, offset = (_constant_item(value.data, scenes) for value in (follows.multiplier, follows.offset))
+        node = Held(_reset_node(follows.source), -1, -LARGEST, LARGEST, factor, offset)
     if reset.limits is not None and isinstance(node, Held):
-        low, high = (_as_it_is(side.clip(-LARGEST, LARGEST), scenes) for side in reset.limits.data.T)
+        low, high = (_constant_item(side.clip(-LARGEST, LARGEST), scenes) for side in reset.limits.data.T)
         node = replace(node, low=low, high=high)
     return node
 
 
-def _as_it_is(rows: NDArray[Any], scenes: tuple[int, ...]) -> Any:
+def _constant_item(rows: NDArray[Any], scenes: tuple[int, ...]) -> Any:
     """Numbers (1,) or (B,) that a reset does not change, as an item of a recipe."""
     return Rows(scenes, tuple(rows.tolist())) if len(rows) > 1 else rows.item()
 
@@ -241,3 +243,62 @@ def _with_recipe(value: Value, node: Node, rows: int) -> Value:
         return np.broadcast_to(value.data, (rows, *value.data.shape[1:]))
 
     return varying(draw, bounds=value.bounds, recipe=node, rows=rows)
+
+
+def check_constraint_resets(
+    constraints: tuple[Constraint, ...], built: tuple[Entity, ...], drawing: SamplingContext, places: FrameGraph
+) -> None:
+    """A warning for each constraint without a frame of its own one of whose bodies starts elsewhere at a reset.
+
+    What both of them stand relative to moves them alike, and is no reason.
+
+    Args:
+        constraints: whose `pose_in_parent` was left out.
+        built: the entities.
+        drawing: of the document, all of which is lowered.
+        places: where the entities stand.
+    """
+    entities = {entity.name: entity for entity in built}
+    kept = fixed_draws(drawing)
+
+    def is_drawn(reading: VariationLowerer) -> bool:
+        return reading.drawn or any(name in drawing.random and name not in kept for name in reading.reads)
+
+    for constraint in constraints:
+        ends = [mount for mount in (constraint.child, constraint.parent) if mount is not None]
+        chains = [list(_moving_ancestors(mount.entity, places)) for mount in ends]
+        # What only one of the two stands relative to.
+        own = set(chains[0]).symmetric_difference(chains[1] if len(chains) > 1 else ())
+        readings = [reading for name in own if (reading := places.standing(name).reading) is not None]
+        readings += [reading for mount in ends for reading in _joint_variations(mount, entities[mount.entity], drawing)]
+        if constraint.origin is not None and any(map(is_drawn, readings)):
+            drawing.sink.report(
+                "SC343",
+                f"`{cut(constraint.name)}` stays where it is built, and a reset draws anew where its bodies start",
+                constraint.origin,
+                at="key",
+                hint="write `pose_in_parent`, or let one body stand `relative_to` the other",
+            )
+
+
+def _moving_ancestors(name: str, places: FrameGraph) -> Iterator[str]:
+    """An entity and all that it stands relative to, up to what stays as it is built."""
+    at: str | None = name
+    while at is not None and not places.is_fixed(at):
+        yield at
+        at = places.standing(at).parent
+
+
+def _joint_variations(mount: Mount, entity: Entity, drawing: SamplingContext) -> Iterator[VariationLowerer]:
+    """What was read of the positions of joints on the way to a link."""
+    for structure in entity.structures:
+        if not isinstance(structure, ArticulationStructure):
+            continue
+        numbers = {link.name: number for number, link in enumerate(structure.links)}
+        at = numbers.get(mount.link or "")
+        while at is not None:
+            joint = structure.links[at].joint
+            reset = None if joint is None else drawing.resets.get(id(joint.qpos))
+            if reset is not None:
+                yield reset.reading
+            at = structure.links[at].parent

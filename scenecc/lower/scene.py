@@ -7,18 +7,18 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.lower.bodies import Bodies
-from scenecc.lower.bounds import BoundedRobots, Bounds, built_within, within
-from scenecc.lower.drawing import Drawing
+from scenecc.lower.bodies import BodyLowerer
+from scenecc.lower.collision_groups import assign_group_bits
 from scenecc.lower.draws import lower_draws
-from scenecc.lower.draws import report_unused as report_unused_draws
-from scenecc.lower.entities import Entities
-from scenecc.lower.fastened import Seen, lower_seen
-from scenecc.lower.groups import allot
-from scenecc.lower.materials import SAPIEN_DEFAULT, Materials
-from scenecc.lower.names import WORLD, Names
-from scenecc.lower.shapes import Shapes
-from scenecc.lower.tables import FileResolver, Tables
+from scenecc.lower.draws import report_unused_draws as report_unused_draws
+from scenecc.lower.entities import EntityLowerer
+from scenecc.lower.fields import SamplingContext
+from scenecc.lower.limits import LimitedRobotReader, LoweringLimits, check_built_limits, check_limits
+from scenecc.lower.materials import SAPIEN_DEFAULT, MaterialLowerer
+from scenecc.lower.names import WORLD, NameScopes
+from scenecc.lower.references import FileResolver, PlanTables
+from scenecc.lower.render_objects import RenderObjects, lower_render_objects
+from scenecc.lower.shapes import ShapeLowerer
 from scenecc.plan import Friction, GpuMemory, Physics, ScenePlan, SdfConfig
 from scenecc.spec.known import SHARED_NAMES
 from scenecc.variation.compute_limit import COMPUTE_LIMIT_HINT
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.lower.articulations.articulations import Articulations
-    from scenecc.lower.articulations.reader import RobotReader
-    from scenecc.lower.groups import Bits
-    from scenecc.lower.placing.places import Places
+    from scenecc.lower.articulations.articulations import ArticulationLowerer
+    from scenecc.lower.collision_groups import GroupBits
+    from scenecc.lower.frames import FrameGraph
+    from scenecc.lower.references import RobotReader
     from scenecc.plan import Constraint, Entity
     from scenecc.spec.document import SceneFile
     from scenecc.spec.physics import Physics as PhysicsKeys
@@ -51,11 +51,11 @@ class Lowered:
     plan: ScenePlan
     file_origins: Mapping[int, Origin]
     material_origins: Mapping[int, Origin]
-    drawing: Drawing
-    places: Places
+    drawing: SamplingContext
+    places: FrameGraph
 
 
-_AS_WRITTEN = Names()
+_NO_SCOPES = NameScopes()
 
 
 def lower(
@@ -67,9 +67,9 @@ def lower(
     origin: Origin,
     resolve: FileResolver,
     robots: RobotReader,
-    bounds: Bounds,
+    bounds: LoweringLimits,
     sink: Sink,
-    names: Names = _AS_WRITTEN,
+    names: NameScopes = _NO_SCOPES,
     selections: Mapping[str, tuple[int, ...]] | None = None,
     draws: Mapping[str, Any] | None = None,
 ) -> Lowered | None:
@@ -90,25 +90,25 @@ def lower(
         draws: arrays, (num_scenes,) or (num_scenes, k), that take the place of shared draws.
     """
     narrowed = selections or {}
-    if not within(scene, num_scenes, narrowed, bounds, origin, sink):
+    if not check_limits(scene, num_scenes, narrowed, bounds, origin, sink):
         return None
-    _names(scene, origin, sink)
-    drawing = Drawing(seed, num_scenes, sink, bounds.computed)
+    _check_names(scene, origin, sink)
+    drawing = SamplingContext(seed, num_scenes, sink, bounds.computed)
     lower_draws(scene.draws, draws or {}, drawing, names, narrowed, origin.child("draws"))
-    physics = _physics(scene.physics, origin.child("physics"))
-    tables = Tables(resolve)
+    physics = _lower_physics(scene.physics, origin.child("physics"))
+    tables = PlanTables(resolve)
     default = physics.default_material or SAPIEN_DEFAULT
-    materials = Materials(scene.materials, tables, default, origin.child("materials"), sink)
-    groups = allot(scene.collision_groups, origin.child("collision_groups"), sink)
-    shapes = Shapes(tables, materials, sink)
-    bounded = BoundedRobots(robots, bounds.objects, sink)
-    articulations = partial(_articulations, scene, tables, shapes, materials, groups, bounded.read, sink)
-    entities = Entities(scene, narrowed, drawing, names, origin, sink)
-    built = entities.lower(Bodies(shapes, materials, groups, sink), articulations)
-    if bounded.exhausted or not built_within(entities.linked, bounds, origin, sink):
+    materials = MaterialLowerer(scene.materials, tables, default, origin.child("materials"), sink)
+    groups = assign_group_bits(scene.collision_groups, origin.child("collision_groups"), sink)
+    shapes = ShapeLowerer(tables, materials, sink)
+    bounded = LimitedRobotReader(robots, bounds.objects, sink)
+    articulations = partial(_articulation_lowerer, scene, tables, shapes, materials, groups, bounded.read, sink)
+    entities = EntityLowerer(scene, narrowed, drawing, names, origin, sink)
+    built = entities.lower(BodyLowerer(shapes, materials, groups, sink), articulations)
+    if bounded.exhausted or not check_built_limits(entities.linked, bounds, origin, sink):
         return None
-    seen = lower_seen(scene, built, entities, names, tables, materials, drawing.leaves(), origin, sink)
-    constraints = _constraints(scene, built, entities, drawing, names, origin)
+    seen = lower_render_objects(scene, built, entities, names, tables, materials, drawing.leaves(), origin, sink)
+    constraints = _lower_constraints(scene, built, entities, drawing, names, origin)
     if sink.failed:
         # A material may be unused only because its name was misspelt where it was meant.
         return None
@@ -119,46 +119,51 @@ def lower(
     report_unused_draws(scene.draws, drawing, names, origin.child("draws"))
     if sink.failed:
         return None
-    plan = _plan(scene, name, built, constraints, seen, physics, tables, drawing, origin)
+    plan = _make_plan(scene, name, built, constraints, seen, physics, tables, drawing, origin)
     return Lowered(plan, tables.file_origins, tables.material_origins, drawing, entities.places)
 
 
-def _articulations(
+def _articulation_lowerer(
     scene: SceneFile,
-    tables: Tables,
-    shapes: Shapes,
-    materials: Materials,
-    groups: dict[str, Bits],
+    tables: PlanTables,
+    shapes: ShapeLowerer,
+    materials: MaterialLowerer,
+    groups: dict[str, GroupBits],
     robots: RobotReader,
     sink: Sink,
-) -> Articulations:
-    from scenecc.lower.articulations.articulations import Articulations  # noqa: PLC0415 - loaded where there are any
+) -> ArticulationLowerer:
+    from scenecc.lower.articulations.articulations import ArticulationLowerer  # noqa: PLC0415 - loaded where there are any
 
-    return Articulations(scene.entities, tables, shapes, materials, groups, robots, sink)
+    return ArticulationLowerer(scene.entities, tables, shapes, materials, groups, robots, sink)
 
 
-def _constraints(
-    scene: SceneFile, built: tuple[Entity, ...], entities: Entities, drawing: Drawing, names: Names, origin: Origin
+def _lower_constraints(
+    scene: SceneFile,
+    built: tuple[Entity, ...],
+    entities: EntityLowerer,
+    drawing: SamplingContext,
+    names: NameScopes,
+    origin: Origin,
 ) -> tuple[Constraint, ...]:
     if not scene.constraints:
         return ()
-    from scenecc.lower.constraints import Constraints  # noqa: PLC0415 - loaded where there are any
-    from scenecc.lower.mounts import Mounts  # noqa: PLC0415 - likewise
+    from scenecc.lower.constraints import ConstraintLowerer  # noqa: PLC0415 - loaded where there are any
+    from scenecc.lower.mounts import MountLookup  # noqa: PLC0415 - likewise
 
-    mounts = Mounts(built, entities.places.unread, names, drawing.sink)
-    lowering = Constraints(built, entities, mounts, drawing, names, drawing.sink)
+    mounts = MountLookup(built, entities.places.unread, names, drawing.sink)
+    lowering = ConstraintLowerer(built, entities, mounts, drawing, names, drawing.sink)
     return lowering.lower(scene.constraints, origin.child("constraints"))
 
 
-def _plan(
+def _make_plan(
     scene: SceneFile,
     name: str,
     entities: tuple[Entity, ...],
     constraints: tuple[Constraint, ...],
-    seen: Seen,
+    seen: RenderObjects,
     physics: Physics,
-    tables: Tables,
-    drawing: Drawing,
+    tables: PlanTables,
+    drawing: SamplingContext,
     origin: Origin,
 ) -> ScenePlan:
     """The plan of what was lowered. `name`: where the document gives none."""
@@ -180,9 +185,9 @@ def _plan(
     )
 
 
-def _names(scene: SceneFile, origin: Origin, sink: Sink) -> None:
+def _check_names(scene: SceneFile, origin: Origin, sink: Sink) -> None:
     """Frames, entities and cameras share one namespace, and nothing is called like the world."""
-    sections: dict[str, Mapping[str, Any]] = {section: getattr(scene, section) for section in _ONES}
+    sections: dict[str, Mapping[str, Any]] = {section: getattr(scene, section) for section in _SECTION_WORDS}
     for section, names in sections.items():
         if WORLD in names:
             sink.report("SC306", "`world` is the world's own name", origin.child(section, WORLD), at="key")
@@ -190,14 +195,14 @@ def _names(scene: SceneFile, origin: Origin, sink: Sink) -> None:
         for name in sections[first].keys() & sections[second].keys():
             sink.report(
                 "SC305",
-                f"`{name}` names {_ONES[first]} and {_ONES[second]}",
+                f"`{name}` names {_SECTION_WORDS[first]} and {_SECTION_WORDS[second]}",
                 origin.child(second, name),
                 at="key",
-                related=[(f"the {_ONES[first].partition(' ')[2]}", origin.child(first, name), "key")],
+                related=[(f"the {_SECTION_WORDS[first].partition(' ')[2]}", origin.child(first, name), "key")],
             )
 
 
-_ONES = {
+_SECTION_WORDS = {
     "frames": "a frame",
     "entities": "an entity",
     "cameras": "a camera",
@@ -207,7 +212,7 @@ _ONES = {
 """What a thing of each section is called."""
 
 
-def _physics(given: PhysicsKeys | None, origin: Origin) -> Physics:
+def _lower_physics(given: PhysicsKeys | None, origin: Origin) -> Physics:
     """The same keys; those left out stay None."""
     if given is None:
         return Physics(origin=origin)

@@ -1,15 +1,23 @@
-"""Shapes as written to shapes of the plan."""
+"""Shapes and their geometry, as written, to those of the plan: one row a type in each of two tables."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from scenecc import plan
 from scenecc.diagnostics.frozen import frozen
-from scenecc.lower.geometry import COLLIDING, SEEN
-from scenecc.lower.kinds import COLOR, number
-from scenecc.lower.materials import DENSITY, PLAIN, Materials, Surface, Surfaces, colored
-from scenecc.lower.picked import picked
-from scenecc.lower.placing.shape_poses import shape_pose
+from scenecc.lower.field_types import COLOR, MIRROR_SCALE, SCALE, FieldType, number, vector
+from scenecc.lower.local_poses import shape_pose
+from scenecc.lower.materials import (
+    DENSITY,
+    PLAIN_SURFACE,
+    LoweredMaterial,
+    MaterialChoice,
+    MaterialLowerer,
+    with_base_color,
+)
+from scenecc.lower.references import select_per_scene
 from scenecc.plan import CollisionShape, Mesh, Plane, Value, VisualShape, literal
 from scenecc.plan import VisualMaterial as SeenMaterial
 
@@ -17,19 +25,138 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.lower.leaves import Leaves
-    from scenecc.lower.tables import Tables
+    from scenecc.lower.fields import FieldLowerer
+    from scenecc.lower.references import PlanTables
     from scenecc.plan import VisualMaterial
 
-_NEAR = tuple((name, number(name)) for name in ("contact_offset", "rest_offset", "patch_radius", "min_patch_radius"))
-_LEFT_OUT = (None,) * len(_NEAR)
+
+GeometryLowerer = Callable[[Any, "Tables", "Leaves", "Origin"], Any]
+
+_HALF_SIZE = vector(3, "half_size")
+_HALF_SIZE_2 = vector(2, "VisualPlane.half_size")
+_REPEAT = vector(2, "texture_repeat")
+_RADIUS = number("radius")
+_HALF_LENGTH = number("half_length")
+
+
+def _size(shape: Any, name: str, kind: FieldType, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> Value:
+    given = getattr(shape, name)
+    # Equal sizes share one value.
+    return tables.size(given) if given.__class__ in _PLAIN else leaves.value(given, kind, origin, name)
+
+
+_PLAIN = frozenset((float, int, tuple))
+
+
+def _box(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> plan.Box:
+    return plan.Box(_size(shape, "half_size", _HALF_SIZE, tables, leaves, origin))
+
+
+def _sphere(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> plan.Sphere:
+    return plan.Sphere(_size(shape, "radius", _RADIUS, tables, leaves, origin))
+
+
+def _capsule(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> plan.Capsule:
+    return plan.Capsule(*_round(shape, tables, leaves, origin))
+
+
+def _cylinder(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> plan.Cylinder:
+    return plan.Cylinder(*_round(shape, tables, leaves, origin))
+
+
+def _round(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> tuple[Value, Value]:
+    return (
+        _size(shape, "radius", _RADIUS, tables, leaves, origin),
+        _size(shape, "half_length", _HALF_LENGTH, tables, leaves, origin),
+    )
+
+
+def _plane(shape: Any, _tables: PlanTables, _leaves: FieldLowerer, _origin: Origin) -> plan.Plane:
+    return plan.Plane(shape.every_scene)
+
+
+def _visual_plane(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> plan.VisualPlane:
+    return plan.VisualPlane(_size(shape, "half_size", _HALF_SIZE_2, tables, leaves, origin))
+
+
+def _scale(shape: Any, kind: FieldType, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> Value:
+    scale: Any = shape.scale
+    if scale.__class__ not in _PLAIN:
+        return leaves.value(scale, kind, origin, "scale")
+    return tables.size(scale if scale.__class__ is tuple else (scale, scale, scale))
+
+
+def _convex_mesh(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> plan.ConvexMesh | None:
+    file = tables.files_of(shape.file, origin.child("file"), leaves)
+    return file and plan.ConvexMesh(file, _scale(shape, SCALE, tables, leaves, origin))
+
+
+def _convex_parts(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> plan.ConvexParts | None:
+    file = tables.files_of(shape.file, origin.child("file"), leaves)
+    if file is None:
+        return None
+    coacd = None
+    if shape.decomposition == "coacd":
+        given = shape.decomposition_params
+        coacd = plan.CoacdParams(**given.model_dump()) if given else plan.CoacdParams()
+    return plan.ConvexParts(file, _scale(shape, SCALE, tables, leaves, origin), coacd)
+
+
+def _triangle_mesh(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> plan.TriangleMesh | None:
+    file = tables.files_of(shape.file, origin.child("file"), leaves)
+    return file and plan.TriangleMesh(file, _scale(shape, SCALE, tables, leaves, origin), shape.sdf)
+
+
+def _mesh(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> plan.Mesh | None:
+    file = tables.files_of(shape.file, origin.child("file"), leaves)
+    return file and plan.Mesh(file, _scale(shape, MIRROR_SCALE, tables, leaves, origin))
+
+
+def _tiled_plane(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> plan.TiledPlane:
+    return plan.TiledPlane(
+        _size(shape, "half_size", _HALF_SIZE_2, tables, leaves, origin),
+        _size(shape, "texture_repeat", _REPEAT, tables, leaves, origin),
+    )
+
+
+COLLISION_GEOMETRY: dict[str, GeometryLowerer] = {
+    "box": _box,
+    "sphere": _sphere,
+    "capsule": _capsule,
+    "cylinder": _cylinder,
+    "plane": _plane,
+    "convex_mesh": _convex_mesh,
+    "convex_parts": _convex_parts,
+    "triangle_mesh": _triangle_mesh,
+}
+"""What collides of a type; None where a file was reported."""
+
+VISUAL_GEOMETRY: dict[str, GeometryLowerer] = {
+    "box": _box,
+    "sphere": _sphere,
+    "capsule": _capsule,
+    "cylinder": _cylinder,
+    "plane": _visual_plane,
+    "convex_mesh": _mesh,
+    "convex_parts": _mesh,
+    "triangle_mesh": _mesh,
+    "mesh": _mesh,
+    "tiled_plane": _tiled_plane,
+}
+"""What is seen of a type; likewise."""
+
+
+_CONTACT_TYPES = tuple(
+    (name, number(name)) for name in ("contact_offset", "rest_offset", "patch_radius", "min_patch_radius")
+)
+_LEFT_OUT = (None,) * len(_CONTACT_TYPES)
 
 SAPIEN_DENSITY = 1000.0
 """Of what gives none, but for a plane, which has none [kg/m³]."""
 
 
 @frozen
-class Defaults:
+class ShapeDefaults:
     """What the shapes of a body have that name nothing themselves.
 
     Attributes:
@@ -38,22 +165,22 @@ class Defaults:
         density: (·,) [kg/m³] of the shapes whose material gives none either, or None.
     """
 
-    surface: Surface | Surfaces = PLAIN
+    surface: LoweredMaterial | MaterialChoice = PLAIN_SURFACE
     color: Value | None = None
     density: Value | None = None
 
 
-class Shapes:
+class ShapeLowerer:
     """Lowers the shapes of a document."""
 
-    def __init__(self, tables: Tables, materials: Materials, sink: Sink) -> None:
+    def __init__(self, tables: PlanTables, materials: MaterialLowerer, sink: Sink) -> None:
         self._tables = tables
         self._materials = materials
         self._sink = sink
         self._colored: dict[tuple[int, tuple[float, ...] | int], tuple[Any, Value, VisualMaterial]] = {}
 
     def both(
-        self, shape: Any, default: Defaults, leaves: Leaves, origin: Origin
+        self, shape: Any, default: ShapeDefaults, leaves: FieldLowerer, origin: Origin
     ) -> tuple[CollisionShape | None, VisualShape | None]:
         """The two sides of a shape from `shapes`; None where one was reported.
 
@@ -64,24 +191,26 @@ class Shapes:
             origin: of the shape.
         """
         type_ = shape.type
-        make = SEEN[type_]
+        make = VISUAL_GEOMETRY[type_]
         collides = self._geometry(shape, leaves, origin)
-        seen = collides if make is COLLIDING[type_] else make(shape, self._tables, leaves, origin)
+        seen = collides if make is COLLISION_GEOMETRY[type_] else make(shape, self._tables, leaves, origin)
         surface, pose = self._surface(shape, default, leaves, origin), shape_pose(shape, origin, leaves)
         return (
             collides and self._colliding(collides, shape, default, surface, pose, leaves, origin),
             seen and self._seen(seen, shape, default, surface, pose, leaves, origin),
         )
 
-    def collision(self, shape: Any, default: Defaults, leaves: Leaves, origin: Origin) -> CollisionShape | None:
+    def collision(
+        self, shape: Any, default: ShapeDefaults, leaves: FieldLowerer, origin: Origin
+    ) -> CollisionShape | None:
         """A shape from `collisions`; otherwise as `both`."""
         geometry = self._geometry(shape, leaves, origin)
         surface, pose = self._surface(shape, default, leaves, origin), shape_pose(shape, origin, leaves)
         return geometry and self._colliding(geometry, shape, default, surface, pose, leaves, origin)
 
-    def visual(self, shape: Any, default: Defaults, leaves: Leaves, origin: Origin) -> VisualShape | None:
+    def visual(self, shape: Any, default: ShapeDefaults, leaves: FieldLowerer, origin: Origin) -> VisualShape | None:
         """A shape from `visuals`; otherwise as `both`."""
-        geometry = SEEN[shape.type](shape, self._tables, leaves, origin)
+        geometry = VISUAL_GEOMETRY[shape.type](shape, self._tables, leaves, origin)
         surface, pose = self._surface(shape, default, leaves, origin), shape_pose(shape, origin, leaves)
         return geometry and self._seen(geometry, shape, default, surface, pose, leaves, origin)
 
@@ -89,63 +218,65 @@ class Shapes:
         self,
         geometry: Any,
         shape: Any,
-        default: Defaults,
-        surface: Surface | Surfaces,
+        default: ShapeDefaults,
+        surface: LoweredMaterial | MaterialChoice,
         pose: Value | None,
-        leaves: Leaves,
+        leaves: FieldLowerer,
         origin: Origin,
     ) -> CollisionShape:
         density = None
         if shape.density is not None:
             density = leaves.value(shape.density, DENSITY, origin, "density")
-        if isinstance(surface, Surfaces):
+        if isinstance(surface, MaterialChoice):
             physical, otherwise = self._physicals(surface, default, geometry, leaves)
         else:
             physical, otherwise = surface.physical, default.density if surface.density is None else surface.density
         near = (shape.contact_offset, shape.rest_offset, shape.patch_radius, shape.min_patch_radius)
         if near != _LEFT_OUT:
-            near = tuple(leaves.given(item, kind, origin, key) for item, (key, kind) in zip(near, _NEAR, strict=True))
+            near = tuple(
+                leaves.given(item, kind, origin, key) for item, (key, kind) in zip(near, _CONTACT_TYPES, strict=True)
+            )
         contact, rest, patch, min_patch = near
         density = otherwise if density is None else density
         return CollisionShape(geometry, pose, physical, density, contact, rest, patch, min_patch, origin)
 
     def _physicals(
-        self, surfaces: Surfaces, default: Defaults, geometry: Any, leaves: Leaves
+        self, surfaces: MaterialChoice, default: ShapeDefaults, geometry: Any, leaves: FieldLowerer
     ) -> tuple[Value | None, Value | None]:
         """The physical material and the density where the scenes have one of several materials."""
         pick, rows = surfaces.pick, len(leaves.scenes)
         physicals = [surface.physical for surface in surfaces.each]
-        physical = _one_of(physicals, self._materials.default(), pick, rows)
+        physical = _select_or_default(physicals, self._materials.default(), pick, rows)
         left_out = literal(0.0 if isinstance(geometry, Plane) else SAPIEN_DENSITY)
         densities = [default.density if surface.density is None else surface.density for surface in surfaces.each]
-        return physical, _one_of(densities, left_out, pick, rows)
+        return physical, _select_or_default(densities, left_out, pick, rows)
 
     def _seen(
         self,
         geometry: Any,
         shape: Any,
-        default: Defaults,
-        surface: Surface | Surfaces,
+        default: ShapeDefaults,
+        surface: LoweredMaterial | MaterialChoice,
         pose: Value | None,
-        leaves: Leaves,
+        leaves: FieldLowerer,
         origin: Origin,
     ) -> VisualShape:
         color = None if shape.color is None else leaves.value(shape.color, COLOR, origin, "color")
         named = shape.material is not None
-        if isinstance(surface, Surfaces):
+        if isinstance(surface, MaterialChoice):
             visuals = [self._visual(one.visual, color, default, named=named) for one in surface.each]
             if isinstance(geometry, Mesh) and None in visuals and any(visual is not None for visual in visuals):
                 message = "in some scenes this mesh would have the materials of its file, and in others one of these"
                 hint = "give every alternative a `visual`"
                 self._sink.report("SC321", message, origin.child("material"), hint=hint)
             fresh = self._tables.visual_materials.value(SeenMaterial())
-            material = _one_of(visuals, fresh, surface.pick, len(leaves.scenes))
+            material = _select_or_default(visuals, fresh, surface.pick, len(leaves.scenes))
         else:
             material = self._visual(surface.visual, color, default, named=named)
         return VisualShape(geometry, pose, material, shape.name, shape.front_face, origin)
 
     def _visual(
-        self, visual: VisualMaterial | None, color: Value | None, default: Defaults, *, named: bool
+        self, visual: VisualMaterial | None, color: Value | None, default: ShapeDefaults, *, named: bool
     ) -> Value | None:
         """The row of what is seen: a material with the colour of the shape or, if nothing closer gives one, the body's.
 
@@ -162,12 +293,12 @@ class Shapes:
         key = (id(visual), color.numbers() if color.is_constant else id(color))
         known = self._colored.get(key)
         if known is None:
-            made = colored(visual, color)
+            made = with_base_color(visual, color)
             assert made is not None
             known = self._colored[key] = (visual, color, made)
         return known[2]
 
-    def _geometry(self, shape: Any, leaves: Leaves, origin: Origin) -> Any:
+    def _geometry(self, shape: Any, leaves: FieldLowerer, origin: Origin) -> Any:
         """What collides; None where it was reported."""
         if shape.type == "convex_parts" and shape.decomposition == "none" and shape.decomposition_params:
             self._sink.report(
@@ -177,16 +308,18 @@ class Shapes:
                 at="key",
                 hint="set decomposition: coacd, or leave it out",
             )
-        return COLLIDING[shape.type](shape, self._tables, leaves, origin)
+        return COLLISION_GEOMETRY[shape.type](shape, self._tables, leaves, origin)
 
-    def _surface(self, shape: Any, default: Defaults, leaves: Leaves, origin: Origin) -> Surface | Surfaces:
+    def _surface(
+        self, shape: Any, default: ShapeDefaults, leaves: FieldLowerer, origin: Origin
+    ) -> LoweredMaterial | MaterialChoice:
         if shape.material is None:
             return default.surface
-        return self._materials.surface(shape.material, origin, leaves) or PLAIN
+        return self._materials.surface(shape.material, origin, leaves) or PLAIN_SURFACE
 
 
-def _one_of(values: Sequence[Value | None], otherwise: Value, pick: Value, rows: int) -> Value | None:
+def _select_or_default(values: Sequence[Value | None], otherwise: Value, pick: Value, rows: int) -> Value | None:
     """What one of several gives in each scene; None where none gives anything."""
     if all(value is None for value in values):
         return None
-    return picked([otherwise if value is None else value for value in values], pick, rows)
+    return select_per_scene([otherwise if value is None else value for value in values], pick, rows)

@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scenecc.geometry import rotation_arrays as arrays
-from scenecc.lower.placing import poses
-from scenecc.lower.placing import rotations as scalar
+from scenecc.geometry import rotations as scalar
+from scenecc.lower import poses
 
 NUMBERS = st.one_of(st.sampled_from([0.0, -0.0, 1.0, -1.0, 0.5, math.pi]), st.floats(-100, 100, allow_subnormal=False))
 VECTORS = st.tuples(NUMBERS, NUMBERS, NUMBERS)

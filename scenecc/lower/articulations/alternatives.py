@@ -12,9 +12,9 @@ from itertools import product, zip_longest
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import show
-from scenecc.lower.forms import VARYING, Place, Reading, Step, place_of
-from scenecc.lower.kinds import Kind
-from scenecc.lower.words import every_outcome
+from scenecc.lower.field_types import FieldType
+from scenecc.lower.references import possible_values
+from scenecc.lower.variation import VARYING, FormStep, Place, VariationLowerer, field_place
 from scenecc.plan import Value, per_scene, varying
 from scenecc.plan.bounds import LARGEST, SMALLEST
 from scenecc.variation.nodes import Stacked
@@ -25,22 +25,22 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Origin
-    from scenecc.lower.leaves import Leaves
+    from scenecc.lower.fields import FieldLowerer
     from scenecc.variation.nodes import Node
 
-_TEXT = Kind(convert=str, fallback="")
-_KINDS = {
-    "urdf": _TEXT,
-    "mjcf": _TEXT,
-    "scale": Kind(fallback=1.0, within=(SMALLEST, LARGEST)),
-    "srdf": _TEXT,
-    "package_dir": _TEXT,
-    "fix_root_link": Kind(dtype="bool", fallback=False),
+_TEXT_TYPE = FieldType(convert=str, fallback="")
+_KEY_TYPES = {
+    "urdf": _TEXT_TYPE,
+    "mjcf": _TEXT_TYPE,
+    "scale": FieldType(fallback=1.0, within=(SMALLEST, LARGEST)),
+    "srdf": _TEXT_TYPE,
+    "package_dir": _TEXT_TYPE,
+    "fix_root_link": FieldType(dtype="bool", fallback=False),
 }
 """The keys, in the order that tells alternatives apart."""
 
-_WANTED = {"float64": "a number", "bool": "true or false"}
-_INDEX = Kind(dtype="int64", fallback=0, free=True)  # expressions give what it is picked by, and not itself
+_TYPE_WORDS = {"float64": "a number", "bool": "true or false"}
+_INDEX_TYPE = FieldType(dtype="int64", fallback=0, free=True)  # expressions give what it is picked by, and not itself
 
 Combination = tuple[Any, ...]
 """A value of each key that is written, in their order."""
@@ -72,7 +72,7 @@ class Alternatives:
     pick: Value | None = None
 
 
-def read_alternatives(entity: Any, origin: Origin, leaves: Leaves) -> Alternatives | None:
+def read_alternatives(entity: Any, origin: Origin, leaves: FieldLowerer) -> Alternatives | None:
     """What may be had together of what an articulation is put together from; None where that was reported.
 
     What no scene has is among it, to be judged all the same: with what stands beside it that no scene has either.
@@ -82,19 +82,19 @@ def read_alternatives(entity: Any, origin: Origin, leaves: Leaves) -> Alternativ
         origin: of it.
         leaves: of it.
     """
-    written = {key: given for key in _KINDS if (given := getattr(entity, key, None)) is not None}
+    written = {key: given for key in _KEY_TYPES if (given := getattr(entity, key, None)) is not None}
     if VARYING.isdisjoint(given.__class__ for given in written.values()):
         return Alternatives((Alternative(written, {key: origin.child(key) for key in written}),))
-    reading = Reading(leaves, origin)
-    columns = [_Column(key, given, origin.child(key), reading) for key, given in written.items()]
+    reading = VariationLowerer(leaves, origin)
+    columns = [_KeyAlternatives(key, given, origin.child(key), reading) for key, given in written.items()]
     leaves.fix(reading)
     told = [column.enumerate(leaves) for column in columns]
     if reading.broken or not all(told):
         return None
-    return _Combining(columns, reading, leaves).all()
+    return _Combinations(columns, reading, leaves).all()
 
 
-class _Column:
+class _KeyAlternatives:
     """One key.
 
     Attributes:
@@ -102,15 +102,15 @@ class _Column:
         places: where each value that it can have is written, in their order.
     """
 
-    def __init__(self, key: str, given: Any, origin: Origin, reading: Reading) -> None:
+    def __init__(self, key: str, given: Any, origin: Origin, reading: VariationLowerer) -> None:
         self.key = key
         self.origin = origin
         self.varies = given.__class__ in VARYING
         self.places: dict[Any, Origin] = {}
-        self._kind = _KINDS[key]
+        self._kind = _KEY_TYPES[key]
         self._sources: list[tuple[Node, Origin]] = []
 
-        def leaf(one: Any, around: Place, step: Step) -> Any:
+        def leaf(one: Any, around: Place, step: FormStep) -> Any:
             inside = around.inside(step) if step else around
             if one.__class__ not in VARYING:
                 self.places.setdefault(self.value(one), inside.origin)
@@ -120,25 +120,25 @@ class _Column:
                 self._sources.append((node, inside.origin))
             return node
 
-        self.node = reading.select(given, place_of(origin), leaf)
+        self.node = reading.select(given, field_place(origin), leaf)
 
     def value(self, given: Any) -> Any:
         """What a scene has, as values are told apart; None where it is none of the key's."""
-        if self._kind is _TEXT:
+        if self._kind is _TEXT_TYPE:
             return given if given.__class__ is str else None
         if self._kind.dtype == "bool":
             return given if given.__class__ is bool else None
         return float(given) if given.__class__ in {int, float} else None
 
-    def enumerate(self, leaves: Leaves) -> bool:
+    def enumerate(self, leaves: FieldLowerer) -> bool:
         """Whether all that it can be is known, and may be; otherwise that is reported."""
-        text = self._kind is _TEXT
+        text = self._kind is _TEXT_TYPE
         untold = f"it cannot be told which {'names' if text else 'values'} this gives"
         instead = "or write them in a `choice`" + (
             "" if text else ": what is put together is judged before it is drawn"
         )
         for node, place in self._sources:
-            every = every_outcome(node, place, leaves, untold, instead)
+            every = possible_values(node, place, leaves, untold, instead)
             if every is None:
                 return False
             for given in every:
@@ -152,20 +152,20 @@ class _Column:
     def _may_be(self, value: Any) -> bool:
         return self._kind.within is None or self._kind.bounds().allow(value)
 
-    def _misfit(self, given: Any, value: Any, place: Origin, leaves: Leaves) -> None:
+    def _misfit(self, given: Any, value: Any, place: Origin, leaves: FieldLowerer) -> None:
         if value is not None:
             message = f"this expression gives {show(given)}, and it must be {self._kind.bounds().wanted(value)}"
             leaves.sink.report("SC513", message, place)
             return
-        wanted = "a name" if self._kind is _TEXT else _WANTED[self._kind.dtype]
-        code = "SC317" if self._kind is _TEXT else "SC515"
+        wanted = "a name" if self._kind is _TEXT_TYPE else _TYPE_WORDS[self._kind.dtype]
+        code = "SC317" if self._kind is _TEXT_TYPE else "SC515"
         leaves.sink.report(code, f"this expression gives {show(given)}, and {wanted} is wanted", place)
 
 
-class _Combining:
+class _Combinations:
     """The keys of one articulation, some of which vary."""
 
-    def __init__(self, columns: list[_Column], reading: Reading, leaves: Leaves) -> None:
+    def __init__(self, columns: list[_KeyAlternatives], reading: VariationLowerer, leaves: FieldLowerer) -> None:
         self._columns = columns
         self._reading = reading
         self._leaves = leaves
@@ -196,7 +196,7 @@ class _Combining:
         pick = varying(lambda: self._rows(numbers), bounds=support, rows=len(leaves.scenes))
         leaves.drawing.drawn |= not reading.known
         if reading.computed or reading.risky:
-            leaves.pend(pick, _INDEX, self._first(), reading)
+            leaves.pend(pick, _INDEX_TYPE, self._first(), reading)
         return Alternatives(each, pick)
 
     def _alternative(self, row: Combination) -> Alternative:

@@ -5,44 +5,119 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
+from scenecc.diagnostics.messages import cut
 from scenecc.lower.articulations.alternatives import read_alternatives
-from scenecc.lower.articulations.bits import report_colliding
-from scenecc.lower.articulations.effects import report_free, report_idle
-from scenecc.lower.articulations.joints import joint_of, with_said
-from scenecc.lower.articulations.limits import Targets
-from scenecc.lower.articulations.links import Links
-from scenecc.lower.articulations.maps import Maps, Matching, said
-from scenecc.lower.articulations.numbers import JointNumbers
-from scenecc.lower.articulations.reader import RobotRequest
-from scenecc.lower.articulations.robot import Robots
-from scenecc.lower.articulations.said import Said
-from scenecc.lower.articulations.start import Starts
-from scenecc.lower.articulations.tree import Trees
-from scenecc.lower.kinds import Kind, number, vector
-from scenecc.lower.placing.poses import IDENTITY_POSE
+from scenecc.lower.articulations.drafts import LinkTreeDrafter
+from scenecc.lower.articulations.initial_state import InitialStateLowerer, JointNumbers
+from scenecc.lower.articulations.links import DriveTargetCheck, LinkLowerer, lower_joint, with_overrides
+from scenecc.lower.articulations.overrides import OverrideValues, PatternMatcher, PatternOverrides, nearest_override
+from scenecc.lower.articulations.robots import RobotDrafter
+from scenecc.lower.collision_groups import warn_ignored_pairs_collide
+from scenecc.lower.field_types import FieldType, number, vector
+from scenecc.lower.poses import IDENTITY_POSE
+from scenecc.lower.references import RobotRequest
 from scenecc.plan.articulation import ArticulationStructure, Link, Mimic
 from scenecc.plan.bits import ID_BITS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.articulations.alternatives import Alternative
-    from scenecc.lower.articulations.draft import Draft, DraftJoint
-    from scenecc.lower.articulations.reader import RobotReader
-    from scenecc.lower.groups import Bits
-    from scenecc.lower.leaves import Leaves
-    from scenecc.lower.materials import Materials
-    from scenecc.lower.shapes import Shapes
-    from scenecc.lower.tables import Tables
+    from scenecc.lower.articulations.drafts import ArticulationDraft, DraftJoint
+    from scenecc.lower.collision_groups import GroupBits
+    from scenecc.lower.fields import FieldLowerer
+    from scenecc.lower.materials import MaterialLowerer
+    from scenecc.lower.references import PlanTables, RobotReader
+    from scenecc.lower.shapes import ShapeLowerer
     from scenecc.plan import AssetFile, BodyStructure, Value
     from scenecc.plan.body import BodyType
     from scenecc.robots.description import DescribedRobot, Description, PoseNumbers
 
-_ALL_IGNORE = 1 << 29
+
+_VISIBLE_KEYS = ("visibility",)
+_COLLIDING_KEYS = ("density", "patch_radius", "min_patch_radius", "collision_group", "disable_self_collisions")
+_LINKED_KEYS = ("fix_root_link", "qpos", "qvel", "beyond_limits", "disable_self_collisions")
+"""What a body alone has not."""
+
+_MOVING_KEYS = (
+    "linear_velocity",
+    "angular_velocity",
+    "gravity",
+    "solver_position_iterations",
+    "solver_velocity_iterations",
+    "sleep_threshold",
+)
+"""What a body has not that stands still."""
+
+_FREE_ROOT_KEYS = ("linear_velocity", "angular_velocity")
+_FIXED = "a root that is fixed"
+_BODY = "a body: its file has no joints"
+_HINTS = {
+    (_BODY, "fix_root_link"): "say `fix_root_link: false`; a constraint of `type: weld` fastens the body to the world"
+}
+_HINT_ENDS = {_FIXED: ", or set fix_root_link: false"}
+
+
+def report_unused_keys(
+    entity: Any, structures: Sequence[BodyStructure | ArticulationStructure], origin: Origin, sink: Sink
+) -> None:
+    """Reports what does something to none of some structures.
+
+    Args:
+        entity: as written.
+        structures: all that it makes.
+        origin: of the entity.
+        sink: takes the diagnostics.
+    """
+    bodies = [body for structure in structures for body in structure.bodies]
+    if not any(body.visuals for body in bodies):
+        _report_unused(entity, _VISIBLE_KEYS, "an articulation without a visible shape", origin, sink)
+    untouched = not any(body.collisions for body in bodies)
+    if untouched:
+        _report_unused(entity, _COLLIDING_KEYS, "an articulation without a colliding shape", origin, sink)
+    if untouched and not any(body.visuals for body in bodies):
+        _report_unused(entity, ("material",), "an articulation without a shape", origin, sink)
+    linked = [structure for structure in structures if isinstance(structure, ArticulationStructure)]
+    if linked and len(linked) == len(structures) and all(structure.fix_root_link for structure in linked):
+        _report_unused(entity, _FREE_ROOT_KEYS, _FIXED, origin, sink)
+    if linked:
+        if entity.qpos is None and not any(
+            getattr(drive, "target", None) is not None for drive in entity.drives.values()
+        ):
+            what = "an articulation without `qpos` and targets of drives"
+            _report_unused(entity, ("beyond_limits",), what, origin, sink)
+        return
+    alone = [key for key in _LINKED_KEYS if not (untouched and key in _COLLIDING_KEYS)]
+    if entity.fix_root_link is False and any(body.body_type == "dynamic" for body in bodies):
+        alone.remove("fix_root_link")
+    _report_unused(entity, alone, _BODY, origin, sink)
+    if not any(body.body_type == "dynamic" for body in bodies):
+        _report_unused(entity, _MOVING_KEYS, "a body that stands still", origin, sink)
+
+
+def warn_free_body(firsts: Iterable[tuple[DescribedRobot, ArticulationDraft]], sink: Sink) -> None:
+    """Warns of files whose first robot is a body that moves freely, where nothing says whether its root is fixed."""
+    for robot, draft in firsts:
+        if robot.body_type == "dynamic" and robot.fixed is None:
+            message = (
+                f"`{cut(draft.links[0].name)}` has no joint: it is a body that moves freely, and no root that is fixed"
+            )
+            hint = "say `fix_root_link: false` of it; a constraint of `type: weld` fastens it to the world"
+            sink.report("SC525", message, draft.origin, hint=hint)
+
+
+def _report_unused(entity: Any, keys: Iterable[str], what: str, origin: Origin, sink: Sink) -> None:
+    for key in keys:
+        if getattr(entity, key) is not None:
+            hint = _HINTS.get((what, key)) or f"leave `{key}` out" + _HINT_ENDS.get(what, "")
+            sink.report("SC115", f"`{key}` does nothing on {what}", origin.child(key), at="key", hint=hint)
+
+
+_IGNORE_ALL_BIT = 1 << 29
 """The bit of the third collision integer by which all links of an articulation ignore one another."""
 
-_SOLVER: dict[str, Kind] = {
+_SOLVER: dict[str, FieldType] = {
     "solver_position_iterations": number("solver_position_iterations", "int64"),
     "solver_velocity_iterations": number("solver_velocity_iterations", "int64"),
     "sleep_threshold": number("sleep_threshold"),
@@ -51,7 +126,7 @@ _VELOCITIES = {key: vector(3, key) for key in ("linear_velocity", "angular_veloc
 
 
 @dataclass(frozen=True, slots=True)
-class Built:
+class LoweredArticulation:
     """An entity of the plan that an articulation as written makes.
 
     Attributes:
@@ -68,7 +143,7 @@ class Built:
 
 
 @dataclass(frozen=True, slots=True)
-class _Work:
+class _ArticulationContext:
     """One articulation as written.
 
     Attributes:
@@ -81,15 +156,15 @@ class _Work:
     entity: Any
     still: Any
     origin: Origin
-    leaves: Leaves
-    maps: Maps
-    values: Said
-    targets: Targets
+    leaves: FieldLowerer
+    maps: PatternOverrides
+    values: OverrideValues
+    targets: DriveTargetCheck
     joints: frozenset[str]
     one_id: bool
 
 
-class Articulations:
+class ArticulationLowerer:
     """Lowers the articulations of a document, in build order.
 
     Args:
@@ -105,35 +180,35 @@ class Articulations:
     def __init__(
         self,
         entities: Mapping[str, Any],
-        tables: Tables,
-        shapes: Shapes,
-        materials: Materials,
-        groups: dict[str, Bits],
+        tables: PlanTables,
+        shapes: ShapeLowerer,
+        materials: MaterialLowerer,
+        groups: dict[str, GroupBits],
         read: RobotReader,
         sink: Sink,
     ) -> None:
-        self._trees = Trees(shapes, sink)
-        self._robots = Robots(tables, materials)
-        self._links = Links(groups, sink)
+        self._trees = LinkTreeDrafter(shapes, sink)
+        self._robots = RobotDrafter(tables, materials)
+        self._links = LinkLowerer(groups, sink)
         self._tables = tables
         self._materials = materials
         self._read = read
         self._sink = sink
-        self._matching = Matching()
+        self._matching = PatternMatcher()
         # By entity: robots and bodies of an MJCF have one in common, for its flag `contact` holds between them; and so
         # have alternatives, of which each scene has one.
         self._shared: dict[int, int] = {}
         # The id 0 is what SAPIEN's loader gives to all.
         self._next_id = int(any(getattr(entity, "sapien_bits", None) for entity in entities.values()))
 
-    def lower(self, entity: Any, origin: Origin, leaves: Leaves) -> list[Built]:
+    def lower(self, entity: Any, origin: Origin, leaves: FieldLowerer) -> list[LoweredArticulation]:
         """The entities of one that is written; none where its file was reported."""
         built = self._built(entity, origin, leaves)
         if built:
-            report_idle(entity, [structure for one in built for structure in one.structures], origin, self._sink)
+            report_unused_keys(entity, [structure for one in built for structure in one.structures], origin, self._sink)
         return built
 
-    def _built(self, entity: Any, origin: Origin, leaves: Leaves) -> list[Built]:
+    def _built(self, entity: Any, origin: Origin, leaves: FieldLowerer) -> list[LoweredArticulation]:
         found = read_alternatives(entity, origin, leaves)
         if found is None:
             return []
@@ -141,7 +216,7 @@ class Articulations:
             draft = self._trees.draft(entity.root, origin.child("root"), leaves)
             work = self._work(entity, origin, leaves, [draft], one_id=True)
             each = [replace(draft, fixed=one.values.get("fix_root_link")) for one in found.each]
-            return [Built("", None, tuple(self._structure(one, work) for one in each), found.pick)]
+            return [LoweredArticulation("", None, tuple(self._structure(one, work) for one in each), found.pick)]
         self._meshes(entity, origin)
         key = "urdf" if "urdf" in entity.model_fields_set else "mjcf"
         files = [self._file(key, entity, one) for one in found.each]
@@ -159,8 +234,11 @@ class Articulations:
         self._free(drafts, entity)
         ((alone, *others),) = drafts
         if not others and alone[0].pose == IDENTITY_POSE:
-            return [Built("", None, (self._one(*alone, work),))]
-        return [Built(draft.links[0].name, robot.pose, (self._one(robot, draft, work),)) for robot, draft in drafts[0]]
+            return [LoweredArticulation("", None, (self._one(*alone, work),))]
+        return [
+            LoweredArticulation(draft.links[0].name, robot.pose, (self._one(robot, draft, work),))
+            for robot, draft in drafts[0]
+        ]
 
     def _file(
         self, key: Literal["urdf", "mjcf"], entity: Any, one: Alternative
@@ -178,8 +256,12 @@ class Articulations:
         return self._read(request, one.places)
 
     def _alternatives(
-        self, drafts: list[list[tuple[DescribedRobot, Draft]]], pick: Value, work: _Work, origin: Origin
-    ) -> list[Built]:
+        self,
+        drafts: list[list[tuple[DescribedRobot, ArticulationDraft]]],
+        pick: Value,
+        work: _ArticulationContext,
+        origin: Origin,
+    ) -> list[LoweredArticulation]:
         """One structure for each way in which a file is read."""
         kinds = {robots[0][0].body_type is None for robots in drafts}
         if len(kinds) > 1 or any(len(robots) > 1 or robots[0][0].pose != IDENTITY_POSE for robots in drafts):
@@ -188,16 +270,16 @@ class Articulations:
             self._sink.report("SC327", message, origin, hint=hint)
             return []
         self._free(drafts, work.entity)
-        return [Built("", None, tuple(self._one(*robots[0], work) for robots in drafts), pick)]
+        return [LoweredArticulation("", None, tuple(self._one(*robots[0], work) for robots in drafts), pick)]
 
-    def _free(self, drafts: list[list[tuple[DescribedRobot, Draft]]], entity: Any) -> None:
+    def _free(self, drafts: list[list[tuple[DescribedRobot, ArticulationDraft]]], entity: Any) -> None:
         """Of a URDF nothing but its joints tells whether it is a body that is not fixed."""
         if "urdf" in entity.model_fields_set and entity.fix_root_link is None:
-            report_free([robots[0] for robots in drafts], self._sink)
+            warn_free_body([robots[0] for robots in drafts], self._sink)
 
     def _draft(
-        self, robot: DescribedRobot, file: AssetFile, entity: Any, one: Alternative, key: str, leaves: Leaves
-    ) -> Draft:
+        self, robot: DescribedRobot, file: AssetFile, entity: Any, one: Alternative, key: str, leaves: FieldLowerer
+    ) -> ArticulationDraft:
         index, origin = self._tables.files.value(file), one.places[key]
         self._tables.file_origins.setdefault(int(index.numbers()[0]), origin)
         draft = self._robots.draft(robot, entity, index, origin, leaves)
@@ -205,15 +287,19 @@ class Articulations:
         fixed = one.values.get("fix_root_link", draft.fixed)
         return replace(draft, fixed=fixed is None or fixed, ignored=tuple(map(pairing.into, robot.ignored)))
 
-    def _work(self, entity: Any, origin: Origin, leaves: Leaves, drafts: list[Draft], *, one_id: bool) -> _Work:
-        maps = Maps(entity, origin, self._matching, self._sink)
+    def _work(
+        self, entity: Any, origin: Origin, leaves: FieldLowerer, drafts: list[ArticulationDraft], *, one_id: bool
+    ) -> _ArticulationContext:
+        maps = PatternOverrides(entity, origin, self._matching, self._sink)
         maps.check(drafts)
         joints = (link.joint for draft in drafts for link in draft.links)
         names = frozenset(joint.name for joint in joints if joint is not None and joint.moves)
-        targets = Targets(leaves, self._sink, beyond_limits=bool(entity.beyond_limits))
+        targets = DriveTargetCheck(leaves, self._sink, beyond_limits=bool(entity.beyond_limits))
         # Once: what is said is known by the model that says it.
         still = entity.model_copy(update={"gravity": None})
-        return _Work(entity, still, origin, leaves, maps, Said(self._materials, leaves), targets, names, one_id)
+        return _ArticulationContext(
+            entity, still, origin, leaves, maps, OverrideValues(self._materials, leaves), targets, names, one_id
+        )
 
     def _meshes(self, entity: Any, origin: Origin) -> None:
         """What is said of decompositions does something."""
@@ -226,10 +312,12 @@ class Articulations:
                 message = f"`{key}` does nothing without `{without}`"
                 self._sink.report("SC115", message, origin.child(key), at="key", hint=f"add `{without}`")
 
-    def _one(self, robot: DescribedRobot, draft: Draft, work: _Work) -> BodyStructure | ArticulationStructure:
+    def _one(
+        self, robot: DescribedRobot, draft: ArticulationDraft, work: _ArticulationContext
+    ) -> BodyStructure | ArticulationStructure:
         return self._structure(draft, work) if robot.body_type is None else self._body(robot.body_type, draft, work)
 
-    def _body(self, body_type: BodyType, draft: Draft, work: _Work) -> BodyStructure:
+    def _body(self, body_type: BodyType, draft: ArticulationDraft, work: _ArticulationContext) -> BodyStructure:
         """A robot that is one body."""
         entity, values, (link,) = work.entity, work.values, draft.links
         moves = body_type == "dynamic"
@@ -247,31 +335,32 @@ class Articulations:
         }
         return replace(body, body_type=body_type, **found)
 
-    def _structure(self, draft: Draft, work: _Work) -> ArticulationStructure:
+    def _structure(self, draft: ArticulationDraft, work: _ArticulationContext) -> ArticulationStructure:
         entity, origin, maps, values = work.entity, work.origin, work.maps, work.values
         joints: list[DraftJoint | None] = [
-            link.joint and with_said(link.joint, maps.layers("joints", link.joint.name), values) for link in draft.links
+            link.joint and with_overrides(link.joint, maps.layers("joints", link.joint.name), values)
+            for link in draft.links
         ]
         starts = self._starts(draft, joints, work)
         whole = (entity, origin)
-        ignored = _ALL_IGNORE if entity.disable_self_collisions else 0
+        ignored = _IGNORE_ALL_BIT if entity.disable_self_collisions else 0
         own = self._id(work) if ignored or any(link.ignore_bits for link in draft.links) else 0
         links: list[Link] = []
         bits: dict[int, Origin] = {}
         for index, (link, joint) in enumerate(zip(draft.links, joints, strict=True)):
             layers = (whole, *maps.layers("links", link.name), *(() if link.own is None else (link.own,)))
             body = self._links.body(link, layers, own, ignored, values)
-            grouped = said(layers, "collision_bits", "collision_group")
+            grouped = nearest_override(layers, "collision_bits", "collision_group")
             if grouped is not None and getattr(grouped[0], "collision_bits", None) is not None:
                 bits[index] = grouped[1].child("collision_bits")
             made = None
             if joint is not None:
                 drives = maps.layers("drives", joint.name) if joint.moves else ()
-                made = joint_of(joint, drives, starts.get(index, (None, None)), values, work.targets)
+                made = lower_joint(joint, drives, starts.get(index, (None, None)), values, work.targets)
             links.append(Link(link.name, body, link.parent, made))
         if bits:
             alike = origin.child("disable_self_collisions") if ignored else None
-            report_colliding(draft, [link.body for link in links], bits, alike, self._sink)
+            warn_ignored_pairs_collide(draft, [link.body for link in links], bits, alike, self._sink)
         return ArticulationStructure(
             links=tuple(links),
             fix_root_link=bool(draft.fixed),
@@ -282,14 +371,14 @@ class Articulations:
         )
 
     def _starts(
-        self, draft: Draft, joints: list[DraftJoint | None], work: _Work
+        self, draft: ArticulationDraft, joints: list[DraftJoint | None], work: _ArticulationContext
     ) -> dict[int, tuple[Value | None, Value | None]]:
         """Position and velocity of each joint that moves at the start, by the number of its link."""
         entity, origin, leaves = work.entity, work.origin, work.leaves
         order = draft.moving()
         moving = [joint for i in order if (joint := joints[i]) is not None]
         numbers = JointNumbers([joint.name for joint in moving], work.joints, origin, leaves, self._sink)
-        starts = Starts(moving, leaves, origin, self._sink, beyond_limits=bool(entity.beyond_limits))
+        starts = InitialStateLowerer(moving, leaves, origin, self._sink, beyond_limits=bool(entity.beyond_limits))
         found = numbers.of(entity.qpos, "qpos")
         quiet = entity.qpos is not None and not found
         positions = starts.positions(found, all_of_them=bool(entity.drives), quiet=quiet)
@@ -297,7 +386,7 @@ class Articulations:
         return dict(zip(order, zip(positions, velocities, strict=True), strict=True))
 
     @staticmethod
-    def _of_the_whole(entity: Any, origin: Origin, *, fixed: bool, leaves: Leaves) -> dict[str, Value | None]:
+    def _of_the_whole(entity: Any, origin: Origin, *, fixed: bool, leaves: FieldLowerer) -> dict[str, Value | None]:
         found = {key: leaves.given(getattr(entity, key), kind, origin, key) for key, kind in _SOLVER.items()}
         for key, kind in _VELOCITIES.items():
             given = leaves.given(getattr(entity, key), kind, origin, key, reset=True)
@@ -305,7 +394,7 @@ class Articulations:
             found[key] = None if fixed else given
         return found
 
-    def _id(self, work: _Work) -> int:
+    def _id(self, work: _ArticulationContext) -> int:
         """The fourth collision integer, which keeps what one articulation ignores from the others."""
         entity = work.entity
         if entity.sapien_bits:

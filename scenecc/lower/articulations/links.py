@@ -1,31 +1,37 @@
-"""Links of drafts to links of the plan: their bodies, with all that is said of them."""
+"""Links and joints of drafts to those of the plan, with the overrides of each."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut
-from scenecc.lower.articulations.draft import Touch
-from scenecc.lower.articulations.maps import said
-from scenecc.lower.bodies import INERTIA, KNOBS
-from scenecc.lower.groups import find_group
-from scenecc.lower.kinds import number
-from scenecc.lower.materials import DENSITY, PLAIN
-from scenecc.lower.placing.shape_poses import local_pose
-from scenecc.lower.shapes import Defaults
+from scenecc.lower.angles import check_limits_keys, warn_limits_in_degrees
+from scenecc.lower.articulations.drafts import ContactDefaults
+from scenecc.lower.articulations.overrides import nearest_override
+from scenecc.lower.bodies import BODY_FIELDS, INERTIA_TYPE
+from scenecc.lower.collision_groups import find_group
+from scenecc.lower.field_types import number
+from scenecc.lower.local_poses import local_pose
+from scenecc.lower.materials import DENSITY, PLAIN_SURFACE
+from scenecc.lower.shapes import ShapeDefaults
 from scenecc.plan import BodyStructure, Inertial, Value, literal, varying
+from scenecc.plan.articulation import Joint
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from scenecc.diagnostics import Sink
-    from scenecc.lower.articulations.draft import DraftLink, Layer
-    from scenecc.lower.articulations.said import Said
-    from scenecc.lower.groups import Bits
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.lower.articulations.drafts import DraftJoint, DraftLink, Layer
+    from scenecc.lower.articulations.overrides import OverrideValues
+    from scenecc.lower.collision_groups import GroupBits
+    from scenecc.lower.fields import FieldLowerer
 
-_KNOBS = (
+
+_LINK_KEYS = (
     "gravity",
     "linear_damping",
     "angular_damping",
@@ -34,12 +40,12 @@ _KNOBS = (
     "max_depenetration_velocity",
     "max_contact_impulse",
 )
-_MASS = KNOBS["mass"][1]
-_RADIUS = number("patch_radius")
-DEFAULT_BITS: Bits = (1, 1, 0, 0)
+_MASS_TYPE = BODY_FIELDS["mass"][1]
+_RADIUS_TYPE = number("patch_radius")
+DEFAULT_BITS: GroupBits = (1, 1, 0, 0)
 
 
-class Links:
+class LinkLowerer:
     """Makes the bodies of links.
 
     Args:
@@ -47,11 +53,13 @@ class Links:
         sink: takes the diagnostics.
     """
 
-    def __init__(self, groups: dict[str, Bits], sink: Sink) -> None:
+    def __init__(self, groups: dict[str, GroupBits], sink: Sink) -> None:
         self._groups = groups
         self._sink = sink
 
-    def body(self, link: DraftLink, layers: Sequence[Layer], own: int, ignored: int, values: Said) -> BodyStructure:
+    def body(
+        self, link: DraftLink, layers: Sequence[Layer], own: int, ignored: int, values: OverrideValues
+    ) -> BodyStructure:
         """The body of a link.
 
         Args:
@@ -61,22 +69,25 @@ class Links:
             ignored: bits of the third collision integer that the link has whatever its file says.
             values: of the articulation.
         """
-        touch = Touch(
-            Defaults(values.surface(layers) or PLAIN, None, values.value(layers, "density", DENSITY)),
-            values.value(layers, "patch_radius", _RADIUS),
-            values.value(layers, "min_patch_radius", _RADIUS),
+        touch = ContactDefaults(
+            ShapeDefaults(values.surface(layers) or PLAIN_SURFACE, None, values.value(layers, "density", DENSITY)),
+            values.value(layers, "patch_radius", _RADIUS_TYPE),
+            values.value(layers, "min_patch_radius", _RADIUS_TYPE),
         )
         collisions, visuals = link.shaping(touch)
         knobs: dict[str, Value] = {}
-        for key in _KNOBS:
-            field, kind = KNOBS[key]
+        for key in _LINK_KEYS:
+            field, kind = BODY_FIELDS[key]
             found = values.value(layers, key, kind)
             if found is not None:
                 knobs[field] = found
         # What a link says itself, and does nothing on it, is left in for a rule to report.
-        looks, groups = said(layers, "visibility"), said(layers, "collision_bits", "collision_group")
+        looks, groups = (
+            nearest_override(layers, "visibility"),
+            nearest_override(layers, "collision_bits", "collision_group"),
+        )
         if looks is not None and (visuals or looks is link.own):
-            knobs["visibility"] = values.of(looks, "visibility", KNOBS["visibility"][1])
+            knobs["visibility"] = values.of(looks, "visibility", BODY_FIELDS["visibility"][1])
         bits = self._bits(link, layers, own, ignored, values)
         if bits is not None and (collisions or (groups is not None and groups is link.own)):
             knobs["collision_groups"] = bits
@@ -91,17 +102,19 @@ class Links:
             **knobs,
         )
 
-    def _bits(self, link: DraftLink, layers: Sequence[Layer], own: int, ignored: int, values: Said) -> Value | None:
+    def _bits(
+        self, link: DraftLink, layers: Sequence[Layer], own: int, ignored: int, values: OverrideValues
+    ) -> Value | None:
         """The four integers; None where they are SAPIEN's own."""
-        layer = said(layers, "collision_bits", "collision_group")
-        bits: Bits = DEFAULT_BITS
+        layer = nearest_override(layers, "collision_bits", "collision_group")
+        bits: GroupBits = DEFAULT_BITS
         if layer is not None:
             keys, origin = layer
             group, written = keys.collision_group, getattr(keys, "collision_bits", None)
             if group is not None and written is not None:
                 self._exclude("collision_group", "collision_bits", layer)
             if written is not None:
-                return values.of(layer, "collision_bits", KNOBS["collision_bits"][1])
+                return values.of(layer, "collision_bits", BODY_FIELDS["collision_bits"][1])
             found = find_group(
                 self._groups, str(group), origin.child("collision_group"), values.leaves.scope, self._sink
             )
@@ -111,10 +124,10 @@ class Links:
         return None if layer is None and bits == DEFAULT_BITS else literal(bits, "int64")
 
     def _weight(
-        self, link: DraftLink, layers: Sequence[Layer], values: Said, *, dense: bool
+        self, link: DraftLink, layers: Sequence[Layer], values: OverrideValues, *, dense: bool
     ) -> tuple[Value | None, Inertial | None]:
         """The mass that scales, and the mass properties that are given. `dense`: whether shapes give it any."""
-        nearest = said(layers, "mass", "inertial")
+        nearest = nearest_override(layers, "mass", "inertial")
         if nearest is None:
             return None, link.inertial
         keys = nearest[0]
@@ -125,23 +138,23 @@ class Links:
             if nearest is not link.own:
                 self._is_real(given, link, nearest)
             return None, given
-        mass = values.of(nearest, "mass", _MASS)
+        mass = values.of(nearest, "mass", _MASS_TYPE)
         if not dense and link.inertial is None:
             message = (
                 f"`{cut(link.name)}` has no colliding shape and no inertia, so there is nothing that `mass` could scale"
             )
             hint = "give it `shapes` or `collisions`, or `inertial` in place of `mass`"
             self._sink.report("SC510", message, nearest[1].child("mass"), hint=hint)
-        return (mass, None) if link.inertial is None else (None, _scaled(link.inertial, mass, values))
+        return (mass, None) if link.inertial is None else (None, _scaled_inertial(link.inertial, mass, values))
 
     @staticmethod
-    def _given(layer: Layer, values: Said) -> Inertial:
+    def _given(layer: Layer, values: OverrideValues) -> Inertial:
         keys, origin = layer
         place, leaves, given = origin.child("inertial"), values.leaves, keys.inertial
         return Inertial(
-            leaves.value(given.mass, _MASS, place, "mass"),
+            leaves.value(given.mass, _MASS_TYPE, place, "mass"),
             local_pose(given.com, origin, ("inertial", "com"), "a centre of mass", leaves),
-            leaves.value(given.inertia, INERTIA, place, "inertia"),
+            leaves.value(given.inertia, INERTIA_TYPE, place, "inertia"),
         )
 
     def _is_real(self, inertial: Inertial, link: DraftLink, layer: Layer) -> None:
@@ -166,7 +179,7 @@ class Links:
         )
 
 
-def _scaled(inertial: Inertial, mass: Value, values: Said) -> Inertial:
+def _scaled_inertial(inertial: Inertial, mass: Value, values: OverrideValues) -> Inertial:
     """What a file says of a link's mass, for another mass: I · (m / m0), the centre of mass unchanged."""
     (before,) = inertial.mass.numbers()
     moments = inertial.inertia.numbers()
@@ -189,3 +202,161 @@ def _scaled(inertial: Inertial, mass: Value, values: Said) -> Inertial:
         return np.broadcast_to(np.array(moments) * (mass.data[:, None] / before), (rows, len(moments)))
 
     return Inertial(mass, inertial.com, varying(draw, bounds=support, rows=rows))
+
+
+_JOINT_KEYS = ("friction", "armature", "max_velocity")
+_JOINT_TYPES = {key: number(key) for key in (*_JOINT_KEYS, "stiffness", "damping", "force_limit")}
+_TARGET, _VELOCITY = number("drive_target"), number("drive_velocity_target")
+
+
+def with_overrides(joint: DraftJoint, layers: Sequence[Layer], values: OverrideValues) -> DraftJoint:
+    """A joint with what `joints` says of it."""
+    if not joint.moves or not layers:
+        return joint
+    changed: dict[str, Any] = {
+        key: found for key in _JOINT_KEYS if (found := values.value(layers, key, _JOINT_TYPES[key])) is not None
+    }
+    limits = nearest_override(layers, "limits", "limits_deg")
+    if limits is not None:
+        keys, origin = limits
+        check_limits_keys(keys, joint.type, origin, values.leaves.sink)
+        warn_limits_in_degrees(keys, joint.type, origin, values.leaves.sink)
+        changed["limits"] = values.limits(limits)
+        changed["limits_origin"] = origin.child("limits" if keys.limits_deg is None else "limits_deg")
+    return replace(joint, **changed) if changed else joint
+
+
+def lower_joint(
+    joint: DraftJoint,
+    drives: Sequence[Layer],
+    start: tuple[Value | None, Value | None],
+    values: OverrideValues,
+    targets: DriveTargetCheck,
+) -> Joint:
+    """A joint of the plan.
+
+    Args:
+        joint: with what is said of it.
+        drives: what is said of its drive.
+        start: its position and velocity at the start; None: nothing is said, so that they are 0.
+        values: of the articulation.
+        targets: judge where the drive pulls to.
+    """
+    qpos, qvel = start
+    if not joint.moves:
+        return Joint("fixed", joint.name, joint.pose_in_parent, joint.pose_in_child, origin=joint.origin)
+    made = Joint(
+        type=joint.type,
+        name=joint.name,
+        pose_in_parent=joint.pose_in_parent,
+        pose_in_child=joint.pose_in_child,
+        limits=joint.limits,
+        friction=joint.friction,
+        armature=joint.armature,
+        max_velocity=joint.max_velocity,
+        damping=joint.damping,
+        qpos=qpos,
+        qvel=qvel,
+        origin=joint.origin,
+        limits_origin=joint.limits_origin,
+    )
+    if not drives:
+        return made
+    aimed, target = nearest_override(drives, "target"), None
+    if aimed is not None:
+        target = values.of(aimed, "target", _TARGET, reset=True)
+        targets.judge(joint, target, aimed[1].child("target"))
+    mode = nearest_override(drives, "mode")
+    force_limit = values.value(drives, "force_limit", _JOINT_TYPES["force_limit"])
+    return replace(
+        made,
+        stiffness=values.value(drives, "stiffness", _JOINT_TYPES["stiffness"]) or literal(0.0),
+        damping=values.value(drives, "damping", _JOINT_TYPES["damping"]) or literal(0.0),
+        force_limit=joint.effort if force_limit is None else force_limit,
+        drive_mode=None if mode is None else mode[0].mode,
+        drive_target=qpos if target is None else target,
+        drive_velocity_target=values.value(drives, "velocity_target", _VELOCITY, reset=True),
+    )
+
+
+OUTSIDE = 1e-6
+"""How far outside of a limit a position may be written, for the limits are rounded [m or rad]."""
+
+OutsidePosition = tuple[int, float, float, float]
+"""The row of a position that is outside, the position, and the limits there."""
+
+
+def widest(limits: Value | None) -> tuple[float, float]:
+    """The lowest and the highest that limits can be."""
+    numbers = () if limits is None else limits.numbers()
+    return min(numbers[0::2], default=-math.inf), max(numbers[1::2], default=math.inf)
+
+
+def first_outside(limits: Value, positions: Sequence[float]) -> OutsidePosition | None:
+    """The first position that is outside of limits that are known.
+
+    Args:
+        limits: (·, 2).
+        positions: one for all scenes, or one a scene.
+    """
+    numbers = limits.numbers()
+    pairs = [(numbers[i], numbers[i + 1]) for i in range(0, len(numbers), 2)]
+    for row in range(max(len(pairs), len(positions))):
+        low, high = pairs[row if len(pairs) > 1 else 0]
+        at = positions[row if len(positions) > 1 else 0]
+        if not low - OUTSIDE <= at <= high + OUTSIDE:
+            return row, at, low, high
+    return None
+
+
+class DriveTargetCheck:
+    """Warns of targets of drives that are beyond the limits of their joints, each place once.
+
+    Args:
+        leaves: of the articulation.
+        sink: takes the warnings.
+        beyond_limits: whether they are meant.
+    """
+
+    def __init__(self, leaves: FieldLowerer, sink: Sink, *, beyond_limits: bool) -> None:
+        self._leaves = leaves
+        self._sink = sink
+        self._beyond_limits = beyond_limits
+        self._told: set[int] = set()
+
+    def judge(self, joint: DraftJoint, target: Value, place: Origin) -> None:
+        """Warns of the first scene in which a target is, or may be, beyond the limits.
+
+        Of what is drawn the bounds are judged, by the widest limits; what has no bounds, a `normal`, is not.
+
+        Args:
+            joint: with what is said of it.
+            target: (·,) as written.
+            place: where it is written.
+        """
+        if self._beyond_limits or joint.limits is None or id(target) in self._told:
+            return
+        found = _beyond_limits(joint.limits, target)
+        if found is None:
+            return
+        self._told.add(id(target))
+        (row, at, low, high), certain = found
+        several = certain and max(len(joint.limits.numbers()) // 2, len(target.numbers())) > 1
+        scene = f" in scene {self._leaves.scenes[row]}" if several else ""
+        pulls = "pulls" if certain else "may pull"
+        message = f"the drive of `{cut(joint.name)}` {pulls} to {at:g}{scene}, beyond its limits [{low:g}, {high:g}]"
+        hint = (
+            "positions are radians, or metres of a prismatic joint; to press against a limit, say `beyond_limits: true`"
+        )
+        self._sink.report("SC523", message, place, hint=hint)
+
+
+def _beyond_limits(limits: Value, target: Value) -> tuple[OutsidePosition, bool] | None:
+    """A target beyond its limits, and whether it is for certain so."""
+    if limits.known and target.known:
+        found = first_outside(limits, target.numbers())
+        return None if found is None else (found, True)
+    low, high = widest(limits)
+    numbers = [number for number in target.numbers() if math.isfinite(number)]
+    at = next((number for number in numbers if not low - OUTSIDE <= number <= high + OUTSIDE), None)
+    return None if at is None else ((0, at, low, high), False)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scenecc.geometry import rotation_arrays
-from scenecc.lower.placing.poses import IDENTITY_POSE, compose
+from scenecc.lower.poses import IDENTITY_POSE, compose
 
 # Seven digits: not of unit length, and normalised no longer the same.
 Q = (0.9238795, 0.2209424, 0.2209424, 0.2209424)

@@ -11,7 +11,7 @@ from plugins.sample_plans import look
 from plugins.structures import body_of
 from unit.lower.scenes import compiled, entity
 
-from scenecc.lower.bodies import KNOBS
+from scenecc.lower.bodies import BODY_FIELDS
 from scenecc.plan import CoacdParams, ConvexParts, VisualMaterial
 from scenecc.spec.body import MOTION_AXES, Body
 
@@ -138,21 +138,21 @@ KNOB_VALUES: dict[str, tuple[Any, Any]] = {
 
 
 def test_every_knob_has_a_value_here() -> None:
-    assert set(KNOB_VALUES) == set(KNOBS) <= set(Body.model_fields)
+    assert set(KNOB_VALUES) == set(BODY_FIELDS) <= set(Body.model_fields)
 
 
 @pytest.mark.parametrize("name", KNOB_VALUES)
 def test_a_knob_is_in_its_field_and_alone(name: str) -> None:
     given, expected = KNOB_VALUES[name]
     body = body_of(entity(compiled({name: given})))
-    field = KNOBS[name][0]
+    field = BODY_FIELDS[name][0]
     value = getattr(body, field)
     assert value.data.tolist() == [expected]
     assert (
         value.data.dtype.kind
         == {bool: "b", int: "i", float: "f"}[type(expected[0] if isinstance(expected, list) else expected)]
     )
-    others = {KNOBS[other][0] for other in KNOBS} - {field}
+    others = {BODY_FIELDS[other][0] for other in BODY_FIELDS} - {field}
     assert all(getattr(body, other) is None for other in others), "what the file leaves out calls no setter"
 
 

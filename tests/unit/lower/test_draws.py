@@ -1,8 +1,9 @@
-"""Shared draws, the draw stage, and what a reset draws anew."""
+"""Shared draws, arrays that replace them, and what varying parameters are given."""
 
 from __future__ import annotations
 
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,10 @@ from unit.lower.scenes import BALL, codes, compiled, entity, scene
 from scenecc import SceneError, ScenePlan, compile_scene, validate
 from scenecc.variation.evaluation import Batch
 from scenecc.variation.nodes import Rows, Stacked
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Diagnostic
+
 
 HALF = {"half": {"uniform": [0.1, 0.2]}}
 
@@ -276,3 +281,208 @@ def test_a_whole_number_stays_one_in_a_text() -> None:
     assert material is not None
     rows = [plan.physical_materials[int(material.row(i))].row(0).static_friction for i in range(4)]
     assert rows == [3, 4, 3, 4]
+
+
+def body_radius(plan: Any, name: str = "body") -> Any:
+    geometry: Any = body_of(entity(plan, name)).collisions[0].geometry
+    return geometry.radius.data
+
+
+DECLARED = {
+    "half": {"uniform": [1, 2]},
+    "sum": "${half + 1}",
+    "corner": {"uniform": [[0, 0, 0], [1, 1, 1]]},
+    "twice": "${[half, 2 * half]}",
+    "count": {"integers": [0, 500]},
+    "flag": {"choice": [True, False]},
+    "text": {"choice": ["a", "b"]},
+    "either": {"choice": [1, "a"]},
+}
+READ = "${half + sum + corner[0] + twice[1] + count + (1 if flag and text == 'a' and [either] == [1] else 2)}"
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "wanted"),
+    [
+        ("half", [0.1], "must be of shape (3,), as the file declares, not (1,)"),
+        ("half", np.ones((3, 2)), "must be of shape (3,), as the file declares, not (3, 2)"),
+        ("half", np.ones((3, 1)), "must be of shape (3,), as the file declares, not (3, 1)"),
+        ("half", 0.5, "must be of shape (3,), as the file declares, not ()"),
+        ("half", [[1], [1, 2], [3]], "must have rows of one length"),
+        ("half", ["a", "b", "c"], "must be of numbers, as the file declares, not of texts"),
+        ("half", [True, False, True], "must be of numbers, as the file declares, not of flags"),
+        ("half", [None] * 3, "must be of numbers, not of other objects"),
+        ("half", [1, float("nan"), 1], "must be of finite numbers: row 1 is nan"),
+        ("sum", np.ones((3, 1)), "must be of shape (3,), as the file declares, not (3, 1)"),
+        ("corner", np.ones((3, 2)), "must be of shape (3, 3), as the file declares, not (3, 2)"),
+        ("corner", np.ones((3, 4)), "must be of shape (3, 3), as the file declares, not (3, 4)"),
+        ("corner", [1, 2, 3], "must be of shape (3, 3), as the file declares, not (3,)"),
+        ("twice", np.ones((3, 3)), "must be of shape (3, 2), as the file declares, not (3, 3)"),
+        ("count", [0, 1, 1.5], "must be of integers, as the file declares: row 2 is 1.5"),
+        ("count", [0, 1, 1e30], "must be of integers, as the file declares: row 2 is 1e+30"),
+        ("count", ["1", "2", "3"], "must be of integers, as the file declares, not of texts"),
+        ("flag", [1, 0, 1], "must be of flags, as the file declares, not of numbers"),
+        ("text", [1, 0, 1], "must be of texts, as the file declares, not of numbers"),
+        ("either", np.ones((3, 0)), "must be of shape (3,), as the file declares, not (3, 0)"),
+    ],
+)
+def test_an_array_is_what_its_draw_is_declared_to_be(name: str, given: Any, wanted: str) -> None:
+    document = scene({"mass": READ, **ball(1)}, draws=DECLARED, num_scenes=3)
+    found = validate(document, draws={name: given})
+    assert [(d.code, d.path, d.message) for d in found] == [
+        ("SC318", f"draws.{name}", f"the array given for this draw {wanted}")
+    ]
+
+
+@pytest.mark.parametrize(
+    ("name", "given"),
+    [
+        ("half", [1, 2, 3]),
+        ("half", np.array([1, 2, 3], dtype=object)),
+        ("half", np.array([7, 8, 9], dtype=np.float32)),  # outside of what is declared, which is allowed
+        ("twice", np.ones((3, 2), dtype=np.uint8)),
+        ("count", np.array([3.0, 600.0, 7.0])),
+        ("flag", np.array([True, False, True])),
+        ("text", ["a", "b", "zzz"]),
+        ("either", ["a", "b", "a"]),
+    ],
+)
+def test_an_array_of_the_kind_and_shape_is_taken(name: str, given: Any) -> None:
+    compiled({"mass": READ, **ball(1)}, draws=DECLARED, num_scenes=3)
+    document = scene({"mass": READ, **ball(1)}, draws=DECLARED, num_scenes=3)
+    assert validate(document, draws={name: given}) == []
+    assert compile_scene(document, draws={name: given}).num_scenes == 3
+
+
+def test_given_integers_stand_for_the_floats_that_are_declared() -> None:
+    document = scene({"pose": ["${half}", 0, 0], **ball(1)}, draws=HALF, num_scenes=2)
+    [(_, node)] = compile_scene(document, draws={"half": [1, 2]}).draws
+    assert repr(node.items) == "(1.0, 2.0)"  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def test_what_is_given_is_judged_by_the_fields_that_read_it() -> None:
+    document = scene(ball("${half}"), draws=HALF, num_scenes=3)
+    with pytest.raises(SceneError) as caught:
+        compile_scene(document, draws={"half": [1, -1, 1]})
+    [error] = [found for found in caught.value.diagnostics if found.severity == "error"]
+    assert (error.code, error.path) == ("SC513", "entities.body.shapes[0].radius")
+    assert "in scene 1 this is -1" in error.message
+
+
+def test_the_draw_of_a_prefab_is_given_by_its_full_name(tmp_path: Path) -> None:
+    (tmp_path / "ball.yaml").write_text(
+        "scenecc: 1\ndraws: {half: {uniform: [0.1, 0.2]}}\nentities:\n"
+        '  ball: {shapes: [{type: sphere, radius: "${half}"}]}\n'
+    )
+    (tmp_path / "two.yaml").write_text("scenecc: 1\nentities:\n  ball: {use: ball.yaml}\n")
+    top = tmp_path / "scene.yaml"
+    top.write_text("scenecc: 1\nnum_scenes: 2\nentities:\n  a: {use: ball.yaml}\n  b: {use: two.yaml}\n")
+    plan = compile_scene(top, draws={"a/half": [1, 2], "b/ball/half": [3, 4]})
+    assert body_radius(plan, "a/ball").tolist() == [1, 2]
+    assert body_radius(plan, "b/ball/ball").tolist() == [3, 4]
+    found = validate(top, draws={"b/ball/half": [[3, 4], [5, 6]]})
+    assert [(d.code, d.message) for d in found] == [
+        ("SC318", "the array given for this draw must be of shape (2,), as the file declares, not (2, 2)")
+    ]
+
+
+PREFAB = """scenecc: 1
+params:
+  p: {%s}
+entities:
+  leg: {shapes: [{type: sphere, radius: "${1 if p == p else 2}"}]}
+"""
+
+SCENE = """scenecc: 1
+num_scenes: 4
+draws:
+  u: {uniform: [0, 1]}
+  v: {uniform: [[0, 0], [1, 1]]}
+  n: {choice: [1, 2, 3]}
+  far: {integers: [0, 1000000]}
+entities:
+  a: {use: prefab.yaml, with: {p: %s}%s}
+  b: {shapes: [{type: sphere, radius: "${1 + u + v[0] + n + far}"}]}
+"""
+
+
+def write(folder: Path, declared: str, given: str, rest: str = "") -> Path:
+    (folder / "prefab.yaml").write_text(PREFAB % declared)
+    (folder / "scene.yaml").write_text(SCENE % (given, rest))
+    return folder / "scene.yaml"
+
+
+def errors(found: tuple[Diagnostic, ...] | list[Diagnostic]) -> list[str]:
+    return [one.code for one in found if one.severity == "error"]
+
+
+@pytest.mark.parametrize(
+    ("declared", "given", "code"),
+    [
+        ("type: number, min: 0", '"${u - 0.5}"', "SC212"),
+        ("type: number, max: 2", '"${n}"', "SC212"),
+        ("type: number, max: 2", '{cycle: [1, "${n}"]}', "SC212"),
+        ("type: number, max: 2", '{uniform: [0, "${n}"]}', "SC212"),
+        ("type: number, max: 2", '"${scene}"', "SC212"),
+        ("type: number", '"${v}"', "SC211"),
+        ("type: integer", '"${n * 0.5}"', "SC211"),
+        ("type: string", '"${u}"', "SC211"),
+        ("type: boolean", '"${n}"', "SC211"),
+        ("type: vector", '"${u}"', "SC211"),
+        ("type: vector, default: [0, 0, 0]", '"${v}"', "SC211"),
+        ("type: vector, default: [0, 0], min: 0.5", '"${v}"', "SC212"),
+        ("type: color", '"${v}"', "SC211"),
+        ("type: choice, options: [1, 2], default: 1", '"${n}"', "SC211"),
+        ("type: file", '"${n}"', "SC211"),
+        ("type: list", '"${n}"', "SC211"),
+        ("type: number, min: 0, max: 1", '"${u}"', None),
+        ("type: number, min: 0, max: 1", '"${n / 3}"', None),
+        ("type: vector, default: [0, 0], min: 0", '"${v}"', None),
+        ("type: choice, options: [1, 2, 3], default: 1", '"${n}"', None),
+        ("type: boolean", '"${n > 1}"', None),
+    ],
+)
+def test_what_is_known_is_judged_without_drawing(tmp_path: Path, declared: str, given: str, code: str | None) -> None:
+    found = [one for one in validate(write(tmp_path, declared, given)) if one.severity == "error"]
+    assert [one.code for one in found] == ([] if code is None else [code])
+    for one in found:
+        assert one.location.line == 9
+        assert "the parameter `p` must" in one.message
+        assert [Path(str(related.location.file)).name for related in one.related] == ["prefab.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("declared", "given", "code"),
+    [
+        ("type: number, max: 2", '"${u * u - u + 3}"', "SC212"),
+        ("type: vector, default: [0, 0], max: 2", '"${[3 + u * u - u, 0]}"', "SC212"),
+        ("type: integer", '"${u}"', "SC211"),
+        ("type: choice, options: [1, 2], default: 1", '"${u}"', "SC211"),
+        ("type: integer", '"${far * 0.5}"', "SC211"),
+    ],
+)
+def test_the_rest_is_judged_as_it_is_drawn(tmp_path: Path, declared: str, given: str, code: str) -> None:
+    file = write(tmp_path, declared, given)
+    assert errors(validate(file)) == []
+    with pytest.raises(SceneError) as raised:
+        compile_scene(file)
+    assert errors(raised.value.diagnostics) == [code]
+    assert "which this gives in scene 0" in raised.value.diagnostics[-1].message
+
+
+def test_scenes_in_which_an_instance_is_not_do_not_matter(tmp_path: Path) -> None:
+    assert errors(validate(write(tmp_path, "type: number, max: 2", '"${scene}"', ", scene_idxs: [0, 1, 2]"))) == []
+    file = write(tmp_path, "type: number, max: 2", '"${scene}"', ", scene_idxs: [1, 3]")
+    [found] = [one for one in validate(file) if one.severity == "error"]
+    assert found.code == "SC212"
+    assert "in scene 3" in found.message
+
+
+def test_an_array_for_a_parameter_is_judged_too(tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text(
+        "scenecc: 1\nnum_scenes: 2\nparams: {p: {type: number, min: 0, default: {uniform: [0, 1]}}}\n"
+        'entities: {a: {shapes: [{type: sphere, radius: "${p + 2}"}]}}\n'
+    )
+    assert errors(validate(file, draws={"p": [0.0, 1.0]})) == []
+    assert errors(validate(file, draws={"p": [0.0, -1.0]})) == ["SC212"]

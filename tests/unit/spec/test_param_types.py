@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from scenecc.lower.kinds import read_color
+from scenecc.lower.field_types import read_color
 from scenecc.spec.material import ColorText
 from scenecc.spec.param_types import ParamType, is_color
 

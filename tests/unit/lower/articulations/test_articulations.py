@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from scenecc import compile_scene, validate
-from scenecc.lower.articulations.maps import Matching
+from scenecc.lower.articulations.overrides import PatternMatcher
 from scenecc.plan.articulation import ArticulationStructure, Joint, Link
 
 if TYPE_CHECKING:
@@ -335,7 +335,7 @@ def test_ten_thousand_patterns_and_long_names_end_in_an_error_within_seconds() -
 
 
 def test_a_name_is_matched_with_a_pattern_once_however_many_copies_there_are() -> None:
-    matching = Matching()
+    matching = PatternMatcher()
     for _ in range(10):
         assert matching.matches("j+", "j" * 1_000_000)
     assert not matching.exhausted

@@ -1,0 +1,332 @@
+"""Drafts of articulations, before overrides; and those of trees of links that the scene file writes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from scenecc.geometry.rotations import IDENTITY, shortest_from_x
+from scenecc.lower.angles import check_limits_keys, lower_limits, warn_limits_in_degrees
+from scenecc.lower.field_types import number, vector
+from scenecc.lower.local_poses import local_pose
+from scenecc.lower.poses import IDENTITY_POSE, POSE, direction, pose_item, turned
+from scenecc.lower.variation import VARYING, FormStep, Place, VariationLowerer, field_place
+from scenecc.plan import CollisionShape, Value, VisualShape, literal
+from scenecc.plan.articulation import level_order
+from scenecc.spec.pose import AXES
+from scenecc.variation.nodes import Composed, Pointing, Posed
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.lower.fields import FieldLowerer
+    from scenecc.lower.shapes import ShapeDefaults, ShapeLowerer
+    from scenecc.plan import Inertial
+    from scenecc.plan.articulation import JointType
+    from scenecc.spec.articulation_tree import TreeJoint, TreeLink
+
+
+Layer = tuple[Any, "Origin"]
+"""A model with keys, and the node that has them."""
+
+
+@dataclass(frozen=True, slots=True)
+class ContactDefaults:
+    """What is said of all shapes of a link that say nothing themselves.
+
+    Attributes:
+        default: surface and density.
+        patch_radius, min_patch_radius: (·,) [m] or None.
+    """
+
+    default: ShapeDefaults
+    patch_radius: Value | None = None
+    min_patch_radius: Value | None = None
+
+
+ShapeMaker = Callable[[ContactDefaults], "tuple[tuple[CollisionShape, ...], tuple[VisualShape, ...]]"]
+"""Makes the shapes of a link."""
+
+
+@dataclass(frozen=True, slots=True)
+class DraftMimic:
+    """What a joint follows. `multiplier`, `offset`: (·,)."""
+
+    source: str
+    multiplier: Value
+    offset: Value
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class DraftJoint:
+    """The joint between a link and its parent, as the plan has it, but for what patterns and the start say.
+
+    Attributes:
+        effort: the most that a drive exerts where that says nothing; None: likewise unknown.
+        limits_origin: where its limits are written, where that is a place of their own.
+    """
+
+    type: JointType
+    name: str
+    origin: Origin
+    pose_in_parent: Value | None = None
+    pose_in_child: Value | None = None
+    limits: Value | None = None
+    limits_origin: Origin | None = None
+    friction: Value | None = None
+    damping: Value | None = None
+    armature: Value | None = None
+    max_velocity: Value | None = None
+    effort: Value | None = None
+    mimic: DraftMimic | None = None
+
+    @property
+    def moves(self) -> bool:
+        """Whether it has a degree of freedom."""
+        return self.type != "fixed"
+
+
+@dataclass(frozen=True, slots=True)
+class DraftLink:
+    """A link.
+
+    Attributes:
+        parent: number of the link that it hangs on, which stands before it; None: it is the root.
+        own: its own keys, which go before what patterns say; None: it has none.
+        inertial: what its file says of its mass.
+        ignore_bits: as `DescribedLink` has them.
+    """
+
+    name: str
+    origin: Origin
+    shaping: ShapeMaker
+    parent: int | None = None
+    joint: DraftJoint | None = None
+    own: Layer | None = None
+    inertial: Inertial | None = None
+    ignore_bits: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class ArticulationDraft:
+    """A whole articulation.
+
+    Attributes:
+        links: the root first, each after its parent.
+        fixed: whether the root is fixed to the world; None: nothing says it, so that what stands for it is the default.
+        file: (·,) index of its file; None: it is the scene's own.
+        ignored: for each of the lowest bits of `ignore_bits`, where its file says that two links ignore one another;
+            of others there is no such place.
+    """
+
+    links: tuple[DraftLink, ...]
+    origin: Origin
+    fixed: bool | None = None
+    file: Value | None = None
+    ignored: tuple[Origin, ...] = ()
+
+    def moving(self) -> list[int]:
+        """The links whose joints move, in SAPIEN's order of them: by distance from the root, then as they are built."""
+        order = level_order(link.parent for link in self.links)
+        return [number for number in order if (joint := self.links[number].joint) is not None and joint.moves]
+
+
+_JOINT_NUMBERS = ("friction", "damping", "armature")
+_MOVING_JOINT_KEYS = (*_JOINT_NUMBERS, "axis", "pose_in_child", "limits", "limits_deg", "mimic")
+_COLLIDING_KEYS = ("density", "patch_radius", "min_patch_radius")
+_DIRECTION = vector(3, "")
+_NO_LIMITS = (-math.inf, math.inf)
+
+
+class LinkTreeDrafter:
+    """Makes drafts of trees of links.
+
+    Args:
+        shapes: lowers their shapes.
+        sink: takes the diagnostics.
+    """
+
+    def __init__(self, shapes: ShapeLowerer, sink: Sink) -> None:
+        self._shapes = shapes
+        self._sink = sink
+
+    def draft(self, root: TreeLink, origin: Origin, leaves: FieldLowerer) -> ArticulationDraft:
+        """A tree as a draft.
+
+        Args:
+            root: of it.
+            origin: of the root.
+            leaves: of the entity.
+        """
+        links: list[DraftLink] = []
+        waiting: list[tuple[TreeLink, Origin, int | None]] = [(root, origin, None)]
+        while waiting:
+            link, place, parent = waiting.pop()
+            number = len(links)
+            links.append(self._link(link, place, parent, leaves))
+            below = [(child, place.child("children", i), number) for i, child in enumerate(link.children)]
+            waiting += reversed(below)
+        return ArticulationDraft(tuple(links), origin)
+
+    def _link(self, link: TreeLink, origin: Origin, parent: int | None, leaves: FieldLowerer) -> DraftLink:
+        joint = None
+        if parent is None and link.joint is not None:
+            self._nothing("joint", "the root, which hangs on nothing: `fix_root_link` fixes it", origin)
+        elif parent is not None and link.joint is None:
+            self._sink.report("SC102", f"the link `{link.name}` lacks the key `joint`", origin, at="key")
+        elif link.joint is not None:
+            joint = self._joint(link.joint, origin.child("joint"), leaves)
+        self._idle(link, origin)
+
+        def shaping(touch: ContactDefaults) -> tuple[tuple[CollisionShape, ...], tuple[VisualShape, ...]]:
+            return self._shaped(link, touch, origin, leaves)
+
+        return DraftLink(link.name, origin, shaping, parent, joint, own=(link, origin))
+
+    def _idle(self, link: TreeLink, origin: Origin) -> None:
+        """What a link says for shapes that it has not."""
+        if link.shapes or link.collisions:
+            return
+        for key in _COLLIDING_KEYS if link.visuals else (*_COLLIDING_KEYS, "material"):
+            if getattr(link, key) is not None:
+                shape = "shape" if key == "material" else "colliding shape"
+                self._nothing(key, f"a link without a {shape}", origin)
+
+    def _shaped(
+        self, link: TreeLink, touch: ContactDefaults, origin: Origin, leaves: FieldLowerer
+    ) -> tuple[tuple[CollisionShape, ...], tuple[VisualShape, ...]]:
+        collisions: list[CollisionShape | None] = []
+        visuals: list[VisualShape | None] = []
+        for i, shape in enumerate(link.shapes):
+            collides, seen = self._shapes.both(shape, touch.default, leaves, origin.child("shapes", i))
+            collisions.append(collides)
+            visuals.append(seen)
+        for i, shape in enumerate(link.collisions):
+            collisions.append(self._shapes.collision(shape, touch.default, leaves, origin.child("collisions", i)))
+        for i, shape in enumerate(link.visuals):
+            visuals.append(self._shapes.visual(shape, touch.default, leaves, origin.child("visuals", i)))
+        touching = tuple(_with_contact_radii(shape, touch) for shape in collisions if shape is not None)
+        return touching, tuple(shape for shape in visuals if shape is not None)
+
+    def _joint(self, joint: TreeJoint, origin: Origin, leaves: FieldLowerer) -> DraftJoint:
+        given = joint.model_fields_set
+        self._one_way(joint, origin)
+        in_parent, in_child = self._poses(joint, origin, leaves)
+        name = joint.name or ""
+        if joint.type == "fixed":
+            for key in _MOVING_JOINT_KEYS:
+                # Where a fixed joint's frame stands in the child says where the child stands.
+                if key in given and key != "pose_in_child":
+                    self._nothing(key, "a fixed joint", origin)
+            return DraftJoint("fixed", name, origin, in_parent, in_child)
+        type_: JointType = "revolute" if joint.type == "continuous" else joint.type
+        numbers = {key: leaves.given(getattr(joint, key), number(key), origin, key) for key in _JOINT_NUMBERS}
+        mimic = None
+        if joint.mimic is not None:
+            place = origin.child("mimic")
+            if not name:
+                message = "a joint that follows another lacks the key `name`"
+                self._sink.report("SC102", message, origin, hint="it is known by its name, as the one that it follows")
+            multiplier = leaves.given(joint.mimic.multiplier, number("multiplier"), place, "multiplier")
+            offset = leaves.given(joint.mimic.offset, number("offset"), place, "offset")
+            mimic = DraftMimic(joint.mimic.joint, multiplier or literal(1.0), offset or literal(0.0), place)
+        limits = lower_limits(joint, origin, leaves) or literal(_NO_LIMITS)
+        warn_limits_in_degrees(joint, joint.type, origin, self._sink)
+        place = origin.child("limits" if joint.limits_deg is None else "limits_deg")
+        return DraftJoint(type_, name, origin, in_parent, in_child, limits, place, **numbers, mimic=mimic)
+
+    def _one_way(self, joint: TreeJoint, origin: Origin) -> None:
+        """A joint is placed in URDF's way or in SAPIEN's, and its limits are written once."""
+        given = joint.model_fields_set
+        pairs = [(a, b) for a in ("origin", "axis") for b in ("pose_in_parent", "pose_in_child")]
+        for first, second in pairs:
+            if first in given and second in given:
+                self._exclude(first, second, origin)
+                return
+        if joint.type == "continuous" and (wrong := next(iter(given & {"limits", "limits_deg"}), None)):
+            message = f"a continuous joint has no `{wrong}`"
+            self._sink.report("SC111", message, origin.child(wrong), at="key", hint="write type: revolute")
+        check_limits_keys(joint, joint.type, origin, self._sink)
+
+    def _poses(self, joint: TreeJoint, origin: Origin, leaves: FieldLowerer) -> tuple[Value | None, Value | None]:
+        """The joint's frame in the parent's and in the child's."""
+        if joint.pose_in_parent is not None or joint.pose_in_child is not None:
+            return (
+                self._pose(joint.pose_in_parent, "pose_in_parent", origin, leaves),
+                self._pose(joint.pose_in_child, "pose_in_child", origin, leaves),
+            )
+        if joint.axis.__class__ in VARYING:
+            return self._turning(joint, origin, leaves)
+        stands = self._pose(joint.origin, "origin", origin, leaves)
+        turn = IDENTITY
+        if joint.axis is not None:
+            written: Any = joint.axis
+            axis = direction(written)
+            if not any(axis):
+                self._sink.report("SC114", "an axis of length 0 has no direction", origin.child("axis"))
+                return None, None
+            turn = shortest_from_x(axis)
+        if turn == IDENTITY:
+            return stands, None
+        return self._turned(stands, turn, joint, origin, leaves), literal((0.0, 0.0, 0.0, *turn))
+
+    @staticmethod
+    def _pose(pose: Any, key: str, origin: Origin, leaves: FieldLowerer) -> Value | None:
+        return None if pose is None else local_pose(pose, origin, (key,), "a joint", leaves)
+
+    @staticmethod
+    def _turned(stands: Value | None, turn: Any, joint: TreeJoint, origin: Origin, leaves: FieldLowerer) -> Value:
+        if stands is None:
+            return literal((0.0, 0.0, 0.0, *turn))
+        if stands.is_constant:
+            x, y, z, a, b, c, d = stands.numbers()
+            return literal(turned((x, y, z, a, b, c, d), turn, (0.0, 0.0, 0.0)))
+        place = field_place(origin.child("origin"))
+        reading = VariationLowerer(leaves, place.origin)
+        item = Composed(pose_item(joint.origin, place, reading, leaves.sink), (0.0, 0.0, 0.0, *turn))
+        return leaves.finish(item, reading, POSE, place.origin)
+
+    def _turning(self, joint: TreeJoint, origin: Origin, leaves: FieldLowerer) -> tuple[Value, Value]:
+        """Of an axis that differs from scene to scene."""
+        place = field_place(origin)
+        reading = VariationLowerer(leaves, origin.child("axis"))
+
+        def leaf(one: Any, around: Place, step: FormStep) -> Any:
+            if one.__class__ is str:
+                return AXES[one]
+            return reading.item(one, _DIRECTION, around.inside(step) if step else around)
+
+        axis = reading.select(joint.axis, place.key("axis"), leaf)
+        turn = Posed((0.0, 0.0, 0.0), Pointing(axis))
+        reading.risk(turn.q, origin.child("axis"))
+        in_child = leaves.finish(turn, reading, POSE, origin.child("axis"))
+        stands = IDENTITY_POSE
+        if joint.origin is not None:
+            stands = pose_item(joint.origin, place.key("origin"), reading, leaves.sink)
+        return leaves.finish(Composed(stands, turn), reading, POSE, origin.child("origin")), in_child
+
+    def _exclude(self, first: str, second: str, origin: Origin) -> None:
+        self._sink.report(
+            "SC111",
+            f"`{first}` and `{second}` exclude each other",
+            origin.child(second),
+            at="key",
+            related=[("the first", origin.child(first), "key")],
+        )
+
+    def _nothing(self, key: str, what: str, origin: Origin) -> None:
+        self._sink.report(
+            "SC115", f"`{key}` does nothing on {what}", origin.child(key), at="key", hint=f"leave `{key}` out"
+        )
+
+
+def _with_contact_radii(shape: CollisionShape, touch: ContactDefaults) -> CollisionShape:
+    """A shape with the radii of its link, where it has none itself."""
+    radii = {
+        name: radius
+        for name in ("patch_radius", "min_patch_radius")
+        if (radius := getattr(touch, name)) is not None and getattr(shape, name) is None
+    }
+    return replace(shape, **radii) if radii else shape

@@ -1,0 +1,456 @@
+"""Where the joints of an articulation start, within their limits: `qpos` and `qvel` as written."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics.messages import cut
+from scenecc.lower.angles import suspect_degrees, warn_large_angle
+from scenecc.lower.articulations.links import first_outside, widest
+from scenecc.lower.articulations.overrides import names_hint
+from scenecc.lower.deferred_checks import MimicRelation, ResettableValue
+from scenecc.lower.field_types import FieldType, number
+from scenecc.lower.variation import VARYING, FormStep, Place, VariationLowerer, field_place
+from scenecc.plan import literal, per_scene, varying
+from scenecc.spec.base import NOTE_PREFIX
+from scenecc.spec.scalars import LARGEST
+from scenecc.variation import forms
+from scenecc.variation.bounds import ValueBounds, component_bounds, held_bounds
+from scenecc.variation.nodes import NODES, Held
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.lower.articulations.drafts import DraftJoint, DraftMimic
+    from scenecc.lower.fields import FieldLowerer
+    from scenecc.plan import Value
+
+
+_POSITION = number("qpos")
+_VELOCITY = number("qvel")
+
+
+class InitialStateLowerer:
+    """Finds the positions and velocities at the start.
+
+    Args:
+        joints: those that move, in SAPIEN's order, with what is said of them.
+        leaves: of the entity.
+        origin: of it.
+        sink: takes the diagnostics.
+        beyond_limits: whether what is written may be outside of the limits, and what is drawn is not held within.
+    """
+
+    def __init__(
+        self,
+        joints: Sequence[DraftJoint],
+        leaves: FieldLowerer,
+        origin: Origin,
+        sink: Sink,
+        *,
+        beyond_limits: bool = False,
+    ) -> None:
+        self._joints = joints
+        self._leaves = leaves
+        self._origin = origin
+        self._sink = sink
+        self._beyond_limits = beyond_limits
+        self._quiet = False
+        self._numbers = {joint.name: number for number, joint in enumerate(joints) if joint.name}
+
+    def velocities(self, given: Mapping[int, JointValue]) -> list[Value | None]:
+        """The velocity of each joint; None of all where nothing is written."""
+        if not given:
+            return [None] * len(self._joints)
+        zero = literal(0.0)
+        return [self._velocity(given[i]) if i in given else zero for i in range(len(self._joints))]
+
+    def positions(self, given: Mapping[int, JointValue], *, all_of_them: bool, quiet: bool) -> list[Value | None]:
+        """The position of each joint; None of all where nothing is written and all start at 0, unless `all_of_them`.
+
+        Args:
+            given: what is written, by the joint's number.
+            all_of_them: whether each has one in any case.
+            quiet: what is written was reported, so that nothing is said of what is left out.
+        """
+        self._quiet = quiet
+        found: dict[int, Value] = {}
+        moved = False
+        for i in self._order(given):
+            if i in given:
+                found[i] = self._position(self._joints[i], given[i])
+                self._doubt(self._joints[i], found[i], given[i].origin)
+                continue
+            found[i], elsewhere = self._left_out(self._joints[i], found, told=bool(given))
+            moved |= elsewhere
+        if not given and not moved and not all_of_them:
+            return [None] * len(self._joints)
+        return [found[i] for i in range(len(self._joints))]
+
+    def _order(self, given: Mapping[int, JointValue]) -> list[int]:
+        """The joints, each after the one that it follows; circles are another rule's."""
+        order: dict[int, None] = {}
+        for i in range(len(self._joints)):
+            chain = [i]
+            while (source := self._source(chain[-1], given)) is not None and source not in chain:
+                chain.append(source)
+            order.update(dict.fromkeys(reversed(chain)))
+        return list(order)
+
+    def _source(self, i: int, given: Mapping[int, JointValue]) -> int | None:
+        mimic = self._joints[i].mimic
+        return None if mimic is None or i in given else self._numbers.get(mimic.source)
+
+    def _velocity(self, given: JointValue) -> Value:
+        if given.item.__class__ not in NODES:
+            return literal(float(given.item))
+        assert given.reading is not None
+        item = joint_value_node(given)
+        return self._leaves.finish(item, given.reading, _VELOCITY, given.origin, reset=True)
+
+    def _position(self, joint: DraftJoint, given: JointValue) -> Value:
+        if given.item.__class__ not in NODES:
+            at = float(given.item)
+            self._judge(joint, [at], given.origin)
+            return literal(at)
+        assert given.reading is not None
+        reading, drawing = given.reading, self._leaves.drawing
+        if self._beyond_limits:
+            return self._leaves.finish(joint_value_node(given), reading, _POSITION, given.origin, reset=True)
+        if reading.drawn or any(name in drawing.random for name in reading.reads):
+            return self._held(joint, given, reading)
+        item = joint_value_node(given)
+        kind = FieldType(quantity="qpos", within=widest(joint.limits))
+        value = self._leaves.finish(item, reading, kind, given.origin, reset=True)
+        if value.known and not reading.broken:
+            self._judge(joint, value.data.tolist(), given.origin)
+        elif not value.known:
+            self._leaves.pend(value, kind, given.origin, reading)
+        return value
+
+    def _held(self, joint: DraftJoint, given: JointValue, reading: VariationLowerer) -> Value:
+        """A position that is drawn, held within the limits, as each later one is."""
+        leaves, limits = self._leaves, joint.limits
+        plain = limits is None or limits.is_constant
+        low, high = _constant_limits(limits) if plain else (-LARGEST, LARGEST)
+        item = Held(given.item, given.index, low, high)
+        value = leaves.finish(item, reading, _POSITION, given.origin, reset=True)
+        if plain or limits is None or value.known:
+            return value
+        import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+        rows = len(leaves.scenes)
+
+        def draw() -> NDArray[Any]:
+            # Either has one row where its rows are equal.
+            return np.broadcast_to(np.clip(value.data, limits.data[:, 0], limits.data[:, 1]), rows)
+
+        held = varying(draw, bounds=_clamped_support(value.bounds, limits), rows=rows)
+        leaves.drawing.resets[id(held)] = ResettableValue(held, item, reading, leaves, limits)
+        return held
+
+    def _left_out(self, joint: DraftJoint, found: Mapping[int, Value], *, told: bool) -> tuple[Value, bool]:
+        """Where a joint starts of which nothing is said, and whether that is elsewhere than at 0.
+
+        `told`: whether anything is said of others.
+        """
+        mimic = joint.mimic
+        source = None if mimic is None else self._numbers.get(mimic.source)
+        if mimic is not None and source is not None and source in found:
+            followed = self._following(mimic, joint.limits, found[source])
+            return followed, followed.numbers() != (0.0,)
+        limits = joint.limits
+        low, high = widest(joint.limits)
+        # Limits the wrong way round are another rule's.
+        if limits is not None and low <= high and not low <= 0 <= high and not self._quiet:
+            nearest = high if high < 0 else low
+            message = f"`{cut(joint.name)}` starts at its limit {nearest:g}, for it cannot start at 0"
+            place = self._origin.child("qpos") if told else self._origin
+            hint = f"give it a position: `qpos: {{{joint.name}: …}}`"
+            # One entity, and one thing to mend: the other joints are counted.
+            with self._sink.alike():
+                self._sink.report("SC518", message, place, at="key", hint=hint)
+        if limits is None:
+            return literal(0.0), False
+        if limits.is_constant:
+            at = min(max(0.0, limits.numbers()[0]), limits.numbers()[1])
+            return literal(at), at != 0.0
+        return self._nearest(limits), True
+
+    def _nearest(self, limits: Value) -> Value:
+        """As near to 0 as limits allow that differ from scene to scene."""
+        import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+        rows = len(self._leaves.scenes)
+
+        def draw() -> NDArray[Any]:
+            # The limits have one row where they are equal in all scenes.
+            return np.broadcast_to(np.clip(0.0, limits.data[:, 0], limits.data[:, 1]), rows)
+
+        if limits.known:
+            return per_scene(draw())
+        return varying(draw, bounds=_clamped_support(ValueBounds.of((0.0,)), limits), rows=rows)
+
+    def _following(self, mimic: DraftMimic, limits: Value | None, source: Value) -> Value:
+        """Where a joint starts that follows another one, within its limits.
+
+        Args:
+            mimic: how it follows.
+            limits: its own.
+            source: where the other one starts.
+        """
+        parts = [part for part in (source, mimic.multiplier, mimic.offset, limits) if part is not None]
+        if all(part.is_constant for part in parts):
+            (at,), (multiplier,), (offset,) = source.numbers(), mimic.multiplier.numbers(), mimic.offset.numbers()
+            low, high = _constant_limits(limits)
+            return literal(max(min(multiplier * at + offset, high), low))
+        import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+        rows = len(self._leaves.scenes)
+
+        def draw() -> NDArray[Any]:
+            moved = mimic.multiplier.data * source.data + mimic.offset.data
+            held = moved if limits is None else np.maximum(np.minimum(moved, limits.data[:, 1]), limits.data[:, 0])
+            return np.broadcast_to(held, rows)
+
+        if all(part.known for part in parts):
+            return per_scene(draw())
+        support = held_bounds(source.bounds, mimic.multiplier.bounds, mimic.offset.bounds, *_limit_supports(limits))
+        value = varying(draw, bounds=support, rows=rows)
+        resets = self._leaves.drawing.resets
+        reset = resets.get(id(source))
+        if reset is not None:
+            follows = MimicRelation(reset, mimic.multiplier, mimic.offset)
+            resets[id(value)] = ResettableValue(value, reset.node, reset.reading, self._leaves, limits, follows)
+        return value
+
+    def _doubt(self, joint: DraftJoint, position: Value, place: Origin) -> None:
+        """Warns of a position that is probably in degrees, where no limits tell."""
+        if self._beyond_limits or not joint.type.startswith("revolute"):
+            return
+        numbers = position.numbers()
+        if any(map(math.isfinite, widest(joint.limits))) or not (
+            angle := min(map(suspect_degrees, numbers), default=0.0)
+        ):
+            return
+        hint = "positions are radians: `${radians(90)}` is 90 degrees; if it is meant, say `beyond_limits: true`"
+        warn_large_angle(angle, place, self._sink, hint=hint)
+
+    def _judge(self, joint: DraftJoint, positions: Sequence[float], place: Origin) -> None:
+        """Reports the first position that is outside of its limits."""
+        limits = joint.limits
+        if self._beyond_limits or limits is None or not limits.known:
+            # Whether it is outside of limits that are drawn is told by their rows.
+            return
+        found = first_outside(limits, positions)
+        if found is None:
+            return
+        row, at, low, high = found
+        several = max(len(limits.numbers()) // 2, len(positions)) > 1
+        scene = f" in scene {self._leaves.scenes[row]}" if several else ""
+        message = f"`{cut(joint.name)}` starts at {at:g}{scene}, outside of its limits [{low:g}, {high:g}]"
+        hint = "positions are radians, or metres of a prismatic joint"
+        self._sink.report("SC517", message, place, hint=hint)
+
+
+def _constant_limits(limits: Value | None) -> tuple[float, float]:
+    """Limits that are the same in every scene, as numbers that a recipe may hold."""
+    low, high = (-math.inf, math.inf) if limits is None else limits.numbers()
+    return max(low, -LARGEST), min(high, LARGEST)
+
+
+def _limit_supports(limits: Value | None) -> tuple[ValueBounds, ValueBounds]:
+    """What the lowest and the highest position can be."""
+    if limits is None:
+        return ValueBounds.of((-math.inf,)), ValueBounds.of((math.inf,))
+    return component_bounds(limits.bounds, 0), component_bounds(limits.bounds, 1)
+
+
+def _clamped_support(support: ValueBounds, limits: Value) -> ValueBounds:
+    """What is left of a support once it is held within limits."""
+    if support.low is None or not isinstance(support.low, int | float):
+        return replace(support, exact=False)
+    numbers = limits.numbers()
+    low, high = min(numbers[0::2], default=-math.inf), max(numbers[1::2], default=math.inf)
+    return ValueBounds(None, max(support.low, low), min(support.high, high), exact=False)
+
+
+def joint_value_node(given: JointValue) -> Any:
+    """What is written for a joint as one number."""
+    return given.item if given.index < 0 else Held(given.item, given.index, -LARGEST, LARGEST)
+
+
+_NUMBERS = frozenset((float, int))
+_ONE = FieldType()
+
+
+@dataclass(frozen=True, slots=True)
+class JointValue:
+    """What is written for one joint.
+
+    Attributes:
+        item: a number, or a node.
+        index: which of the numbers that the node gives; -1: it gives one.
+        reading: of the node; None of a number.
+        origin: where it is written.
+    """
+
+    item: Any
+    index: int
+    reading: VariationLowerer | None
+    origin: Origin
+
+
+class JointNumbers:
+    """Takes apart what is written for the joints of an articulation.
+
+    Args:
+        names: of the joints that move, in SAPIEN's order.
+        others: names that joints of the entity's other structures have, and of its file's other robots.
+        origin: of the articulation.
+        leaves: of it.
+        sink: takes the diagnostics.
+    """
+
+    def __init__(
+        self, names: Sequence[str], others: Collection[str], origin: Origin, leaves: FieldLowerer, sink: Sink
+    ) -> None:
+        self._names = names
+        self._others = others
+        self._origin = origin
+        self._leaves = leaves
+        self._sink = sink
+
+    def of(self, written: Any, key: str) -> dict[int, JointValue]:
+        """What is written, by the joint's number; what was reported is missing.
+
+        Args:
+            written: a list, a mapping, a form or an expression of a list; None: nothing.
+            key: under which.
+        """
+        if written is None:
+            return {}
+        origin = self._origin.child(key)
+        if written.__class__ is dict:
+            return self._by_name(written, origin)
+        if self._misfit(written, key, origin):
+            return {}
+        if not self._names:
+            message = f"`{key}` does nothing here: no joint moves"
+            self._sink.report("SC115", message, origin, at="key", hint=f"leave `{key}` out")
+            return {}
+        place = field_place(origin)
+        if written.__class__ is forms.Vector or written.__class__ not in VARYING:
+            items = written.items if written.__class__ is forms.Vector else written
+            return {
+                number: self._one(item, Place(origin.child(number), place.path, number))
+                for number, item in enumerate(items)
+            }
+        count = len(self._names)
+        reading = VariationLowerer(self._leaves, origin)
+        kind = FieldType((count,), fallback=(0.0,) * count)
+
+        def leaf(one: Any, around: Place, step: FormStep) -> Any:
+            # As a node holds them, so that a plan comes back from its JSON as it was.
+            return (
+                tuple(one)
+                if one.__class__ is list
+                else reading.item(one, kind, around.inside(step) if step else around)
+            )
+
+        node = reading.select(written, place, leaf)
+        return {number: JointValue(node, number, shared_by_joint(reading, number), origin) for number in range(count)}
+
+    def _one(self, item: Any, place: Place) -> JointValue:
+        if item.__class__ not in VARYING:
+            return JointValue(item, -1, None, place.origin)
+        reading = VariationLowerer(self._leaves, place.origin)
+        return JointValue(reading.item(item, _ONE, place), -1, reading, place.origin)
+
+    def _by_name(self, written: dict[str, Any], origin: Origin) -> dict[int, JointValue]:
+        numbers = {name: number for number, name in enumerate(self._names) if name}
+        found: dict[int, JointValue] = {}
+        for name, item in written.items():
+            if name.startswith(NOTE_PREFIX):
+                continue
+            place = field_place(origin.child(name))
+            if name in numbers:
+                found[numbers[name]] = self._one(item, place)
+            elif name not in self._others:
+                hint = names_hint(self._names, name)
+                self._sink.report("SC325", f"no joint `{cut(name)}` moves here", place.origin, at="key", hint=hint)
+        return found
+
+    def _misfit(self, written: Any, key: str, origin: Origin) -> bool:
+        """Whether some list has another length, or names stand where only a list can, which is reported."""
+        for found, place in _lists(written):
+            if found.__class__ is dict:
+                message = f"alternatives of `{key}` are lists: names cannot stand for one"
+                hint = f"write the form for each joint: `{key}: {{JOINT: {{choice: [0, 1]}}}}`"
+                self._sink.report("SC321", message, origin.child(*place), hint=hint)
+                return True
+            if len(found) != len(self._names):
+                self._miscounted(len(found), origin.child(*place))
+                return True
+        return False
+
+    def _miscounted(self, count: int, place: Origin) -> None:
+        joints = len(self._names)
+        are = "joint moves" if joints == 1 else "joints move"
+        values = "1 number" if count == 1 else f"{count} numbers"
+        names = ", ".join(f"`{cut(name)}`" for name in self._names[:_SHOWN_NAMES])
+        hint = f"in this order: {names}" + (" …" if joints > _SHOWN_NAMES else "") if joints else None
+        self._sink.report("SC325", f"{values}, where {joints} {are}", place, hint=hint)
+
+
+_SHOWN_NAMES = 20
+
+
+def shared_by_joint(reading: VariationLowerer, number: int) -> VariationLowerer:
+    """What was read, for the joint of some number: what the first one judges is not judged again."""
+    if number == 0:
+        return reading
+    other = object.__new__(VariationLowerer)
+    other.__dict__.update(reading.__dict__)
+    other.risky = False
+    return other
+
+
+def _lists(written: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[Any, tuple[Any, ...]]]:
+    """The lists of numbers, and the mappings, in what is written, and where each of them is."""
+    match written:
+        case forms.PerScene(items):
+            pairs = [(one, ("per_scene", i)) for i, one in enumerate(items)]
+        case forms.SceneMap(items, default):
+            pairs = [(one, ("per_scene", str(scene))) for scene, one in items]
+            pairs += [] if default is forms.MISSING else [(default, ("per_scene", "default"))]
+        case forms.Cycle(items):
+            pairs = [(one, ("cycle", i)) for i, one in enumerate(items)]
+        case forms.Choice(items):
+            pairs = [(one, ("choice", i)) for i, one in enumerate(items)]
+        case forms.Normal():
+            ends = (written.mean, written.std, *(written.clip or ()))
+            steps = (("normal", 0), ("normal", 1), ("clip", 0), ("clip", 1))
+            pairs = list(zip(ends, steps, strict=False))
+        case forms.Uniform() | forms.Integers() | forms.LogUniform():
+            word = _form_key(written)
+            pairs = [(written.low, (word, 0)), (written.high, (word, 1))]
+        case forms.Vector(items):
+            yield items, at
+            return
+        case _:
+            if written.__class__ in {list, tuple, dict}:
+                yield written, at
+            return
+    for one, step in pairs:
+        yield from _lists(one, (*at, *step))
+
+
+def _form_key(form: Any) -> str:
+    """The key of a form that draws."""
+    return next(key for key, kind in forms.DISTRIBUTIONS.items() if kind is form.__class__)

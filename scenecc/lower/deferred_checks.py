@@ -1,0 +1,380 @@
+"""Checks of values that vary: what can be told before anything is drawn, and what only the drawn rows can tell."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics.frozen import frozen
+from scenecc.diagnostics.messages import cut, show
+from scenecc.spec.known import known_as
+from scenecc.variation.compute_limit import COMPUTE_LIMIT_HINT, ComputeLimitError
+from scenecc.variation.errors import DrawError
+from scenecc.variation.nodes import NODE_TYPES, Computed, Drawn, draws_read_by
+from scenecc.variation.operations import LISTS, kind_name, shape_mismatch
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from numpy.typing import NDArray
+
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.lower.field_types import FieldType
+    from scenecc.lower.fields import FieldLowerer, SamplingContext
+    from scenecc.lower.scene import Lowered
+    from scenecc.lower.variation import VariationLowerer
+    from scenecc.plan import ScenePlan, Value
+    from scenecc.plan.fields import Bounds
+    from scenecc.variation.bounds import ExpressionBounds
+    from scenecc.variation.nodes import Node
+
+
+@frozen
+class DeferredCheck:
+    """A value that only its rows can be judged by: an expression's, or a rotation that can fail to be one."""
+
+    value: Value
+    kind: FieldType
+    scenes: tuple[int, ...]
+    origin: Origin
+    origins: Mapping[int, tuple[Any, Origin]]
+
+
+@frozen
+class MimicRelation:
+    """What a joint follows: its position is multiplier · source + offset, both of which stay as they are built."""
+
+    source: ResettableValue
+    multiplier: Value
+    offset: Value
+
+
+@frozen
+class ResettableValue:
+    """A velocity, a position of a joint or a target that may be drawn anew.
+
+    Attributes:
+        limits: (·, 2) that stay as they are built, and that what is drawn is held within; None: the node says all.
+        follows: the position that it is moved from; None: the node draws it.
+    """
+
+    value: Value
+    node: Node
+    reading: VariationLowerer
+    leaves: FieldLowerer
+    limits: Value | None = None
+    follows: MimicRelation | None = None
+
+
+def report_draw_failure(
+    error: DrawError, origins: Mapping[int, tuple[Any, Origin]], origin: Origin, sink: Sink
+) -> None:
+    """Reports what has no value in some scene, at the node that has none."""
+    place = origins.get(id(error.node), (None, origin))[1]
+    if isinstance(error, ComputeLimitError):
+        sink.report("SC609", error.message, place, hint=COMPUTE_LIMIT_HINT)
+        return
+    message, expression = f"in scene {error.scene}: {error.message}", error.expression
+    if expression is None:
+        sink.report("SC515", message, place)
+    else:
+        sink.report("SC202", message, place, hint=expression.hint, span=(expression.start, expression.end))
+
+
+_CHECKED_LATER = "each scene is judged as it is drawn"
+_VALUE_TYPES = {
+    "float64": (frozenset((int, float)), "a number"),
+    "int64": (frozenset((int,)), "a whole number"),
+    "bool": (frozenset((bool,)), "true or false"),
+}
+"""Of a field: the types of its values, and what these are called."""
+
+
+@frozen
+class PossibleFailure:
+    """Why an expression may not give what it stands for, or a draw nothing.
+
+    Attributes:
+        message: what is wrong, or would be.
+        span: of the part of the scalar that has no value; None where it has one that is not wanted.
+        certain: whether it can be told that this happens.
+        drawn: whether it is about the bounds of a draw.
+    """
+
+    message: str
+    span: tuple[int, int] | None
+    certain: bool
+    drawn: bool = False
+
+
+def depends_on_scene_only(node: Node, drawing: SamplingContext) -> bool:
+    """Whether the scene's index alone decides what an expression gives, and no seed."""
+    return drawing.random.isdisjoint(draws_read_by(node))
+
+
+def warn_may_fail(pending: DeferredCheck, reading: VariationLowerer, leaves: FieldLowerer) -> None:
+    """Reports what is wrong with a value that holds expressions, and what may be, whatever is drawn."""
+    drawing = leaves.drawing
+    doubts = [
+        (doubt, place)
+        for node, place in reading.origins.values()
+        if (doubt := _possible_failure(node, pending.kind, leaves)) is not None
+    ]
+    unfit = _outside_bounds(pending.value, pending.kind) if reading.computed else None
+    if not doubts and unfit is None and drawing.doubtful.isdisjoint(reading.reads):
+        return
+    if not reading.drawn and drawing.random.isdisjoint(reading.reads):
+        pass  # MOVED  # noqa: PLC0415 - it reads this module
+
+        # Nothing of it is random, so that its rows can be looked at.
+        check_rows(pending, drawing, leaves.sink)
+        return
+    _warn_scene_failures(reading, leaves)
+    for doubt, place in doubts:
+        _report_possible_failure(doubt, place, drawing)
+    # A division by what may be zero gives numbers of any size: that is one thing to mend.
+    told = any(doubt.certain for doubt, _ in doubts) or (doubts and math.inf in pending.value.bounds.numbers())
+    if unfit is not None and not told:
+        code, message = unfit
+        hint = f"{_CHECKED_LATER}; `min` and `max` in the expression keep it in its range" if code == "SC514" else None
+        leaves.sink.report(code, message, pending.origin, hint=hint)
+
+
+def warn_draw_may_fail(name: str, reading: VariationLowerer, leaves: FieldLowerer) -> None:
+    """Reports why a shared draw may have no value, unless its scene alone decides: of that its readers tell."""
+    drawing = leaves.drawing
+    if not drawing.doubtful.isdisjoint(reading.reads):
+        drawing.doubtful.add(name)
+        if name in drawing.random:
+            _warn_scene_failures(reading, leaves)
+    for node, place in reading.origins.values():
+        doubt = _possible_failure(node, None, leaves)
+        if doubt is not None:
+            drawing.doubtful.add(name)
+            if name in drawing.random:
+                _report_possible_failure(doubt, place, drawing)
+
+
+def _warn_scene_failures(reading: VariationLowerer, leaves: FieldLowerer) -> None:
+    """Reports which draws that a value reads, and that their scene decides, have none in one of its scenes."""
+    drawing = leaves.drawing
+    for name in sorted((reading.reads & drawing.doubtful) - drawing.random):
+        error = _failure(name, leaves)
+        if error is not None and id(error.node) in drawing.draw_origins:
+            span = None if error.expression is None else (error.expression.start, error.expression.end)
+            doubt = PossibleFailure(f"in scene {error.scene}: {error.message}", span, certain=False, drawn=span is None)
+            _report_possible_failure(doubt, drawing.draw_origins[id(error.node)][1], drawing)
+
+
+def _failure(name: str, leaves: FieldLowerer) -> DrawError | None:
+    try:
+        leaves.batch().shared(name)
+    except DrawError as error:
+        return error
+    return None
+
+
+def _report_possible_failure(doubt: PossibleFailure, place: Origin, drawing: SamplingContext) -> None:
+    if doubt.span is None and doubt.certain:
+        code, message = "SC515", doubt.message
+    elif doubt.span is None and not doubt.drawn:
+        code, message = "SC514", f"in some scene {doubt.message}"
+    elif doubt.certain:
+        code, message = "SC202", f"this has no value, whatever is drawn: {doubt.message}"
+    else:
+        code, message = "SC516", f"this may have no value: {doubt.message}"
+    advice = "`a if c else b` keeps what has no value from being evaluated"
+    if doubt.drawn:
+        advice = "`min` and `max` keep a bound in its range"
+    hint = f"{_CHECKED_LATER}; {advice}" if code == "SC516" else None
+    drawing.sink.report(code, message, place, hint=hint, span=doubt.span)
+
+
+def _possible_failure(node: Node, wanted: FieldType | None, leaves: FieldLowerer) -> PossibleFailure | None:
+    """Why a node may have no value: an expression, or what is drawn between bounds that vary."""
+    key: tuple[Any, ...]
+    if isinstance(node, Drawn):
+        key, convert, dtype = tuple(map(_identity, (node.low, node.high, *(node.clip or ())))), None, None
+        key = (node.kind, node.shape, *key, id(leaves.scenes))
+    elif isinstance(node, Computed):
+        convert = None if wanted is None or node.shape is not None else wanted.convert
+        dtype = None if wanted is None or wanted.free or node.shape != () else wanted.dtype
+        key = (_identity(node), id(convert), dtype, id(leaves.scenes))
+    else:
+        return None
+    doubts = leaves.drawing.doubts
+    if key not in doubts:
+        found = (
+            _draw_failure(node, leaves)
+            if isinstance(node, Drawn)
+            else _expression_failure(node, convert, dtype, leaves)
+        )
+        # All that is told by its id is kept with it.
+        doubts[key] = (node, leaves.scenes, convert), found
+    return doubts[key][1]
+
+
+def _identity(item: Any) -> Any:
+    """What an item is known by: copies have the same expressions."""
+    if isinstance(item, Computed):
+        return id(item.template), item.shape, item.reads
+    return id(item) if item.__class__ in NODE_TYPES else (item.__class__, item)
+
+
+def _draw_failure(node: Drawn, leaves: FieldLowerer) -> PossibleFailure | None:
+    from scenecc.variation.draw_faults import find_draw_fault  # noqa: PLC0415 - loaded where bounds vary
+
+    found = find_draw_fault(node, leaves.drawing.reader(), leaves.scenes)
+    return None if found is None else PossibleFailure(found[0], None, found[1], drawn=True)
+
+
+def _expression_failure(
+    node: Computed, convert: Any, dtype: str | None, leaves: FieldLowerer
+) -> PossibleFailure | None:
+    from scenecc.variation.bounds import bounds_of_values, example_values  # noqa: PLC0415 - likewise
+    from scenecc.variation.enumeration import enumerate_outcomes  # noqa: PLC0415 - loaded where something varies
+    from scenecc.variation.node_bounds import bounds_and_faults  # noqa: PLC0415 - likewise
+
+    reader = leaves.drawing.reader()
+    found, faults = bounds_and_faults(reader, node)
+    try:
+        rows = enumerate_outcomes(node, reader.draws, reader.given, reader.num_scenes, scenes=leaves.scenes)
+    except DrawError as error:
+        if error.node is not node:
+            # A draw that it reads has none, which is told there.
+            return None
+        if error.expression is None:
+            return PossibleFailure(error.message, None, certain=True)
+        certain = any(fault.certain for fault in faults)
+        return PossibleFailure(error.message, (error.expression.start, error.expression.end), certain)
+    if rows is not None:
+        found = bounds_of_values(rows)
+    elif faults:
+        fault = next((fault for fault in faults if fault.certain), faults[0])
+        return PossibleFailure(fault.message, (fault.start, fault.end), fault.certain)
+    if not example_values(found) and (node.shape is not None or convert is not None):
+        # Of a draw that may have no value nothing more is said.
+        is_told = not leaves.drawing.doubtful.isdisjoint(draws_read_by(node))
+        return None if is_told else PossibleFailure("it may give a value of another kind", None, certain=False)
+    return _misfit(found, node, convert, dtype)
+
+
+def _misfit(found: ExpressionBounds, node: Computed, convert: Any, dtype: str | None) -> PossibleFailure | None:
+    """Why what an expression gives is not what is written where it stands."""
+    from scenecc.variation.bounds import example_values  # noqa: PLC0415 - loaded where something varies
+
+    some = example_values(found)
+    shape, text = node.shape, node.template.text
+    if shape is not None:
+        wrong = [words for one in some if (words := shape_mismatch(one, shape, text) or _of_another_type(one, dtype))]
+    elif convert is not None:
+        wrong = [f"it gives {_described(one, found)}, which means nothing here" for one in some if convert(one) is None]
+    else:
+        return None
+    return PossibleFailure(wrong[0], None, found.exact or len(wrong) == len(some)) if wrong else None
+
+
+def _described(one: Any, found: ExpressionBounds) -> str:
+    return kind_name(one) if found.values is None else show(one)
+
+
+def _of_another_type(given: Any, dtype: str | None) -> str | None:
+    """What is wrong with the type of one value."""
+    types, words = _VALUE_TYPES.get(dtype or "", (None, ""))
+    if types is None or type(given) in types:
+        return None
+    return f"this expression gives {cut(show(given))}, and {words} is wanted"
+
+
+def _outside_bounds(value: Value, wanted: FieldType) -> tuple[str, str] | None:
+    """The code and words of what is wrong, or may be, with the type or size of a value's numbers."""
+    support = value.bounds
+    if not (wanted.quantity or wanted.within):
+        return None
+    bounds = wanted.bounds()
+    outside = next((number for number in support.numbers() if not bounds.allow(number)), None)
+    if outside is None:
+        return None
+    for low, high in zip(_flattened(support.low), _flattened(support.high), strict=True):
+        end, words = (high, "at most") if high < bounds.low else (low, "at least")
+        if high < bounds.low or low > bounds.high or low == high == outside:
+            given = f"{end:g}" if low == high else f"{words} {end:g}"
+            return "SC513", f"this expression gives {given}, and it must be {bounds.wanted(end)}"
+    given = f"{outside:g}" if math.isfinite(outside) else "numbers of any size"
+    return "SC514", f"this expression may give {given}, and it must be {bounds.wanted(outside)}"
+
+
+def _flattened(item: Any) -> Iterator[Any]:
+    if type(item) in LISTS:
+        for one in item:
+            yield from _flattened(one)
+    elif item is not None:
+        yield item
+
+
+def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:
+    """The plan with what a reset draws anew; None where a drawn value was reported as an error.
+
+    Args:
+        lowered: of which `lower` has reported nothing.
+        sink: takes the diagnostics; each names the scene.
+    """
+    drawing = lowered.drawing
+    if not drawing.varies:
+        return lowered.plan
+    from scenecc.lower.draws import check_argument_rows  # noqa: PLC0415 - loaded where something varies
+    from scenecc.lower.resets import RecipeBuilder  # noqa: PLC0415 - likewise
+
+    for argument in drawing.arguments:
+        check_argument_rows(argument, drawing, sink)
+    for pending in drawing.pending:
+        check_rows(pending, drawing, sink)
+    if sink.failed:
+        return None
+    recipes = RecipeBuilder(drawing, lowered.places)
+    entities = tuple(map(recipes.entity, lowered.plan.entities))
+    plan = lowered.plan
+    lights = tuple(replace(one, pose=recipes.follower(known_as("lights", one.name), one.pose)) for one in plan.lights)
+    cameras = tuple(replace(one, pose=recipes.follower(one.name, one.pose)) for one in plan.cameras)
+    constraints = tuple(map(recipes.constraint, plan.constraints))
+    return replace(
+        plan, entities=entities, constraints=constraints, lights=lights, cameras=cameras, draws=recipes.draws()
+    )
+
+
+def check_rows(pending: DeferredCheck, drawing: SamplingContext, sink: Sink) -> None:
+    """Reports the first scene in which a value is none, or out of its range."""
+    from scenecc.variation.errors import DrawError  # noqa: PLC0415 - likewise
+
+    try:
+        data = pending.value.data
+    except DrawError as error:
+        report_draw_failure(error, {**drawing.draw_origins, **pending.origins}, pending.origin, sink)
+        return
+    bounds = pending.kind.bounds()
+    row = _first_row_outside(data, bounds)
+    if row is not None:
+        scene = pending.scenes[row]
+        wrong = next(number for number in data[row].ravel().tolist() if not bounds.allow(number))
+        each = "each number" if data[row].size > 1 else "it"
+        message = f"in scene {scene} this is {_shown_row(data[row])}: {each} must be {bounds.wanted(wrong)}"
+        sink.report("SC513", message, pending.origin)
+
+
+def _first_row_outside(data: NDArray[Any], bounds: Bounds) -> int | None:
+    """The first row that is outside of its range."""
+    import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+    if data.dtype == np.bool_:
+        return None
+    inside = (data >= bounds.low) & (data <= bounds.high)
+    if bounds.nonzero:
+        inside &= data != 0
+    rows = np.flatnonzero(~inside.reshape(len(data), -1).all(axis=1))
+    return int(rows[0]) if rows.size else None
+
+
+def _shown_row(row: Any) -> str:
+    numbers = row.ravel().tolist()
+    return f"{numbers[0]:g}" if len(numbers) == 1 else "[" + ", ".join(f"{number:g}" for number in numbers) + "]"

@@ -1,0 +1,134 @@
+"""What a field's row holds, and how what is written becomes it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, Literal
+
+from scenecc.diagnostics.frozen import frozen
+from scenecc.spec.param_types import Rgba, is_color_text, rgba
+from scenecc.variation import forms
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.plan.fields import Bounds
+
+Dtype = Literal["float64", "int64", "bool"]
+Convert = Callable[[Any], Any]
+
+
+@frozen
+class FieldType:
+    """A field's row.
+
+    Attributes:
+        shape: of a row.
+        quantity: the row of `scenecc.plan.fields.QUANTITIES` whose bounds hold; "": any number.
+        within: the bounds, where they are the document's own.
+        convert: makes a row of a plain value; None where the plain value is one. Gives None for what
+            it cannot read, which only the value of an expression can be.
+        complain: reports a plain value that `convert` gives None for; needed where a model lets one through.
+        fallback: stands for what was reported.
+        pad: of a row's last component where only the others are written.
+        wide: a single number stands for every component.
+        free: a row may have any shape; that of a form which draws follows from its bounds.
+    """
+
+    shape: tuple[int, ...] = ()
+    dtype: Dtype = "float64"
+    quantity: str = ""
+    convert: Convert | None = None
+    complain: Callable[[Any, Origin, Sink], None] | None = None
+    fallback: Any = 0.0
+    pad: float | None = None
+    wide: bool = False
+    free: bool = False
+    within: tuple[float, float] | None = None
+
+    def bounds(self) -> Bounds:
+        """The numbers that a row may have."""
+        # Loaded where something varies: it loads numpy.
+        from scenecc.plan.fields import ANY, QUANTITIES, Bounds  # noqa: PLC0415
+
+        if self.within is not None:
+            return Bounds(*self.within)
+        return QUANTITIES[self.quantity].bounds if self.quantity else ANY
+
+
+def number(quantity: str, dtype: Dtype = "float64") -> FieldType:
+    """One number or flag."""
+    return FieldType(quantity=quantity, dtype=dtype)
+
+
+def vector(count: int, quantity: str, dtype: Dtype = "float64") -> FieldType:
+    """So many numbers."""
+    return FieldType(shape=(count,), quantity=quantity, dtype=dtype, fallback=(0.0,) * count)
+
+
+def drawn_shape(bounds: Iterable[Any]) -> tuple[int, ...]:
+    """The shape of a row that is drawn between bounds as written: that of the first list among them."""
+    counts = (_components(bound) for bound in bounds)
+    return next(((count,) for count in counts if count is not None), ())
+
+
+def _components(bound: Any) -> int | None:
+    match bound:
+        case forms.PerScene(items) | forms.Cycle(items) | forms.Choice(items):
+            return _components(items[0])
+        case forms.SceneMap(items, default):
+            return _components(items[0][1] if items else default)
+        case forms.Uniform() | forms.Integers() | forms.LogUniform():
+            return next(iter(drawn_shape((bound.low, bound.high))), None)
+        case forms.Normal():
+            return next(iter(drawn_shape((bound.mean, bound.std, *(bound.clip or ())))), None)
+        case forms.Vector(items):
+            return len(items)
+        case _:
+            return len(bound) if bound.__class__ in {list, tuple} else None
+
+
+def read_color(color: Any) -> Rgba | None:
+    """As `rgba`, of a value that no model has looked at."""
+    if isinstance(color, str):
+        if not is_color_text(color):
+            return None
+    elif not _are_numbers(color) or len(color) not in {3, 4}:
+        return None
+    return rgba(color)
+
+
+def read_light_color(color: Any) -> tuple[float, float, float] | None:
+    """Three numbers; "#rrggbb" are bytes over 255, without gamma."""
+    if isinstance(color, str):
+        return rgba(color)[:3] if len(color) == 7 and is_color_text(color) else None
+    return tuple(color) if _are_numbers(color) and len(color) == 3 else None
+
+
+def read_scale(scale: Any) -> tuple[float, float, float] | None:
+    """One factor or three as three."""
+    if _are_numbers(scale):
+        return tuple(scale) if len(scale) == 3 else None
+    return (scale, scale, scale) if _are_numbers((scale,)) else None
+
+
+def opposite(flag: Any) -> bool | None:
+    """The other one of true and false."""
+    return not flag if isinstance(flag, bool) else None
+
+
+def _are_numbers(given: Any) -> bool:
+    return given.__class__ in {tuple, list} and _NUMBERS.issuperset(map(type, given))
+
+
+_NUMBERS = frozenset((int, float))
+
+
+COLOR = FieldType((4,), quantity="base_color", convert=read_color, fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)
+EMISSION = FieldType((4,), quantity="emission", convert=read_color, fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)
+LIGHT_COLOR = FieldType((3,), quantity="color", convert=read_light_color, fallback=(0.0, 0.0, 0.0))
+SCALE = FieldType((3,), quantity="scale", convert=read_scale, fallback=(1.0, 1.0, 1.0), wide=True)
+MIRROR_SCALE = FieldType((3,), quantity="Mesh.scale", convert=read_scale, fallback=(1.0, 1.0, 1.0), wide=True)
+POSITION = vector(3, "")
+
+COMPONENT_TYPES: dict[Dtype, FieldType] = {dtype: FieldType(dtype=dtype) for dtype in ("float64", "int64", "bool")}
+"""One number of a vector."""

@@ -1,0 +1,384 @@
+"""Fields of the language to values of the plan, and what the values of one document have in common."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics.messages import cut, show, suggest_name
+from scenecc.lower.deferred_checks import DeferredCheck, ResettableValue, report_draw_failure
+from scenecc.lower.variation import VARYING, FormStep, Place, VariationLowerer, field_place, holds_template
+from scenecc.plan import Value, literal, per_scene, varying
+from scenecc.plan.shared_poses import is_pose
+from scenecc.variation.bounds import UNKNOWN, ValueBounds
+from scenecc.variation.compute_limit import COMPUTE_LIMIT_HINT, OperationCounter
+from scenecc.variation.errors import DrawError
+from scenecc.variation.nodes import BUILTIN_NAMES, NODE_TYPES, NODES, Const, Rows
+from scenecc.variation.template import Template
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.lower.deferred_checks import PossibleFailure
+    from scenecc.lower.draws import VaryingArgument
+    from scenecc.lower.field_types import FieldType
+    from scenecc.variation.evaluation import Batch
+    from scenecc.variation.node_bounds import BoundsAnalysis
+    from scenecc.variation.nodes import Node
+
+
+_ARRAY_KINDS = {"float64": "fi", "int64": "i", "bool": "b"}
+"""Kinds of arrays that become a field's."""
+
+_TYPE_WORDS = {"float64": "a number", "int64": "an integer", "bool": "true or false"}
+
+
+class FieldLowerer:
+    """Makes values over some scenes, reading names in one scope.
+
+    Attributes:
+        scenes: that the rows of the values follow.
+        listed: that the items of `per_scene` lists follow.
+        scope: the name of the instance that the names belong to; "" for the document.
+        partial: whether maps by scene need not name all scenes: nothing is asked of the others.
+    """
+
+    def __init__(
+        self,
+        drawing: SamplingContext,
+        scenes: tuple[int, ...],
+        listed: tuple[int, ...],
+        scope: str,
+        *,
+        partial: bool = False,
+    ) -> None:
+        self.drawing = drawing
+        self.partial = partial
+        self.scenes = scenes
+        self.listed = listed
+        self.scope = scope
+        self.sink = drawing.sink
+        self._batch: Batch | None = None
+
+    def value(self, given: Any, kind: FieldType, owner: Origin, *at: str, reset: bool = False) -> Value:
+        """A leaf as a value.
+
+        Args:
+            given: as the models have it.
+            kind: of the field.
+            owner: of the node that has the field.
+            at: the field's keys there.
+            reset: whether a reset may change it.
+        """
+        if given.__class__ not in VARYING:
+            return literal(given if kind.convert is None else kind.convert(given), kind.dtype)
+        place = field_place(owner.child(*at))
+        reading = VariationLowerer(self, place.origin)
+        if kind.convert is not None and holds_template(given):
+            pass  # MOVED  # noqa: PLC0415 - few files have these
+
+            return convert_expressions(given, kind, place, self)
+        return self.finish(reading.item(given, kind, place), reading, kind, place.origin, reset=reset)
+
+    def given(self, given: Any, kind: FieldType, owner: Origin, *at: str, reset: bool = False) -> Value | None:
+        """As `value`; None where the key was left out."""
+        return None if given is None else self.value(given, kind, owner, *at, reset=reset)
+
+    def finish(
+        self, item: Any, reading: VariationLowerer, kind: FieldType, origin: Origin, *, reset: bool = False
+    ) -> Value:
+        """An item that was read as a value: of what is known by scene the rows, of the rest how they are drawn."""
+        if not reset:
+            self.fix(reading)
+        if item.__class__ not in NODE_TYPES:
+            return literal(item, kind.dtype)
+        if reading.broken:
+            return literal(kind.fallback, kind.dtype)
+        if reading.known:
+            return self._rows(item, reading, kind, origin)
+        self.drawing.drawn = True
+        support = self.bounds(item)
+        if reading.computed:
+            # Expressions may tie values together, so rules over several are judged by rows.
+            support = replace(support, exact=False)
+        value = varying(self.drawer(item, kind), bounds=support, rows=len(self.scenes))
+        if reading.risky:
+            self.pend(value, kind, origin, reading)
+        if reset:
+            self.drawing.resets[id(value)] = ResettableValue(value, item, reading, self)
+        return value
+
+    def pend(self, value: Value, kind: FieldType, origin: Origin, reading: VariationLowerer) -> None:
+        """Leaves a value to the draw stage to judge, and tells what is known to be wrong or may turn out to be."""
+        pending = DeferredCheck(value, kind, self.scenes, origin, reading.origins)
+        if reading.risky:
+            from scenecc.lower.deferred_checks import warn_may_fail  # noqa: PLC0415 - loaded where something varies
+
+            warn_may_fail(pending, reading, self)
+        self.drawing.pending.append(pending)
+
+    def inside(self, scope: str) -> FieldLowerer:
+        """The leaves of a named thing of another scope, over the same scenes; its `per_scene` lists are by all."""
+        return self.drawing.leaves(self.scenes, scope, self.drawing.everywhere)
+
+    def fix(self, reading: VariationLowerer) -> None:
+        """Notes that a field stays as it is built, and with it all shared draws that it reads."""
+        self.drawing.fixed |= reading.reads
+
+    def _rows(self, node: Node, reading: VariationLowerer, kind: FieldType, origin: Origin) -> Value:
+        from scenecc.variation.errors import DrawError  # noqa: PLC0415 - loaded where something varies
+
+        try:
+            known = per_scene(self.evaluate(node), kind.dtype)
+            if not reading.cycled:
+                return known
+            # What no scene has is judged all the same.
+            found = self.bounds(node)
+            if found.alternatives is not None and len(found.alternatives) <= len(known.bounds.alternatives or ()):
+                return known
+            return varying(self.drawer(node, kind), bounds=found, rows=len(self.scenes))
+        except DrawError as error:
+            report_draw_failure(error, reading.origins, origin, self.sink)
+            return literal(kind.fallback, kind.dtype)
+
+    def evaluate(self, node: Node) -> NDArray[Any]:
+        """A node's rows in the scenes, as a field takes them.
+
+        Raises:
+            DrawError: it has none in some scene.
+        """
+        from scenecc.variation.per_scene_arrays import to_field_rows  # noqa: PLC0415 - loads numpy
+
+        return to_field_rows(self.batch().evaluate(node))
+
+    def bounds(self, node: Node) -> ValueBounds:
+        """Everything that a node can be."""
+        return self.drawing.reader().bounds(node)
+
+    def batch(self) -> Batch:
+        """The scenes, as draws are made for them."""
+        if self._batch is None:
+            import numpy as np  # noqa: PLC0415 - checking a scene in which nothing varies needs none
+
+            from scenecc.variation.evaluation import Batch  # noqa: PLC0415 - likewise
+
+            scenes = np.array(self.scenes, dtype=np.int64)
+            drawing = self.drawing
+            self._batch = Batch(scenes, drawing.seed, drawing.num_scenes, drawing.draws, {}, drawing.computed)
+        return self._batch
+
+    def drawer(self, node: Node, kind: FieldType) -> Callable[[], NDArray[Any]]:
+        """What draws a node's rows when they are first asked for."""
+
+        def draw() -> NDArray[Any]:
+            from scenecc.variation.errors import DrawError  # noqa: PLC0415 - loaded where something varies
+
+            rows = self.evaluate(node)
+            if rows.dtype.kind not in _ARRAY_KINDS[kind.dtype] or rows.shape[1:] != kind.shape:
+                raise DrawError(f"this is not {_described_type(kind)}", self.scenes[0], node)
+            return rows.astype(kind.dtype)
+
+        return draw
+
+    def draw_names(self, template: Template, origin: Origin) -> dict[str, str] | None:
+        """The shared draws that an expression reads, by the names that it has for them; None where one is unknown."""
+        prefix = f"{self.scope}/" if self.scope else ""
+        draws = self.drawing.draws
+        names = {name: prefix + name for name in template.names - BUILTIN_NAMES}
+        for name, full in names.items():
+            if full not in draws:
+                known = (draw[len(prefix) :] for draw in draws if draw.startswith(prefix) and not is_pose(draw))
+                hint = suggest_name(name, known, self.sink)
+                message = f"there is no parameter, loop variable or draw `{cut(name)}` here"
+                self.sink.report("SC201", message, origin, hint=hint)
+                return None
+        self.drawing.used |= set(names.values())
+        return names
+
+
+def _described_type(kind: FieldType) -> str:
+    one = _TYPE_WORDS[kind.dtype]
+    return f"a list of {kind.shape[0]} numbers" if kind.shape else one
+
+
+_RECOMPUTATIONS = 4
+"""How often what is computed may be computed again."""
+
+
+@dataclass(slots=True)
+class SamplingContext:
+    """What the values of one document have in common.
+
+    Attributes:
+        seed, num_scenes: of the batch.
+        sink: takes the diagnostics.
+        most: operations that its values may take (limit `computed`).
+        draws: the shared draws by their full names; filled before anything reads them.
+        pending: the values that the draw stage judges.
+        arguments: what parameters are given that it judges.
+        used: the shared draws that anything reads.
+        fixed: those that something reads which stays as it is built.
+        reads: for each shared draw, those that it reads.
+        scenes_of: for each shared draw, the scenes that it has a value in.
+        random: the shared draws that a seed decides, by themselves or through others.
+        draw_origins: of the nodes in shared draws that can have no value, by identity.
+        doubtful: the shared draws that may have no value in some scene.
+        doubts: what is known of each expression, by all that it follows from.
+        drawn: whether any value is to be drawn.
+        read: how many fields with forms or expressions were read.
+        resets: what a reset may change: its value by identity, its node, and what was read of it.
+        foreseen: operations of the draw stage, and those that tell what it can give.
+        computed: operations of the draw stage as they are done; some do again what others have done.
+    """
+
+    seed: int
+    num_scenes: int
+    sink: Sink
+    most: int
+    draws: dict[str, Node] = field(default_factory=dict[str, "Node"])
+    pending: list[DeferredCheck] = field(default_factory=list["Pending"])
+    arguments: list[VaryingArgument] = field(default_factory=list["Argument"])
+    used: set[str] = field(default_factory=set[str])
+    fixed: set[str] = field(default_factory=set[str])
+    reads: dict[str, frozenset[str]] = field(default_factory=dict[str, frozenset[str]])
+    scenes_of: dict[str, tuple[int, ...]] = field(default_factory=dict[str, "tuple[int, ...]"])
+    random: set[str] = field(default_factory=set[str])
+    draw_origins: dict[int, tuple[Any, Origin]] = field(default_factory=dict[int, "tuple[Any, Origin]"])
+    doubtful: set[str] = field(default_factory=set[str])
+    doubts: dict[tuple[Any, ...], tuple[Any, PossibleFailure | None]] = field(default_factory=dict[Any, Any])
+    drawn: bool = False
+    read: int = 0
+    resets: dict[int, ResettableValue] = field(default_factory=dict[int, "Reset"])
+    everywhere: tuple[int, ...] = ()
+    foreseen: OperationCounter = field(init=False)
+    computed: OperationCounter = field(init=False)
+    _reader: BoundsAnalysis | None = None
+    _leaves: dict[tuple[int, int, str], FieldLowerer] = field(default_factory=dict[tuple[int, int, str], FieldLowerer])
+
+    def __post_init__(self) -> None:
+        self.everywhere = tuple(range(self.num_scenes))
+        self.foreseen = OperationCounter(self.most)
+        self.computed = OperationCounter(_RECOMPUTATIONS * self.most)
+
+    def foresee(self, operations: int, origin: Origin) -> None:
+        """Counts what the draw stage will do; once that is too much, it is reported."""
+        within = not self.foreseen.exhausted
+        self.foreseen.done += operations
+        if within and self.foreseen.exhausted:
+            self.sink.report("SC609", self.foreseen.message, origin, hint=COMPUTE_LIMIT_HINT)
+
+    def reader(self) -> BoundsAnalysis:
+        """What tells supports, those of the shared draws once."""
+        if self._reader is None:
+            from scenecc.variation.node_bounds import BoundsAnalysis  # noqa: PLC0415 - loaded where something varies
+
+            self._reader = BoundsAnalysis(self.draws, {}, self.num_scenes, self.foreseen)
+        return self._reader
+
+    @property
+    def varies(self) -> bool:
+        """Whether anything is to be drawn or judged by its rows."""
+        return bool(self.draws or self.pending or self.drawn)
+
+    def add(self, name: str, node: Node, reads: frozenset[str]) -> None:
+        """Adds a shared draw. `reads`: those that it reads, all of which are there."""
+        self.draws[name] = node
+        self.reads[name] = reads
+        found = node.scene_idxs if isinstance(node, Rows) else self.everywhere
+        for other in reads:
+            limits = self.scenes_of[other]
+            if limits is not self.everywhere:
+                found = limits if found is self.everywhere else tuple(sorted(set(found).intersection(limits)))
+        self.scenes_of[name] = found
+
+    def leaves(
+        self, scenes: tuple[int, ...] | None = None, scope: str = "", listed: tuple[int, ...] | None = None
+    ) -> FieldLowerer:
+        """The leaves of an object.
+
+        Args:
+            scenes: that it is in; None: all.
+            scope: in which its names are looked up.
+            listed: the scenes of its `per_scene` lists, where these are not `scenes`.
+        """
+        scenes = self.everywhere if scenes is None else scenes
+        listed = scenes if listed is None else listed
+        # By identity, since objects share the tuples of their scenes; the leaves keep them.
+        key = (id(scenes), id(listed), scope)
+        found = self._leaves.get(key)
+        if found is None:
+            found = self._leaves[key] = FieldLowerer(self, scenes, listed, scope)
+        return found
+
+
+def convert_expressions(given: Any, kind: FieldType, place: Place, leaves: FieldLowerer) -> Value:
+    """A leaf in which an expression stands for a whole value, converted scene by scene.
+
+    Args:
+        given: as the models have it.
+        kind: of the field; it converts.
+        place: of the leaf.
+        leaves: of its object.
+    """
+    import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+    from scenecc.variation.bounds import union_bounds  # noqa: PLC0415 - likewise
+
+    assert kind.convert is not None
+    convert = kind.convert
+    reading = VariationLowerer(leaves, place.origin)
+    parts: list[Any] = []
+
+    def leaf(one: Any, around: Place, step: FormStep) -> int:
+        """Keeps one alternative as a part; its number stands in its place among those that are picked from."""
+        inside = around.inside(step) if step else around
+        item = reading.item(one, kind, inside)
+        parts.append((item if item.__class__ in NODES else Const(item), isinstance(one, Template)))
+        return len(parts) - 1
+
+    index = reading.select(given, place, leaf)
+    leaves.fix(reading)
+    if reading.broken:
+        return literal(kind.fallback, kind.dtype)
+    which = index if index.__class__ in NODES else Const(index)
+
+    def row(made: Any, node: Any, scene: int) -> Any:
+        """What an expression gave in a scene, converted."""
+        found = convert(made)
+        if found is None:
+            raise DrawError(f"it gives {show(made)}, which means nothing here", scene, node)
+        return found
+
+    def draw() -> NDArray[Any]:
+        """The rows: each part is evaluated in the scenes that have it."""
+        numbers = leaves.evaluate(which)
+        rows = np.empty((len(leaves.scenes), *kind.shape), dtype=kind.dtype)
+        for number, (node, written) in enumerate(parts):
+            mine = np.flatnonzero(numbers == number)
+            if mine.size:
+                made = leaves.batch().only(mine).evaluate(node).tolist()
+                scenes = [leaves.scenes[i] for i in mine]
+                rows[mine] = [row(one, node, s) for one, s in zip(made, scenes, strict=True)] if written else made
+        return rows
+
+    supports = [
+        _converted_support(leaves.bounds(node), kind) if written else leaves.bounds(node) for node, written in parts
+    ]
+    value = varying(draw, bounds=replace(union_bounds(supports), exact=False), rows=len(leaves.scenes))
+    leaves.pend(value, kind, place.origin, reading)
+    return value
+
+
+def _converted_support(support: ValueBounds, kind: FieldType) -> ValueBounds:
+    """What a field can be whose expression can give so much."""
+    assert kind.convert is not None
+    ends = () if support.low is None else (support.low, support.high)
+    made = [kind.convert(item) for item in (ends if support.alternatives is None else support.alternatives)]
+    if not made or None in made:
+        return UNKNOWN
+    if support.alternatives is not None:
+        return ValueBounds.of(made, exact=support.exact)
+    return ValueBounds(None, *made, exact=support.exact)

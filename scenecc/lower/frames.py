@@ -1,0 +1,352 @@
+"""Where entities, frames, cameras and lights stand in the world: `relative_to` chains, composed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics.frozen import frozen
+from scenecc.diagnostics.messages import cut, suggest_name
+from scenecc.lower.poses import IDENTITY_POSE, POSE, Pose7, compose, lower_pose, pose_item, pose_varies
+from scenecc.lower.variation import Place, VariationLowerer
+from scenecc.plan import Value, literal
+from scenecc.plan.shared_poses import MOST_COMPOSED, pose_name
+from scenecc.spec.pose import PoseMapping
+from scenecc.variation.nodes import NODE_TYPES, Composed, Shared
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.lower.fields import FieldLowerer
+    from scenecc.lower.names import NameScopes
+    from scenecc.variation.nodes import Node
+
+_SHOWN = 20
+"""How many members of a circle are named."""
+
+_JOINED = 10
+"""How many operations it takes to join what was read of two poses."""
+
+
+@frozen
+class FramePose:
+    """Where something stands.
+
+    Attributes:
+        local: its own pose, in the frame of `parent`: seven numbers, or a node.
+        reading: what was read of it; None where it is the same in every scene.
+        parent: what it stands relative to; None: the world.
+        world: its pose in the world, likewise.
+        around: itself if it is in some scenes only, as entities and the frames of instances can be; of another frame
+            the first such thing that it stands relative to.
+        depth: how many poses are composed in `world`.
+        read: the first of itself and all that it stands relative to of which something was read; None: there is none.
+    """
+
+    local: Pose7 | Node
+    reading: VariationLowerer | None
+    parent: str | None
+    world: Pose7 | Node
+    around: str | None
+    depth: int
+    read: str | None
+
+
+@frozen
+class Follower:
+    """What stands somewhere and nothing else relative to it: a light or a camera.
+
+    Attributes:
+        local: its own pose, as it is built: seven numbers, or a node.
+        parent: the entity or frame in whose frame that is; None: the world.
+        leaves: of it.
+    """
+
+    local: Pose7 | Node
+    parent: str | None
+    leaves: FieldLowerer
+
+
+class FrameGraph:
+    """World poses of what a document places, composed in float64.
+
+    Names are those of `scenecc.spec.known.known_as`.
+
+    Args:
+        sections: name → section → what has a `pose` there; of cameras those that are mounted on nothing.
+        leaves_of: the leaves of something placed.
+        names: what names of the document mean.
+        origin: of its root.
+        sink: takes the diagnostics.
+
+    Attributes:
+        unread: entities whose files are wrong, which was reported: what these make beside themselves is not known.
+        followers: name → what stands somewhere and nothing else relative to it.
+    """
+
+    def __init__(
+        self,
+        sections: Mapping[str, Mapping[str, Any]],
+        leaves_of: Callable[[str], FieldLowerer],
+        names: NameScopes,
+        origin: Origin,
+        sink: Sink,
+    ) -> None:
+        self._placed = {name: node for nodes in sections.values() for name, node in nodes.items()}
+        self._sections = sections
+        self._frames = sections.get("frames", {})
+        self._leaves_of = leaves_of
+        self._names = names
+        self._origin = origin
+        self._sink = sink
+        self._origins: dict[str, Origin] = {}
+        self._standing: dict[str, FramePose] = {}
+        self._fixed: set[str] = set()
+        self.unread: set[str] = set()
+        self.followers: dict[str, Follower] = {}
+
+    def add(self, name: str, owner: Origin, node: Any) -> None:
+        """Takes in what an entity makes beside itself: a robot of its file.
+
+        Args:
+            name: of what it makes.
+            owner: the entity's node.
+            node: has a `pose` as the models have it, relative to the entity.
+        """
+        self._placed[name] = node
+        self._origins[name] = owner
+
+    def world(self, name: str, owner: Origin, *, fixed: bool) -> Value:
+        """The world pose of something as a value.
+
+        Args:
+            name: that it is known as.
+            owner: its node.
+            fixed: whether it stays as it is built.
+        """
+        pose = self._placed[name].pose
+        apart = pose.__class__ is not PoseMapping or pose.relative_to is None
+        if apart and not self._names.scopes.get(name) and not pose_varies(pose):
+            # Most stand in the world, and few of these are asked for again.
+            return literal(lower_pose(pose, owner, ("pose",), self._sink))
+        standing = self.standing(name)
+        leaves = self._leaves_of(name)
+        readings = self._readings(name)
+        if fixed:
+            self.fix(name)
+        if not readings:
+            return literal(standing.world)  # pyright: ignore[reportArgumentType] - nothing varies
+        whole = VariationLowerer(leaves, self.origin(name))
+        for reading in readings:
+            whole.join(reading)
+        return leaves.finish(standing.world, whole, POSE, self.origin(name).child("pose"), reset=not fixed)
+
+    def follow(
+        self,
+        key: str,
+        relative_to: str | None,
+        local: Any,
+        reading: VariationLowerer,
+        leaves: FieldLowerer,
+        origin: Origin,
+    ) -> Value:
+        """The world pose of a light or a camera as a value.
+
+        Its own pose stays as it is built; what it stands relative to need not, and is followed at a reset.
+
+        Args:
+            key: what it is known as, as `scenecc.spec.known.known_as` has it.
+            relative_to: as written.
+            local: seven numbers, or a node.
+            reading: of them.
+            leaves: of it.
+            origin: of the node that has the key `pose`.
+        """
+        leaves.fix(reading)
+        parent = self._known_parent(key, relative_to, origin)
+        whole = VariationLowerer(leaves, origin)
+        whole.join(reading)
+        world = local
+        if parent is not None:
+            outer = self.standing(parent)
+            if outer.around is not None:
+                self._is_wherever(key, leaves.scenes, outer.around, origin)
+            world = _composed(outer.world, local)
+            for other in self._readings(parent):
+                whole.join(other)
+            self.followers[key] = Follower(local, parent, leaves)
+        if world.__class__ not in NODE_TYPES:
+            return literal(world)
+        return leaves.finish(world, whole, POSE, origin.child("pose"), reset=True)
+
+    def fix(self, name: str) -> None:
+        """Notes that something stays where it is built, and with it all that it stands relative to."""
+        at: str | None = name
+        while at is not None and at not in self._fixed:
+            self._fixed.add(at)
+            standing = self.standing(at)
+            if standing.reading is not None:
+                self._leaves_of(at).fix(standing.reading)
+            at = standing.parent
+
+    def leaves(self, name: str) -> FieldLowerer:
+        """The leaves of an entity or a frame."""
+        return self._leaves_of(name)
+
+    def is_still(self, name: str) -> bool:
+        """Whether the pose that something has of its own stays as it is built, though what is around it need not."""
+        return name in self._sections.get("cameras", {})
+
+    def is_fixed(self, name: str) -> bool:
+        """Whether something stays where it is built."""
+        return name in self._fixed
+
+    def standing(self, name: str) -> FramePose:
+        """Where an entity or a frame stands."""
+        found = self._standing.get(name)
+        if found is not None:
+            return found
+        chain = self._chain(name)
+        for member in reversed(chain):
+            if member not in self._standing:
+                self._standing[member] = self._stand(member)
+        return self._standing[name]
+
+    def _readings(self, name: str) -> list[VariationLowerer]:
+        """What was read of the poses of all that something stands relative to, and of its own."""
+        readings: list[VariationLowerer] = []
+        at = self.standing(name).read
+        while at is not None:
+            standing = self.standing(at)
+            assert standing.reading is not None
+            readings.append(standing.reading)
+            at = None if standing.parent is None else self.standing(standing.parent).read
+        # Of a long chain that varies each member joins what was read of all before it.
+        self._leaves_of(name).drawing.foresee(_JOINED * len(readings), self.origin(name))
+        return readings
+
+    def _stand(self, name: str) -> FramePose:
+        parent = self._names.parent(name, self._relative_to(name))
+        outer = self._standing.get(parent) if parent is not None else None
+        pose, origin, reading = self._placed[name].pose, self.origin(name), None
+        local: Any
+        if pose_varies(pose):
+            reading = VariationLowerer(self._leaves_of(name), origin)
+            local = pose_item(pose, Place(origin.child("pose"), "pose"), reading, self._sink)
+        else:
+            local = lower_pose(pose, origin, ("pose",), self._sink)
+        around = outer.around if outer is not None else None
+        if name not in self._frames or self._is_narrowed(name):
+            # Another frame is wherever somebody stands relative to it, so it passes on whose scenes count.
+            if around is not None:
+                self._exists_wherever(name, around)
+            around = name
+        read = name if reading is not None else outer and outer.read
+        if outer is None or parent is None:
+            return FramePose(local, reading, None, local, around, 1, read)
+        if outer.depth < MOST_COMPOSED:
+            return FramePose(local, reading, parent, _composed(outer.world, local), around, outer.depth + 1, read)
+        world = _composed(self._shared(parent, outer.world), local)
+        return FramePose(local, reading, parent, world, around, 2, read)
+
+    def _shared(self, name: str, world: Any) -> Any:
+        """A pose by its name: of a chain that varies and has no end, the rest would nest in it without end."""
+        if world.__class__ not in NODE_TYPES:
+            return world
+        draw = pose_name(name)
+        self._leaves_of(name).drawing.draws[draw] = world
+        return Shared(draw)
+
+    def _is_narrowed(self, frame: str) -> bool:
+        """Whether a frame belongs to an instance that is in some scenes only."""
+        leaves = self._leaves_of(frame)
+        return leaves.scenes is not leaves.drawing.everywhere
+
+    def _relative_to(self, name: str) -> str | None:
+        pose = self._placed[name].pose
+        return pose.relative_to if isinstance(pose, PoseMapping) else None
+
+    def _chain(self, name: str) -> list[str]:
+        """What is not placed yet, from the name outwards, and the first that is; cut where something was reported."""
+        chain = {name: None}
+        outermost = name
+        while outermost not in self._standing and (parent := self._parent(outermost)) is not None:
+            if parent in chain:
+                members = list(chain)
+                self._cycle(members[members.index(parent) :])
+                break
+            chain[parent] = None
+            outermost = parent
+        return list(chain)
+
+    def _parent(self, name: str) -> str | None:
+        written = self._relative_to(name)
+        return self._known_parent(name, written, self.origin(name))
+
+    def _known_parent(self, name: str, written: str | None, origin: Origin) -> str | None:
+        parent = self._names.parent(name, written)
+        if parent is None or parent in self._placed:
+            return parent
+        whole = parent.rpartition("/")[0]
+        if whole in self.unread:
+            return None
+        hint = "no pose is relative to a link; a light or a camera is fastened to one by `mount`"
+        if not self._is_one_robot(whole):
+            hint = suggest_name(str(written), self._names.seen_by(name, self._placed), self._sink)
+        self._sink.report(
+            "SC303",
+            f"there is no entity, frame or camera `{cut(str(written))}` that stands in the world",
+            origin.child("pose", "relative_to"),
+            hint=hint,
+        )
+        return None
+
+    def _is_one_robot(self, name: str) -> bool:
+        """Whether something is an articulation that makes nothing beside itself: names under its own are of links."""
+        node = self._placed.get(name)
+        return hasattr(node, "fix_root_link") and not any(other.startswith(f"{name}/") for other in self._placed)
+
+    def _exists_wherever(self, name: str, parent: str) -> None:
+        """Reports a scene that the one entity is in and the other is not."""
+        self._is_wherever(name, self._leaves_of(name).scenes, parent, self.origin(name))
+
+    def _is_wherever(self, name: str, mine: tuple[int, ...], parent: str, origin: Origin) -> None:
+        others = self._leaves_of(parent).scenes
+        if mine is others or not (missing := set(mine).difference(others)):
+            return
+        shown = name.rpartition(":")[2]
+        self._sink.report(
+            "SC311",
+            f"`{parent}` is not in scene {min(missing)}, where `{shown}` stands relative to it",
+            origin.child("pose", "relative_to"),
+            related=[(f"where `{parent}` is", self.origin(parent).child("scene_idxs"), "value")],
+        )
+
+    def _cycle(self, members: list[str]) -> None:
+        # One report for a cycle, at the member that stands first in the file.
+        rank = {name: i for i, name in enumerate(self._placed)}
+        start = members.index(min(members, key=rank.__getitem__))
+        ordered = members[start:] + members[:start]
+        shown = [*ordered[:_SHOWN], "…"] if len(ordered) > _SHOWN else ordered
+        self._sink.report(
+            "SC304",
+            "poses stand relative to one another in a circle: " + " → ".join([*map(cut, shown), cut(ordered[0])]),
+            self.origin(ordered[0]).child("pose", "relative_to"),
+            related=[
+                ("and here", self.origin(name).child("pose", "relative_to"), "value") for name in ordered[1:_SHOWN]
+            ],
+        )
+
+    def origin(self, name: str) -> Origin:
+        """The node of an entity or a frame."""
+        found = self._origins.get(name)
+        if found is None:
+            section = next(section for section, nodes in self._sections.items() if name in nodes)
+            found = self._origins[name] = self._origin.child(section, name)
+        return found
+
+
+def _composed(outer: Any, inner: Any) -> Any:
+    if isinstance(outer, tuple) and isinstance(inner, tuple):
+        return compose(outer, inner)  # pyright: ignore[reportUnknownArgumentType]
+    return inner if outer == IDENTITY_POSE else Composed(outer, inner)

@@ -1,0 +1,306 @@
+"""Poses in the frames of bodies and chains of poses from one body to another."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics.frozen import frozen
+from scenecc.geometry import rotations
+from scenecc.geometry.rotations import IDENTITY, Quat, Vec3, shortest_from_x
+from scenecc.lower.field_types import FieldType, vector
+from scenecc.lower.poses import (
+    IDENTITY_POSE,
+    POSE,
+    Pose7,
+    compose,
+    direction,
+    lower_pose,
+    pose_item,
+    pose_varies,
+    turned,
+)
+from scenecc.lower.variation import VARYING, VariationLowerer, field_place
+from scenecc.plan import Value, literal, per_scene, varying
+from scenecc.spec.pose import PoseMapping
+from scenecc.variation.nodes import NODES
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import Literal
+
+    from numpy.typing import NDArray
+
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.lower.fields import FieldLowerer
+    from scenecc.plan import ArticulationStructure
+    from scenecc.plan.articulation import Joint
+
+
+AXIS_TURNS: dict[str, Quat] = {
+    "x": IDENTITY,
+    "y": shortest_from_x((0.0, 1.0, 0.0)),
+    "z": shortest_from_x((0.0, 0.0, 1.0)),
+}
+
+_NORMAL = vector(3, "")
+_OFFSET = FieldType()
+
+
+def local_pose(
+    pose: Any, owner: Origin, at: tuple[str, ...], what: str, leaves: FieldLowerer, *, reset: bool = False
+) -> Value:
+    """A pose in the frame of the body.
+
+    Args:
+        pose: as written; None: the identity.
+        owner: of the node that has it.
+        at: where it is there.
+        what: has the pose, for a message.
+        leaves: of the object.
+        reset: whether a reset may change it.
+    """
+    if isinstance(pose, PoseMapping) and pose.relative_to is not None:
+        leaves.sink.report(
+            "SC115",
+            f"`relative_to` does nothing here: {what} stands in the frame of its body",
+            owner.child(*at, "relative_to"),
+            at="key",
+            hint="leave `relative_to` out",
+        )
+    if not pose_varies(pose):
+        return literal(lower_pose(pose, owner, at, leaves.sink))
+    place = field_place(owner.child(*at))
+    reading = VariationLowerer(leaves, place.origin)
+    return leaves.finish(pose_item(pose, place, reading, leaves.sink), reading, POSE, place.origin, reset=reset)
+
+
+def shape_pose(shape: Any, origin: Origin, leaves: FieldLowerer) -> Value | None:
+    """The pose of a shape, with what its `axis`, or `normal` and `offset`, put before it; None: the identity."""
+    type_ = shape.type
+    if shape.pose is None and type_ not in _TURNED:
+        return None
+    pose = local_pose(shape.pose, origin, ("pose",), "a shape", leaves)
+    if type_ in {"capsule", "cylinder"}:
+        pose = _with_turn(pose, AXIS_TURNS[shape.axis], leaves)
+    elif type_ == "plane":
+        pose = _plane_pose(shape, pose, origin, leaves)
+    return None if pose.is_constant and _is_identity(pose.numbers()) else pose
+
+
+def _is_identity(pose: tuple[float, ...]) -> bool:
+    """To the bit: what stands at -0.0 is told to the engine as it is written."""
+    return pose == IDENTITY_POSE and "-" not in repr(pose)
+
+
+_TURNED = frozenset(("capsule", "cylinder", "plane"))
+
+
+def _with_turn(pose: Value, turn: Quat, leaves: FieldLowerer, step: Vec3 = (0.0, 0.0, 0.0)) -> Value:
+    """A pose with the same turn and step in every scene put before it."""
+    if pose.is_constant:
+        return literal(turned(_seven_numbers(pose), turn, step))
+    if turn == IDENTITY and not any(step):
+        return pose
+
+    return _with_turn_rows(pose, literal(turn), literal(step), leaves)
+
+
+def _seven_numbers(pose: Value) -> Pose7:
+    x, y, z, *q = pose.numbers()
+    a, b, c, d = q
+    return (x, y, z, a, b, c, d)
+
+
+def _plane_pose(shape: Any, pose: Value, origin: Origin, leaves: FieldLowerer) -> Value:
+    if shape.normal.__class__ in VARYING or shape.offset.__class__ in VARYING:
+        return _varying_plane(shape, pose, origin, leaves)
+    normal = direction(shape.normal)
+    if not any(normal):
+        _no_direction(origin, leaves.sink)
+        return pose
+    # Along the normal itself: turned from x, a step along z would be off by the rotation's rounding.
+    length = math.hypot(*normal)
+    x, y, z = normal
+    step = (x / length * shape.offset, y / length * shape.offset, z / length * shape.offset)
+    return _with_turn(pose, shortest_from_x(normal), leaves, step)
+
+
+def _no_direction(origin: Origin, sink: Sink) -> None:
+    sink.report("SC114", "a normal of length 0 has no direction", origin.child("normal"))
+
+
+def _varying_plane(shape: Any, pose: Value, origin: Origin, leaves: FieldLowerer) -> Value:
+    place = field_place(origin)
+    reading = VariationLowerer(leaves, origin)
+    normal = reading.item(shape.normal, _NORMAL, place.key("normal"))
+    offset = reading.item(shape.offset, _OFFSET, place.key("offset"))
+    if normal.__class__ not in NODES and not any(normal):
+        _no_direction(origin, leaves.sink)
+        return pose
+    leaves.fix(reading)
+    if reading.broken:
+        return pose
+    import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+    from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - likewise
+    from scenecc.variation.bounds import UNKNOWN  # noqa: PLC0415 - likewise
+    from scenecc.variation.errors import DrawError  # noqa: PLC0415 - likewise
+    from scenecc.variation.per_scene_arrays import to_field_rows  # noqa: PLC0415 - likewise
+
+    def draw() -> NDArray[Any]:
+        """The poses (B, 7): each row turned from x to its normal, and moved along that."""
+        batch = leaves.batch()
+        normals, offsets = to_field_rows(batch.item(normal)), to_field_rows(batch.item(offset))
+        for numbers, node in ((normals, normal), (offsets, offset)):
+            if numbers.dtype.kind not in "fi":
+                raise DrawError("this is not made of numbers", leaves.scenes[0], node)
+        flat = ~normals.any(axis=1)
+        if flat.any():
+            scene = leaves.scenes[int(np.flatnonzero(flat)[0])]
+            raise DrawError("a normal of length 0 has no direction", scene, normal)
+        steps = normals / rotation_arrays.hypot(normals)[:, None] * offsets[:, None]
+        poses = np.broadcast_to(pose.data, (len(normals), 7))
+        return rotation_arrays.turned(poses, rotation_arrays.shortest_from_x(normals), steps)
+
+    value = varying(draw, bounds=UNKNOWN, rows=len(leaves.scenes))
+    leaves.pend(value, POSE, origin.child("normal"), reading)
+    return value
+
+
+def _with_turn_rows(pose: Value, turn: Value, step: Value, leaves: FieldLowerer) -> Value:
+    """A pose before which shapes are turned and moved, row by row; drawn later where the pose is."""
+    import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+    from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - likewise
+    from scenecc.plan import per_scene  # noqa: PLC0415 - likewise
+    from scenecc.variation.bounds import UNKNOWN  # noqa: PLC0415 - likewise
+
+    def draw() -> NDArray[Any]:
+        rows = len(leaves.scenes)
+        poses = np.broadcast_to(pose.data, (rows, 7))
+        return rotation_arrays.turned(
+            poses, np.broadcast_to(turn.data, (rows, 4)), np.broadcast_to(step.data, (rows, 3))
+        )
+
+    return per_scene(draw()) if pose.known else varying(draw, bounds=UNKNOWN, rows=len(leaves.scenes))
+
+
+@frozen
+class PoseStep:
+    """One pose of a chain.
+
+    Attributes:
+        value: (·, 7), or (·,) how far a joint turns about x or slides along it.
+        scenes: that its rows follow.
+        kind: what it is.
+        back: whether the pose is gone back.
+    """
+
+    value: Value
+    scenes: tuple[int, ...]
+    kind: Literal["pose", "turn", "slide"] = "pose"
+    back: bool = False
+
+
+def chain_poses(steps: Sequence[PoseStep], scenes: tuple[int, ...]) -> Value:
+    """The pose (·, 7) of all steps, the outermost first, composed in float64.
+
+    Args:
+        steps: each of which has rows in all of the scenes.
+        scenes: that the rows follow.
+    """
+    if all(step.value.is_constant for step in steps):
+        pose = IDENTITY_POSE
+        for step in steps:
+            pose = compose(pose, _step_pose(step))
+        return literal(pose)
+
+    def draw() -> NDArray[Any]:
+        import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+        from scenecc.geometry.rotation_arrays import compose as compose_rows  # noqa: PLC0415 - likewise
+
+        poses = np.broadcast_to(np.array(IDENTITY_POSE), (len(scenes), 7))
+        for step in steps:
+            poses = compose_rows(poses, _step_rows(step, scenes))
+        return poses
+
+    if all(step.value.known for step in steps):
+        return per_scene(draw())
+    from scenecc.variation.bounds import UNKNOWN  # noqa: PLC0415 - loaded where something varies
+
+    return varying(draw, bounds=UNKNOWN, rows=len(scenes))
+
+
+def inverse_pose(pose: Pose7) -> Pose7:
+    """The pose that leads back."""
+    w, x, y, z = pose[3:] if pose[3:] == IDENTITY else rotations.normalized(pose[3:])
+    back = (w, 0.0 - x, 0.0 - y, 0.0 - z)
+    px, py, pz = rotations.rotate(back, pose[:3])
+    return (0.0 - px, 0.0 - py, 0.0 - pz, *back)
+
+
+def steps_to_link(structure: ArticulationStructure, link: str, scenes: tuple[int, ...]) -> list[PoseStep]:
+    """The steps from the root of an articulation to one of its links, its joints at their start.
+
+    Args:
+        structure: that has the link.
+        link: its name.
+        scenes: of the articulation.
+    """
+    at: int | None = next(number for number, one in enumerate(structure.links) if one.name == link)
+    steps: list[PoseStep] = []
+    while at is not None:
+        joint = structure.links[at].joint
+        if joint is not None:
+            steps = [*_steps_across(joint, scenes), *steps]
+        at = structure.links[at].parent
+    return steps
+
+
+def _steps_across(joint: Joint, scenes: tuple[int, ...]) -> list[PoseStep]:
+    steps: list[PoseStep] = []
+    if joint.pose_in_parent is not None:
+        steps.append(PoseStep(joint.pose_in_parent, scenes))
+    if joint.qpos is not None and joint.type != "fixed":
+        steps.append(PoseStep(joint.qpos, scenes, "slide" if joint.type == "prismatic" else "turn"))
+    if joint.pose_in_child is not None:
+        steps.append(PoseStep(joint.pose_in_child, scenes, back=True))
+    return steps
+
+
+def _step_pose(step: PoseStep) -> Pose7:
+    if step.kind == "pose":
+        x, y, z, a, b, c, d = step.value.numbers()
+        pose: Pose7 = (x, y, z, a, b, c, d)
+        return inverse_pose(pose) if step.back else pose
+    (moved,) = step.value.numbers()
+    moved = -moved if step.back else moved
+    if step.kind == "slide":
+        return (moved, 0.0, 0.0, *IDENTITY)
+    return (0.0, 0.0, 0.0, math.cos(moved / 2), math.sin(moved / 2), 0.0, 0.0)
+
+
+def _step_rows(step: PoseStep, scenes: tuple[int, ...]) -> NDArray[Any]:
+    """The poses of a step, a row a scene."""
+    import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+    from scenecc.geometry import rotation_arrays as by_row  # noqa: PLC0415 - likewise
+
+    data = step.value.data
+    if len(data) > 1 and step.scenes is not scenes:
+        data = data[np.searchsorted(step.scenes, scenes)]
+    data = np.broadcast_to(data, (len(scenes), *data.shape[1:]))
+    if step.kind == "pose":
+        if not step.back:
+            return data
+        back = by_row.normalized(data[:, 3:]) * np.array((1.0, -1.0, -1.0, -1.0))
+        return np.concatenate((0.0 - by_row.rotate(back, data[:, :3]), back + 0.0), axis=1)
+    data = -data if step.back else data
+    poses = np.tile(np.array(IDENTITY_POSE), (len(scenes), 1))
+    if step.kind == "slide":
+        poses[:, 0] = data
+    else:
+        poses[:, 3], poses[:, 4] = np.cos(data / 2), np.sin(data / 2)
+    return poses

@@ -1,0 +1,347 @@
+"""Poses as written: to seven numbers, or to a node where anything varies; p [m], then q (wxyz)."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from scenecc.geometry import rotations
+from scenecc.geometry.rotations import IDENTITY, Quat, Vec3
+from scenecc.lower.angles import warn_probable_degrees
+from scenecc.lower.field_types import FieldType, vector
+from scenecc.lower.variation import VARYING, FormStep, Place, VariationLowerer
+from scenecc.plan.pose import IDENTITY_POSE, Pose7
+from scenecc.spec.pose import AXES, AxisAngle, PoseMapping
+from scenecc.variation.forms import Choice, Cycle, PerScene, RandomRotation, SceneMap
+from scenecc.variation.nodes import FromAxisAngle, FromMatrix, FromRpy, Looking, Normalized, Posed, Radians
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from scenecc.diagnostics import Origin, Path, Sink
+
+
+UNTOUCHED, NORMALISED = 1e-5, 1e-3
+"""How far from 1 a quaternion's length may be: to be passed on as it is, and to be used at all (LANGUAGE, Poses)."""
+
+RIGID = 1e-3
+"""How far a matrix may be from a rigid motion (LANGUAGE, Poses)."""
+
+ROTATIONS = frozenset(("q", "rpy", "rpy_deg", "axis_angle", "look_at"))
+
+
+def lower_pose(pose: Any, owner: Origin, at: Path, sink: Sink) -> Pose7:
+    """Seven numbers; the identity where nothing is written or what is written was reported.
+
+    `relative_to` is not looked at: that is a matter of the document.
+
+    Args:
+        pose: as written; nothing of it varies.
+        owner: of the node that has the pose.
+        at: where the pose is in it (most poses are never spoken of, and need no origin of their own).
+        sink: takes the diagnostics.
+    """
+    if pose is None:
+        return IDENTITY_POSE
+    if pose.__class__ is tuple:
+        x, y, z = pose
+        return (x, y, z, 1.0, 0.0, 0.0, 0.0)
+    form, clear = rotation_of(pose, owner, at, sink)
+    if not clear:
+        return IDENTITY_POSE
+    if form == "matrix":
+        return _fixed_matrix(pose.matrix, owner.child(*at), sink)
+    p: Vec3 = pose.p or (0.0, 0.0, 0.0)
+    if form is None:
+        return (*p, 1.0, 0.0, 0.0, 0.0)
+    return (*p, *(_fixed_rotation(pose, form, p, owner, (*at, form), sink) or IDENTITY))
+
+
+def rotation_of(pose: PoseMapping, owner: Origin, at: Path, sink: Sink) -> tuple[str | None, bool]:
+    """The key of a pose's rotation, `matrix` included, and whether there is one at most; otherwise it is reported."""
+    given = pose.model_fields_set
+    forms = ROTATIONS & given
+    if "matrix" in given:
+        others = [*(["p"] if pose.p is not None else []), *_ordered(forms)]
+        if others:
+            message = f"`matrix` stands alone, not beside {_listed_keys(others)}"
+            sink.report("SC111", message, owner.child(*at, others[0]), at="key")
+        return "matrix", not others
+    if len(forms) > 1:
+        _report_two_rotations(_ordered(forms), owner.child(*at), sink)
+        return None, False
+    for form in forms:
+        return form, True
+    return None, True
+
+
+def compose(outer: Pose7, inner: Pose7) -> Pose7:
+    """`inner`, given in the frame of `outer`, in the frame that `outer` is given in.
+
+    A pose that does not turn passes the other's rotation on untouched.
+    """
+    if outer == IDENTITY_POSE:
+        return inner
+    p, q = outer[:3], rotations.normalized(outer[3:])
+    moved = rotations.rotate(q, inner[:3])
+    if inner[3:] == IDENTITY:
+        turned = outer[3:]
+    elif outer[3:] == IDENTITY:
+        turned = inner[3:]
+    else:
+        turned = rotations.normalized(rotations.multiply(q, inner[3:]))
+    return (p[0] + moved[0], p[1] + moved[1], p[2] + moved[2], *turned)
+
+
+def turned(pose: Pose7, rotation: Quat, step: Vec3 = (0.0, 0.0, 0.0)) -> Pose7:
+    """A pose with a rotation and a step, both in its own frame, put before it.
+
+    A pose that does not turn passes the rotation on untouched, and the other way round.
+    """
+    if rotation == IDENTITY and not any(step):
+        return pose
+    if pose[3:] == IDENTITY:
+        return (pose[0] + step[0], pose[1] + step[1], pose[2] + step[2], *rotation)
+    return compose(pose, (*step, *rotation))
+
+
+def direction(axis: str | Vec3) -> Vec3:
+    """The axis of a name, or the vector itself."""
+    return AXES[axis] if isinstance(axis, str) else axis
+
+
+def _fixed_rotation(pose: Any, form: str, p: Vec3, owner: Origin, at: Path, sink: Sink) -> Quat | None:
+    match form:
+        case "q":
+            return lower_quaternion(pose.q, owner, at, sink)
+        case "rpy":
+            warn_probable_degrees(pose.rpy, form, owner, at, sink)
+            return rotations.from_rpy(*pose.rpy)
+        case "rpy_deg":
+            roll, pitch, yaw = pose.rpy_deg
+            return rotations.from_rpy(math.radians(roll), math.radians(pitch), math.radians(yaw))
+        case "axis_angle":
+            return _fixed_axis_angle(pose.axis_angle, owner.child(*at), sink)
+        case _:
+            return _fixed_look_at(pose.look_at, p, owner.child(*at), sink)
+
+
+def lower_quaternion(q: Quat, owner: Origin, at: Path, sink: Sink) -> Quat | None:
+    """A quaternion of length 1, or one that is near enough to be made so; None where it was reported."""
+    off = abs(math.hypot(*q) - 1)
+    if off <= UNTOUCHED:
+        return q
+    if off <= NORMALISED:
+        return rotations.normalized(q)
+    sink.report(
+        "SC112",
+        f"the quaternion's length is {math.hypot(*q):.6g}, not 1",
+        owner.child(*at),
+        hint="write [w, x, y, z] of length 1 (within 0.001), or use rpy, rpy_deg or axis_angle",
+    )
+    return None
+
+
+def has_one_angle(given: AxisAngle, origin: Origin, sink: Sink) -> bool:
+    """Whether there is one angle; otherwise it is reported."""
+    if given.angle is not None and given.angle_deg is not None:
+        sink.report("SC111", "`angle` and `angle_deg` exclude each other", origin.child("angle_deg"), at="key")
+        return False
+    if given.angle is None and given.angle_deg is None:
+        sink.report("SC102", "`axis_angle` lacks the key `angle` or `angle_deg`", origin, at="key")
+        return False
+    return True
+
+
+def _fixed_axis_angle(given: Any, origin: Origin, sink: Sink) -> Quat | None:
+    if not has_one_angle(given, origin, sink):
+        return None
+    axis = direction(given.axis)
+    if not any(axis):
+        sink.report("SC114", "an axis of length 0 has no direction", origin.child("axis"))
+        return None
+    if given.angle is not None:
+        warn_probable_degrees(given.angle, "angle", origin, ("angle",), sink)
+        return rotations.from_axis_angle(axis, given.angle)
+    return rotations.from_axis_angle(axis, math.radians(given.angle_deg or 0.0))
+
+
+def _fixed_look_at(target: Vec3, p: Vec3, origin: Origin, sink: Sink) -> Quat | None:
+    q = rotations.looking((target[0] - p[0], target[1] - p[1], target[2] - p[2]))
+    if q is None:
+        sink.report(
+            "SC114",
+            "`look_at` is where the pose itself is, or straight above or below it",
+            origin,
+            hint="a view straight up or down needs another form: rpy_deg: [0, 90, 0] looks down",
+        )
+    return q
+
+
+def _fixed_matrix(matrix: Any, origin: Origin, sink: Sink) -> Pose7:
+    if (off := rotations.rigidity(matrix)) > RIGID:
+        sink.report(
+            "SC113",
+            f"the matrix is no rigid motion: it is off by {off:.3g}",
+            origin.child("matrix"),
+            hint="its upper left 3×3 must be a rotation (orthonormal, determinant +1), its last row [0, 0, 0, 1]",
+        )
+        return IDENTITY_POSE
+    (a, b, c, x), (d, e, f, y), (g, h, i, z), _ = matrix
+    return (x, y, z, *rotations.from_matrix(((a, b, c), (d, e, f), (g, h, i))))
+
+
+def _report_two_rotations(forms: list[str], origin: Origin, sink: Sink) -> None:
+    sink.report(
+        "SC111",
+        f"{_listed_keys(forms)} exclude each other: a pose has one rotation",
+        origin.child(forms[1]),
+        at="key",
+        related=[("the other rotation", origin.child(forms[0]), "key")],
+    )
+
+
+def _ordered(forms: frozenset[str]) -> list[str]:
+    """In the order in which the language names them."""
+    return [name for name in PoseMapping.model_fields if name in forms]
+
+
+def _listed_keys(names: list[str]) -> str:
+    return " and ".join(f"`{name}`" for name in names)
+
+
+POSE = FieldType((7,), fallback=IDENTITY_POSE)
+_POSITION = vector(3, "")
+_ANGLES = vector(3, "")
+_ANGLE = FieldType()
+_QUATERNION = FieldType((4,), fallback=IDENTITY)
+_MATRIX = FieldType((4, 4))
+
+
+def pose_varies(pose: Any) -> bool:
+    """Whether anything of a pose as written may differ from scene to scene, but for what it stands relative to."""
+    if pose.__class__ is not PoseMapping:
+        return pose.__class__ in VARYING
+    # All keys at once: ten thousand poses are asked.
+    if _any_varies(pose):
+        return True
+    return pose.axis_angle is not None and _any_varies(pose.axis_angle)
+
+
+def _any_varies(keys: PoseMapping | AxisAngle) -> bool:
+    items: Iterable[Any] = vars(keys).values()
+    return not VARYING.isdisjoint(map(type, items))
+
+
+def pose_item(pose: Any, place: Place, reading: VariationLowerer, sink: Sink) -> Any:
+    """A pose as an item: seven numbers, or a node.
+
+    Args:
+        pose: as written; `relative_to` is looked at only where it cannot be followed.
+        place: of the pose.
+        reading: of the field.
+        sink: takes the diagnostics.
+    """
+    if not pose_varies(pose):
+        return lower_pose(pose, place.origin, (), sink)
+    if pose.__class__ is PoseMapping:
+        return _pose_mapping_node(pose, place, reading, sink)
+
+    def leaf(given: Any, around: Place, step: FormStep) -> Any:
+        if isinstance(given, PoseMapping):
+            inside = around.inside(step) if step else around
+            if given.relative_to is not None:
+                _report_several_frames(inside.origin, sink)
+            return pose_item(given, inside, reading, sink)
+        if given.__class__ not in VARYING:
+            return (*given, *IDENTITY)
+        return Posed(reading.item(given, _POSITION, around.inside(step) if step else around), IDENTITY)
+
+    # As `p` of a mapping, which is another way to write the same.
+    field = place if _has_mapping(pose) else Place(place.origin, f"{place.path}.p")
+    return reading.select(pose, field, leaf)
+
+
+def _has_mapping(pose: Any) -> bool:
+    match pose:
+        case PerScene(items) | Cycle(items) | Choice(items):
+            return any(map(_has_mapping, items))
+        case SceneMap(items, default):
+            return any(_has_mapping(one) for _, one in items) or _has_mapping(default)
+        case _:
+            return isinstance(pose, PoseMapping)
+
+
+def _report_several_frames(origin: Origin, sink: Sink) -> None:
+    sink.report(
+        "SC316",
+        "alternatives of a pose cannot each stand relative to something",
+        origin.child("relative_to"),
+        at="key",
+        hint="write one `relative_to`, and the alternatives in `p`, `rpy` or `axis_angle` beside it",
+    )
+
+
+def _pose_mapping_node(pose: PoseMapping, place: Place, reading: VariationLowerer, sink: Sink) -> Any:
+    form, clear = rotation_of(pose, place.origin, (), sink)
+    if not clear:
+        return IDENTITY_POSE
+    if form == "matrix":
+        matrix = FromMatrix(reading.item(pose.matrix, _MATRIX, place.key("matrix")))
+        return reading.risk(matrix, place.origin.child("matrix"))
+    p: Any = (0.0, 0.0, 0.0) if pose.p is None else pose.p
+    p = reading.item(p, _POSITION, place.key("p"))
+    return Posed(p, IDENTITY if form is None else _rotation_node(pose, form, p, place.key(form), reading, sink))
+
+
+def _rotation_node(pose: Any, form: str, p: Any, place: Place, reading: VariationLowerer, sink: Sink) -> Any:
+    given = getattr(pose, form)
+    match form:
+        case "q":
+            return _quaternion_node(given, place, reading, sink)
+        case "rpy":
+            warn_probable_degrees(given, form, place.origin, (), sink)
+            return FromRpy(reading.item(given, _ANGLES, place))
+        case "rpy_deg":
+            return FromRpy(Radians(reading.item(given, _ANGLES, place)))
+        case "axis_angle":
+            return _axis_angle_node(given, place, reading, sink)
+        case _:
+            return reading.risk(Looking(reading.item(given, _POSITION, place), p), place.origin)
+
+
+def _quaternion_node(given: Any, place: Place, reading: VariationLowerer, sink: Sink) -> Any:
+    def leaf(one: Any, around: Place, step: FormStep) -> Any:
+        if one.__class__ not in VARYING:
+            return lower_quaternion(one, around.origin, step, sink) or IDENTITY
+        inside = around.inside(step) if step else around
+        item = reading.item(one, _QUATERNION, inside)
+        return item if isinstance(one, RandomRotation) else reading.risk(Normalized(item), inside.origin)
+
+    return reading.select(given, place, leaf)
+
+
+def _axis_angle_node(given: AxisAngle, place: Place, reading: VariationLowerer, sink: Sink) -> Any:
+    if not has_one_angle(given, place.origin, sink):
+        return IDENTITY
+    axis: Any = given.axis
+    varies = axis.__class__ in VARYING
+    axis = reading.item(axis, _axis_type(sink), place.key("axis"))
+    if given.angle is not None:
+        warn_probable_degrees(given.angle, "angle", place.origin, ("angle",), sink)
+        angle = reading.item(given.angle, _ANGLE, place.key("angle"))
+    else:
+        angle = Radians(reading.item(given.angle_deg, _ANGLE, place.key("angle_deg")))
+    turn = FromAxisAngle(axis, angle)
+    return reading.risk(turn, place.origin.child("axis")) if varies else turn
+
+
+def _axis_type(sink: Sink) -> FieldType:
+    def convert(axis: Any) -> Any:
+        found = direction(axis)
+        return found if any(found) else None
+
+    def complain(_axis: Any, origin: Origin, _sink: Sink) -> None:
+        sink.report("SC114", "an axis of length 0 has no direction", origin)
+
+    return FieldType((3,), convert=convert, complain=complain, fallback=(1.0, 0.0, 0.0))

@@ -1,0 +1,376 @@
+"""Names of files and materials: each that may be meant is looked up, and stands in a table of the plan."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Mapping
+from dataclasses import dataclass, field, fields
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
+
+from scenecc.diagnostics.messages import show
+from scenecc.lower.deferred_checks import depends_on_scene_only, report_draw_failure
+from scenecc.lower.field_types import FieldType
+from scenecc.lower.variation import SELECTORS, VARYING, FormStep, Place, VariationLowerer, field_place
+from scenecc.plan import AssetFile, PhysicalMaterial, Texture, Value, VisualMaterial, literal, per_scene, varying
+from scenecc.variation.nodes import NODES, Computed
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.diagnostics import Origin
+    from scenecc.lower.fields import FieldLowerer
+    from scenecc.robots.description import Description
+    from scenecc.variation.nodes import Node
+
+
+def select_per_scene(values: Sequence[Value], pick: Value, rows: int) -> Value:
+    """The value with the number that `pick` gives, scene by scene.
+
+    Args:
+        values: of one dtype and shape.
+        pick: (·,) index into them.
+        rows: how many scenes there are.
+    """
+    first = values[0]
+    if all(value is first or _same_constant(value, first) for value in values):
+        return first
+    import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+    from scenecc.variation.bounds import union_bounds  # noqa: PLC0415 - likewise
+
+    def draw() -> NDArray[Any]:
+        which = np.broadcast_to(pick.data, (rows,))
+        drawn = np.empty((rows, *first.data.shape[1:]), dtype=first.data.dtype)
+        for number, value in enumerate(values):
+            mine = which == number
+            drawn[mine] = np.broadcast_to(value.data, drawn.shape)[mine]
+        return drawn
+
+    if pick.known and all(value.known for value in values):
+        return per_scene(draw(), first.data.dtype)
+    return varying(draw, bounds=union_bounds([value.bounds for value in values]), rows=rows)
+
+
+def _same_constant(a: Value, b: Value) -> bool:
+    return a.is_constant and b.is_constant and a.numbers() == b.numbers()
+
+
+Found = TypeVar("Found")
+
+_INDEX_TYPE = FieldType(dtype="int64", fallback=0)
+
+
+@dataclass(slots=True)
+class References(Generic[Found]):
+    """What a leaf may name, and which of it each scene has.
+
+    Attributes:
+        found: by the number that `node` gives; None where it was reported.
+        value: (·,) the number in each scene.
+    """
+
+    found: list[Found | None]
+    value: Value
+
+    def indices(self, leaves: FieldLowerer) -> Value:
+        """Where what is named has an index of its own, that index in each scene."""
+        values = [literal(index, "int64") for index in self.found]  # pyright: ignore[reportArgumentType]
+        return select_per_scene(values, self.value, len(leaves.scenes))
+
+
+@dataclass(slots=True)
+class _ReferenceLookup(Generic[Found]):
+    """The names that were met, each with a number, and what they mean."""
+
+    leaves: FieldLowerer
+    find: Callable[[Any, Origin], Found | None]
+    numbers: dict[Any, int] = field(default_factory=dict[Any, int])
+    found: list[Any] = field(default_factory=list[Any])
+
+    def number(self, name: Any, origin: Origin) -> int:
+        # What is written inline is its own; a name is the same thing wherever it stands.
+        key = name if isinstance(name, str) else id(name)
+        number = self.numbers.get(key)
+        if number is None:
+            number = self.numbers[key] = len(self.found)
+            self.found.append(self.find(name, origin))
+        return number
+
+
+Unwrap = Callable[[Any, Place], tuple[Any, Place]]
+
+
+def plain_reference(given: Any, place: Place) -> tuple[Any, Place]:
+    """What is itself a name."""
+    return given, place
+
+
+def read_references(
+    given: Any,
+    place: Place,
+    leaves: FieldLowerer,
+    find: Callable[[Any, Origin], Found | None],
+    unwrap: Unwrap = plain_reference,
+) -> References[Found]:
+    """A leaf that names something.
+
+    Args:
+        given: as the models have it: a name, a mapping that stands for one, a form of these, or an expression.
+        place: of the leaf.
+        leaves: of its object.
+        find: what a name means; None where it reports it.
+        unwrap: what names it in an alternative that is a mapping.
+    """
+    lookup = _ReferenceLookup(leaves, find)
+    written = given
+    if given.__class__ not in SELECTORS:
+        given, place = unwrap(given, place)
+    if given.__class__ not in VARYING:
+        lookup.number(given, place.origin)
+        return References(lookup.found, literal(0, "int64"))
+    reading = VariationLowerer(leaves, place.origin)
+    computed: list[tuple[Computed, Origin]] = []
+
+    def bare(one: Any, around: Place, step: FormStep) -> Any:
+        inside = around.inside(step) if step else around
+        if one.__class__ not in VARYING:
+            return lookup.number(one, inside.origin)
+        node = reading.item(one, _TEXT_TYPE, inside)
+        if isinstance(node, Computed):
+            computed.append((node, inside.origin))
+        return node
+
+    def leaf(one: Any, around: Place, step: FormStep) -> Any:
+        return reading.select(*unwrap(one, around.inside(step) if step else around), bare)
+
+    node = reading.select(given, place, leaf if given is written else bare)
+    for one, origin in computed:
+        _look_up_every_name(one, origin, lookup)
+    leaves.fix(reading)
+    if reading.broken or None in lookup.found or node.__class__ not in NODES:
+        return References(lookup.found, literal(0, "int64"))
+    return References(lookup.found, _reference_numbers(node, reading, lookup, place, leaves))
+
+
+_TEXT_TYPE = FieldType(convert=str, fallback="")
+
+
+def _look_up_every_name(node: Computed, origin: Origin, lookup: _ReferenceLookup[Any]) -> None:
+    """Looks up every text that an expression can give."""
+    names = possible_values(node, origin, lookup.leaves, _UNKNOWN_NAMES, "or write the names in a `choice`")
+    if names is None:
+        lookup.found.append(None)
+        return
+    sink = lookup.leaves.sink
+    with sink.alike():
+        for name in names:
+            if isinstance(name, str):
+                lookup.number(name, origin)
+            else:
+                sink.report("SC317", f"this expression gives {show(name)}, and a name is wanted", origin)
+                lookup.found.append(None)
+                return
+
+
+_UNKNOWN_NAMES = "it cannot be told which names this expression gives"
+
+
+def possible_values(
+    node: Node, origin: Origin, leaves: FieldLowerer, untold: str, instead: str
+) -> Iterable[Any] | None:
+    """All that a node can give, each once; None where that was reported.
+
+    Args:
+        node: an expression, or what draws.
+        origin: of it.
+        leaves: of its object.
+        untold: is said where that cannot be told.
+        instead: what can be written then.
+    """
+    from scenecc.variation.compute_limit import ComputeLimitError  # noqa: PLC0415 - likewise
+    from scenecc.variation.enumeration import MAX_OUTCOMES  # noqa: PLC0415 - loaded where something varies
+    from scenecc.variation.errors import DrawError  # noqa: PLC0415 - likewise
+
+    try:
+        every = leaves.drawing.reader().outcomes(node, leaves.scenes)
+    except DrawError as error:
+        if isinstance(error, ComputeLimitError) or depends_on_scene_only(node, leaves.drawing):
+            report_draw_failure(error, {}, origin, leaves.sink)
+            return None
+        every = None
+    if every is not None:
+        return {(one.__class__, repr(one)): one for one in every}.values()
+    bounded = leaves.bounds(node).alternatives
+    if bounded is None:
+        few = f"of at most {MAX_OUTCOMES} combinations in all"
+        hint = f"it may read draws by `choice`, `cycle` or `integers`, {few}; {instead}"
+        leaves.sink.report("SC317", untold, origin, hint=hint)
+    return bounded
+
+
+def _reference_number(name: Any, lookup: _ReferenceLookup[Any]) -> int | None:
+    return lookup.numbers.get(name) if isinstance(name, str) else None
+
+
+def _reference_numbers(
+    node: Any, reading: VariationLowerer, lookup: _ReferenceLookup[Any], place: Place, leaves: FieldLowerer
+) -> Value:
+    """Which of the things each scene has."""
+    if not reading.computed:
+        return leaves.finish(node, reading, _INDEX_TYPE, place.origin)
+    import numpy as np  # noqa: PLC0415 - loaded where something varies
+
+    from scenecc.variation.bounds import ValueBounds  # noqa: PLC0415 - likewise
+    from scenecc.variation.errors import DrawError  # noqa: PLC0415 - likewise
+
+    def draw() -> NDArray[Any]:
+        rows = leaves.evaluate(node).tolist()
+        numbers = [row if isinstance(row, int) else _reference_number(row, lookup) for row in rows]
+        if None in numbers:
+            at = numbers.index(None)
+            message = f"this gives {show(rows[at])}, which was not among what it was found to give"
+            raise DrawError(message, leaves.scenes[at], node)
+        return np.array(numbers, dtype=np.int64)
+
+    support = ValueBounds.of(range(len(lookup.found)), exact=False)
+    value = varying(draw, bounds=support, rows=len(leaves.scenes))
+    leaves.pend(value, _INDEX_TYPE, place.origin, reading)
+    return value
+
+
+FileResolver = Callable[[str, "Origin"], AssetFile | None]
+"""Finds a file that a document names; reports and gives None where there is none."""
+
+Row = TypeVar("Row")
+
+
+class RowTable(Generic[Row]):
+    """Rows without repetition, in the order in which they first came."""
+
+    def __init__(self, key: Callable[[Row], Hashable]) -> None:
+        """`key`: of rows that are the same."""
+        self._key = key
+        self._rows: list[Row] = []
+        self._indices: dict[Hashable, Value] = {}
+        self._known: dict[int, tuple[Row, Value]] = {}
+
+    def value(self, row: Row) -> Value:
+        """The row's index as a value that is the same in every scene; it is added where it is new."""
+        known = self._known.get(id(row))
+        if known is None:
+            # By identity, since the key of a material takes longer than all else here; kept, so that its id stays
+            # its own.
+            key = self._key(row)
+            value = self._indices.get(key)
+            if value is None:
+                value = self._indices[key] = literal(len(self._rows), "int64")
+                self._rows.append(row)
+            known = self._known[id(row)] = (row, value)
+        return known[1]
+
+    def index(self, row: Row) -> int:
+        """The row's index."""
+        return int(self.value(row).numbers()[0])
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """All rows, by index."""
+        return tuple(self._rows)
+
+
+def _content(row: Any) -> Hashable:
+    """What a material consists of; what may vary is only itself, since comparing it would draw it."""
+    if isinstance(row, Value):
+        return row.numbers() if row.is_constant else ("value", id(row))
+    members = _MEMBERS.get(row.__class__)
+    return row if members is None else tuple([None if part is None else _content(part) for part in members(row)])
+
+
+_MEMBERS: dict[type[Any], Callable[[Any], tuple[Any, ...]]] = {
+    kind: attrgetter(*(field.name for field in fields(kind))) for kind in (PhysicalMaterial, VisualMaterial, Texture)
+}
+
+
+class PlanTables:
+    """What the shapes of a plan refer to.
+
+    Attributes:
+        file_origins: for each file, the first place that names it.
+        material_origins: for each physical material, the first place that asks for it.
+    """
+
+    def __init__(self, resolve: FileResolver) -> None:
+        self.files: RowTable[AssetFile] = RowTable(lambda file: file)
+        self.physical_materials: RowTable[PhysicalMaterial] = RowTable(_content)
+        self.visual_materials: RowTable[VisualMaterial] = RowTable(_content)
+        self.file_origins: dict[int, Origin] = {}
+        self.material_origins: dict[int, Origin] = {}
+        self._resolve = resolve
+        self._sizes: dict[tuple[float, ...] | float, Value] = {}
+
+    def file(self, uri: str, origin: Origin) -> int | None:
+        """The index of a file in `files`; None where it was reported."""
+        found = self._resolve(uri, origin)
+        if found is None:
+            return None
+        index = self.files.index(found)
+        self.file_origins.setdefault(index, origin)
+        return index
+
+    def files_of(
+        self, given: Any, origin: Origin, leaves: FieldLowerer, unwrap: Unwrap = plain_reference
+    ) -> Value | None:
+        """A leaf that names a file as indices into `files`; None where one of its alternatives was reported.
+
+        Args:
+            given: as the models have it.
+            origin: of the leaf.
+            leaves: of the object.
+            unwrap: what names the file in an alternative that is a mapping.
+        """
+        if given.__class__ is str:
+            index = self.file(given, origin)
+            return None if index is None else literal(index, "int64")
+        named = read_references(given, field_place(origin), leaves, self.file, unwrap)
+        return None if None in named.found else named.indices(leaves)
+
+    def physical(self, row: PhysicalMaterial, origin: Origin) -> Value:
+        """A physical material's index as a value."""
+        value = self.physical_materials.value(row)
+        self.material_origins.setdefault(int(value.numbers()[0]), origin)
+        return value
+
+    def size(self, size: tuple[float, ...] | float) -> Value:
+        """A positive size as a value; equal sizes share one. (0.0 and -0.0 would be one key.)"""
+        found = self._sizes.get(size)
+        if found is None:
+            found = self._sizes[size] = literal(size)
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class RobotRequest:
+    """How a file is to be read.
+
+    Attributes:
+        format: of the file.
+        uri: as written.
+        srdf: as written; "none": none; None: the one beside the file.
+        package_dir: as written; None: none is given.
+        scale: of all lengths.
+        collision_is_visual: whether what collides is seen too.
+    """
+
+    format: Literal["urdf", "mjcf"]
+    uri: str
+    srdf: str | None = None
+    package_dir: str | None = None
+    scale: float = 1.0
+    collision_is_visual: bool = False
+
+
+RobotReader = Callable[[RobotRequest, Mapping[str, "Origin"]], "tuple[AssetFile, Description] | None"]
+"""The file of a request and what it says; None where it was reported. Takes where the keys are written that are: the
+format's own, `srdf` and `package_dir`."""

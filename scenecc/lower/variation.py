@@ -1,0 +1,306 @@
+"""The forms of one field, as written, to the nodes that give its value in every scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics import dotted
+from scenecc.diagnostics.frozen import frozen
+from scenecc.lower.field_types import COMPONENT_TYPES, drawn_shape
+from scenecc.variation.compute_limit import expression_cost, form_cost
+from scenecc.variation.forms import (
+    DISTRIBUTIONS,
+    MISSING,
+    Choice,
+    Cycle,
+    Integers,
+    LogUniform,
+    Normal,
+    PerScene,
+    RandomRotation,
+    SceneMap,
+    Uniform,
+    Vector,
+)
+from scenecc.variation.nodes import NODE_TYPES, Chosen, Computed, Cycled, Drawn, Key, RandomRotated, Rows, Stacked
+from scenecc.variation.template import Template
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Origin
+    from scenecc.diagnostics.origin import PathKey
+    from scenecc.lower.field_types import FieldType
+    from scenecc.lower.fields import FieldLowerer
+    from scenecc.variation import nodes
+
+SELECTORS = frozenset((PerScene, SceneMap, Cycle, Choice))
+"""The forms that pick one of several items, which may be anything."""
+
+VARYING = SELECTORS | {Uniform, Integers, LogUniform, Normal, RandomRotation, Vector, Template}
+"""All that may stand in place of a plain value, by type."""
+
+_DRAWN: dict[type, Any] = {form: key for key, form in DISTRIBUTIONS.items()}
+
+FormStep = tuple["PathKey", ...]
+
+
+@frozen
+class Place:
+    """Where a varying value stands.
+
+    Attributes:
+        origin: its node.
+        path: of the field within its object, as draws are keyed by it.
+        word: the component's number, where it is one of several that share the path.
+    """
+
+    origin: Origin
+    path: str
+    word: int = 0
+
+    def inside(self, step: FormStep) -> Place:
+        """The place of an item of a form."""
+        steps = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in step)
+        # A shared draw's own path is empty.
+        return Place(self.origin.child(*step), (self.path + steps).removeprefix("."), self.word)
+
+    def key(self, name: str) -> Place:
+        """The place of a key of the mapping here."""
+        return Place(self.origin.child(name), f"{self.path}.{name}")
+
+
+def field_place(origin: Origin) -> Place:
+    """The place of a field of a named object; in a document every field is one."""
+    return Place(origin, _path(origin.path[2:]))
+
+
+# Copies have the same fields, and few fields have forms.
+_path = lru_cache(maxsize=1024)(dotted)
+
+
+LeafReader = Callable[[Any, Place, FormStep], Any]
+"""Reads what is no selector: (given, place of the form around it, steps from there) to an item."""
+
+
+class VariationLowerer:
+    """Reads the forms of one field.
+
+    Attributes:
+        drawn: whether it has draws of its own.
+        computed: whether it has expressions.
+        broken: whether something of it was reported, so that what stands for it means nothing.
+        reads: the shared draws that its expressions read.
+        cycled: whether it has alternatives that no scene may have.
+        risky: whether it can have no value in some scene, or one out of its range.
+        origins: of the nodes that can have no value, by identity; the nodes are kept with them.
+    """
+
+    def __init__(self, leaves: FieldLowerer, origin: Origin) -> None:
+        leaves.drawing.read += 1
+        self._leaves = leaves
+        self._section: Any = origin.path[0]
+        self._name = str(origin.path[1])
+        self.drawn = False
+        self.computed = False
+        self.cycled = False
+        self.risky = False
+        self.broken = False
+        self.reads: set[str] = set()
+        self.origins: dict[int, tuple[Any, Origin]] = {}
+
+    @property
+    def known(self) -> bool:
+        """Whether its values follow from the scene's index alone, and without an expression."""
+        return not self.drawn and not self.computed
+
+    def join(self, other: VariationLowerer) -> None:
+        """Takes in what is known of another field that this one's value is made of."""
+        self.drawn |= other.drawn
+        self.computed |= other.computed
+        self.cycled |= other.cycled
+        self.risky |= other.risky
+        self.broken |= other.broken
+        self.reads |= other.reads
+        self.origins |= other.origins
+
+    def risk(self, node: Any, origin: Origin) -> Any:
+        """Remembers where a node stands that can have no value."""
+        self.risky = True
+        self.origins[id(node)] = (node, origin)
+        return node
+
+    def item(self, given: Any, kind: FieldType, place: Place) -> Any:
+        """What is written as an item of a node: a node, or a plain row."""
+
+        def leaf(one: Any, around: Place, step: FormStep) -> Any:
+            return self._leaf(one, kind, around, step)
+
+        return self.select(given, place, leaf)
+
+    def select(self, given: Any, place: Place, leaf: LeafReader, step: FormStep = ()) -> Any:
+        """As `item`, where `leaf` reads what no selector holds."""
+        if given.__class__ not in SELECTORS:
+            return leaf(given, place, step)
+        place = place.inside(step) if step else place
+        match given:
+            case PerScene(items):
+                return self._per_scene(items, place, leaf)
+            case SceneMap():
+                return self._by_scene(given, place, leaf)
+            case Cycle(items):
+                self.cycled = True
+                return Cycled(self._each(items, "cycle", place, leaf))
+            case _:
+                self.drawn = True
+                items = self._each(given.items, "choice", place, leaf)
+                return Chosen(items, given.weights, self._key(place), place.word)
+
+    def _each(self, items: tuple[Any, ...], name: str, place: Place, leaf: LeafReader) -> tuple[Any, ...]:
+        return tuple(self.select(one, place, leaf, (name, i)) for i, one in enumerate(items))
+
+    def _per_scene(self, items: tuple[Any, ...], place: Place, leaf: LeafReader) -> Any:
+        scenes = self._leaves.listed
+        if len(items) != len(scenes):
+            self.broken = True
+            message = f"{_count(len(items), 'value')} for {_count(len(scenes), 'scene')}"
+            hint = "one for each scene that the object is in, by ascending index; or {per_scene: {0: …, default: …}}"
+            self._leaves.sink.report("SC314", message, place.origin.child("per_scene"), hint=hint)
+            return self.select(items[0], place, leaf, ("per_scene", 0)) if items else 0.0
+        return Rows(scenes, self._each(items, "per_scene", place, leaf))
+
+    def _by_scene(self, given: SceneMap, place: Place, leaf: LeafReader) -> Any:
+        scenes = self._leaves.listed
+        origin = place.origin.child("per_scene")
+        read: dict[int, Any] = {
+            scene: self.select(one, place, leaf, ("per_scene", str(scene))) for scene, one in given.items
+        }
+        default = given.default
+        if self._leaves.partial and default is MISSING:
+            known = tuple(sorted(read))
+            return Rows(known, tuple(read[scene] for scene in known))
+        if default is not MISSING:
+            default = self.select(default, place, leaf, ("per_scene", "default"))
+        elif missing := set(scenes) - read.keys():
+            self.broken = True
+            message = f"there is no value for scene {min(missing)}"
+            self._leaves.sink.report("SC315", message, origin, hint="add it, or a `default`")
+            default = next(iter(read.values()), 0.0)
+        # A prefab does not know in which scenes it is used.
+        if not self._leaves.scope and (extra := read.keys() - set(scenes)):
+            scene = min(extra)
+            message = f"scene {scene} is none that the object is in"
+            self._leaves.sink.report("SC315", message, origin.child(str(scene)), at="key", hint="leave it out")
+        return Rows(scenes, tuple(read.get(scene, default) for scene in scenes))
+
+    def _leaf(self, given: Any, kind: FieldType, around: Place, step: FormStep) -> Any:
+        if given.__class__ not in VARYING:
+            return self.plain(given, kind, around, step)
+        place = around.inside(step) if step else around
+        match given:
+            case Template():
+                return self._computed(given, kind, place)
+            case Vector(items):
+                return self._stacked(items, kind, place)
+            case RandomRotation():
+                self.drawn = True
+                return RandomRotated(self._key(place))
+            case _:
+                what, clip = _DRAWN[given.__class__], None
+                bounds = (given.mean, given.std) if what == "normal" else (given.low, given.high)
+                if what == "normal":
+                    clip = given.clip
+                return self._drawn(what, bounds, clip, kind, place)
+
+    def plain(self, given: Any, kind: FieldType, around: Place, step: FormStep) -> Any:
+        """A plain value as a row; the kind's own where it was reported."""
+        if kind.convert is None:
+            return given
+        made = kind.convert(given)
+        if made is not None:
+            return made
+        self.broken = True
+        if kind.complain is not None:
+            kind.complain(given, around.origin.child(*step), self._leaves.sink)
+        return kind.fallback
+
+    def _computed(self, given: Template, kind: FieldType, place: Place) -> Any:
+        names = self._leaves.draw_names(given, place.origin)
+        if names is None:
+            self.broken = True
+            return kind.fallback
+        self.computed = True
+        self.reads |= set(names.values())
+        reads = tuple(sorted((name, draw) for name, draw in names.items() if name != draw))
+        shape = None if kind.convert is not None else kind.shape
+        self._leaves.drawing.foresee(expression_cost(given.text, len(self._leaves.scenes)), place.origin)
+        return self.risk(Computed(given, shape, reads), place.origin)
+
+    def _stacked(self, items: tuple[Any, ...], kind: FieldType, place: Place) -> Any:
+        one = component(kind)
+        # Of a matrix each row has words of its own.
+        first = place.word * len(items)
+        places = (Place(place.origin.child(j), place.path, first + j) for j in range(len(items)))
+        parts = [self.item(item, one, at) for item, at in zip(items, places, strict=True)]
+        if kind.pad is not None and len(parts) < kind.shape[0]:
+            parts.append(kind.pad)
+        return Stacked(tuple(parts))
+
+    def _drawn(
+        self, what: nodes.Kind, bounds: tuple[Any, Any], clip: tuple[Any, Any] | None, kind: FieldType, place: Place
+    ) -> Any:
+        self.drawn = True
+        if kind.free:
+            kind = replace(kind, shape=drawn_shape((*bounds, *(clip or ()))))
+        single = not kind.shape or (kind.wide and not any(_is_vector(bound) for bound in bounds))
+        one = component(kind) if single else kind
+        low, high = self._bound(bounds[0], one, place, (what, 0)), self._bound(bounds[1], one, place, (what, 1))
+        if what == "normal" and one.pad is not None and _is_vector(high):
+            # What is left out does not vary.
+            high = (*high[:3], 0.0) if len(bounds[1]) < len(high) else high
+        clipped = clip and tuple(self._bound(bound, one, place, ("clip", i)) for i, bound in enumerate(clip))
+        node = Drawn(what, low, high, clipped, one.shape, self._key(place), place.word)
+        if not NODE_TYPES.isdisjoint(map(type, (low, high, *(clipped or ())))):
+            # Bounds that vary may change places in some scene.
+            self.risk(node, place.origin)
+        return Stacked((node,) * kind.shape[0]) if single and kind.shape else node
+
+    def _bound(self, given: Any, kind: FieldType, place: Place, step: FormStep) -> Any:
+        if given.__class__ in VARYING:
+            return self.item(given, kind, place.inside(step))
+        if kind.complain is not None and kind.convert is not None:
+            # What no value may be, a bound may: 0 points nowhere, and is a deviation, or the end of a range.
+            made = kind.convert(given)
+            return tuple(given) if made is None else made
+        return given if kind.convert is None else self.plain(given, kind, place, step)
+
+    def _key(self, place: Place) -> Key:
+        self._leaves.drawing.foresee(form_cost(len(self._leaves.scenes)), place.origin)
+        return Key(self._section, self._name, place.path)
+
+
+def component(kind: FieldType) -> FieldType:
+    """The kind of one number of a vector, or of one row of a matrix."""
+    return COMPONENT_TYPES[kind.dtype] if len(kind.shape) < 2 else replace(kind, shape=kind.shape[1:])
+
+
+def holds_template(given: Any) -> bool:
+    """Whether an expression stands for a whole value in it, so that only a scene tells how it is written."""
+    match given:
+        case Template():
+            return True
+        case PerScene(items) | Cycle(items) | Choice(items):
+            return any(map(holds_template, items))
+        case SceneMap(items, default):
+            return any(holds_template(one) for _, one in items) or holds_template(default)
+        case _:
+            return False
+
+
+def _is_vector(item: Any) -> bool:
+    return isinstance(item, tuple | list | Vector)
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"

@@ -1,0 +1,410 @@
+"""Values that vary: what is reported before anything is drawn, and what only the drawn rows tell."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import pytest
+from plugins.structures import body_of
+from unit.lower.scenes import BALL, codes, entity, scene
+
+from scenecc import SceneError, compile_scene, validate
+
+DRAWS: dict[str, Any] = {
+    "r": {"uniform": [0.1, 0.2]},
+    "z": {"uniform": [-1, 1]},
+    "n": {"normal": [0, 1]},
+    "v": {"uniform": [[0.1, 0.1], [0.2, 0.2]]},
+    "die": {"integers": [1, 6]},
+    "which": {"choice": ["a", "b"]},
+}
+
+
+def told(body: dict[str, Any], num_scenes: int = 8) -> list[tuple[str, str]]:
+    """Codes and messages of what validation says of a body, which reads some of the draws."""
+    names = {name: draw for name, draw in DRAWS.items() if name in str(body)}
+    found = validate(scene(body, draws=names, num_scenes=num_scenes))
+    return [(one.code, one.message) for one in found if one.code != "SC319"]
+
+
+def box(half_size: Any) -> dict[str, Any]:
+    return {"shapes": [{"type": "box", "half_size": half_size}]}
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        (box("${r}"), "it gives a number where 3 numbers are wanted"),
+        (box("${[r, r]}"), "it gives a list that is not 3 numbers"),
+        (box("${v}"), "it gives a list that is not 3 numbers"),
+        (box("${which}"), "it gives a string where 3 numbers are wanted"),
+        (box(["${v}", 1, 1]), "it gives a list where one value is wanted"),
+        (box("${[die, die, die] if die > 1 else die}"), "it gives a number where 3 numbers are wanted"),
+        ({"pose": {"p": "${scene}"}}, "in scene 0: it gives a number where 3 numbers are wanted"),
+        ({"mass": "${which}"}, "this expression gives 'a', and a number is wanted"),
+        ({"mass": "${r > 0.15}"}, "this expression gives false, and a number is wanted"),
+        ({"gravity": "${die + 1}"}, "it gives 2, which means nothing here"),
+        ({"color": "${r}"}, "it gives a number, which means nothing here"),
+        ({"gravity": "${z}"}, "it gives a number, which means nothing here"),
+        ({"solver_position_iterations": "${which}"}, "this expression gives 'a', and a whole number is wanted"),
+        (box("${v * 2}"), "it gives a list that is not 3 numbers"),
+        (
+            {"color": "${'#ff0000' if which == 'a' else 'reddish'}"},
+            "it gives 'reddish', which means nothing here",
+        ),
+        (
+            {"color": {"choice": ["#ffffff", "${'red' if r > 1 else 'rot'}"]}},
+            "it gives 'rot', which means nothing here",
+        ),
+    ],
+    ids=str,
+)
+def test_a_value_of_another_kind_is_an_error(body: dict[str, Any], message: str) -> None:
+    assert told(body) == [("SC515", message)]
+
+
+def test_a_value_that_may_be_of_another_kind_is_a_warning() -> None:
+    body = {"color": "${'#ff0000' if r > 0.15 else 'reddish'}"}
+    assert told(body) == [("SC514", "in some scene it gives 'reddish', which means nothing here")]
+    assert told(box("${[r, r, r] if n > 0 else r}")) == [("SC514", "in some scene it may give a value of another kind")]
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ({"mass": "${r - 0.5}"}, "this expression gives at most -0.3, and it must be above 0"),
+        ({"mass": "${-die}"}, "this expression gives at most -1, and it must be above 0"),
+        ({"mass": "${die * 0}"}, "this expression gives 0, and it must be above 0"),
+        (box("${[r, r, -r]}"), "this expression gives at most -0.1, and it must be above 0"),
+        (
+            {"material": {"physical": {"restitution": "${1 + r}"}}},
+            "this expression gives at least 1.1, and it must be at most 1",
+        ),
+        ({"mass": "${2 - scene}"}, "in scene 2 this is 0: it must be above 0"),
+        ({"mass": "${1 if scene < 7 else -1}"}, "in scene 7 this is -1: it must be above 0"),
+    ],
+    ids=str,
+)
+def test_numbers_that_are_all_out_of_range_are_an_error(body: dict[str, Any], message: str) -> None:
+    assert told(body) == [("SC513", message)]
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        ({"mass": "${1 / z}"}, [("SC516", "this may have no value: division by zero")]),
+        ({"pose": ["${1 / z}", 0, 0]}, [("SC516", "this may have no value: division by zero")]),
+        ({"mass": "${1 / (die - 3) + 9}"}, [("SC516", "this may have no value: division by zero")]),
+        ({"mass": "${1 + sqrt(z)}"}, [("SC516", "this may have no value: a negative number has no root")]),
+        (
+            {"mass": "${[1, 2][die - 1]}"},
+            [("SC516", "this may have no value: index 2 is out of range: the list has 2 items")],
+        ),
+        (
+            {"mass": "${sqrt(r - 1)}"},
+            [("SC202", "this has no value, whatever is drawn: a negative number has no root")],
+        ),
+        ({"mass": "${1 / (scene - 3) + 9}"}, [("SC202", "in scene 3: division by zero")]),
+        ({"pose": ["${sqrt(5 - scene)}", 0, 0]}, [("SC202", "in scene 6: `sqrt` has no value for -1")]),
+        ({"mass": "${1 / (scene - 8) + 9}"}, []),
+        ({"mass": "${1 / z + 9 if z > 0.5 else 1}"}, []),
+        ({"mass": "${z + 0.1 if z > 0 else 0.1}"}, []),
+        ({"mass": "${0.1 + z * z}"}, []),
+        ({"mass": "${1 + scene % 2}"}, []),
+    ],
+    ids=str,
+)
+def test_what_may_have_no_value(body: dict[str, Any], expected: list[tuple[str, str]]) -> None:
+    assert told(body) == expected
+
+
+def test_a_draw_that_may_have_no_value_is_told_where_it_stands() -> None:
+    draws = {"z": {"uniform": [-1, 1]}, "root": "${sqrt(z)}", "twice": "${2 * root}"}
+    assert codes(scene({"mass": "${1 + twice}"}, draws=draws)) == [("SC516", "draws.root")]
+
+
+def test_a_draw_that_its_scene_decides_is_told_where_it_is_read() -> None:
+    draws = {"inverse": "${1 / scene}", "twice": "${2 * inverse}"}
+    document = scene({"pose": ["${twice}", 0, 0]}, draws=draws, num_scenes=4)
+    assert codes(document) == [("SC202", "draws.inverse")]
+    document["entities"]["body"]["scene_idxs"] = [1, 2, 3]
+    assert codes(document) == []
+    assert compile_scene(document).num_scenes == 4
+
+
+def test_variants_are_picked_by_the_scene() -> None:
+    variants: list[Any] = [{"shapes": BALL}, {"shapes": BALL, "mass": 2}]
+    document = {"scenecc": 1, "num_scenes": 200, "entities": {"e": {"pick": "${scene % 2}", "variants": variants}}}
+    assert codes(document) == []
+    document["entities"] = {"e": {"pick": "${scene}", "variants": variants}}
+    assert codes(document) == [("SC513", "entities.e.pick")]
+
+
+def test_one_expression_in_many_places_is_looked_into_once() -> None:
+    document = scene({"mass": "${1 / z + 9}"}, draws={"z": DRAWS["z"]}, num_scenes=4)
+    document["entities"] |= {f"e{i}": document["entities"]["body"] for i in range(50)}
+    assert {code for code, _ in codes(document)} == {"SC516"}
+    assert len(codes(document)) == 51
+
+
+@pytest.mark.parametrize(
+    ("expression", "message"),
+    [
+        ("${v / 2}", "`/` does not take a list and a number"),
+        ("${-v}", "`-` does not take a list"),
+        ("${sqrt(v)}", "`sqrt` takes numbers, not a list"),
+        ("${v > 1}", "`>` does not take a list and a number"),
+        ("${r[0]}", "a number has no items"),
+        ("${len(r)}", "`len` takes a list or a string, not a number"),
+        ("${1 if v else 2}", "a condition is a boolean or a number, not a list"),
+        ("x_${v}", "a list cannot stand within a longer text"),
+    ],
+)
+def test_what_cannot_be_done_with_kinds_of_values_is_told_of_a_draw(expression: str, message: str) -> None:
+    draws = {"v": DRAWS["v"], "r": DRAWS["r"], "h": expression}
+    (found,) = [one for one in validate(scene({}, draws=draws)) if one.code != "SC319"]
+    assert (found.code, found.message) == ("SC202", f"this has no value, whatever is drawn: {message}")
+    assert found.path == "draws.h"
+
+
+CROSSED = "the lower bound is above the upper one"
+
+
+@pytest.mark.parametrize(
+    ("draw", "expected"),
+    [
+        ({"uniform": ["${scene}", 2]}, ("SC515", f"in scene 3: {CROSSED}")),
+        ({"uniform": [{"cycle": [1, 3]}, 2]}, ("SC515", f"in scene 1: {CROSSED}")),
+        (
+            {"uniform": [{"per_scene": {0: 3, "default": "${which}"}}, 4]},
+            ("SC515", "in scene 1: a bound is not a number"),
+        ),
+        ({"uniform": [{"uniform": [0, 1]}, 0.5]}, ("SC516", CROSSED)),
+        ({"uniform": ["${z}", 0.5]}, ("SC516", CROSSED)),
+        ({"uniform": ["${z}", -2]}, ("SC515", CROSSED)),
+        ({"uniform": ["${v}", [1, 0.15]]}, ("SC516", CROSSED)),
+        ({"uniform": ["${die}", 3]}, ("SC516", CROSSED)),
+        ({"uniform": ["${die + 6}", 3]}, ("SC515", f"in scene 0: {CROSSED}")),
+        ({"integers": ["${z}", 2]}, ("SC516", "a bound is no integer")),
+        ({"integers": ["${floor(9 * z)}", 2]}, ("SC516", CROSSED)),
+        ({"log_uniform": ["${z}", 2]}, ("SC516", "the lower bound is not positive")),
+        ({"log_uniform": ["${z - 1}", 2]}, ("SC515", "the lower bound is not positive")),
+        ({"normal": [0, "${z}"]}, ("SC516", "the standard deviation is negative")),
+        ({"normal": [0, 1], "clip": ["${z}", 0]}, ("SC516", "the lower edge of `clip` is above the upper one")),
+        ({"uniform": ["${which}", 1]}, ("SC515", "in scene 0: a bound is not a number")),
+        ({"uniform": [{"choice": ["a", 0]}, 1]}, ("SC516", "a bound is not a number")),
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("body", [{}, {"pose": ["${h}", 0, 0]}])
+def test_bounds_that_are_none_are_told_of_the_draw(draw: Any, expected: tuple[str, str], body: dict[str, Any]) -> None:
+    """Whether anything reads it or not."""
+    draws = {name: one for name, one in DRAWS.items() if f"${{{name}" in str(draw) or name in str(draw)}
+    found = [one for one in validate(scene(body, draws={**draws, "h": draw}, num_scenes=4)) if one.code != "SC319"]
+    told = [one for one in found if one.path == "draws.h"]
+    code, message = expected
+    assert [(one.code, one.message) for one in told if one.code == code] == [
+        (code, message if code == "SC515" else f"this may have no value: {message}")
+    ]
+
+
+@pytest.mark.parametrize(
+    "draw",
+    [
+        {"uniform": ["${z - 0.1}", "${z + 0.1}"]},
+        {"uniform": ["${2 * z - r}", "${z + z + r}"]},
+        {"uniform": ["${-(r / 2)}", "${r / 2 + 1}"]},
+        {"uniform": ["${die}", "${die + 1}"]},
+        {"integers": ["${die}", "${die * 2}"]},
+        {"integers": [0, "${floor(r * 100)}"]},
+        {"uniform": ["${scene}", "${num_scenes}"]},
+        {"uniform": [{"uniform": [0, 1]}, {"uniform": [1, 2]}]},
+        {"normal": ["${n}", "${r}"]},
+        {"log_uniform": ["${r}", 1]},
+    ],
+    ids=str,
+)
+def test_bounds_that_keep_their_order_are_let_be(draw: Any) -> None:
+    document = scene({"pose": ["${h}", 0, 0]}, draws={**DRAWS, "h": draw}, num_scenes=4)
+    assert {code for code, _ in codes(document)} <= {"SC319"}
+    for seed in range(8):
+        assert compile_scene(document, seed=seed).num_scenes == 4
+
+
+def test_the_bounds_of_an_argument_are_judged_in_the_scenes_of_its_instance() -> None:
+    cube = {"use": "scenecc:cube", "with": {"half_size": {"uniform": ["${0.1 + scene}", 2]}}}
+    document = {"scenecc": 1, "num_scenes": 4, "entities": {"cube": cube}}
+    assert [code for code, _ in codes(document)] == ["SC515"]
+    cube["scene_idxs"] = [0, 1]
+    assert codes(document) == []
+
+
+def test_a_draw_that_nothing_reads_is_judged_in_every_scene() -> None:
+    assert ("SC202", "draws.h") in codes(scene({}, draws={"h": "${1 / scene}"}, num_scenes=4))
+
+
+@pytest.mark.parametrize("draws", [{}, {"sum": "${h + z}"}])
+def test_a_draw_without_a_value_in_some_scene_is_told_beside_one_that_is_random(draws: dict[str, Any]) -> None:
+    body = {"pose": ["${sum}" if draws else "${h + z}", 0, 0]}
+    document = scene(body, draws={"z": DRAWS["z"], "h": "${1 / scene}", **draws}, num_scenes=4)
+    assert codes(document) == [("SC516", "draws.h")]
+
+
+def drawn(document: dict[str, Any]) -> list[tuple[str, str]]:
+    """Codes and paths of what compiling reports."""
+    with pytest.raises(SceneError) as caught:
+        compile_scene(document)
+    return [(diagnostic.code, diagnostic.path) for diagnostic in caught.value.diagnostics]
+
+
+@pytest.mark.parametrize("given", ["${scene}", "${[scene, 1]}", "${[[scene], 1, 2]}", "${'a'}", "${scene > 1}"])
+@pytest.mark.parametrize("key", ["p", "rpy", "look_at", "q"])
+def test_a_value_that_is_no_vector_is_told_scene_by_scene(given: str, key: str) -> None:
+    pose = {"p": [0, 0, 1], key: given}
+    document = scene({"pose": pose}, num_scenes=2, draws={"unread": 1})
+    assert {code for code, _ in drawn(document)} & {"SC515", "SC103", "SC105"}
+
+
+def test_a_pose_that_is_a_number() -> None:
+    assert drawn(scene({"pose": "${scene}"}, num_scenes=3)) == [("SC515", "entities.body.pose")]
+
+
+@pytest.mark.parametrize("texture", ["${scene}", "${u}"])
+def test_a_texture_that_is_a_number(texture: str) -> None:
+    visual = {"base_color_texture": texture}
+    shape = {"type": "sphere", "radius": 1, "material": {"visual": visual}}
+    document = scene({"shapes": [shape]}, num_scenes=2, draws={"u": {"uniform": [0, 1]}})
+    path = "entities.body.shapes[0].material.visual.base_color_texture"
+    assert ("SC317", path) in codes(document)
+
+
+@pytest.mark.parametrize(
+    ("draw", "count"),
+    [
+        ({"uniform": [0.1, [1]]}, 1),
+        ({"uniform": [[0.1, 0.2], 1]}, 2),
+        ({"normal": [[0.5, 0.6], 0], "clip": [0.1, [1, 1]]}, 2),
+        ({"normal": [0.5, 0], "clip": [0.1, [1, 1, 1]]}, 3),
+        ({"choice": [{"uniform": [[0.1], [0.2]]}, {"uniform": [0.1, [1]]}]}, 1),
+    ],
+    ids=str,
+)
+def test_a_number_bounds_every_component(draw: dict[str, Any], count: int) -> None:
+    document = scene({"mass": f"${{u[{count - 1}] + len(u)}}"}, draws={"u": draw}, num_scenes=4)
+    assert codes(document) == []
+    mass = body_of(entity(compile_scene(document))).mass
+    assert mass is not None
+    assert ((mass.data >= count + 0.1) & (mass.data <= count + 1)).all()
+
+
+def test_a_draw_of_numbers_here_and_lists_there() -> None:
+    draws = {"u": {"cycle": [{"uniform": [1, 2]}, {"uniform": [[3, 3], 4]}]}}
+    document = scene({"mass": "${u if scene % 2 == 0 else u[1]}"}, draws=draws, num_scenes=4)
+    mass = body_of(entity(compile_scene(document))).mass
+    assert mass is not None
+    assert (mass.data > 3).tolist() == [False, True, False, True]
+
+
+def test_what_an_expression_may_give_is_said_plainly() -> None:
+    draws = {"u": {"uniform": [-1, 1]}, "n": {"normal": [0, 1]}}
+    shapes = [{"type": "sphere", "radius": "${u}"}, {"type": "sphere", "radius": "${n + u}"}]
+    found = validate(scene({"shapes": shapes}, draws=draws, num_scenes=4))
+    assert [diagnostic.message for diagnostic in found] == [
+        "this expression may give -1, and it must be above 0",
+        "this expression may give numbers of any size, and it must be above 0",
+    ]
+    # Only rows can tell: that a body may weigh less than nothing is no error before it is drawn.
+    assert {diagnostic.code for diagnostic in found} == {"SC514"}
+
+
+def test_a_matrix_is_given_whole_or_by_rows() -> None:
+    rows: list[Any] = [[1, 0, 0, "${scene}"], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+    whole = "${[[1, 0, 0, scene], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}"
+    by_rows = ["${[1, 0, 0, scene]}", *rows[1:]]
+    for matrix in (whole, by_rows, rows):
+        plan = compile_scene(scene({"pose": {"matrix": matrix}}, num_scenes=3))
+        assert entity(plan).pose.data[:, 0].tolist() == [0, 1, 2]
+
+
+@pytest.mark.parametrize(
+    ("matrix", "message"),
+    [
+        ("${scene}", "in scene 0: it gives a number where 4 lists of 4 numbers are wanted"),
+        ("${[[scene]]}", "in scene 0: it gives a list that is not 4 lists of 4 numbers"),
+        (
+            ["${scene}", [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]],
+            "in scene 0: it gives a number where 4 numbers are wanted",
+        ),
+    ],
+    ids=str,
+)
+def test_what_is_no_matrix_is_told(matrix: Any, message: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        compile_scene(scene({"pose": {"matrix": matrix}}, num_scenes=2))
+    assert [diagnostic.message for diagnostic in caught.value.diagnostics] == [message]
+
+
+@pytest.mark.parametrize("key", ["offset", "normal"])
+@pytest.mark.parametrize("given", ["${'a' if scene else 'b'}", "${scene > 1}", "${[scene]}"])
+def test_a_plane_that_lies_nowhere(key: str, given: str) -> None:
+    shape = {"type": "plane", key: given}
+    document = scene({"body_type": "static", "shapes": [shape]}, num_scenes=2)
+    assert drawn(document) == [("SC515", f"entities.body.shapes[0].{key}")]
+    shape["normal"] = [0, 0, given]  # type: ignore[index]
+    assert drawn(document)[0][0] == "SC515"
+
+
+def test_too_many_maps_by_scene() -> None:
+    document = scene({"mass": {"per_scene": [{"per_scene": {0: 1}}, 180]}}, num_scenes=3)
+    assert [code for code, _ in codes(document)] == ["SC314", "SC315"]
+
+
+def test_a_draw_may_be_an_integer_in_one_scene_and_a_float_in_another() -> None:
+    materials = {name: {"physical": {"density": 2}} for name in ("m1.0", "m2")}
+    draws = {"k": {"cycle": [1.0, "${scene + 1}"]}}
+    document = scene({"material": "m${k}", "mass": "${k}"}, draws=draws, materials=materials, num_scenes=2)
+    body = body_of(entity(compile_scene(document)))
+    assert body.mass.data.tolist() == [1, 2]  # type: ignore[union-attr]
+    document["num_scenes"] = 1
+    document["materials"].pop("m2")
+    document["entities"]["body"]["mass"] = 1
+    assert codes(document) == []
+
+
+MANY = list(range(1, 20_001))
+
+
+def repeated(count: int, **keys: Any) -> dict[str, Any]:
+    return {"scenecc": 1, "entities": {"a": {"repeat": {"i": {"count": count}}, "shapes": BALL, **keys}}}
+
+
+@pytest.mark.parametrize(
+    "document",
+    [
+        {**repeated(300, mass="${u + i}"), "draws": {"u": {"choice": MANY}}, "num_scenes": 4},
+        {**repeated(20, mass={"cycle": [1, 2]}, pose=[{"cycle": [0, 1]}, 0, 0]), "num_scenes": 65_536},
+        {**repeated(20, mass={"per_scene": {0: 1, "default": 2}}), "num_scenes": 65_536},
+    ],
+    ids=["many alternatives", "many scenes", "a map of many scenes"],
+)
+def test_what_is_common_is_looked_at_once(document: dict[str, Any]) -> None:
+    start = time.process_time()
+    assert codes(document) == []
+    assert time.process_time() - start < 6
+
+
+def test_a_long_chain_of_poses_that_vary() -> None:
+    frames: dict[str, Any] = {"f0": {"pose": [0, 0, 0]}}
+    for i in range(1, 400):
+        frames[f"f{i}"] = {"pose": {"p": [{"cycle": [0, 1]}, 0, 0], "relative_to": f"f{i - 1}"}}
+    start = time.process_time()
+    document = scene({"pose": {"p": [0, 0, 0], "relative_to": "f399"}}, frames=frames, num_scenes=3)
+    assert codes(document) == []
+    assert time.process_time() - start < 15
+
+
+def test_what_instances_select_is_bounded() -> None:
+    inner = {"use": "scenecc:cube", "repeat": {"i": {"count": 3000}}, "scene_idxs": "${i}:"}
+    document = {"scenecc": 1, "num_scenes": 60_000, "entities": {"a": inner}}
+    assert [code for code, _ in codes(document, limits={"objects_times_scenes": 200_000})] == ["SC606"]
