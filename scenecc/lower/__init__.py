@@ -1,8 +1,7 @@
 """From the models of the language to the plan: names resolved, poses composed, tables filled, draws made."""
 
-from scenecc.lower.deferred_checks import draw
 from scenecc.lower.limits import LoweringLimits
 from scenecc.lower.names import NameScopes
-from scenecc.lower.scene import Lowered, lower
+from scenecc.lower.scene import Lowered, draw, lower
 
-__all__ = ["LoweringLimits", "Lowered", "NameScopes", "draw", "lower"]
+__all__ = ["Lowered", "LoweringLimits", "NameScopes", "draw", "lower"]

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 Layer = tuple[Any, "Origin"]
 """Keys of a body and the node that has them. Of several layers the last one that has a key counts."""
 
-LayerDefaults = tuple["Surface | Surfaces | None", "Value | None", "Value | None"]
+LayerDefaults = tuple["LoweredMaterial | MaterialChoice | None", "Value | None", "Value | None"]
 """Material, colour and density of a layer; None for what it does not give."""
 
 

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.lower.names import qualified, scope_of
-from scenecc.plan.articulation import MOST_LINKS
 from scenecc.plan.bits import collide
 
 if TYPE_CHECKING:
@@ -104,6 +103,8 @@ def warn_ignored_pairs_collide(
         whole: where it is said that no two of its links collide; None: it is not.
         sink: takes the warnings.
     """
+    from scenecc.plan.articulation import MOST_LINKS  # noqa: PLC0415 - loaded where there are articulations
+
     if len(bodies) > MOST_LINKS:
         # Which is an error; so many pairs take long.
         return

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, show
-from scenecc.spec.known import known_as
 from scenecc.variation.compute_limit import COMPUTE_LIMIT_HINT, ComputeLimitError
 from scenecc.variation.errors import DrawError
 from scenecc.variation.nodes import NODE_TYPES, Computed, Drawn, draws_read_by
@@ -22,9 +20,8 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.field_types import FieldType
     from scenecc.lower.fields import FieldLowerer, SamplingContext
-    from scenecc.lower.scene import Lowered
     from scenecc.lower.variation import VariationLowerer
-    from scenecc.plan import ScenePlan, Value
+    from scenecc.plan import Value
     from scenecc.plan.fields import Bounds
     from scenecc.variation.bounds import ExpressionBounds
     from scenecc.variation.nodes import Node
@@ -125,8 +122,6 @@ def warn_may_fail(pending: DeferredCheck, reading: VariationLowerer, leaves: Fie
     if not doubts and unfit is None and drawing.doubtful.isdisjoint(reading.reads):
         return
     if not reading.drawn and drawing.random.isdisjoint(reading.reads):
-        pass  # MOVED  # noqa: PLC0415 - it reads this module
-
         # Nothing of it is random, so that its rows can be looked at.
         check_rows(pending, drawing, leaves.sink)
         return
@@ -313,40 +308,8 @@ def _flattened(item: Any) -> Iterator[Any]:
         yield item
 
 
-def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:
-    """The plan with what a reset draws anew; None where a drawn value was reported as an error.
-
-    Args:
-        lowered: of which `lower` has reported nothing.
-        sink: takes the diagnostics; each names the scene.
-    """
-    drawing = lowered.drawing
-    if not drawing.varies:
-        return lowered.plan
-    from scenecc.lower.draws import check_argument_rows  # noqa: PLC0415 - loaded where something varies
-    from scenecc.lower.resets import RecipeBuilder  # noqa: PLC0415 - likewise
-
-    for argument in drawing.arguments:
-        check_argument_rows(argument, drawing, sink)
-    for pending in drawing.pending:
-        check_rows(pending, drawing, sink)
-    if sink.failed:
-        return None
-    recipes = RecipeBuilder(drawing, lowered.places)
-    entities = tuple(map(recipes.entity, lowered.plan.entities))
-    plan = lowered.plan
-    lights = tuple(replace(one, pose=recipes.follower(known_as("lights", one.name), one.pose)) for one in plan.lights)
-    cameras = tuple(replace(one, pose=recipes.follower(one.name, one.pose)) for one in plan.cameras)
-    constraints = tuple(map(recipes.constraint, plan.constraints))
-    return replace(
-        plan, entities=entities, constraints=constraints, lights=lights, cameras=cameras, draws=recipes.draws()
-    )
-
-
 def check_rows(pending: DeferredCheck, drawing: SamplingContext, sink: Sink) -> None:
     """Reports the first scene in which a value is none, or out of its range."""
-    from scenecc.variation.errors import DrawError  # noqa: PLC0415 - likewise
-
     try:
         data = pending.value.data
     except DrawError as error:

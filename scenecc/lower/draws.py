@@ -11,7 +11,7 @@ from scenecc.lower.deferred_checks import report_draw_failure, warn_draw_may_fai
 from scenecc.lower.field_types import FieldType
 from scenecc.lower.fields import FieldLowerer
 from scenecc.lower.names import scope_of
-from scenecc.lower.variation import Place, VariationLowerer
+from scenecc.lower.variation import FieldPlace, VariationLowerer
 from scenecc.spec.param_types import KINDS
 from scenecc.variation.errors import DrawError
 from scenecc.variation.nodes import NODES, Const, Cycled
@@ -152,7 +152,7 @@ def lower_draws(
         scenes = everywhere if len(found) == len(everywhere) else found
         leaves = FieldLowerer(drawing, scenes, everywhere, scope, partial=name in names.given)
         reading = VariationLowerer(leaves, place)
-        item = reading.item(draw, _ANY_TYPE, Place(place, ""))
+        item = reading.item(draw, _ANY_TYPE, FieldPlace(place, ""))
         node = item if item.__class__ in NODES else Const(item)
         if name in given:
             rows = None if reading.broken else _injected_rows(given[name], node, drawing, place)

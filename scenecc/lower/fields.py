@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut, show, suggest_name
 from scenecc.lower.deferred_checks import DeferredCheck, ResettableValue, report_draw_failure
-from scenecc.lower.variation import VARYING, FormStep, Place, VariationLowerer, field_place, holds_template
+from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place, holds_template
 from scenecc.plan import Value, literal, per_scene, varying
 from scenecc.plan.shared_poses import is_pose
 from scenecc.variation.bounds import UNKNOWN, ValueBounds
@@ -78,8 +78,6 @@ class FieldLowerer:
         place = field_place(owner.child(*at))
         reading = VariationLowerer(self, place.origin)
         if kind.convert is not None and holds_template(given):
-            pass  # MOVED  # noqa: PLC0415 - few files have these
-
             return convert_expressions(given, kind, place, self)
         return self.finish(reading.item(given, kind, place), reading, kind, place.origin, reset=reset)
 
@@ -239,8 +237,8 @@ class SamplingContext:
     sink: Sink
     most: int
     draws: dict[str, Node] = field(default_factory=dict[str, "Node"])
-    pending: list[DeferredCheck] = field(default_factory=list["Pending"])
-    arguments: list[VaryingArgument] = field(default_factory=list["Argument"])
+    pending: list[DeferredCheck] = field(default_factory=list["DeferredCheck"])
+    arguments: list[VaryingArgument] = field(default_factory=list["VaryingArgument"])
     used: set[str] = field(default_factory=set[str])
     fixed: set[str] = field(default_factory=set[str])
     reads: dict[str, frozenset[str]] = field(default_factory=dict[str, frozenset[str]])
@@ -251,7 +249,7 @@ class SamplingContext:
     doubts: dict[tuple[Any, ...], tuple[Any, PossibleFailure | None]] = field(default_factory=dict[Any, Any])
     drawn: bool = False
     read: int = 0
-    resets: dict[int, ResettableValue] = field(default_factory=dict[int, "Reset"])
+    resets: dict[int, ResettableValue] = field(default_factory=dict[int, "ResettableValue"])
     everywhere: tuple[int, ...] = ()
     foreseen: OperationCounter = field(init=False)
     computed: OperationCounter = field(init=False)
@@ -314,7 +312,7 @@ class SamplingContext:
         return found
 
 
-def convert_expressions(given: Any, kind: FieldType, place: Place, leaves: FieldLowerer) -> Value:
+def convert_expressions(given: Any, kind: FieldType, place: FieldPlace, leaves: FieldLowerer) -> Value:
     """A leaf in which an expression stands for a whole value, converted scene by scene.
 
     Args:
@@ -332,7 +330,7 @@ def convert_expressions(given: Any, kind: FieldType, place: Place, leaves: Field
     reading = VariationLowerer(leaves, place.origin)
     parts: list[Any] = []
 
-    def leaf(one: Any, around: Place, step: FormStep) -> int:
+    def leaf(one: Any, around: FieldPlace, step: FormStep) -> int:
         """Keeps one alternative as a part; its number stands in its place among those that are picked from."""
         inside = around.inside(step) if step else around
         item = reading.item(one, kind, inside)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.lower.poses import IDENTITY_POSE, POSE, Pose7, compose, lower_pose, pose_item, pose_varies
-from scenecc.lower.variation import Place, VariationLowerer
+from scenecc.lower.variation import FieldPlace, VariationLowerer
 from scenecc.plan import Value, literal
 from scenecc.plan.shared_poses import MOST_COMPOSED, pose_name
 from scenecc.spec.pose import PoseMapping
@@ -232,7 +232,7 @@ class FrameGraph:
         local: Any
         if pose_varies(pose):
             reading = VariationLowerer(self._leaves_of(name), origin)
-            local = pose_item(pose, Place(origin.child("pose"), "pose"), reading, self._sink)
+            local = pose_item(pose, FieldPlace(origin.child("pose"), "pose"), reading, self._sink)
         else:
             local = lower_pose(pose, origin, ("pose",), self._sink)
         around = outer.around if outer is not None else None

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.references import PlanTables
-    from scenecc.lower.variation import Place
+    from scenecc.lower.variation import FieldPlace
     from scenecc.spec.material import Physical, Visual
 
 NUMBERS = ("specular", "roughness", "metallic", "transmission", "ior", "transmission_roughness")
@@ -196,9 +196,9 @@ class MaterialLowerer:
             origin: of it.
             leaves: of the object.
         """
-        samplings: list[tuple[Any, Place]] = []
+        samplings: list[tuple[Any, FieldPlace]] = []
 
-        def unwrap(one: Any, place: Place) -> tuple[Any, Place]:
+        def unwrap(one: Any, place: FieldPlace) -> tuple[Any, FieldPlace]:
             mapping = isinstance(one, TextureMapping)
             samplings.append((_sampling(one) if mapping else None, place))
             return (one.file, place.key("file")) if mapping else (one, place)

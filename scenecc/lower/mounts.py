@@ -9,7 +9,7 @@ from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.geometry.rotations import IDENTITY, shortest_from_x
 from scenecc.lower.field_types import POSITION, FieldType
 from scenecc.lower.poses import POSE, pose_item
-from scenecc.lower.variation import Place, VariationLowerer, field_place
+from scenecc.lower.variation import FieldPlace, VariationLowerer, field_place
 from scenecc.plan import ArticulationStructure, Mount, Value, literal
 from scenecc.spec.pose import PoseMapping
 from scenecc.variation.nodes import Pointing, Posed
@@ -169,7 +169,7 @@ def read_direction(position: Any, direction: Any, origin: Origin, leaves: FieldL
     return MountPose(Posed(p, q), reading)
 
 
-def _direction_turn(direction: Any, place: Place, reading: VariationLowerer, leaves: FieldLowerer) -> Any:
+def _direction_turn(direction: Any, place: FieldPlace, reading: VariationLowerer, leaves: FieldLowerer) -> Any:
     def convert(one: Any) -> Any:
         return tuple(one) if any(one) else None
 

@@ -9,7 +9,7 @@ from scenecc.geometry import rotations
 from scenecc.geometry.rotations import IDENTITY, Quat, Vec3
 from scenecc.lower.angles import warn_probable_degrees
 from scenecc.lower.field_types import FieldType, vector
-from scenecc.lower.variation import VARYING, FormStep, Place, VariationLowerer
+from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer
 from scenecc.plan.pose import IDENTITY_POSE, Pose7
 from scenecc.spec.pose import AXES, AxisAngle, PoseMapping
 from scenecc.variation.forms import Choice, Cycle, PerScene, RandomRotation, SceneMap
@@ -233,7 +233,7 @@ def _any_varies(keys: PoseMapping | AxisAngle) -> bool:
     return not VARYING.isdisjoint(map(type, items))
 
 
-def pose_item(pose: Any, place: Place, reading: VariationLowerer, sink: Sink) -> Any:
+def pose_item(pose: Any, place: FieldPlace, reading: VariationLowerer, sink: Sink) -> Any:
     """A pose as an item: seven numbers, or a node.
 
     Args:
@@ -247,7 +247,7 @@ def pose_item(pose: Any, place: Place, reading: VariationLowerer, sink: Sink) ->
     if pose.__class__ is PoseMapping:
         return _pose_mapping_node(pose, place, reading, sink)
 
-    def leaf(given: Any, around: Place, step: FormStep) -> Any:
+    def leaf(given: Any, around: FieldPlace, step: FormStep) -> Any:
         if isinstance(given, PoseMapping):
             inside = around.inside(step) if step else around
             if given.relative_to is not None:
@@ -258,7 +258,7 @@ def pose_item(pose: Any, place: Place, reading: VariationLowerer, sink: Sink) ->
         return Posed(reading.item(given, _POSITION, around.inside(step) if step else around), IDENTITY)
 
     # As `p` of a mapping, which is another way to write the same.
-    field = place if _has_mapping(pose) else Place(place.origin, f"{place.path}.p")
+    field = place if _has_mapping(pose) else FieldPlace(place.origin, f"{place.path}.p")
     return reading.select(pose, field, leaf)
 
 
@@ -282,7 +282,7 @@ def _report_several_frames(origin: Origin, sink: Sink) -> None:
     )
 
 
-def _pose_mapping_node(pose: PoseMapping, place: Place, reading: VariationLowerer, sink: Sink) -> Any:
+def _pose_mapping_node(pose: PoseMapping, place: FieldPlace, reading: VariationLowerer, sink: Sink) -> Any:
     form, clear = rotation_of(pose, place.origin, (), sink)
     if not clear:
         return IDENTITY_POSE
@@ -294,7 +294,7 @@ def _pose_mapping_node(pose: PoseMapping, place: Place, reading: VariationLowere
     return Posed(p, IDENTITY if form is None else _rotation_node(pose, form, p, place.key(form), reading, sink))
 
 
-def _rotation_node(pose: Any, form: str, p: Any, place: Place, reading: VariationLowerer, sink: Sink) -> Any:
+def _rotation_node(pose: Any, form: str, p: Any, place: FieldPlace, reading: VariationLowerer, sink: Sink) -> Any:
     given = getattr(pose, form)
     match form:
         case "q":
@@ -310,8 +310,8 @@ def _rotation_node(pose: Any, form: str, p: Any, place: Place, reading: Variatio
             return reading.risk(Looking(reading.item(given, _POSITION, place), p), place.origin)
 
 
-def _quaternion_node(given: Any, place: Place, reading: VariationLowerer, sink: Sink) -> Any:
-    def leaf(one: Any, around: Place, step: FormStep) -> Any:
+def _quaternion_node(given: Any, place: FieldPlace, reading: VariationLowerer, sink: Sink) -> Any:
+    def leaf(one: Any, around: FieldPlace, step: FormStep) -> Any:
         if one.__class__ not in VARYING:
             return lower_quaternion(one, around.origin, step, sink) or IDENTITY
         inside = around.inside(step) if step else around
@@ -321,7 +321,7 @@ def _quaternion_node(given: Any, place: Place, reading: VariationLowerer, sink: 
     return reading.select(given, place, leaf)
 
 
-def _axis_angle_node(given: AxisAngle, place: Place, reading: VariationLowerer, sink: Sink) -> Any:
+def _axis_angle_node(given: AxisAngle, place: FieldPlace, reading: VariationLowerer, sink: Sink) -> Any:
     if not has_one_angle(given, place.origin, sink):
         return IDENTITY
     axis: Any = given.axis

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
 from scenecc.diagnostics.messages import show
 from scenecc.lower.deferred_checks import depends_on_scene_only, report_draw_failure
 from scenecc.lower.field_types import FieldType
-from scenecc.lower.variation import SELECTORS, VARYING, FormStep, Place, VariationLowerer, field_place
+from scenecc.lower.variation import SELECTORS, VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import AssetFile, PhysicalMaterial, Texture, Value, VisualMaterial, literal, per_scene, varying
 from scenecc.variation.nodes import NODES, Computed
 
@@ -99,17 +99,17 @@ class _ReferenceLookup(Generic[Found]):
         return number
 
 
-Unwrap = Callable[[Any, Place], tuple[Any, Place]]
+Unwrap = Callable[[Any, FieldPlace], tuple[Any, FieldPlace]]
 
 
-def plain_reference(given: Any, place: Place) -> tuple[Any, Place]:
+def plain_reference(given: Any, place: FieldPlace) -> tuple[Any, FieldPlace]:
     """What is itself a name."""
     return given, place
 
 
 def read_references(
     given: Any,
-    place: Place,
+    place: FieldPlace,
     leaves: FieldLowerer,
     find: Callable[[Any, Origin], Found | None],
     unwrap: Unwrap = plain_reference,
@@ -133,7 +133,7 @@ def read_references(
     reading = VariationLowerer(leaves, place.origin)
     computed: list[tuple[Computed, Origin]] = []
 
-    def bare(one: Any, around: Place, step: FormStep) -> Any:
+    def bare(one: Any, around: FieldPlace, step: FormStep) -> Any:
         inside = around.inside(step) if step else around
         if one.__class__ not in VARYING:
             return lookup.number(one, inside.origin)
@@ -142,7 +142,7 @@ def read_references(
             computed.append((node, inside.origin))
         return node
 
-    def leaf(one: Any, around: Place, step: FormStep) -> Any:
+    def leaf(one: Any, around: FieldPlace, step: FormStep) -> Any:
         return reading.select(*unwrap(one, around.inside(step) if step else around), bare)
 
     node = reading.select(given, place, leaf if given is written else bare)
@@ -215,7 +215,7 @@ def _reference_number(name: Any, lookup: _ReferenceLookup[Any]) -> int | None:
 
 
 def _reference_numbers(
-    node: Any, reading: VariationLowerer, lookup: _ReferenceLookup[Any], place: Place, leaves: FieldLowerer
+    node: Any, reading: VariationLowerer, lookup: _ReferenceLookup[Any], place: FieldPlace, leaves: FieldLowerer
 ) -> Value:
     """Which of the things each scene has."""
     if not reading.computed:

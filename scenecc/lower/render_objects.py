@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.field_types import LIGHT_COLOR
+from scenecc.lower.mounts import MountLookup
 from scenecc.lower.variation import SELECTORS
 from scenecc.plan import CubeMap, Environment, SkyMap
 from scenecc.spec.environment import CubeMap as Faces
@@ -57,20 +58,14 @@ def lower_render_objects(
         origin: of the document's root.
         sink: takes the diagnostics.
     """
-    if scene.environment is None and not scene.lights and not scene.cameras:
-        return RenderObjects()
-    from scenecc.lower.mounts import MountLookup  # noqa: PLC0415 - loaded where anything is seen
-
     environment: Environment | None = None
     lights: list[Light | None] = []
     cameras: list[Camera] = []
     if scene.environment is not None:
-        pass  # MOVED  # noqa: PLC0415 - likewise
-
         environment = lower_environment(scene.environment, tables, of_all, origin.child("environment"))
     mounts = MountLookup(built, entities.places.unread, names, sink)
     if scene.lights:
-        from scenecc.lower.lights import LightLowerer  # noqa: PLC0415 - likewise
+        from scenecc.lower.lights import LightLowerer  # noqa: PLC0415 - loaded where there are any
 
         lowering = LightLowerer(mounts, entities.places, materials, sink)
         for name, light in scene.lights.items():

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenecc.diagnostics.messages import cut
 from scenecc.lower.poses import IDENTITY_POSE
-from scenecc.plan import ArticulationStructure, Value, varying
+from scenecc.plan import Value, varying
 from scenecc.plan.articulation import JOINT_STARTS, VELOCITIES, ArticulationStructure
 from scenecc.plan.bounds import LARGEST
 from scenecc.plan.constraint import Drive

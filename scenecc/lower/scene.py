@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
@@ -9,18 +10,17 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.bodies import BodyLowerer
 from scenecc.lower.collision_groups import assign_group_bits
-from scenecc.lower.draws import lower_draws
-from scenecc.lower.draws import report_unused_draws as report_unused_draws
+from scenecc.lower.deferred_checks import check_rows
+from scenecc.lower.draws import check_argument_rows, lower_draws, report_unused_draws
 from scenecc.lower.entities import EntityLowerer
 from scenecc.lower.fields import SamplingContext
 from scenecc.lower.limits import LimitedRobotReader, LoweringLimits, check_built_limits, check_limits
 from scenecc.lower.materials import SAPIEN_DEFAULT, MaterialLowerer
 from scenecc.lower.names import WORLD, NameScopes
 from scenecc.lower.references import FileResolver, PlanTables
-from scenecc.lower.render_objects import RenderObjects, lower_render_objects
 from scenecc.lower.shapes import ShapeLowerer
 from scenecc.plan import Friction, GpuMemory, Physics, ScenePlan, SdfConfig
-from scenecc.spec.known import SHARED_NAMES
+from scenecc.spec.known import SHARED_NAMES, known_as
 from scenecc.variation.compute_limit import COMPUTE_LIMIT_HINT
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from scenecc.lower.collision_groups import GroupBits
     from scenecc.lower.frames import FrameGraph
     from scenecc.lower.references import RobotReader
+    from scenecc.lower.render_objects import RenderObjects
     from scenecc.plan import Constraint, Entity
     from scenecc.spec.document import SceneFile
     from scenecc.spec.physics import Physics as PhysicsKeys
@@ -107,7 +108,11 @@ def lower(
     built = entities.lower(BodyLowerer(shapes, materials, groups, sink), articulations)
     if bounded.exhausted or not check_built_limits(entities.linked, bounds, origin, sink):
         return None
-    seen = lower_render_objects(scene, built, entities, names, tables, materials, drawing.leaves(), origin, sink)
+    seen: RenderObjects | None = None
+    if scene.environment is not None or scene.lights or scene.cameras:
+        from scenecc.lower.render_objects import lower_render_objects  # noqa: PLC0415 - loaded where there are any
+
+        seen = lower_render_objects(scene, built, entities, names, tables, materials, drawing.leaves(), origin, sink)
     constraints = _lower_constraints(scene, built, entities, drawing, names, origin)
     if sink.failed:
         # A material may be unused only because its name was misspelt where it was meant.
@@ -121,6 +126,35 @@ def lower(
         return None
     plan = _make_plan(scene, name, built, constraints, seen, physics, tables, drawing, origin)
     return Lowered(plan, tables.file_origins, tables.material_origins, drawing, entities.places)
+
+
+def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:
+    """The plan with what a reset draws anew; None where a drawn value was reported as an error.
+
+    Args:
+        lowered: of which `lower` has reported nothing.
+        sink: takes the diagnostics; each names the scene.
+    """
+    drawing = lowered.drawing
+    if not drawing.varies:
+        return lowered.plan
+    from scenecc.lower.resets import RecipeBuilder  # noqa: PLC0415 - likewise
+
+    for argument in drawing.arguments:
+        check_argument_rows(argument, drawing, sink)
+    for pending in drawing.pending:
+        check_rows(pending, drawing, sink)
+    if sink.failed:
+        return None
+    recipes = RecipeBuilder(drawing, lowered.places)
+    entities = tuple(map(recipes.entity, lowered.plan.entities))
+    plan = lowered.plan
+    lights = tuple(replace(one, pose=recipes.follower(known_as("lights", one.name), one.pose)) for one in plan.lights)
+    cameras = tuple(replace(one, pose=recipes.follower(one.name, one.pose)) for one in plan.cameras)
+    constraints = tuple(map(recipes.constraint, plan.constraints))
+    return replace(
+        plan, entities=entities, constraints=constraints, lights=lights, cameras=cameras, draws=recipes.draws()
+    )
 
 
 def _articulation_lowerer(
@@ -160,7 +194,7 @@ def _make_plan(
     name: str,
     entities: tuple[Entity, ...],
     constraints: tuple[Constraint, ...],
-    seen: RenderObjects,
+    seen: RenderObjects | None,
     physics: Physics,
     tables: PlanTables,
     drawing: SamplingContext,
@@ -174,9 +208,9 @@ def _make_plan(
         seed=drawing.seed,
         entities=entities,
         constraints=constraints,
-        environment=seen.environment,
-        lights=seen.lights,
-        cameras=seen.cameras,
+        environment=None if seen is None else seen.environment,
+        lights=() if seen is None else seen.lights,
+        cameras=() if seen is None else seen.cameras,
         physics=physics,
         files=tables.files.rows,
         physical_materials=tables.physical_materials.rows,

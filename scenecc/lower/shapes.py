@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from scenecc.plan import VisualMaterial
 
 
-GeometryLowerer = Callable[[Any, "Tables", "Leaves", "Origin"], Any]
+GeometryLowerer = Callable[[Any, "PlanTables", "FieldLowerer", "Origin"], Any]
 
 _HALF_SIZE = vector(3, "half_size")
 _HALF_SIZE_2 = vector(2, "VisualPlane.half_size")

@@ -47,7 +47,7 @@ FormStep = tuple["PathKey", ...]
 
 
 @frozen
-class Place:
+class FieldPlace:
     """Where a varying value stands.
 
     Attributes:
@@ -60,27 +60,27 @@ class Place:
     path: str
     word: int = 0
 
-    def inside(self, step: FormStep) -> Place:
+    def inside(self, step: FormStep) -> FieldPlace:
         """The place of an item of a form."""
         steps = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in step)
         # A shared draw's own path is empty.
-        return Place(self.origin.child(*step), (self.path + steps).removeprefix("."), self.word)
+        return FieldPlace(self.origin.child(*step), (self.path + steps).removeprefix("."), self.word)
 
-    def key(self, name: str) -> Place:
+    def key(self, name: str) -> FieldPlace:
         """The place of a key of the mapping here."""
-        return Place(self.origin.child(name), f"{self.path}.{name}")
+        return FieldPlace(self.origin.child(name), f"{self.path}.{name}")
 
 
-def field_place(origin: Origin) -> Place:
+def field_place(origin: Origin) -> FieldPlace:
     """The place of a field of a named object; in a document every field is one."""
-    return Place(origin, _path(origin.path[2:]))
+    return FieldPlace(origin, _path(origin.path[2:]))
 
 
 # Copies have the same fields, and few fields have forms.
 _path = lru_cache(maxsize=1024)(dotted)
 
 
-LeafReader = Callable[[Any, Place, FormStep], Any]
+LeafReader = Callable[[Any, FieldPlace, FormStep], Any]
 """Reads what is no selector: (given, place of the form around it, steps from there) to an item."""
 
 
@@ -131,15 +131,15 @@ class VariationLowerer:
         self.origins[id(node)] = (node, origin)
         return node
 
-    def item(self, given: Any, kind: FieldType, place: Place) -> Any:
+    def item(self, given: Any, kind: FieldType, place: FieldPlace) -> Any:
         """What is written as an item of a node: a node, or a plain row."""
 
-        def leaf(one: Any, around: Place, step: FormStep) -> Any:
+        def leaf(one: Any, around: FieldPlace, step: FormStep) -> Any:
             return self._leaf(one, kind, around, step)
 
         return self.select(given, place, leaf)
 
-    def select(self, given: Any, place: Place, leaf: LeafReader, step: FormStep = ()) -> Any:
+    def select(self, given: Any, place: FieldPlace, leaf: LeafReader, step: FormStep = ()) -> Any:
         """As `item`, where `leaf` reads what no selector holds."""
         if given.__class__ not in SELECTORS:
             return leaf(given, place, step)
@@ -157,10 +157,10 @@ class VariationLowerer:
                 items = self._each(given.items, "choice", place, leaf)
                 return Chosen(items, given.weights, self._key(place), place.word)
 
-    def _each(self, items: tuple[Any, ...], name: str, place: Place, leaf: LeafReader) -> tuple[Any, ...]:
+    def _each(self, items: tuple[Any, ...], name: str, place: FieldPlace, leaf: LeafReader) -> tuple[Any, ...]:
         return tuple(self.select(one, place, leaf, (name, i)) for i, one in enumerate(items))
 
-    def _per_scene(self, items: tuple[Any, ...], place: Place, leaf: LeafReader) -> Any:
+    def _per_scene(self, items: tuple[Any, ...], place: FieldPlace, leaf: LeafReader) -> Any:
         scenes = self._leaves.listed
         if len(items) != len(scenes):
             self.broken = True
@@ -170,7 +170,7 @@ class VariationLowerer:
             return self.select(items[0], place, leaf, ("per_scene", 0)) if items else 0.0
         return Rows(scenes, self._each(items, "per_scene", place, leaf))
 
-    def _by_scene(self, given: SceneMap, place: Place, leaf: LeafReader) -> Any:
+    def _by_scene(self, given: SceneMap, place: FieldPlace, leaf: LeafReader) -> Any:
         scenes = self._leaves.listed
         origin = place.origin.child("per_scene")
         read: dict[int, Any] = {
@@ -194,7 +194,7 @@ class VariationLowerer:
             self._leaves.sink.report("SC315", message, origin.child(str(scene)), at="key", hint="leave it out")
         return Rows(scenes, tuple(read.get(scene, default) for scene in scenes))
 
-    def _leaf(self, given: Any, kind: FieldType, around: Place, step: FormStep) -> Any:
+    def _leaf(self, given: Any, kind: FieldType, around: FieldPlace, step: FormStep) -> Any:
         if given.__class__ not in VARYING:
             return self.plain(given, kind, around, step)
         place = around.inside(step) if step else around
@@ -213,7 +213,7 @@ class VariationLowerer:
                     clip = given.clip
                 return self._drawn(what, bounds, clip, kind, place)
 
-    def plain(self, given: Any, kind: FieldType, around: Place, step: FormStep) -> Any:
+    def plain(self, given: Any, kind: FieldType, around: FieldPlace, step: FormStep) -> Any:
         """A plain value as a row; the kind's own where it was reported."""
         if kind.convert is None:
             return given
@@ -225,7 +225,7 @@ class VariationLowerer:
             kind.complain(given, around.origin.child(*step), self._leaves.sink)
         return kind.fallback
 
-    def _computed(self, given: Template, kind: FieldType, place: Place) -> Any:
+    def _computed(self, given: Template, kind: FieldType, place: FieldPlace) -> Any:
         names = self._leaves.draw_names(given, place.origin)
         if names is None:
             self.broken = True
@@ -237,18 +237,23 @@ class VariationLowerer:
         self._leaves.drawing.foresee(expression_cost(given.text, len(self._leaves.scenes)), place.origin)
         return self.risk(Computed(given, shape, reads), place.origin)
 
-    def _stacked(self, items: tuple[Any, ...], kind: FieldType, place: Place) -> Any:
+    def _stacked(self, items: tuple[Any, ...], kind: FieldType, place: FieldPlace) -> Any:
         one = component(kind)
         # Of a matrix each row has words of its own.
         first = place.word * len(items)
-        places = (Place(place.origin.child(j), place.path, first + j) for j in range(len(items)))
+        places = (FieldPlace(place.origin.child(j), place.path, first + j) for j in range(len(items)))
         parts = [self.item(item, one, at) for item, at in zip(items, places, strict=True)]
         if kind.pad is not None and len(parts) < kind.shape[0]:
             parts.append(kind.pad)
         return Stacked(tuple(parts))
 
     def _drawn(
-        self, what: nodes.Kind, bounds: tuple[Any, Any], clip: tuple[Any, Any] | None, kind: FieldType, place: Place
+        self,
+        what: nodes.Kind,
+        bounds: tuple[Any, Any],
+        clip: tuple[Any, Any] | None,
+        kind: FieldType,
+        place: FieldPlace,
     ) -> Any:
         self.drawn = True
         if kind.free:
@@ -266,7 +271,7 @@ class VariationLowerer:
             self.risk(node, place.origin)
         return Stacked((node,) * kind.shape[0]) if single and kind.shape else node
 
-    def _bound(self, given: Any, kind: FieldType, place: Place, step: FormStep) -> Any:
+    def _bound(self, given: Any, kind: FieldType, place: FieldPlace, step: FormStep) -> Any:
         if given.__class__ in VARYING:
             return self.item(given, kind, place.inside(step))
         if kind.complain is not None and kind.convert is not None:
@@ -275,7 +280,7 @@ class VariationLowerer:
             return tuple(given) if made is None else made
         return given if kind.convert is None else self.plain(given, kind, place, step)
 
-    def _key(self, place: Place) -> Key:
+    def _key(self, place: FieldPlace) -> Key:
         self._leaves.drawing.foresee(form_cost(len(self._leaves.scenes)), place.origin)
         return Key(self._section, self._name, place.path)
 

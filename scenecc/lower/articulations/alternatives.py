@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.messages import show
 from scenecc.lower.field_types import FieldType
 from scenecc.lower.references import possible_values
-from scenecc.lower.variation import VARYING, FormStep, Place, VariationLowerer, field_place
+from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import Value, per_scene, varying
 from scenecc.plan.bounds import LARGEST, SMALLEST
 from scenecc.variation.nodes import Stacked
@@ -110,7 +110,7 @@ class _KeyAlternatives:
         self._kind = _KEY_TYPES[key]
         self._sources: list[tuple[Node, Origin]] = []
 
-        def leaf(one: Any, around: Place, step: FormStep) -> Any:
+        def leaf(one: Any, around: FieldPlace, step: FormStep) -> Any:
             inside = around.inside(step) if step else around
             if one.__class__ not in VARYING:
                 self.places.setdefault(self.value(one), inside.origin)

@@ -12,7 +12,7 @@ from scenecc.lower.angles import check_limits_keys, lower_limits, warn_limits_in
 from scenecc.lower.field_types import number, vector
 from scenecc.lower.local_poses import local_pose
 from scenecc.lower.poses import IDENTITY_POSE, POSE, direction, pose_item, turned
-from scenecc.lower.variation import VARYING, FormStep, Place, VariationLowerer, field_place
+from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import CollisionShape, Value, VisualShape, literal
 from scenecc.plan.articulation import level_order
 from scenecc.spec.pose import AXES
@@ -293,7 +293,7 @@ class LinkTreeDrafter:
         place = field_place(origin)
         reading = VariationLowerer(leaves, origin.child("axis"))
 
-        def leaf(one: Any, around: Place, step: FormStep) -> Any:
+        def leaf(one: Any, around: FieldPlace, step: FormStep) -> Any:
             if one.__class__ is str:
                 return AXES[one]
             return reading.item(one, _DIRECTION, around.inside(step) if step else around)

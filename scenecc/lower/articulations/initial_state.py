@@ -12,7 +12,7 @@ from scenecc.lower.articulations.links import first_outside, widest
 from scenecc.lower.articulations.overrides import names_hint
 from scenecc.lower.deferred_checks import MimicRelation, ResettableValue
 from scenecc.lower.field_types import FieldType, number
-from scenecc.lower.variation import VARYING, FormStep, Place, VariationLowerer, field_place
+from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import literal, per_scene, varying
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.scalars import LARGEST
@@ -348,14 +348,14 @@ class JointNumbers:
         if written.__class__ is forms.Vector or written.__class__ not in VARYING:
             items = written.items if written.__class__ is forms.Vector else written
             return {
-                number: self._one(item, Place(origin.child(number), place.path, number))
+                number: self._one(item, FieldPlace(origin.child(number), place.path, number))
                 for number, item in enumerate(items)
             }
         count = len(self._names)
         reading = VariationLowerer(self._leaves, origin)
         kind = FieldType((count,), fallback=(0.0,) * count)
 
-        def leaf(one: Any, around: Place, step: FormStep) -> Any:
+        def leaf(one: Any, around: FieldPlace, step: FormStep) -> Any:
             # As a node holds them, so that a plan comes back from its JSON as it was.
             return (
                 tuple(one)
@@ -366,7 +366,7 @@ class JointNumbers:
         node = reading.select(written, place, leaf)
         return {number: JointValue(node, number, shared_by_joint(reading, number), origin) for number in range(count)}
 
-    def _one(self, item: Any, place: Place) -> JointValue:
+    def _one(self, item: Any, place: FieldPlace) -> JointValue:
         if item.__class__ not in VARYING:
             return JointValue(item, -1, None, place.origin)
         reading = VariationLowerer(self._leaves, place.origin)

@@ -391,12 +391,12 @@ def scenes(direction: Any) -> list[dict[str, Any]]:
 
 @pytest.mark.parametrize("form", FORMS, ids=str)
 def test_bounds_may_be_zero(form: dict[str, Any]) -> None:
-    for scene in scenes(form):
-        assert validate(scene) == []
-        compile_scene(scene)
+    for document in scenes(form):
+        assert validate(document) == []
+        compile_scene(document)
 
 
 def test_a_range_of_nothing_but_zero_is_none() -> None:
-    for scene in scenes({"uniform": [[0, 0, 0], [0, 0, 0]]}):
+    for document in scenes({"uniform": [[0, 0, 0], [0, 0, 0]]}):
         with pytest.raises(SceneError, match="length 0"):
-            compile_scene(scene)
+            compile_scene(document)
