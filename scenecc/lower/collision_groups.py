@@ -28,6 +28,9 @@ GROUPS = 31
 
 GroupBits = tuple[int, int, int, int]
 
+DEFAULT_BITS: GroupBits = (1, 1, 0, 0)
+"""What SAPIEN gives to a shape without a group."""
+
 
 def assign_group_bits(groups: dict[str, CollisionGroup], origin: Origin, sink: Sink) -> dict[str, GroupBits]:
     """The four integers of each group.
@@ -42,7 +45,7 @@ def assign_group_bits(groups: dict[str, CollisionGroup], origin: Origin, sink: S
         sink.report(
             "SC312", f"{len(groups)} collision groups are more than the {GROUPS} bits", origin.child(extra), at="key"
         )
-        return dict.fromkeys(groups, (1, 1, 0, 0))
+        return dict.fromkeys(groups, DEFAULT_BITS)
     ignored = _ignored(groups, origin, sink)
     bit = {name: 1 << (i + 1) for i, name in enumerate(groups)}
     everything = 1 | sum(bit.values())
@@ -82,9 +85,6 @@ def find_group(groups: dict[str, GroupBits], name: str, place: Origin, scope: st
         hint = suggest_name(name, known, sink) if known else "name it under `collision_groups`"
         sink.report("SC302", f"there is no collision group `{cut(name)}`", place, hint=hint)
     return bits
-
-
-_SAPIEN_BITS = (1, 1, 0, 0)
 
 
 def warn_ignored_pairs_collide(
@@ -140,7 +140,7 @@ def _colliding(
 
 def _bits(body: BodyStructure) -> tuple[int, ...]:
     groups = body.collision_groups
-    return _SAPIEN_BITS if groups is None else tuple(map(int, groups.numbers()))
+    return DEFAULT_BITS if groups is None else tuple(map(int, groups.numbers()))
 
 
 def _ignore_origin(first: int, second: int, draft: ArticulationDraft, whole: Origin | None) -> Origin:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.geometry import rotations
 from scenecc.geometry.rotations import IDENTITY, Quat, Vec3
 from scenecc.lower.angles import warn_probable_degrees
-from scenecc.lower.field_types import FieldType, vector
+from scenecc.lower.field_types import POSITION, FieldType, vector
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer
 from scenecc.plan.pose import IDENTITY_POSE, Pose7
 from scenecc.spec.pose import AXES, AxisAngle, PoseMapping
@@ -211,7 +211,6 @@ def _listed_keys(names: list[str]) -> str:
 
 
 POSE = FieldType((7,), fallback=IDENTITY_POSE)
-_POSITION = vector(3, "")
 _ANGLES = vector(3, "")
 _ANGLE = FieldType()
 _QUATERNION = FieldType((4,), fallback=IDENTITY)
@@ -255,7 +254,7 @@ def pose_item(pose: Any, place: FieldPlace, reading: VariationLowerer, sink: Sin
             return pose_item(given, inside, reading, sink)
         if given.__class__ not in VARYING:
             return (*given, *IDENTITY)
-        return Posed(reading.item(given, _POSITION, around.inside(step) if step else around), IDENTITY)
+        return Posed(reading.item(given, POSITION, around.inside(step) if step else around), IDENTITY)
 
     # As `p` of a mapping, which is another way to write the same.
     field = place if _has_mapping(pose) else FieldPlace(place.origin, f"{place.path}.p")
@@ -290,7 +289,7 @@ def _pose_mapping_node(pose: PoseMapping, place: FieldPlace, reading: VariationL
         matrix = FromMatrix(reading.item(pose.matrix, _MATRIX, place.key("matrix")))
         return reading.risk(matrix, place.origin.child("matrix"))
     p: Any = (0.0, 0.0, 0.0) if pose.p is None else pose.p
-    p = reading.item(p, _POSITION, place.key("p"))
+    p = reading.item(p, POSITION, place.key("p"))
     return Posed(p, IDENTITY if form is None else _rotation_node(pose, form, p, place.key(form), reading, sink))
 
 
@@ -307,7 +306,7 @@ def _rotation_node(pose: Any, form: str, p: Any, place: FieldPlace, reading: Var
         case "axis_angle":
             return _axis_angle_node(given, place, reading, sink)
         case _:
-            return reading.risk(Looking(reading.item(given, _POSITION, place), p), place.origin)
+            return reading.risk(Looking(reading.item(given, POSITION, place), p), place.origin)
 
 
 def _quaternion_node(given: Any, place: FieldPlace, reading: VariationLowerer, sink: Sink) -> Any:

@@ -45,6 +45,11 @@ def fixed_draws(drawing: SamplingContext) -> frozenset[str]:
     return frozenset(found)
 
 
+def _is_drawn_again(reading: VariationLowerer, drawing: SamplingContext, kept: frozenset[str]) -> bool:
+    """Whether a reset changes a value. `kept`: the shared draws that stay as they are built."""
+    return reading.drawn or any(name in drawing.random and name not in kept for name in reading.reads)
+
+
 class RecipeBuilder:
     """Makes the recipes of a document's entities.
 
@@ -156,8 +161,7 @@ class RecipeBuilder:
         return found
 
     def _is_drawn(self, reading: VariationLowerer) -> bool:
-        random = self._drawing.random
-        return reading.drawn or any(name in random and name not in self._stays for name in reading.reads)
+        return _is_drawn_again(reading, self._drawing, self._stays)
 
     def _pose(self, name: str, leaves: FieldLowerer, read: set[str]) -> Any:
         """An entity's pose in the world as an item of a recipe; None where a reset does not change it.
@@ -167,11 +171,8 @@ class RecipeBuilder:
             leaves: of it.
             read: takes the shared draws that it reads.
         """
-        chain: list[str] = []
-        at: str | None = name
-        while at is not None and not self._places.is_fixed(at):
-            chain.append(at)
-            at = self._places.standing(at).parent
+        chain = list(_moving_ancestors(name, self._places))
+        at = self._places.standing(chain[-1]).parent if chain else name
         drawn = [one for one in chain if not self._places.is_still(one)]
         readings = [reading for one in drawn if (reading := self._places.standing(one).reading) is not None]
         if not any(map(self._is_drawn, readings)):
@@ -261,9 +262,6 @@ def check_constraint_resets(
     entities = {entity.name: entity for entity in built}
     kept = fixed_draws(drawing)
 
-    def is_drawn(reading: VariationLowerer) -> bool:
-        return reading.drawn or any(name in drawing.random and name not in kept for name in reading.reads)
-
     for constraint in constraints:
         ends = [mount for mount in (constraint.child, constraint.parent) if mount is not None]
         chains = [list(_moving_ancestors(mount.entity, places)) for mount in ends]
@@ -271,7 +269,7 @@ def check_constraint_resets(
         own = set(chains[0]).symmetric_difference(chains[1] if len(chains) > 1 else ())
         readings = [reading for name in own if (reading := places.standing(name).reading) is not None]
         readings += [reading for mount in ends for reading in _joint_variations(mount, entities[mount.entity], drawing)]
-        if constraint.origin is not None and any(map(is_drawn, readings)):
+        if constraint.origin is not None and any(_is_drawn_again(reading, drawing, kept) for reading in readings):
             drawing.sink.report(
                 "SC343",
                 f"`{cut(constraint.name)}` stays where it is built, and a reset draws anew where its bodies start",

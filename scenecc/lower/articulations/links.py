@@ -11,7 +11,7 @@ from scenecc.lower.angles import check_limits_keys, warn_limits_in_degrees
 from scenecc.lower.articulations.drafts import ContactDefaults
 from scenecc.lower.articulations.overrides import nearest_override
 from scenecc.lower.bodies import BODY_FIELDS, INERTIA_TYPE
-from scenecc.lower.collision_groups import find_group
+from scenecc.lower.collision_groups import DEFAULT_BITS, find_group
 from scenecc.lower.field_types import number
 from scenecc.lower.local_poses import local_pose
 from scenecc.lower.materials import DENSITY, PLAIN_SURFACE
@@ -42,7 +42,6 @@ _LINK_KEYS = (
 )
 _MASS_TYPE = BODY_FIELDS["mass"][1]
 _RADIUS_TYPE = number("patch_radius")
-DEFAULT_BITS: GroupBits = (1, 1, 0, 0)
 
 
 class LinkLowerer:
