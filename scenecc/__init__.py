@@ -34,21 +34,16 @@ if TYPE_CHECKING:
     from scenecc.expand.listing import PrefabRow as PrefabRow
     from scenecc.export import emit_scene as emit_scene
     from scenecc.export import export_scene as export_scene
+    from scenecc.inspect import Item as Item
+    from scenecc.inspect import SummaryRow as SummaryRow
+    from scenecc.inspect.inspection import inspect_scene as inspect_scene
     from scenecc.options import CompileOptions as CompileOptions
     from scenecc.plan import ScenePlan as ScenePlan
     from scenecc.plan.compare import Difference as Difference
-    from scenecc.rendering import (
-        LegendRow as LegendRow,
-    )
-    from scenecc.rendering import (
-        Picture as Picture,
-    )
-    from scenecc.rendering import (
-        Rendering as Rendering,
-    )
-    from scenecc.rendering import (
-        render_scene as render_scene,
-    )
+    from scenecc.render import LegendRow as LegendRow
+    from scenecc.render import Picture as Picture
+    from scenecc.render import Rendering as Rendering
+    from scenecc.render import render_scene as render_scene
     from scenecc.scene import (
         Build as Build,
     )
@@ -79,13 +74,10 @@ if TYPE_CHECKING:
     from scenecc.scene import (
         validate as validate,
     )
-    from scenecc.summary import Item as Item
-    from scenecc.summary import SummaryRow as SummaryRow
-    from scenecc.summary.inspect_scene import inspect_scene as inspect_scene
-    from scenecc.viewing import Look as Look
-    from scenecc.viewing import Place as Place
-    from scenecc.viewing import export_page as export_page
-    from scenecc.viewing import view_scene as view_scene
+    from scenecc.viewer import PageAddress as PageAddress
+    from scenecc.viewer import ViewOptions as ViewOptions
+    from scenecc.viewer import export_page as export_page
+    from scenecc.viewer import view_scene as view_scene
 
 _MODULES = {
     "backends.sapien": (
@@ -103,7 +95,7 @@ _MODULES = {
     "options": ("CompileOptions",),
     "plan": ("ScenePlan",),
     "plan.compare": ("Difference",),
-    "rendering": ("LegendRow", "Picture", "Rendering", "render_scene"),
+    "render": ("LegendRow", "Picture", "Rendering", "render_scene"),
     "scene": (
         "Build",
         "build_scene",
@@ -116,9 +108,9 @@ _MODULES = {
         "plan_text",
         "validate",
     ),
-    "summary": ("Item", "SummaryRow"),
-    "summary.inspect_scene": ("inspect_scene",),
-    "viewing": ("Look", "Place", "export_page", "view_scene"),
+    "inspect": ("Item", "SummaryRow"),
+    "inspect.inspection": ("inspect_scene",),
+    "viewer": ("ViewOptions", "PageAddress", "export_page", "view_scene"),
 }
 """The public names by their modules, which are loaded when somebody asks for one."""
 

@@ -34,9 +34,9 @@ if TYPE_CHECKING:
     from scenecc.backends.maniskill import LoadedScene, ManiSkillScene
     from scenecc.backends.sapien import SceneBatch
     from scenecc.expand.listing import ParamRow, PrefabRow
+    from scenecc.inspect import SummaryRow
     from scenecc.plan import ScenePlan
     from scenecc.plan.compare import Difference
-    from scenecc.summary import SummaryRow
 
 
 def validate(
@@ -205,7 +205,7 @@ def build_scene(
     Raises:
         SceneError: the scene, the engine or the machine is at fault.
     """
-    from scenecc.summary import summarize
+    from scenecc.inspect import summarize
 
     sink = Sink()
     asked = Options.of(**options)

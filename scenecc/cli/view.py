@@ -35,7 +35,7 @@ from scenecc.cli.tables import plain
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from scenecc import Place
+    from scenecc import PageAddress
     from scenecc.diagnostics import Diagnostic
 
 Scene = Annotated[
@@ -111,7 +111,9 @@ def view(
     _check(export, steps, served=open_it or any(given is not None for given in (host, port, token)))
     if faults := path_faults(scene, export):
         end(faults)
-    look = scenecc.Look(index, grid, visual=show is Show.visual, collision=show is Show.collision, shadows=shadows)
+    look = scenecc.ViewOptions(
+        index, grid, visual=show is Show.visual, collision=show is Show.collision, shadows=shadows
+    )
     source = sys.stdin.buffer if scene == STDIN else scene
     try:
         if export is None:
@@ -145,7 +147,7 @@ def _check(export: str | None, steps: int, *, served: bool) -> None:
         raise typer.BadParameter(f"{shown(str(export))} does not end in .html", param_hint="'--export'")
 
 
-def _place(host: str | None, port: int | None, token: str | None) -> Place:
+def _place(host: str | None, port: int | None, token: str | None) -> PageAddress:
     """Raises typer.BadParameter if there is no such port or token."""
     from secrets import token_urlsafe
 
@@ -153,7 +155,7 @@ def _place(host: str | None, port: int | None, token: str | None) -> Place:
 
     made_up = token_urlsafe() if token == "auto" else token  # noqa: S105 - no token
     try:
-        return scenecc.Place(host or scenecc.Place().host, port, made_up)
+        return scenecc.PageAddress(host or scenecc.PageAddress().host, port, made_up)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="'--port' / '--token'") from None
 
@@ -172,7 +174,7 @@ def _teller(scene: str, values: Mapping[str, Any]) -> Callable[[Sequence[Diagnos
     return tell
 
 
-def _ready(url: str, place: Place, *, open_it: bool) -> None:
+def _ready(url: str, place: PageAddress, *, open_it: bool) -> None:
     if place.token is None and not place.is_local:
         print_err("WARNING: anyone who reaches this address may see the scene and use its controls; see --token\n")
     print_err("Ctrl-C ends it.\n")

@@ -3,8 +3,7 @@
 Triangles, normals and texture coordinates of primitives are SAPIEN's own; mesh files are read by trimesh.
 """
 
-from scenecc.meshes.baked import Baked, baked
-from scenecc.meshes.draw import Drawer
+from scenecc.meshes.drawing import Baked, Drawer, baked
 from scenecc.meshes.surface import Image, Look, MeshProblem, Part, Shape, Surface
 
 __all__ = ["Baked", "Drawer", "Image", "Look", "MeshProblem", "Part", "Shape", "Surface", "baked"]

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.files import ChangedError, read_checked
-from scenecc.meshes.images import Images, image_of
 from scenecc.meshes.primitives import surface
 from scenecc.meshes.surface import Look, MeshProblem, Part
+from scenecc.meshes.textures import Images, image_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

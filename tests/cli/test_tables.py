@@ -9,7 +9,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from scenecc.cli.tables import built, index_ranges, plain, planned, stage_times
-from scenecc.summary import SummaryRow, VaryingField
+from scenecc.inspect import SummaryRow, VaryingField
 
 
 @pytest.mark.parametrize(

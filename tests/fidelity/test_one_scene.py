@@ -12,9 +12,9 @@ from fidelity.compare import assert_same_scene, scene_facts
 from fidelity.test_emit_python import run_script
 
 from scenecc import compile_scene, load_scene
+from scenecc.inspect import summarize
 from scenecc.plan import ScenePlan, Value
 from scenecc.plan.to_json import plan_to_json
-from scenecc.summary import summarize
 
 Form = Callable[[Any, Any], Any]
 MANY = 5

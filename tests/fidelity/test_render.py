@@ -14,8 +14,7 @@ from PIL import Image, ImageSequence
 from plugins.films import decoded
 
 from scenecc import Rendering, SceneError, load_scene, render_scene
-from scenecc.pictures.encode import ids_of
-from scenecc.pictures.sheet import BAR
+from scenecc.render.images import BAR, ids_of
 
 pytestmark = [pytest.mark.render, pytest.mark.usefixtures("held_renderer")]
 

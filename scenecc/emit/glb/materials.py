@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.meshes.images import as_png, in_space
+from scenecc.meshes.textures import as_png, in_space
 
 if TYPE_CHECKING:
     from collections.abc import Set as AbstractSet

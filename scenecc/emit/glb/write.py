@@ -13,7 +13,7 @@ from scenecc.emit.glb.materials import Materials
 from scenecc.emit.glb.part import geometry
 from scenecc.emit.problems import tell_problem
 from scenecc.meshes import Drawer, MeshProblem
-from scenecc.meshes.layout import bounded, cell_of, draw_scene
+from scenecc.meshes.drawing import bounded, cell_of, draw_scene
 from scenecc.plan.extent import pose_matrix
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.emit.choice import Choice
     from scenecc.meshes import Look, Shape, Surface
-    from scenecc.meshes.layout import Cell, DrawnBody, DrawnScene
+    from scenecc.meshes.drawing import Cell, DrawnBody, DrawnScene
     from scenecc.plan import ScenePlan
     from scenecc.plan.measured import Measured
 

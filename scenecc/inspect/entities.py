@@ -1,0 +1,348 @@
+"""What is said of entities: bodies with shapes, articulations with links and joints, and measured sizes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.diagnostics.messages import index_ranges
+from scenecc.inspect.facts import Fact, Facts, Item, axis_words, fact, plain_data
+from scenecc.inspect.varying import entity_fields
+from scenecc.plan import ArticulationStructure, Plane, VisualPlane
+from scenecc.plan.extent import extent, pose_matrix, reach, rotation_matrix
+from scenecc.plan.fields import type_name
+from scenecc.plan.labels import shape_in_link, shape_place
+from scenecc.plan.scene import structure_word
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.plan import BodyStructure, Entity, Link, PhysicalMaterial, ScenePlan, Value, VisualMaterial
+    from scenecc.plan.body import CollisionShape, VisualShape
+    from scenecc.plan.measured import MeasuredBody, MeasuredEntity, MeasuredShape
+
+
+Size = tuple[float, float, float]
+
+
+def measured_size(bodies: Iterable[MeasuredBody]) -> Size | None:
+    """Extents of what of some bodies collides, along the axes of the first one [m].
+
+    None where nothing of them collides, or a plane does.
+    """
+    found: list[NDArray[np.float64]] = []
+    root: NDArray[np.float64] | None = None
+    for body in bodies:
+        frame = pose_matrix(body.pose)
+        root = np.array(np.linalg.inv(frame), np.float64) if root is None else root
+        for shape in body.shapes:
+            if shape.kind == "plane":
+                return None
+            found.append(_bounds(shape, root @ frame @ pose_matrix(shape.pose)))
+    if not found:
+        return None
+    x, y, z = np.ptp(np.concatenate(found), axis=0).tolist()
+    return (x, y, z)
+
+
+def _bounds(shape: MeasuredShape, frame: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points (n, 3) that bound a shape in a frame as the shape itself does. `frame`: (4, 4), its own in that."""
+    rotation, centre = frame[:3, :3], frame[:3, 3]
+    if shape.mesh is not None:
+        return shape.mesh.vertices @ rotation.T + centre
+    assert shape.kind != "plane"
+    assert shape.kind != "convex_mesh"
+    assert shape.kind != "triangle_mesh"
+    half = reach(shape.kind, shape.sizes, rotation)
+    return np.array([centre - half, centre + half])
+
+
+_TURNING: Final = {
+    **dict.fromkeys(("limits", "qpos", "drive_target", "offset"), "rad"),
+    **dict.fromkeys(("qvel", "max_velocity", "drive_velocity_target"), "rad/s"),
+}
+_SLIDING: Final = {name: unit.replace("rad", "m") for name, unit in _TURNING.items()}
+_SIZES: Final = frozenset(("half_size", "radius", "half_length", "scale", "file", "urdf", "pick", "p", "q"))
+"""Fields by which the size of a body differs, and its mass."""
+
+_MASSES: Final = _SIZES | {"density", "mass"}
+_POSITIONS: Final = _SIZES | {"qpos"}
+
+_NEUTRAL: Final[dict[str, Any]] = {"pose.p": [0, 0, 0], "scale": [1, 1, 1]}
+"""What is said of a shape and changes nothing."""
+
+Made = tuple[int, "MeasuredEntity"]
+"""An entity as built, and the scene in which it was."""
+
+
+def entity_item(entity: Entity, plan: ScenePlan, scene: int | None, made: Made | None) -> Item:
+    """What is said of an entity.
+
+    Args:
+        entity: in the scene, if one is asked for.
+        plan: that has it.
+        scene: the scene that is told; None: all of them.
+        made: as the engine has it; None: it was not asked.
+    """
+    row = None if scene is None else entity.scene_idxs.index(scene)
+    structures = entity.structures if row is None else (entity.structure(row),)
+    one = structures[0]
+    words = "|".join(dict.fromkeys(map(structure_word, structures)))
+    facts = [*scene_facts(entity.scene_idxs, plan), *Facts(plan, row).value("pose", entity.pose)]
+    if entity.hidden:
+        facts.append(Fact("hidden", value=True, words="from sensors"))
+    body = _Bodies(entity, plan, row, made)
+    if len(structures) == 1:
+        return Item(entity.name, words, (*facts, *body.facts(one)), body.groups(one))
+    variants = tuple(
+        Item(f"variants[{index}]", structure_word(each), tuple(body.facts(each)), body.groups(each))
+        for index, each in enumerate(structures)
+    )
+    return Item(entity.name, words, tuple(facts), (("variants", variants),))
+
+
+def scene_facts(scene_idxs: Sequence[int], plan: ScenePlan) -> Iterator[Fact]:
+    """In which scenes something is."""
+    if len(scene_idxs) == plan.num_scenes:
+        yield Fact("scene_idxs", "all", "")
+    else:
+        yield Fact("scene_idxs", list(scene_idxs), f"{index_ranges(scene_idxs)} of {plan.num_scenes}")
+
+
+class _Bodies:
+    """Tells the bodies of one entity."""
+
+    def __init__(self, entity: Entity, plan: ScenePlan, row: int | None, made: Made | None) -> None:
+        self._plan = plan
+        self._row = row
+        self._made = made
+        self._facts = Facts(plan, row)
+        differing = entity_fields(entity, plan).varying if row is None else ()
+        names = [field.field for field in differing if not field.field.startswith("pose.")]
+        of_bodies = {name.rsplit(".", 1)[-1] for name in names if ".joint." not in name}
+        self._mass_differs = not of_bodies.isdisjoint(_MASSES)
+        self._size_differs = not of_bodies.isdisjoint(_SIZES)
+        self._stance_differs = not _POSITIONS.isdisjoint(name.rsplit(".", 1)[-1] for name in names)
+
+    def facts(self, structure: BodyStructure | ArticulationStructure) -> Iterator[Fact]:
+        """What is said of a structure itself."""
+        if not isinstance(structure, ArticulationStructure):
+            made = self._made_of(structure)
+            yield from self._body(structure, made[0] if made else None)
+            return
+        yield fact("link_count", len(structure.links))
+        yield fact("dof", len(structure.active_joints))
+        yield from self._measured(structure)
+        yield from self._facts.of(structure, without=("links", "mimics"))
+
+    def groups(
+        self, structure: BodyStructure | ArticulationStructure
+    ) -> tuple[tuple[str, Item | tuple[Item, ...]], ...]:
+        """What a structure is made of."""
+        if not isinstance(structure, ArticulationStructure):
+            return (("shapes", tuple(self._shapes(structure, in_link=False))),)
+        return (("links", tuple(self._link(structure, number) for number in range(len(structure.links)))),)
+
+    def _measured(self, structure: ArticulationStructure) -> Iterator[Fact]:
+        """Mass and size of all links, as the engine has them."""
+        made = self._made_of(structure)
+        if made:
+            masses = [body.mass.mass for body in made if body.mass is not None]
+            if masses:
+                yield self._in_scene(fact("mass", sum(masses)), differs=self._mass_differs)
+        if made and (size := measured_size(made)) is not None:
+            yield self._in_scene(_size(size), differs=self._stance_differs)
+
+    def _made_of(self, structure: BodyStructure | ArticulationStructure) -> tuple[MeasuredBody, ...]:
+        """The bodies of a structure as built; none where another was, or nothing."""
+        if self._made is None or self._made[1].structure is not structure:
+            return ()
+        return self._made[1].bodies
+
+    def _body(self, body: BodyStructure, made: MeasuredBody | None) -> Iterator[Fact]:
+        """What is said of a body, or of a link."""
+        given = body.mass if body.inertial is None else body.inertial.mass
+        if given is not None and (made is None or (self._row is None and given.may_vary)):
+            yield from self._facts.value("mass", given)
+        elif made is not None and made.mass is not None and (body.collisions or body.inertial is not None):
+            yield self._in_scene(fact("mass", made.mass.mass), differs=self._mass_differs)
+        planned = extent(body, self._row or 0) if self._row is not None or not self._size_differs else None
+        size = planned or (measured_size((made,)) if made is not None else None)
+        if size is not None:
+            yield self._in_scene(_size(size), differs=planned is None and self._size_differs)
+        yield from self._facts.of(body, without=("body_type", "collisions", "visuals", "mass", "inertial"))
+        yield from self._facts.of(body.inertial, "inertial", without=("mass",))
+
+    def _in_scene(self, told: Fact, *, differs: bool) -> Fact:
+        """A fact that the engine told of one scene, where it may be otherwise in others."""
+        if self._made is None or not differs:
+            return told
+        return Fact(told.name, {"value": told.value, "scene": self._made[0]}, f"{told.words} in scene {self._made[0]}")
+
+    def _shapes(self, body: BodyStructure, *, in_link: bool) -> Iterator[Item]:
+        seen = list(enumerate(body.visuals))
+        for index, shape in enumerate(body.collisions):
+            label = _label(shape, f"collisions[{index}]", in_link=in_link)
+            twin = next((pair for pair in seen if _is_same(shape, pair[1], in_link=in_link)), None)
+            if twin is not None:
+                seen.remove(twin)
+            yield self._shape(label, shape, None if twin is None else twin[1])
+        for index, shape in seen:
+            yield self._shape(_label(shape, f"visuals[{index}]", in_link=in_link), None, shape)
+
+    def _shape(self, label: str, collision: CollisionShape | None, visual: VisualShape | None) -> Item:
+        """A shape that collides, or is seen, or both."""
+        roles = [name for name, shape in (("collides", collision), ("seen", visual)) if shape is not None]
+        found: dict[str, Fact] = {"roles": Fact("roles", roles, ", ".join(roles))}
+        for shape in (collision, visual):
+            if shape is None:
+                continue
+            for one in (
+                *self._facts.of(shape.geometry),
+                *self._facts.of(shape, without=("geometry", "material", "name")),
+                *([] if shape is collision or not visual or not visual.name else [fact("render_name", visual.name)]),
+            ):
+                here = one.name in _NEUTRAL and one.value == _NEUTRAL[one.name]
+                found.setdefault(one.name, Fact(one.name, one.value, "") if here else one)
+        for one in (
+            *self._material("physical", collision and collision.material, self._plan.physical_materials),
+            *self._material("visual", visual and visual.material, self._plan.visual_materials),
+        ):
+            found[one.name] = one
+        shape = collision or visual
+        assert shape is not None
+        return Item(label, type_name(type(shape.geometry)), tuple(found.values()))
+
+    def _material(
+        self, kind: str, index: Value | None, table: Sequence[PhysicalMaterial] | Sequence[VisualMaterial]
+    ) -> Iterator[Fact]:
+        if index is None:
+            return
+        name = f"{kind}_material"
+        if self._row is None and not index.is_constant:
+            options = [int(item) for item in index.bounds.alternatives or ()]
+            yield Fact(name, {"alternatives": options}, f"one of {len(options)}")
+            return
+        number = int(index.row(self._row or 0))
+        yield Fact(name, number, "")
+        yield from self._facts.of(table[number])
+
+    def _link(self, structure: ArticulationStructure, number: int) -> Item:
+        link = structure.links[number]
+        made = self._made_of(structure)
+        facts = [*self._body(link.body, made[number] if made else None)]
+        shapes = tuple(self._shapes(link.body, in_link=True))
+        if link.joint is None or link.parent is None:
+            return Item(link.name, "link", tuple(facts), (("shapes", shapes),))
+        parent = structure.links[link.parent].name
+        groups = (("joint", self._joint(link, structure)), ("shapes", shapes))
+        return Item(link.name, "link", (Fact("parent", parent, ""), *facts), groups, under=link.parent)
+
+    def _joint(self, link: Link, structure: ArticulationStructure) -> Item:
+        joint = link.joint
+        assert joint is not None
+        units = _SLIDING if joint.type == "prismatic" else _TURNING
+        facts = Facts(self._plan, self._row, units)
+        found: list[Fact] = []
+        frame = joint.pose_in_child
+        if joint.type != "fixed" and (frame is None or self._row is not None or frame.is_constant):
+            q = np.array([1, 0, 0, 0.0]) if frame is None else frame.row(self._row or 0)[3:]
+            axis: list[float] = rotation_matrix(q)[:, 0].tolist()
+            found.append(Fact("axis", plain_data(axis), axis_words(axis)))
+        found += facts.of(joint, without=("type", "name"))
+        for mimic in structure.mimics:
+            if mimic.joint == joint.name:
+                found.append(fact("mimic", mimic.source))
+                found += facts.of(mimic, "mimic", without=("joint", "source"))
+        return Item(joint.name, joint.type, tuple(found))
+
+
+def _size(size: Size) -> Fact:
+    words = " × ".join(f"{length:.4g}" for length in size)
+    return Fact("size", list(size), f"{words} m")
+
+
+def _label(shape: CollisionShape | VisualShape, otherwise: str, *, in_link: bool) -> str:
+    """What a scene file calls a shape below its body."""
+    if in_link:
+        return shape_in_link("", shape.origin, otherwise).removeprefix(".")
+    place = shape_place(shape.origin, otherwise)
+    return place.partition("].")[2] if place.startswith("variants[") else place
+
+
+def _is_same(collision: CollisionShape, visual: VisualShape, *, in_link: bool) -> bool:
+    """Whether what is seen is what collides, in one shape of the file."""
+    a, b = (_label(shape, "", in_link=in_link) for shape in (collision, visual))
+    alike = collision.geometry == visual.geometry or (
+        isinstance(collision.geometry, Plane) and isinstance(visual.geometry, VisualPlane)
+    )
+    return a == b and alike and collision.pose == visual.pose
+
+
+def used_materials(entity: Entity) -> Mapping[str, set[int]]:
+    """The materials that an entity's shapes may have: indices into the plan's tables."""
+    found: dict[str, set[int]] = {"physical": set(), "visual": set()}
+    for body in entity.bodies:
+        shapes: tuple[tuple[str, Any], ...] = (("physical", body.collisions), ("visual", body.visuals))
+        for kind, listed in shapes:
+            for shape in listed:
+                if shape.material is not None:
+                    found[kind] |= {int(item) for item in shape.material.bounds.alternatives or ()}
+    return found
+
+
+def mesh_size(body: Any) -> Size | None:
+    """Extents of a body that collides by meshes alone: their corners are known once the engine has read them."""
+    shapes = body.collision_shapes
+    if not shapes or not all(hasattr(shape, "vertices") for shape in shapes):
+        return None
+    return _extents(_corners(shape, shape.local_pose) for shape in shapes)
+
+
+def articulation_size(links: Iterable[Any]) -> Size | None:
+    """Extents of what of some links collides, along the axes of the first one, where they are now.
+
+    None where nothing of them collides, or a plane does.
+    """
+    found: list[NDArray[np.float64]] = []
+    root: Any = None
+    for link in links:
+        pose = link.entity_pose
+        root = pose.inv() if root is None else root
+        for shape in link.collision_shapes:
+            bounds = _surface_bounds(shape, root * pose * shape.local_pose)
+            if bounds is None:
+                return None
+            found.append(bounds)
+    return _extents(found) if found else None
+
+
+def _surface_bounds(shape: Any, pose: Any) -> NDArray[np.float64] | None:
+    """Points (n, 3) that bound a shape as it is turned itself; None for a plane. `pose`: in the frame of the points."""
+    if hasattr(shape, "vertices"):
+        return _corners(shape, pose)
+    matrix = pose.to_transformation_matrix().astype(np.float64)
+    rotation, centre = matrix[:3, :3], matrix[:3, 3]
+    if hasattr(shape, "half_size"):
+        half = reach("box", tuple(shape.half_size), rotation)
+    elif hasattr(shape, "half_length"):
+        solid = "cylinder" if type(shape).__name__.endswith("Cylinder") else "capsule"
+        half = reach(solid, (shape.radius, shape.half_length), rotation)
+    elif hasattr(shape, "radius"):
+        half = reach("sphere", (shape.radius,), rotation)
+    else:
+        return None
+    return np.array([centre - half, centre + half])
+
+
+def _corners(mesh: Any, pose: Any) -> NDArray[np.float64]:
+    matrix = pose.to_transformation_matrix()
+    return np.asarray(mesh.vertices * mesh.scale, np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def _extents(points: Iterable[NDArray[Any]]) -> Size:
+    x, y, z = np.ptp(np.concatenate(list(points)), axis=0).tolist()
+    return (x, y, z)

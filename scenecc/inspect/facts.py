@@ -1,0 +1,323 @@
+"""What is said of a scene, as a tree of items with facts: one form for people and for programs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from scenecc.diagnostics.frozen import frozen
+from scenecc.inspect.varying import is_pose, pose_words, varying_words
+from scenecc.plan import Mount, Texture, Value
+from scenecc.plan.labels import field_place, name_place
+from scenecc.plan.value_words import color_words, item_words, part_of
+
+if TYPE_CHECKING:
+    from collections.abc import Container, Iterator
+
+    from scenecc.plan import AxisDrive, AxisLimit, ScenePlan
+    from scenecc.variation.bounds import ValueBounds
+
+
+_LABELS: Final = {
+    "num_scenes": "scenes",
+    "description": "",
+    "scene_idxs": "scenes",
+    "pose.p": "at",
+    "pose.q": "turned",
+    "link_count": "links",
+    "roles": "",
+    "number": "",
+    "defaults": "",
+    "bytes": "",
+}
+"""How facts are introduced to people, where not by their names."""
+
+
+@frozen
+class Fact:
+    """One thing that is said.
+
+    Attributes:
+        name: as scene files have it, where they have it.
+        value: plain data, in SI units; infinite numbers are the texts "inf" and "-inf". Of what scenes differ in and no
+            scene was asked for, a mapping: `alternatives`, or `low` and `high`, and `at_reset` where a reset draws it.
+        words: for people, with the unit; "" is for programs alone.
+    """
+
+    name: str
+    value: Any
+    words: str
+
+    @property
+    def label(self) -> str:
+        """What introduces it to people; "" where its words do so themselves."""
+        return _LABELS.get(self.name, self.name)
+
+
+@frozen
+class Item:
+    """One thing of which something is said.
+
+    Attributes:
+        name: "" where it has none.
+        type: what it is; "" where its group says so.
+        facts: in order, each name once.
+        groups: what it is made of, by the kind of these things, in order: one item, or any number.
+        hidden: how many items were left out below it, in all.
+        under: of an item that hangs on another of its group, as links do: that one's number, less than its own.
+    """
+
+    name: str
+    type: str
+    facts: tuple[Fact, ...] = ()
+    groups: tuple[tuple[str, Item | tuple[Item, ...]], ...] = ()
+    hidden: int = 0
+    under: int | None = None
+
+    def data(self) -> dict[str, Any]:
+        """The same as plain data, for programs."""
+        found: dict[str, Any] = {}
+        if self.name:
+            found["name"] = self.name
+        if self.type:
+            found["type"] = self.type
+        found |= {fact.name: fact.value for fact in self.facts}
+        for name, group in self.groups:
+            found[name] = group.data() if isinstance(group, Item) else [item.data() for item in group]
+        if self.hidden:
+            found["hidden"] = self.hidden
+        return found
+
+    def cut(self, depth: int) -> Item:
+        """The same with nothing further than so many items below it."""
+        if depth > 0:
+            groups = tuple((name, _cut(group, depth - 1)) for name, group in self.groups)
+            return Item(self.name, self.type, self.facts, groups, under=self.under)
+        return Item(self.name, self.type, self.facts, hidden=self.count(), under=self.under)
+
+    def count(self) -> int:
+        """How many items are below it."""
+        items = [item for _, group in self.groups for item in ((group,) if isinstance(group, Item) else group)]
+        return len(items) + sum(item.count() for item in items)
+
+
+def _cut(group: Item | tuple[Item, ...], depth: int) -> Item | tuple[Item, ...]:
+    return group.cut(depth) if isinstance(group, Item) else tuple(item.cut(depth) for item in group)
+
+
+def some_words(names: tuple[str, ...], most: int = 3) -> str:
+    """Some of many names."""
+    more = len(names) - most
+    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
+
+
+UNITS: Final = {
+    "half_size": "m",
+    "radius": "m",
+    "half_length": "m",
+    "p": "m",
+    "mass": "kg",
+    "inertia": "kg·m²",
+    "density": "kg/m³",
+    **dict.fromkeys(("contact_offset", "rest_offset", "patch_radius", "min_patch_radius"), "m"),
+    **dict.fromkeys(("linear_velocity", "max_linear_velocity", "linear_velocity_target"), "m/s"),
+    **dict.fromkeys(("angular_velocity", "max_angular_velocity", "angular_velocity_target"), "rad/s"),
+    **dict.fromkeys(("linear_damping", "angular_damping"), "1/s"),
+    **dict.fromkeys(("max_depenetration_velocity", "bounce_threshold"), "m/s"),
+    "max_contact_impulse": "N·s",
+    "sleep_threshold": "m²/s²",
+    "timestep": "s",
+    "gravity": "m/s²",
+    **dict.fromkeys(("scene_spacing", "spacing", "near", "far", "top", "half_width", "half_height"), "m"),
+    **dict.fromkeys(("fovx", "fovy", "inner_fov", "outer_fov"), "rad"),
+    **dict.fromkeys(("width", "height", "map_size", "fx", "fy", "cx", "cy"), "px"),
+}
+"""Of numbers, by the last part of a field's name."""
+
+_FILES: Final = frozenset({"file", "px", "nx", "py", "ny", "pz", "nz"})
+_COLORS: Final = frozenset({"base_color", "emission"})
+_IDENTITY: Final = (1.0, 0.0, 0.0, 0.0)
+_NO_UNITS: Final[Mapping[str, str]] = {}
+_MOST_LISTED: Final = 64
+"""So many alternatives are listed for programs; of more, the bounds."""
+
+
+class Facts:
+    """Reads the fields of a plan's dataclasses.
+
+    Args:
+        plan: whose tables indices point into.
+        row: which row of the values is told, that of the scene which was asked for; None: what they can be in all.
+        units: of numbers, before those of `UNITS`.
+    """
+
+    def __init__(self, plan: ScenePlan, row: int | None, units: Mapping[str, str] = _NO_UNITS) -> None:
+        self.plan = plan
+        self.row = row
+        self.units = units
+
+    def of(self, node: Any, place: str = "", *, without: Container[str] = ()) -> Iterator[Fact]:
+        """All that a dataclass says, and those that it has.
+
+        Args:
+            node: None says nothing.
+            place: what stands before the names.
+            without: fields that are told otherwise.
+        """
+        if node is None:
+            return
+        for item in fields(node):
+            value = getattr(node, item.name)
+            if item.compare and value is not None and item.name not in without:
+                label = field_place(place, item.name, node.__class__)
+                if value == item.default:
+                    yield Fact(label, plain_data(value), "")
+                else:
+                    yield from self._field(value, label)
+
+    def value(self, name: str, value: Value) -> Iterator[Fact]:
+        """What a value says: of a pose a position, and a rotation where it is one."""
+        if self.row is None and not value.is_constant:
+            yield from self._pose(name, value) if is_pose(name) else (self._varying(name, value),)
+            return
+        found: Any = value.row(self.row or 0).tolist()
+        last = name.rsplit(".", 1)[-1]
+        if is_pose(name):
+            # An origin in its own place is no news, but of what stands somewhere.
+            here = name != "pose" and found[:3] == [0, 0, 0]
+            yield Fact(f"{name}.p", found[:3], "") if here else fact(f"{name}.p", found[:3])
+            if tuple(found[3:]) != _IDENTITY:
+                yield Fact(f"{name}.q", found[3:], rotation_words(found[3:]))
+        elif _is_file(last):
+            uri = self.plan.files[int(found)].uri
+            yield Fact(name, uri, uri)
+        elif last == "gravity":
+            yield fact(name, not found)
+        elif last in _COLORS:
+            yield Fact(name, found, color_words(tuple(found)))
+        else:
+            yield fact(name, found, self._unit(name))
+
+    def _field(self, value: Any, name: str) -> Iterator[Fact]:
+        if isinstance(value, Value):
+            yield from self.value(name, value)
+        elif isinstance(value, Texture):
+            yield from self.value(name, value.file)
+            yield from self.of(value, name, without=("file",))
+        elif isinstance(value, Mount):
+            words = mount_words(value)
+            yield Fact(name, words, words)
+        elif name in {"limits", "drives"}:
+            for one in cast("tuple[AxisLimit | AxisDrive, ...]", value):
+                yield from self.of(one, name + name_place(one.axis), without=("axis",))
+        elif is_dataclass(value):
+            yield from self.of(value, name)
+        else:
+            yield fact(name, value)
+
+    def _unit(self, name: str) -> str:
+        return self.units.get(name.rsplit(".", 1)[-1]) or unit_of(name)
+
+    def _pose(self, name: str, value: Value) -> Iterator[Fact]:
+        support = value.bounds
+        words = pose_words(value)
+        for part, start, end, told in (("p", 0, 3, words[0]), ("q", 3, 7, words[1])):
+            of = support if support.low is None else part_of(support, start, end)
+            one = of.low if of.low == of.high else None
+            if one is None:
+                yield Fact(f"{name}.{part}", self._range(part, of, value), told)
+            elif part == "p":
+                yield fact(f"{name}.p", list(one))
+            elif one != _IDENTITY:
+                yield Fact(f"{name}.q", list(one), rotation_words(list(one)))
+
+    def _varying(self, name: str, value: Value) -> Fact:
+        last = name.rsplit(".", 1)[-1]
+        unit = self._unit(name) if _is_number(value.bounds.low) else ""
+        return Fact(name, self._range(last, value.bounds, value), varying_words(last, value, self.plan.files, unit))
+
+    def _range(self, name: str, support: ValueBounds, value: Value) -> dict[str, Any]:
+        data: dict[str, Any] = {}
+        if support.alternatives is not None and len(support.alternatives) <= _MOST_LISTED:
+            data["alternatives"] = [self._plain(name, item) for item in support.alternatives]
+        elif support.low is not None:
+            data |= {"low": plain_data(support.low), "high": plain_data(support.high)}
+        return data | ({"at_reset": True} if value.recipe is not None else {})
+
+    def _plain(self, name: str, item: Any) -> Any:
+        if _is_file(name):
+            return self.plan.files[int(item)].uri
+        return not item if name == "gravity" else plain_data(item)
+
+
+def fact(name: str, value: Any, unit: str | None = None) -> Fact:
+    """A number, flag, text or vector with its unit, which follows from the name where none is given."""
+    unit = unit_of(name) if unit is None else unit
+    item = tuple(cast("list[Any]", value)) if isinstance(value, list) else value
+    words = _words(item)
+    return Fact(name, plain_data(value), f"{words} {unit}" if unit and _is_number(item) else words)
+
+
+def unit_of(name: str) -> str:
+    """The unit of a field's numbers; "" where they have none, or it depends on what has the field."""
+    above, _, last = name.rpartition(".")
+    if above == "limits":
+        return "rad" if last == "twist" else "m"
+    return UNITS.get(last, "")
+
+
+def _words(item: Any) -> str:
+    """As `item_words`; of integers, which are counts, bits and seeds, every digit."""
+    if isinstance(item, tuple):
+        return f"[{', '.join(map(_words, cast('tuple[Any, ...]', item)))}]"
+    return str(item) if type(item) is int else item_words(item)
+
+
+def _is_number(item: Any) -> bool:
+    if isinstance(item, tuple):
+        return all(map(_is_number, cast("tuple[Any, ...]", item)))
+    return isinstance(item, int | float) and not isinstance(item, bool)
+
+
+def _is_file(name: str) -> bool:
+    """Whether a field's numbers are indices of files."""
+    return name in _FILES or name.endswith("texture")
+
+
+def plain_data(item: Any) -> Any:
+    """Numbers, texts, flags, and lists of such, as JSON has them; it has no infinite numbers."""
+    if isinstance(item, tuple | list):
+        return [plain_data(one) for one in cast("tuple[Any, ...]", item)]
+    return str(item) if isinstance(item, float) and not math.isfinite(item) else item
+
+
+def mount_words(mount: Mount | None) -> str:
+    """What something holds on to, as a scene file names it."""
+    if mount is None:
+        return "world"
+    return mount.entity if mount.link is None else f"{mount.entity}/{mount.link}"
+
+
+TINY = 1e-300
+"""A length below which a quotient by it may be no number."""
+
+
+def rotation_words(q: list[float]) -> str:
+    """A rotation [w, x, y, z] as an angle from 0° to 180° and an axis."""
+    w, *v = q if q[0] >= 0 else [-component for component in q]
+    length = math.hypot(*v)
+    if length < TINY:
+        return "0°"
+    angle = math.degrees(2 * math.atan2(length, w))
+    return f"{angle:.4g}° about {axis_words([component / length for component in v])}"
+
+
+def axis_words(axis: list[float]) -> str:
+    """A direction of unit length: `z`, `-x` or `[0.6, 0, 0.8]`."""
+    rounded = [round(component, 6) + 0.0 for component in axis]
+    for index, name in enumerate("xyz"):
+        if abs(rounded[index]) == 1:
+            return f"-{name}" if rounded[index] < 0 else name
+    return item_words(tuple(rounded))

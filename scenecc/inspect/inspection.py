@@ -1,0 +1,375 @@
+"""`inspect_scene`: everything that is said of a scene, as one tree, with the files that it is made of."""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+from hashlib import sha256
+from typing import TYPE_CHECKING, Any, Final
+
+from typing_extensions import Unpack
+
+from scenecc.diagnostics import Diagnostic, Location, Sink
+from scenecc.diagnostics.messages import cut, suggest
+from scenecc.errors import SceneError
+from scenecc.files import open_regular
+from scenecc.inspect.entities import entity_item, scene_facts, used_materials
+from scenecc.inspect.facts import Fact, Facts, Item, fact, mount_words, some_words
+from scenecc.inspect.summary import summarize
+from scenecc.options import CompileOptions, Options, integer
+from scenecc.pipeline import Compiled, Source, compiled, compiled_params, instantiated, select_scenes
+from scenecc.plan import ArticulationStructure, SkyMap, Texture, Value
+from scenecc.plan.fields import type_name
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from pathlib import Path
+
+    from scenecc.expand.listing import ParamRow
+    from scenecc.inspect.entities import Made
+    from scenecc.inspect.varying import VaryingField
+    from scenecc.plan import Camera, Constraint, Entity, Light, ScenePlan
+    from scenecc.source.paths import Naming
+
+
+_DEFAULTS: Final = (Fact("defaults", value=True, words="all of them SAPIEN's defaults"),)
+
+
+def scene_item(
+    plan: ScenePlan,
+    *,
+    scene: int | None,
+    made: Mapping[str, Made],
+    params: Sequence[ParamRow] = (),
+    given: Mapping[str, Any] | None = None,
+    files: tuple[Item, ...] = (),
+) -> Item:
+    """All that is said of a scene.
+
+    Args:
+        plan: of it.
+        scene: the one that is told; None: what all of them can be.
+        made: entities as the engine has them, by name; none where it was not asked.
+        params: of the scene file.
+        given: the values that these were given.
+        files: of `scenecc.inspect.inspection`.
+    """
+    facts = [fact("num_scenes", plan.num_scenes), fact("seed", plan.seed)]
+    if scene is not None:
+        facts.append(fact("scene", scene))
+    if plan.description:
+        facts.append(Fact("description", plan.description, plan.description.partition("\n")[0]))
+    groups: list[tuple[str, Item | tuple[Item, ...]]] = [
+        ("physics", Item("", "", tuple(Facts(plan, 0).of(plan.physics)) or _DEFAULTS)),
+        ("parameters", tuple(_param(row, given or {}) for row in params)),
+        ("entities", tuple(entity_item(one, plan, scene, made.get(one.name)) for one in _in(plan.entities, scene))),
+        ("constraints", tuple(_constraint(one, plan, scene) for one in _in(plan.constraints, scene))),
+        ("lights", tuple(_light(one, plan, scene) for one in _in(plan.lights, scene))),
+        ("cameras", tuple(_camera(one, plan, scene) for one in _in(plan.cameras, scene))),
+    ]
+    if plan.environment is not None:
+        facts_of = Facts(plan, scene)
+        around = (*facts_of.of(plan.environment, without=("map",)), *facts_of.of(plan.environment.map, "map"))
+        groups.append(("environment", Item("", _map_word(plan), around)))
+    groups += [("materials", _materials(plan, scene)), ("variation", _variation(plan, scene)), ("files", files)]
+    return Item(plan.name, "scene", tuple(facts), tuple(group for group in groups if group[1]))
+
+
+def entities_item(entities: Iterable[Entity], plan: ScenePlan, *, scene: int | None, made: Mapping[str, Made]) -> Item:
+    """What is said of some entities; other arguments are those of `scene_item`."""
+    items = tuple(entity_item(one, plan, scene, made.get(one.name)) for one in entities)
+    facts = (fact("num_scenes", plan.num_scenes), *([] if scene is None else [fact("scene", scene)]))
+    return Item(plan.name, "scene", facts, (("entities", items),))
+
+
+def matching(plan: ScenePlan, pattern: str | None, scene: int | None) -> list[Entity]:
+    """The entities of a scene, or of all, whose names a pattern (`*`, `?`, `[…]`) matches; None matches every one."""
+    entities = _in(plan.entities, scene)
+    return [one for one in entities if pattern is None or one.name == pattern or fnmatchcase(one.name, pattern)]
+
+
+def _in(listed: Iterable[Any], scene: int | None) -> list[Any]:
+    return [one for one in listed if scene is None or scene in one.scene_idxs]
+
+
+def _row(one: Constraint | Light | Camera, scene: int | None) -> int | None:
+    return None if scene is None else one.scene_idxs.index(scene)
+
+
+def _constraint(one: Constraint, plan: ScenePlan, scene: int | None) -> Item:
+    facts = Facts(plan, _row(one, scene))
+    parent = mount_words(one.parent)
+    told = (
+        *scene_facts(one.scene_idxs, plan),
+        Fact("parent", parent, parent),
+        *facts.of(one, without=("name", "scene_idxs", "parent", "joint")),
+        *facts.of(one.joint),
+    )
+    return Item(one.name, type_name(type(one.joint)), told)
+
+
+def _light(one: Light, plan: ScenePlan, scene: int | None) -> Item:
+    facts = Facts(plan, _row(one, scene))
+    told = (
+        *scene_facts(one.scene_idxs, plan),
+        *facts.of(one, without=("name", "scene_idxs", "light")),
+        *facts.of(one.light),
+    )
+    return Item(one.name, type_name(type(one.light)), told)
+
+
+def _camera(one: Camera, plan: ScenePlan, scene: int | None) -> Item:
+    facts = Facts(plan, _row(one, scene))
+    told = (
+        *scene_facts(one.scene_idxs, plan),
+        fact("size", [one.width, one.height], "px"),
+        *facts.of(one, without=("name", "scene_idxs", "width", "height", "lens")),
+        *facts.of(one.lens),
+    )
+    return Item(one.name, type_name(type(one.lens)), told)
+
+
+def _map_word(plan: ScenePlan) -> str:
+    around = plan.environment and plan.environment.map
+    return "" if around is None else "sky map" if isinstance(around, SkyMap) else "cube map"
+
+
+def _param(row: ParamRow, given: Mapping[str, Any]) -> Item:
+    facts: list[Fact] = []
+    if row.name in given:
+        facts.append(Fact("value", given[row.name], str(given[row.name])))
+    if row.default is not None:
+        facts.append(Fact("default", row.value, row.default))
+    facts += [Fact(name, bound, "") for name, bound in (("min", row.low), ("max", row.high)) if bound is not None]
+    if row.options:
+        facts.append(Fact("options", list(row.options), ""))
+    if row.range:
+        facts.append(Fact("range", row.range, row.range))
+    if row.description:
+        facts.append(Fact("description", row.description, row.description))
+    return Item(row.name, row.type, tuple(facts))
+
+
+def _materials(plan: ScenePlan, scene: int | None) -> tuple[Item, ...]:
+    """The tables of materials: shapes name them by number."""
+    users: dict[tuple[str, int], list[Entity]] = {}
+    for entity in _in(plan.entities, scene):
+        for kind, numbers in used_materials(entity).items():
+            for number in numbers:
+                users.setdefault((kind, number), []).append(entity)
+    items: list[Item] = []
+    for kind, table in (("physical", plan.physical_materials), ("visual", plan.visual_materials)):
+        for number, material in enumerate(table):
+            having = users.get((kind, number), [])
+            if scene is not None and not having:
+                continue
+            # Rows of a material follow the scenes of those that have it.
+            row = None if scene is None else having[0].scene_idxs.index(scene)
+            names = tuple(entity.name for entity in having)
+            used = Fact("used_by", list(names), some_words(names))
+            items.append(Item("", kind, (fact("number", number), *Facts(plan, row).of(material), used)))
+    return tuple(items)
+
+
+def _variation(plan: ScenePlan, scene: int | None) -> tuple[Item, ...]:
+    """What scenes differ in, object by object, as a dry run tells it."""
+    rows = summarize(plan, None, None if scene is None else (scene,))
+    return tuple(Item(row.name, "", tuple(map(_differing, row.varying))) for row in rows if row.varying)
+
+
+def _differing(field: VaryingField) -> Fact:
+    words = f"{field.values} at reset" if field.at_reset else field.values
+    return Fact(field.field, {"values": field.values, "at_reset": field.at_reset}, words)
+
+
+_IMAGES: Final = frozenset((".png", ".jpg", ".jpeg", ".bmp", ".tga", ".hdr", ".exr", ".ktx", ".ktx2"))
+_MAPS: Final = ("file", "px", "nx", "py", "ny", "pz", "nz")
+_UNIT: Final = 1000
+
+
+def file_items(plan: ScenePlan, scene: tuple[str, Path] | None, named: Mapping[Path, Naming]) -> tuple[Item, ...]:
+    """A row a file, the scene's own first.
+
+    Args:
+        plan: of the scene.
+        scene: the scene's own file as messages have it, and where it is; None: it is in none.
+        named: what was read on the way to the plan.
+    """
+    used = {plan.files[index].path: use for index, use in _uses(plan).items()}
+    by_uri = {naming.uri: path for path, naming in named.items()}
+    files = {path: naming.uri for path, naming in named.items()} | {file.path: file.uri for file in plan.files}
+    found = [] if scene is None else [_item(scene[0], scene[1], "scene", (), ())]
+    for path, uri in files.items():
+        naming = named.get(path)
+        by = () if naming is None else tuple(naming.by)
+        role, names = used.get(path, ("" if naming is None else naming.role, ()))
+        if not role:
+            # What nothing of the plan has is part of what names it: a material file, a texture, an SRDF.
+            owner = used.get(next((by_uri[name] for name in by if name in by_uri), path), ("other", ()))[0]
+            role = "texture" if path.suffix.lower() in _IMAGES else owner
+        found.append(_item(uri, path, role, by, names))
+    return tuple(found)
+
+
+def _uses(plan: ScenePlan) -> dict[int, tuple[str, tuple[str, ...]]]:
+    """What the files of a plan are for, by index, and the names of what has them."""
+    found: dict[int, tuple[str, dict[str, None]]] = {}
+    for role, value, name in _values(plan):
+        for index in value.bounds.alternatives or ():
+            found.setdefault(int(index), (role, {}))[1][name] = None
+    return {index: (role, tuple(names)) for index, (role, names) in found.items()}
+
+
+def _values(plan: ScenePlan) -> Iterator[tuple[str, Value, str]]:
+    """Every value that names files: what these are for, the value, and what has it."""
+    for entity in plan.entities:
+        yield from _of_entity(entity, plan)
+    for light in plan.lights:
+        texture = getattr(light.light, "texture", None)
+        if isinstance(texture, Texture):
+            yield "texture", texture.file, light.name
+    around = plan.environment and plan.environment.map
+    for name in _MAPS:
+        value = getattr(around, name, None)
+        if isinstance(value, Value):
+            yield "environment", value, "environment"
+
+
+def _of_entity(entity: Entity, plan: ScenePlan) -> Iterator[tuple[str, Value, str]]:
+    for structure in entity.structures:
+        if isinstance(structure, ArticulationStructure) and structure.file is not None:
+            yield "robot", structure.file, entity.name
+    for body in entity.bodies:
+        for shape in (*body.collisions, *body.visuals):
+            file = getattr(shape.geometry, "file", None)
+            if isinstance(file, Value):
+                yield "mesh", file, entity.name
+    for index in used_materials(entity)["visual"]:
+        for texture in plan.visual_materials[index].textures().values():
+            yield "texture", texture.file, entity.name
+
+
+def _item(uri: str, path: Path, role: str, by: tuple[str, ...], names: tuple[str, ...]) -> Item:
+    facts = [Fact("path", str(path), "")]
+    read = _read(path)
+    if read is None:
+        facts += [Fact("bytes", None, "cannot be read any more"), Fact("sha256", None, "")]
+    else:
+        size, digest = read
+        facts += [Fact("bytes", size, _size(size)), Fact("sha256", digest, digest[:16])]
+    facts += [
+        Fact("named_by", list(by), "" if names else ", ".join(by)),
+        Fact("used_by", list(names), some_words(names)),
+    ]
+    return Item(uri, role, tuple(facts))
+
+
+def _read(path: Path) -> tuple[int, str] | None:
+    """Size [bytes] and SHA-256 of a file; None where it is gone."""
+    size, digest = 0, sha256()
+    try:
+        with open_regular(path) as file:
+            while part := file.read(1 << 20):
+                size += len(part)
+                digest.update(part)
+    except OSError:
+        return None
+    return size, digest.hexdigest()
+
+
+def _size(count: int) -> str:
+    number, unit = float(count), "B"
+    for larger in ("kB", "MB", "GB"):
+        if number < _UNIT:
+            break
+        number, unit = number / _UNIT, larger
+    return f"{number:.4g} {unit}"
+
+
+def inspect_scene(
+    source: Source,
+    *,
+    scene: int | None = None,
+    entity: str | None = None,
+    depth: int | None = None,
+    build: bool = True,
+    found: list[Diagnostic] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    **options: Unpack[CompileOptions],
+) -> Item:
+    """Everything that is said of a scene, as a tree; `scenecc inspect` prints this. Other arguments: as `validate`.
+
+    Args:
+        source: as for `validate`.
+        scene: the one that is told; None: what all of them can be.
+        entity: the name of an entity, or a pattern of names (`*`, `?`, `[…]`): nothing else is told.
+        depth: how far below the scene the tree goes; None: to its end.
+        build: ask the engine for masses, and for sizes of meshes and articulations, in `scene` or else in the first
+            scene that each entity is in. No render device is needed. Otherwise they are told where the file says them.
+        found: takes the warnings and notes.
+        progress: called with (scenes done, scenes in all) while the engine builds.
+        options: those of `CompileOptions`.
+
+    Raises:
+        SceneError: the scene, the engine or the machine is at fault; there is no such scene or entity.
+        ValueError: an argument is out of its range.
+    """
+    sink = Sink()
+    asked = Options.of(**options)
+    done = compiled(source, asked, sink)
+    plan = done.plan
+    chosen = _chosen(plan, scene, entity, sink)
+    made = _made(plan, chosen, scene, sink, progress) if build and chosen else {}
+    if entity is not None:
+        item = entities_item(chosen, plan, scene=scene, made=made)
+    else:
+        listed, files = compiled_params(done, asked.limits), _files(done)
+        item = scene_item(plan, scene=scene, made=made, params=listed, given=asked.params, files=files)
+    if found is not None:
+        found += sink.diagnostics()
+    return item if depth is None else item.cut(depth)
+
+
+def _chosen(plan: ScenePlan, scene: int | None, entity: str | None, sink: Sink) -> list[Entity]:
+    """The entities that are told. Raises SceneError where what was asked for is not there."""
+    if scene is not None:
+        select_scenes(str(integer(scene, "scene", 0)), plan.num_scenes, sink, "--scene")
+        if sink.failed:
+            raise SceneError(sink.diagnostics())
+    chosen = matching(plan, entity, scene)
+    if entity is not None and not chosen:
+        where = "" if scene is None else f" in scene {scene}"
+        hint = suggest(entity, [one.name for one in matching(plan, None, scene)])
+        sink.report("SC910", f"no entity{where} is called `{cut(entity)}`", Location("--entity"), hint=hint)
+        raise SceneError(sink.diagnostics())
+    return chosen
+
+
+def _made(
+    plan: ScenePlan,
+    entities: list[Entity],
+    scene: int | None,
+    sink: Sink,
+    progress: Callable[[int, int], None] | None,
+) -> dict[str, Made]:
+    """Some entities as the engine has them, by name."""
+    from scenecc.backends.sapien.measure import measure
+
+    first = {one.name: one.scene_idxs[0] if scene is None else scene for one in entities}
+    idxs = sorted({*first.values()})
+    with instantiated(
+        plan, sink, backend="cpu", scene_idxs=idxs, render=False, audit="off", progress=progress
+    ) as batch:
+        measured = measure(batch)
+    return {
+        one.entity.name: (at.index, one)
+        for at in measured.scenes
+        for one in at.entities
+        if first.get(one.entity.name) == at.index
+    }
+
+
+def _files(done: Compiled) -> tuple[Item, ...]:
+
+    document = done.document
+    top = (document.name, document.path) if document is not None and document.name and document.path else None
+    return file_items(done.plan, top, done.scope.memory.named)

@@ -1,0 +1,339 @@
+"""Bodies as shapes that can be drawn, as plain triangles, and where they stand in one scene or several side by side."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import numpy as np
+
+from scenecc.diagnostics.frozen import frozen
+from scenecc.meshes import primitives
+from scenecc.meshes.files import MeshFiles
+from scenecc.meshes.surface import Look, MeshProblem, Part, Shape
+from scenecc.meshes.textures import Looks
+from scenecc.plan import Box, Capsule, Cylinder, Mesh, Sphere, TiledPlane, VisualPlane
+from scenecc.plan.extent import pose_matrix
+from scenecc.plan.pictured import COLLISION_COLORS
+from scenecc.plan.pose import IDENTITY_POSE, Pose7
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from numpy.typing import NDArray
+
+    from scenecc.diagnostics import Origin
+    from scenecc.meshes.surface import Surface, Vec3
+    from scenecc.plan import BodyStructure, ScenePlan, VisualShape
+    from scenecc.plan.measured import MeasuredBody, MeasuredEntity, MeasuredScene, MeasuredShape
+
+
+_COLLISION_LOOKS: Final = {kind: Look(base_color=color) for kind, color in COLLISION_COLORS.items()}
+
+_SIZES: Final[dict[type, Callable[[Any, int], tuple[Any, ...]]]] = {
+    Box: lambda g, row: (primitives.box(), tuple(g.half_size.row(row))),
+    Sphere: lambda g, row: (primitives.sphere(), (g.radius.row(row),) * 3),
+    Cylinder: lambda g, row: (
+        primitives.cylinder(),
+        (g.half_length.row(row), g.radius.row(row), g.radius.row(row)),
+    ),
+    VisualPlane: lambda g, row: (primitives.plane(), (1.0, *g.half_size.row(row))),
+}
+"""Primitives that are one surface, scaled."""
+
+
+class Drawer:
+    """Draws the bodies of a plan. What several shapes have in common is one object, files are read once."""
+
+    def __init__(self, plan: ScenePlan, told: Callable[[MeshProblem, Origin | None], None]) -> None:
+        """`told` takes what is left out, each once, and the shape that first had it."""
+        self._plan = plan
+        self._now: Origin | None = None
+        self._looks = Looks(plan, lambda problem: told(problem, self._now))
+        self._files = MeshFiles()
+        self._sized: dict[tuple[float, ...], Surface] = {}
+        self._meshes: dict[str, Surface] = {}
+        self._flat: dict[Surface, Surface] = {}
+
+    def visuals(self, body: BodyStructure, row: int) -> tuple[Shape, ...]:
+        """What is seen of a body in a row of its entity; nothing where its visibility is 0.
+
+        Raises:
+            MeshProblem: a file cannot be shown, or a package is missing. `Drawer.at` is the shape that has it.
+        """
+        visibility = 1.0 if body.visibility is None else float(body.visibility.row(row))
+        if visibility == 0:
+            return ()
+        flat = body.shading_mode is not None and int(body.shading_mode.row(row)) == 1
+        return tuple(self._visual(shape, row, visibility, flat=flat) for shape in body.visuals)
+
+    def collisions(self, body: MeasuredBody) -> tuple[Shape, ...]:
+        """The colliding shapes of a body, meshes as they were cooked."""
+        return tuple(self.collision(shape, body) for shape in body.shapes)
+
+    @property
+    def at(self) -> Origin | None:
+        """The shape that was drawn last."""
+        return self._now
+
+    def _visual(self, shape: VisualShape, row: int, visibility: float, *, flat: bool) -> Shape:
+        self._now = shape.origin
+        own = None if shape.material is None else self._looks.look(shape.material, row)
+        parts, scale = self._parts(shape.geometry, row, own)
+        if visibility != 1 or flat:
+            shown = [self._shaded(part.surface, flat=flat) for part in parts]
+            looks = [replace(part.look, visibility=visibility) for part in parts]
+            parts = tuple(map(Part, shown, looks))
+        mirrored = isinstance(shape.geometry, Mesh) and scale[0] * scale[1] * scale[2] < 0
+        turned = shape.front_face is not None and (shape.front_face == "clockwise") != mirrored
+        pose = IDENTITY_POSE if shape.pose is None else _pose(shape.pose.row(row))
+        kind = _WORDS[type(shape.geometry)]
+        return Shape(shape.name or "", kind, parts, pose, scale, turned, origin=shape.origin)
+
+    def _parts(self, geometry: Any, row: int, own: Look | None) -> tuple[tuple[Part, ...], Vec3]:
+        """A geometry's surfaces and looks, and its scale."""
+        if isinstance(geometry, Mesh):
+            parts = self._files.parts(self._plan.files[int(geometry.file.row(row))])
+            if own is not None:
+                parts = tuple(Part(part.surface, own) for part in parts)
+            return parts, _vec3(geometry.scale.row(row))
+        look = own or Look()
+        if isinstance(geometry, Capsule):
+            capsule = self._capsule(float(geometry.radius.row(row)), float(geometry.half_length.row(row)))
+            return (Part(capsule, look),), (1.0, 1.0, 1.0)
+        if isinstance(geometry, TiledPlane):
+            u, v = map(float, geometry.texture_repeat.row(row))
+            x, y = map(float, geometry.half_size.row(row))
+            return (Part(primitives.tiled_plane((u, v)), look),), (x, y, 1.0)
+        surface, scale = _SIZES[type(geometry)](geometry, row)
+        return (Part(surface, look),), _vec3(scale)
+
+    def _capsule(self, radius: float, half_length: float) -> Surface:
+        key = (radius, half_length)
+        if key not in self._sized:
+            self._sized[key] = primitives.capsule(radius, half_length)
+        return self._sized[key]
+
+    def _shaded(self, surface: Surface, *, flat: bool) -> Surface:
+        return self._flat.setdefault(surface, replace(surface, normals=None)) if flat else surface
+
+    def collision(self, shape: MeasuredShape, body: MeasuredBody) -> Shape:
+        """One of them."""
+        scale: Vec3 = (1.0, 1.0, 1.0)
+        match shape.kind, shape.sizes:
+            case "box", (x, y, z):
+                surface, scale = primitives.box(), (x, y, z)
+            case "sphere", (radius,):
+                surface, scale = primitives.sphere(), (radius, radius, radius)
+            case "capsule", (radius, half_length):
+                surface = self._capsule(radius, half_length)
+            case "cylinder", (radius, half_length):
+                surface, scale = primitives.cylinder(), (half_length, radius, radius)
+            case "plane", _:
+                surface = primitives.plane()
+            case _:
+                surface = self._cooked(shape)
+        parts = (Part(surface, _COLLISION_LOOKS[body.body_type]),)
+        endless = shape.kind == "plane"
+        return Shape("", shape.kind, parts, shape.pose, scale, endless=endless, origin=shape.shape.origin)
+
+    def _cooked(self, shape: MeasuredShape) -> Surface:
+        mesh = shape.mesh
+        assert mesh is not None  # of every shape that is no primitive
+        if mesh.digest not in self._meshes:
+            self._meshes[mesh.digest] = primitives.surface(mesh.vertices, mesh.triangles, None, None)
+        return self._meshes[mesh.digest]
+
+
+_WORDS: Final = {
+    Box: "box",
+    Sphere: "sphere",
+    Capsule: "capsule",
+    Cylinder: "cylinder",
+    VisualPlane: "plane",
+    TiledPlane: "tiled_plane",
+    Mesh: "mesh",
+}
+
+
+def _pose(row: Any) -> Pose7:
+    x, y, z, qw, qx, qy, qz = map(float, row)
+    return x, y, z, qw, qx, qy, qz
+
+
+def _vec3(row: Any) -> Vec3:
+    x, y, z = map(float, row)
+    return x, y, z
+
+
+_MARGIN: Final = 0.1
+"""Of what a scene takes, on each of its sides."""
+
+_SMALLEST: Final = 0.5
+"""Half the side of a plane at least [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnBody:
+    """A body and its shapes.
+
+    Attributes:
+        place: (4, 4) in its scene.
+        corners: (·, 3) of boxes around all surfaces that are no planes, in its scene [m].
+    """
+
+    body: MeasuredBody
+    shapes: tuple[Shape, ...]
+    place: NDArray[np.float64]
+    corners: NDArray[np.float64]
+
+    @staticmethod
+    def of(body: MeasuredBody, shapes: tuple[Shape, ...]) -> DrawnBody:
+        """A body where it was measured."""
+        place = pose_matrix(body.pose)
+        corners = [
+            _corners(part.surface, place, shape) for shape in shapes if shape.kind != "plane" for part in shape.parts
+        ]
+        return DrawnBody(body, shapes, place, np.concatenate([np.zeros((0, 3)), *corners]))
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnEntity:
+    """An entity and its bodies, in the order of the plan."""
+
+    measured: MeasuredEntity
+    bodies: tuple[DrawnBody, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnScene:
+    """A scene and its entities."""
+
+    scene: MeasuredScene
+    entities: tuple[DrawnEntity, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """The room that each scene has: (2,) lowest and highest x and y from the scene's origin [m]."""
+
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+    @property
+    def half(self) -> float:
+        """Of its shorter side [m]."""
+        return float((self.high - self.low).min()) / 2
+
+    def origins(self, count: int) -> NDArray[np.float64]:
+        """(count, 3) where the origins of as many scenes are: row by row, as one reads, seen from above [m]."""
+        columns = math.ceil(math.sqrt(count))
+        row, column = np.divmod(np.arange(count), columns)
+        x, y = self.high - self.low
+        return np.stack([column * x, -row * y, np.zeros(count)], axis=1)
+
+
+def draw_scene(drawer: Drawer, scene: MeasuredScene, show: Literal["visual", "collision"]) -> DrawnScene:
+    """A scene's bodies as they are seen, or as they collide.
+
+    Raises:
+        MeshProblem: a file cannot be shown, or a package is missing. `Drawer.at` is the shape that has it.
+    """
+    entities: list[DrawnEntity] = []
+    for entity in scene.entities:
+        bodies: list[DrawnBody] = []
+        for body in entity.bodies:
+            shapes = drawer.visuals(body.body, entity.row) if show == "visual" else drawer.collisions(body)
+            bodies.append(DrawnBody.of(body, shapes))
+        entities.append(DrawnEntity(entity, tuple(bodies)))
+    return DrawnScene(scene, tuple(entities))
+
+
+def cell_of(scenes: tuple[DrawnScene, ...]) -> Cell:
+    """A room for each scene that holds what any of them has, planes left out."""
+    every = corners_of(scenes)[:, :2]
+    if not len(every):
+        return Cell(np.full(2, -1.0), np.full(2, 1.0))
+    low, high = every.min(axis=0), every.max(axis=0)
+    margin = np.maximum((high - low) * _MARGIN, _SMALLEST / 2)
+    return Cell(low - margin, high + margin)
+
+
+def reach(scene: DrawnScene, place: NDArray[np.float64]) -> float:
+    """Half the side of an endless plane that reaches below all of a scene [m]. `place`: its own."""
+    corners = corners_of([scene])
+    if not len(corners):
+        return _SMALLEST
+    far = np.linalg.norm(corners - place[:3, 3], axis=1).max()
+    return max(_SMALLEST, float(far) * (1 + _MARGIN))
+
+
+def cut(shape: Shape, half: float) -> Shape:
+    """A plane with sides of at most twice `half` [m]."""
+    x, y, z = shape.scale
+    return replace(shape, scale=(x, half, half) if shape.endless else (x, min(y, half), min(z, half)))
+
+
+def bounded(shape: Shape, body: DrawnBody, scene: DrawnScene, half: float | None) -> Shape:
+    """The shape; of a plane as much as there is room for.
+
+    Args:
+        shape: of the body.
+        body: in the scene.
+        scene: as it was drawn.
+        half: of the side of the scene's cell [m]; None: it has none, and only endless planes are cut.
+    """
+    if shape.kind != "plane" or (half is None and not shape.endless):
+        return shape
+    return cut(shape, reach(scene, body.place @ pose_matrix(shape.pose)) if half is None else half)
+
+
+def corners_of(scenes: Iterable[DrawnScene]) -> NDArray[np.float64]:
+    """(·, 3) corners of all bodies of scenes, each in its own [m]. Planes have none."""
+    corners = [body.corners for scene in scenes for entity in scene.entities for body in entity.bodies]
+    return np.concatenate([np.zeros((0, 3)), *corners])
+
+
+def _corners(surface: Surface, body: NDArray[np.float64], shape: Shape) -> NDArray[np.float64]:
+    """(8, 3) of the box around a surface along its own axes."""
+    ends = np.array([surface.vertices.min(axis=0), surface.vertices.max(axis=0)], np.float64)
+    place = body @ pose_matrix(shape.pose)
+    return (np.array(list(product(*ends.T))) * shape.scale) @ place[:3, :3].T + place[:3, 3]
+
+
+@frozen
+class Baked:
+    """Triangles in the frame of their shape.
+
+    Attributes:
+        vertices: (V, 3) float64 [m].
+        faces: (F, 3) int64, counterclockwise from where they are seen.
+        normals: (V, 3) float64 of unit length; None: every triangle is flat.
+        uvs: (V, 2) float64 from the image's top left corner; None: (0, 0) everywhere.
+    """
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int64]
+    normals: NDArray[np.float64] | None
+    uvs: NDArray[np.float64] | None
+    look: Look
+
+
+def baked(shape: Shape) -> tuple[Baked, ...]:
+    """The parts of a shape, its scale taken in and its pose not."""
+    scale = np.array(shape.scale)
+    inside_out = (np.prod(scale) < 0) != shape.turned
+    found: list[Baked] = []
+    for part in shape.parts:
+        surface = part.surface
+        faces = surface.faces[:, ::-1] if inside_out else surface.faces
+        normals = None
+        if surface.normals is not None:
+            normals = surface.normals / scale  # as normals go: by the inverse, transposed
+            normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+            normals *= -1 if shape.turned else 1
+        uvs = None if surface.uvs is None else surface.uvs.astype(np.float64)
+        found.append(Baked(surface.vertices.astype(np.float64) * scale, faces, normals, uvs, part.look))
+    return tuple(found)

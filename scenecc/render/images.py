@@ -1,0 +1,278 @@
+"""Pictures as files: what a camera measures as pixels, contact sheets, and the bytes of PNG, GIF and MP4.
+
+Takes arrays and knows nothing of scenes. Pillow and ffmpeg are loaded when something is drawn or written.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from contextlib import contextmanager, suppress
+from fractions import Fraction
+from importlib import import_module
+from importlib.util import find_spec
+from io import BytesIO
+from itertools import chain, pairwise
+from math import ceil, sqrt
+from subprocess import DEVNULL, PIPE
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import numpy as np
+
+from scenecc.interrupt import child
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Iterable, Sequence
+
+    from numpy.typing import NDArray
+    from PIL import Image as Images
+
+
+What = Literal["color", "depth", "segmentation", "normal"]
+
+WHATS: Final[tuple[What, ...]] = ("color", "depth", "segmentation", "normal")
+
+_MILLIMETRES: Final = 1000.0
+_FARTHEST: Final = 65535
+
+
+def encoded(what: What, pixels: NDArray[Any]) -> NDArray[Any]:
+    """The pixels of a PNG: (H, W) uint16 of a depth [mm], otherwise (H, W, 3) uint8.
+
+    Args:
+        what: what the picture shows.
+        pixels: (H, W, C) as a camera gives them.
+    """
+    return millimetres(pixels) if what == "depth" else shown(what, pixels)
+
+
+def shown(what: What, pixels: NDArray[Any]) -> NDArray[np.uint8]:
+    """The pixels of a film (H, W, 3): as `encoded`, a depth in shades of grey."""
+    if what == "color":
+        # Cut off, not rounded: as in SAPIEN's examples and in ManiSkill.
+        return (np.clip(pixels[..., :3], 0, 1) * 255).astype(np.uint8)
+    if what == "depth":
+        return _grey(pixels[..., 0])
+    if what == "segmentation":
+        return colors(pixels[..., 0])
+    return _normal(pixels)
+
+
+def millimetres(depth: NDArray[Any]) -> NDArray[np.uint16]:
+    """A depth (H, W, 1) [m] as (H, W) [mm]: 0 where there is nothing, 65535 from 65.535 m on."""
+    return np.clip(np.rint(depth[..., 0] * _MILLIMETRES), 0, _FARTHEST).astype(np.uint16)
+
+
+def colors(ids: NDArray[Any]) -> NDArray[np.uint8]:
+    """The colour (…, 3) of each id: that of PASCAL VOC, and so another one for every id below 2²⁴. 0 is black.
+
+    The bits of an id are dealt to red, green and blue in turn, the lowest first, and into each from the highest down.
+    """
+    bits = np.asarray(ids, np.uint32)
+    found = np.zeros((*bits.shape, 3), np.uint8)
+    for place in range(8):
+        for channel in range(3):
+            bit = (bits >> np.uint32(3 * place + channel)) & np.uint32(1)
+            found[..., channel] |= (bit << np.uint32(7 - place)).astype(np.uint8)
+    return found
+
+
+def ids_of(pixels: NDArray[np.uint8]) -> NDArray[np.int32]:
+    """The ids (…) whose `colors` these (…, 3) are."""
+    found = np.zeros(pixels.shape[:-1], np.int32)
+    for place in range(8):
+        for channel in range(3):
+            bit = (pixels[..., channel].astype(np.int32) >> (7 - place)) & 1
+            found |= bit << (3 * place + channel)
+    return found
+
+
+def _grey(depth: NDArray[Any]) -> NDArray[np.uint8]:
+    """White at the lens, half as bright a metre away, a third at two, and so on; black where there is nothing."""
+    grey = np.where(depth > 0, np.rint(255 / (1 + np.maximum(depth, 0))), 0).astype(np.uint8)
+    return np.repeat(grey[..., None], 3, axis=2)
+
+
+def _normal(pixels: NDArray[Any]) -> NDArray[np.uint8]:
+    """-1 to 1 of each axis as 0 to 255; black where there is nothing."""
+    nothing = ~pixels.any(axis=2, keepdims=True)
+    return np.where(nothing, 0, np.rint((np.clip(pixels, -1, 1) + 1) * 127.5)).astype(np.uint8)
+
+
+BAR: Final = 18
+"""Height of a label [px]."""
+
+_LETTERS: Final = 12
+_MARGIN: Final = 4
+
+
+def grid_of(count: int) -> tuple[int, int]:
+    """Rows and columns of a sheet of so many pictures: as many columns as rows, or one more."""
+    columns = ceil(sqrt(count))
+    return ceil(count / columns), columns
+
+
+def sheet_size(count: int, width: int, height: int) -> tuple[int, int]:
+    """Width and height [px] of a sheet of `count` pictures of this size."""
+    rows, columns = grid_of(count)
+    return columns * width, rows * (height + BAR)
+
+
+def sheet(tiles: Sequence[NDArray[Any]], labels: Sequence[str]) -> NDArray[Any]:
+    """Pictures (H, W) or (H, W, 3) of one integer type as one; labels are white on black, above each.
+
+    The picture of row r and column c begins at pixel (r · (H + BAR) + BAR, c · W).
+    """
+    rows, columns = grid_of(len(tiles))
+    height, width, *channels = tiles[0].shape
+    whole = np.zeros((rows * (height + BAR), columns * width, *channels), tiles[0].dtype)
+    for number, (tile, label) in enumerate(zip(tiles, labels, strict=True)):
+        top, left = number // columns * (height + BAR), number % columns * width
+        letters = _letters(label, width) * (np.iinfo(whole.dtype).max // 255)
+        whole[top : top + BAR, left : left + width] = letters[..., None] if channels else letters
+        whole[top + BAR : top + BAR + height, left : left + width] = tile
+    return whole
+
+
+def _letters(text: str, width: int) -> NDArray[np.uint16]:
+    """A text (BAR, width), 0 to 255; what does not fit is cut off."""
+    from PIL import Image, ImageDraw, ImageFont
+
+    image = Image.new("L", (width, BAR))
+    draw = ImageDraw.Draw(image)
+    draw.text((_MARGIN, BAR / 2), text, fill=255, font=ImageFont.load_default(_LETTERS), anchor="lm")
+    return np.asarray(image, np.uint16)
+
+
+Film = Literal["gif", "mp4"]
+
+_MOST_IN_A_PALETTE: Final = 255
+_QUALITY: Final = "18"
+"""H.264's rate factor at which people see no loss."""
+
+_COLORS: Final = [
+    *("-vf", "scale=out_color_matrix=bt709:out_range=tv"),
+    *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"),
+]
+"""What players take a film for that says nothing, said and done."""
+
+
+def png(pixels: NDArray[Any]) -> bytes:
+    """A PNG of (H, W) uint16 or (H, W, 3) uint8."""
+    from PIL import Image
+
+    return _saved(Image.fromarray(np.ascontiguousarray(pixels)))
+
+
+def png_of_ids(ids: NDArray[Any]) -> bytes:
+    """A PNG of ids (H, W): with a palette, so that a pixel's value is the id, or in colours where ids go beyond 255."""
+    from PIL import Image
+
+    if ids.max(initial=0) > _MOST_IN_A_PALETTE:
+        return png(colors(ids))
+    image = Image.fromarray(ids.astype(np.uint8))
+    image.putpalette(colors(np.arange(_MOST_IN_A_PALETTE + 1)).tobytes())
+    return _saved(image)
+
+
+def film(kind: Film, frames: Iterable[NDArray[np.uint8]], rate: float, count: int) -> bytes:
+    """A film that plays `rate` frames a second.
+
+    Args:
+        kind: which file.
+        frames: (H, W, 3) each, of one size; taken one after another, and none is kept.
+        rate: [1/s].
+        count: how many there are.
+
+    Raises:
+        OSError: the encoder cannot be run, or fails.
+    """
+    return gif(frames, rate, count) if kind == "gif" else mp4(frames, rate)
+
+
+def gif(frames: Iterable[NDArray[np.uint8]], rate: float, count: int) -> bytes:
+    """A GIF that starts again when it ends, of 256 colours a frame. Equal frames in a row are one that lasts longer."""
+    from PIL import Image
+
+    def small(frame: NDArray[np.uint8]) -> Image.Image:
+        return Image.fromarray(frame).quantize(256, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+
+    # A GIF counts hundredths of a second: what one frame is too short, another is too long.
+    ends = [round(100 * number / rate) for number in range(count + 1)]
+    lasts = [10 * (end - start) for start, end in pairwise(ends)]
+    rest = map(small, frames)
+    first, file = next(rest), BytesIO()
+    first.save(file, "GIF", save_all=True, append_images=rest, duration=lasts, loop=0)
+    return file.getvalue()
+
+
+def mp4(frames: Iterable[NDArray[np.uint8]], rate: float) -> bytes:
+    """An MP4 (H.264, 4:2:0) that every player shows. A width or height that is odd grows by a pixel, its last again.
+
+    Raises:
+        OSError: the encoder cannot be run, or fails.
+    """
+    rest = iter(frames)
+    first = _even(next(rest))
+    with tempfile.TemporaryFile() as file:
+        with _encoder(first.shape[1], first.shape[0], rate, file.fileno()) as put:
+            for frame in chain([first], map(_even, rest)):
+                put(frame)
+        return file.read()
+
+
+@contextmanager
+def _encoder(width: int, height: int, rate: float, film: int) -> Generator[Callable[[NDArray[np.uint8]], object]]:
+    """A running ffmpeg, which takes frames. It is gone when this ends, and has written the film if nothing failed.
+
+    `film` is the descriptor of a file, whose name nobody needs: of a process that is killed, no file is left.
+    """
+    ffmpeg: Any = import_module("imageio_ffmpeg")
+    frame_rate = Fraction(rate).limit_denominator(1000)
+    given = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", str(frame_rate), "-i", "-"]
+    made = ["-c:v", "libx264", "-crf", _QUALITY, "-pix_fmt", "yuv420p", *_COLORS, "-movflags", "+faststart"]
+    try:
+        program = ffmpeg.get_ffmpeg_exe()
+    except RuntimeError as error:
+        raise OSError(str(error)) from error
+    command = [program, "-v", "error", "-y", *given, *made, "-f", "mp4", f"/dev/fd/{film}"]
+    with (
+        tempfile.TemporaryFile() as said,
+        child(command, stdin=PIPE, stdout=DEVNULL, stderr=said, pass_fds=[film]) as process,
+    ):
+        assert process.stdin is not None
+        try:
+            with suppress(BrokenPipeError):  # it has ended, and said why
+                yield process.stdin.write
+                process.stdin.close()
+            if process.wait() != 0 or os.fstat(film).st_size == 0:
+                said.seek(0)
+                words = said.read().decode(errors="replace").strip()
+                raise OSError(f"ffmpeg failed: {words or f'it ended with status {process.returncode}'}")
+        finally:
+            process.kill()  # before what it has not read is written to it
+            with suppress(BrokenPipeError):
+                process.stdin.close()
+
+
+def _even(frame: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    height, width, _ = frame.shape
+    return np.ascontiguousarray(np.pad(frame, ((0, height % 2), (0, width % 2), (0, 0)), "edge"))
+
+
+def _saved(image: Images.Image) -> bytes:
+    file = BytesIO()
+    image.save(file, "PNG", optimize=True)
+    return file.getvalue()
+
+
+INSTALL: Final = "pip install 'scenecc[pictures]'"
+
+_PILLOW: Final = {"PIL": "pillow"}
+_FFMPEG: Final = {"imageio_ffmpeg": "imageio-ffmpeg"}
+
+
+def missing(*, mp4: bool) -> list[str]:
+    """The names of packages that are needed and not installed. `mp4`: whether a film is to be written so."""
+    needed = _PILLOW | _FFMPEG if mp4 else _PILLOW
+    return [name for module, name in needed.items() if find_spec(module) is None]

@@ -1,0 +1,122 @@
+"""Files that are watched for a change."""
+
+from __future__ import annotations
+
+import threading
+from contextlib import suppress
+from typing import TYPE_CHECKING, Final
+
+from watchfiles import watch
+
+from scenecc.interrupt import interrupts_wait
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+    from pathlib import Path
+
+_TOGETHER: Final = 400
+"""How long changes are gathered at most [ms], where one follows the other."""
+
+_QUIET: Final = 20
+"""How long nothing may follow a change before it is told [ms]: an editor writes a file in several steps."""
+
+_ASK: Final = 200
+"""How often files are looked at where nothing is told [ms]: a network drive tells nothing."""
+
+_COARSE: Final = 10_000_000
+"""By how much the time of a file may be behind the clock [ns]."""
+
+_Stamp = tuple[int, int, int, int] | None
+"""Times of the last changes of a file and of its name [ns], its size and its inode; None where there is none."""
+
+
+class FileWatcher:
+    """Watches files, also such as are not there yet. What tells of a change is the file, whoever says it changed."""
+
+    def __init__(self, changed: Callable[[], None]) -> None:
+        """`changed` is called from a thread of its own."""
+        self._changed = changed
+        self._stamps: dict[Path, _Stamp] = {}
+        self._folders: frozenset[Path] = frozenset()
+        self._lock = threading.Lock()
+        self._stop = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    @interrupts_wait()
+    def see(self, files: Iterable[Path], since: int | None = None) -> None:
+        """Watches these files in place of those before.
+
+        Args:
+            files: to watch.
+            since: changes of new ones count from then on, nanoseconds as of `time.time_ns`; None: from now on.
+        """
+        with self._lock:
+            before = self._stamps
+            self._stamps = {file: before[file] if file in before else _stamp(file, since) for file in files}
+            folders = frozenset(_nearest(file.parent) for file in self._stamps)
+        if folders != self._folders:
+            self.close()
+            self._folders = folders
+            self._stop = threading.Event()
+            self._thread = threading.Thread(
+                target=self._run, args=(folders, self._stop), name="scenecc watch", daemon=True
+            )
+            self._thread.start()
+
+    @interrupts_wait()
+    def close(self) -> None:
+        """Ends the watch."""
+        self._stop.set()
+        if self._thread is not None:
+            self._thread.join()
+        self._thread = None
+
+    def _run(self, folders: frozenset[Path], stop: threading.Event) -> None:
+        for _ in _moments(folders, stop):
+            self._look()
+
+    def _look(self) -> None:
+        with self._lock:
+            now = {file: _stamp(file) for file in self._stamps}
+            changed = now != self._stamps
+            self._stamps = now
+        if changed:
+            self._changed()
+
+
+def _moments(folders: frozenset[Path], stop: threading.Event) -> Iterator[None]:
+    """When to look at files: when something in their folders has changed, and now and then."""
+    # A folder may be gone by now or not be readable, and the system watches so many folders and no more.
+    with suppress(OSError, RuntimeError):
+        for _ in watch(
+            *folders,
+            watch_filter=None,
+            debounce=_TOGETHER,
+            step=_QUIET,
+            stop_event=stop,
+            rust_timeout=_ASK,
+            yield_on_timeout=True,
+            raise_interrupt=False,
+            recursive=False,
+        ):
+            yield
+    while not stop.wait(_ASK / 1000):
+        yield
+
+
+def _stamp(file: Path, since: int | None = None) -> _Stamp:
+    """As a file is; as none can be, where it has changed since then."""
+    try:
+        status = file.stat()
+    except OSError:
+        return None
+    if since is not None and status.st_ctime_ns >= since - _COARSE:
+        return (-1, -1, -1, -1)
+    return status.st_mtime_ns, status.st_ctime_ns, status.st_size, status.st_ino
+
+
+def _nearest(folder: Path) -> Path:
+    """The folder, or the nearest one above it that is there."""
+    while not folder.is_dir() and folder != folder.parent:
+        folder = folder.parent
+    return folder

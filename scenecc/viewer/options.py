@@ -1,0 +1,64 @@
+"""What is looked at, and where a page is shown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from ipaddress import ip_address
+from typing import Final
+
+_LAST_PORT: Final = 65535
+
+
+@dataclass(frozen=True, slots=True)
+class ViewOptions:
+    """What of a scene file is shown.
+
+    Attributes:
+        scene: index of the scene that is shown.
+        grid: show all scenes, side by side.
+        visual: show bodies as they are seen.
+        collision: show what of them collides.
+        frames: show the axes of each body and link.
+        names: show their names.
+        shadows: draw shadows: what a browser that draws without a GPU takes longest for.
+    """
+
+    scene: int = 0
+    grid: bool = False
+    visual: bool = True
+    collision: bool = False
+    frames: bool = False
+    names: bool = False
+    shadows: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class PageAddress:
+    """Where a page is served.
+
+    Attributes:
+        host: the address to listen at. At a loopback address, only pages of this machine's own may talk to it.
+        port: to listen at; 0: any that is free; None: 8080, or the next one that is free.
+        token: what a page's address must carry; None: whoever reaches the address may use the page.
+
+    Raises:
+        ValueError: there is no such port, or the token has no characters or some beyond ASCII.
+    """
+
+    host: str = "127.0.0.1"
+    port: int | None = None
+    token: str | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.port is not None and not 0 <= self.port <= _LAST_PORT:
+            raise ValueError(f"a port is 0 to {_LAST_PORT}, not {self.port}")
+        if self.token is not None and not (self.token.isascii() and self.token):
+            raise ValueError("a token is one or more ASCII characters")
+
+    @property
+    def is_local(self) -> bool:
+        """Whether nobody but this machine reaches the address."""
+        try:
+            return self.host == "localhost" or ip_address(self.host).is_loopback
+        except ValueError:  # the name of a machine
+            return False

@@ -1,0 +1,186 @@
+"""A scene on a page, live or as a file."""
+
+from __future__ import annotations
+
+import os
+import socket
+from contextlib import closing, contextmanager, suppress
+from importlib.util import find_spec
+from io import BytesIO, StringIO
+from os import PathLike, fspath
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
+
+from typing_extensions import Unpack
+
+from scenecc.diagnostics import Location, Sink
+from scenecc.errors import SceneError
+from scenecc.options import CompileOptions, Options, integer
+from scenecc.viewer.options import PageAddress, ViewOptions
+from scenecc.viewer.world import load
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Sequence
+
+    import viser
+
+    from scenecc.diagnostics import Diagnostic
+    from scenecc.pipeline import Source
+
+
+def view_scene(
+    source: Source,
+    *,
+    look: ViewOptions | None = None,
+    place: PageAddress | None = None,
+    ready: Callable[[str], None] | None = None,
+    told: Callable[[Sequence[Diagnostic]], None] | None = None,
+    **options: Unpack[CompileOptions],
+) -> None:
+    """Shows a scene on a page in the browser until it is interrupted, and again whenever its file changes.
+
+    A scene that is at fault when it starts is shown as the text of its errors, and as a scene once they are mended.
+    Other arguments are those of `validate`.
+
+    Args:
+        source: as for `validate`; a path is watched, with every file that it uses.
+        look: what is shown at first.
+        place: where the page is served.
+        ready: told the address of the page once somebody can open it.
+        told: told what was found, whenever the scene was compiled or built.
+        options: those of `CompileOptions`.
+
+    Raises:
+        SceneError: the page cannot be served: a package is missing, or the address cannot be had.
+        ValueError: an argument is out of its range.
+    """
+    _need_packages()
+    from scenecc.viewer.session import Session
+
+    look, place = look or ViewOptions(), place or PageAddress()
+    asked = Options.of(**options)
+    path = Path(fspath(source)).absolute() if isinstance(source, str | PathLike) else None
+    label = "scenecc" if path is None else f"scenecc: {path.stem}"
+    with (
+        _served(place, label) as server,
+        closing(Session(server, _again(source), asked, look, path=path, told=told or _untold)) as session,
+    ):
+        session.serve(lambda: (ready or _untold)(address(place, server.get_port())))
+
+
+def export_page(
+    source: Source,
+    *,
+    look: ViewOptions | None = None,
+    steps: int = 0,
+    found: list[Diagnostic] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    **options: Unpack[CompileOptions],
+) -> str:
+    """A scene as one page of HTML that needs nothing else, no network and no server. Other arguments: as `validate`.
+
+    Args:
+        source: as for `validate`.
+        look: what is shown.
+        steps: of the simulation, which the page plays; 0: the scene stands still.
+        found: takes the warnings and notes.
+        progress: called with (scenes done, scenes in all) while the engine builds, and with steps after that.
+        options: those of `CompileOptions`.
+
+    Raises:
+        SceneError: the scene, the engine or the machine is at fault, or there is no such scene.
+        ValueError: an argument is out of its range.
+    """
+    _need_packages()
+    from scenecc.viewer.world import World, check_scene, record
+
+    look = look or ViewOptions()
+    steps = integer(steps, "steps", 0)
+    asked = Options.of(**options)
+    loading = load(source, asked, {})
+    if loading.loaded is None:
+        raise SceneError(loading.diagnostics)
+    check_scene(look, loading.loaded.plan)
+    world = World(loading.loaded, look, progress)
+    try:
+        # viser writes a page from what a server shows; nobody is told of this one.
+        with _served(PageAddress(port=0), loading.loaded.plan.name) as server:
+            page = record(server, world, look, steps, progress)
+    finally:
+        world.close()
+    if found is not None:
+        found += loading.loaded.sink.diagnostics()
+    return page
+
+
+@contextmanager
+def _served(place: PageAddress, label: str) -> Generator[viser.ViserServer]:
+    from scenecc.interrupt import interrupts_wait
+    from scenecc.viewer.server import close_server
+
+    server: viser.ViserServer | None = None
+    try:
+        # Half of a server is nothing that could be stopped.
+        with interrupts_wait():
+            server = _opened(place, label)
+        yield server
+    finally:
+        if server is not None:
+            close_server(server)
+
+
+def _opened(place: PageAddress, label: str) -> viser.ViserServer:
+    """Raises SceneError if the address or the port cannot be had."""
+    from scenecc.viewer.server import open_server
+
+    try:
+        return open_server(place, label)
+    except OSError as error:
+        where = place.host if place.port is None else f"{place.host}, port {place.port}"
+        # Of a name that nobody knows, the number is none of the system's.
+        known = error.errno is not None and error.errno > 0
+        reason = os.strerror(error.errno) if known and error.errno else error.strerror or str(error)
+        sink = Sink()
+        hint = "take another with `--port`, or leave it out for one that is free"
+        sink.report("SC815", f"no page can be served at {where}: {reason}", Location("--port"), hint=hint)
+        raise SceneError(sink.diagnostics()) from error
+
+
+def address(place: PageAddress, port: int) -> str:
+    """What a browser opens: on this machine, and on others if they reach it."""
+    host = _own_address(place.host) if place.host in {"0.0.0.0", "::"} else place.host  # noqa: S104 - compared
+    token = "" if place.token is None else f"/?token={quote(place.token, safe='')}"
+    return f"http://{f'[{host}]' if ':' in host else host}:{port}{token}"
+
+
+def _own_address(anywhere: str) -> str:
+    """The address of this machine by which it talks to the network."""
+    family, far = (socket.AF_INET6, "2001:db8::1") if ":" in anywhere else (socket.AF_INET, "192.0.2.1")
+    with suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as probe:
+        probe.connect((far, 9))  # sends nothing
+        return str(probe.getsockname()[0])
+    return "localhost"
+
+
+def _again(source: Source) -> Callable[[], Source]:
+    """The source as often as it is wanted: a stream is read once."""
+    if not hasattr(source, "read"):
+        return lambda: source
+    stream: Any = source
+    content = stream.read()
+    return lambda: BytesIO(content) if isinstance(content, bytes) else StringIO(content)
+
+
+def _need_packages() -> None:
+    lacking = [name for name in ("viser", "watchfiles") if find_spec(name) is None]
+    if lacking:
+        sink = Sink()
+        message = f"a page needs {' and '.join(lacking)}, not installed here"
+        sink.report("SC816", message, Location("scenecc"), hint='run `pip install "scenecc[view]"`')
+        raise SceneError(sink.diagnostics())
+
+
+def _untold(what: object) -> None:
+    """What nobody is told."""
+    del what

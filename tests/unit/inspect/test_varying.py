@@ -1,0 +1,165 @@
+"""What differs between the scenes of an object, by the names of a scene file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from scenecc.diagnostics import Origin
+from scenecc.inspect.varying import VaryingField, entity_fields
+from scenecc.plan import (
+    AssetFile,
+    BodyStructure,
+    Box,
+    CollisionShape,
+    ConvexMesh,
+    Entity,
+    Inertial,
+    PhysicalMaterial,
+    Physics,
+    ScenePlan,
+    Sphere,
+    Value,
+    VisualMaterial,
+    VisualShape,
+    constant,
+    per_scene,
+    varying,
+)
+from scenecc.variation.bounds import ValueBounds
+from scenecc.variation.nodes import Drawn, Key
+
+SCENES = (0, 1, 2)
+HERE = [0, 0, 1, 1, 0, 0, 0]
+
+
+def never() -> np.ndarray:
+    raise AssertionError("nothing is drawn")
+
+
+def between(low: float, high: float, **more: object) -> Value:
+    return varying(never, bounds=ValueBounds(None, low, high, True), rows=3, **more)  # type: ignore[arg-type]
+
+
+def differing(structure: BodyStructure, *, pose: Value | None = None, **tables: object) -> dict[str, str]:
+    entity = Entity("thing", SCENES, pose or constant(HERE), (structure,))
+    plan = ScenePlan("plan", 3, (entity,), Physics(), **tables)  # type: ignore[arg-type]
+    return {field.field: field.values for field in entity_fields(entity, plan).varying}
+
+
+BOX = CollisionShape(Box(constant([1, 1, 1])))
+
+
+def test_what_is_the_same_everywhere_does_not_differ() -> None:
+    entity = Entity("thing", SCENES, constant(HERE), (BodyStructure("dynamic", (BOX,), mass=constant(2)),))
+    fields = entity_fields(entity, ScenePlan("plan", 3, (entity,), Physics()))
+    assert (fields.count, fields.varying) == (4, ())
+
+
+def test_a_field_is_called_as_in_the_file_and_nothing_is_drawn() -> None:
+    origin = Origin("scene.yaml", ("entities", "thing", "shapes", 0))
+    shape = Box(varying(never, bounds=ValueBounds(None, (1, 1, 1), (2, 2, 2), True), rows=3))
+    structure = BodyStructure(
+        "dynamic",
+        (CollisionShape(shape, density=between(1, 5), origin=origin),),
+        (VisualShape(shape, origin=origin),),
+        mass=between(0.5, 2),
+        disable_gravity=per_scene([True, False, False], "bool"),
+        inertial=Inertial(between(1, 2), constant(HERE), constant([1, 1, 1])),
+    )
+    assert differing(structure) == {
+        "shapes[0].half_size": "1 … 2 each",
+        "shapes[0].density": "1 … 5",
+        "mass": "0.5 … 2",
+        "gravity": "false | true",
+        "inertial.mass": "1 … 2",
+    }
+
+
+def test_a_shape_of_a_plan_without_a_file_is_told_by_its_number() -> None:
+    structure = BodyStructure("dynamic", (BOX, CollisionShape(Sphere(between(1, 2)))))
+    assert differing(structure) == {"collisions[1].radius": "1 … 2"}
+
+
+def test_a_pose_differs_in_its_position_or_its_rotation() -> None:
+    body = BodyStructure("static", (BOX,))
+    moved = per_scene([[x, 0, 1, 1, 0, 0, 0] for x in range(3)])
+    turned = per_scene([[0, 0, 1, 1, 0, 0, 0], [0, 0, 1, 0, 1, 0, 0], [0, 0, 1, 0, 0, 1, 0]])
+    assert differing(body, pose=moved) == {"pose.p": "[0, 0, 1] | [1, 0, 1] | [2, 0, 1]"}
+    assert list(differing(body, pose=turned)) == ["pose.q"]
+    low, high = (0, 0, 1, -1, 0, 0, -1), (0, 2, 1, 1, 0, 0, 1)
+    drawn = varying(never, bounds=ValueBounds(None, low, high, True), rows=3)
+    assert differing(body, pose=drawn) == {"pose.p": "[0, 0 … 2, 1]", "pose.q": "[-1 … 1, 0, 0, -1 … 1]"}
+
+
+def test_bounds_that_may_be_too_wide_say_so() -> None:
+    computed = varying(never, bounds=ValueBounds(None, 0.5, 2, exact=False), rows=3)
+    assert differing(BodyStructure("dynamic", (BOX,), mass=computed)) == {"mass": "within 0.5 … 2"}
+
+
+def test_an_even_rotation_is_any() -> None:
+    low, high = (0, 0, 0, -1, -1, -1, -1), (0, 0, 0, 1, 1, 1, 1)
+    turned = varying(never, bounds=ValueBounds(None, low, high, True), rows=3)
+    assert differing(BodyStructure("static", (BOX,)), pose=turned) == {"pose.q": "any rotation"}
+
+
+def test_of_what_has_no_bounds_the_drawn_values_are_told() -> None:
+    loose = varying(lambda: np.arange(3.0), bounds=ValueBounds(None, -np.inf, np.inf, exact=False), rows=3)
+    structure = BodyStructure("dynamic", (BOX,), linear_damping=loose)
+    assert differing(structure) == {"linear_damping": "0 | 1 | 2, as drawn"}
+
+
+def test_what_a_reset_draws_is_marked() -> None:
+    node = Drawn("uniform", 0.0, 1.0, None, (3,), Key("entities", "thing", "linear_velocity"))
+    velocity = varying(never, bounds=ValueBounds(None, (0, 0, 0), (1, 1, 1), True), rows=3, recipe=node)
+    structure = BodyStructure("dynamic", (BOX,), linear_velocity=velocity, mass=between(1, 2))
+    entity = Entity("thing", SCENES, constant(HERE), (structure,))
+    assert entity_fields(entity, ScenePlan("plan", 3, (entity,), Physics())).varying == (
+        VaryingField("mass", "1 … 2", at_reset=False),
+        VaryingField("linear_velocity", "0 … 1 each", at_reset=True),
+    )
+
+
+def test_materials_differ_by_field() -> None:
+    physical = (
+        PhysicalMaterial(constant(1), constant(0.5), constant(0)),
+        PhysicalMaterial(constant(0.1), constant(0.5), constant(0)),
+    )
+    visual = (VisualMaterial(base_color=constant([1, 0, 0, 1])), VisualMaterial(base_color=constant([0, 0, 1, 1])))
+    index = per_scene([0, 1, 0], "int64")
+    structure = BodyStructure(
+        "dynamic",
+        (CollisionShape(Box(constant([1, 1, 1])), material=index),),
+        (VisualShape(Box(constant([1, 1, 1])), material=index),),
+    )
+    assert differing(structure, physical_materials=physical, visual_materials=visual) == {
+        "collisions[0].material.static_friction": "1 | 0.1",
+        "visuals[0].material.base_color": "#ff0000 | #0000ff",
+    }
+
+
+def test_one_material_may_vary_by_itself() -> None:
+    physical = (PhysicalMaterial(between(0.1, 1), constant(0.1), constant(0)),)
+    structure = BodyStructure("dynamic", (CollisionShape(Box(constant([1, 1, 1])), material=constant(0, "int64")),))
+    assert differing(structure, physical_materials=physical) == {
+        "collisions[0].material.static_friction": "0.1 … 1",
+    }
+
+
+def test_files_are_named() -> None:
+    files = (AssetFile("a.obj", Path("a.obj")), AssetFile("b.obj", Path("b.obj")))
+    mesh = ConvexMesh(per_scene([0, 1, 0], "int64"), constant([1, 1, 1]))
+    assert differing(BodyStructure("static", (CollisionShape(mesh),)), files=files) == {
+        "collisions[0].file": "a.obj | b.obj"
+    }
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_variants_have_a_pick(count: int) -> None:
+    entity = Entity(
+        "thing", SCENES, constant(HERE), (BodyStructure("static", (BOX,)),) * 2, pick=per_scene([0, 1, 0], "int64")
+    )
+    fields = entity_fields(entity, ScenePlan("plan", 3, (entity,) * count, Physics()))
+    assert fields.varying == (VaryingField("pick", "0 | 1", at_reset=False),)

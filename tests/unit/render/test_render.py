@@ -1,0 +1,104 @@
+"""What can be wrong with a picture before it is taken, and plans as they are built for one."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+
+import scenecc
+from scenecc.plan import ArticulationStructure, Intrinsic, Perspective
+from scenecc.plan.pictured import resized, seen_by
+from scenecc.render import render
+
+CUBE = {"shapes": [{"type": "box", "half_size": [0.1, 0.1, 0.1]}], "shading_mode": 1, "visibility": 0.5}
+ARM = {
+    "root": {
+        "name": "base",
+        "shapes": [{"type": "box", "half_size": [0.1, 0.1, 0.1]}],
+        "children": [{"name": "tip", "joint": {"type": "fixed"}, "visuals": [{"type": "sphere", "radius": 1}]}],
+    }
+}
+LENS = {"fx": 100, "fy": 110, "cx": 50, "cy": {"per_scene": [30, 40]}, "skew": 1}
+CAMERAS = {
+    "wide": {"fovy": 1.0, "width": 64, "height": 48},
+    "matrix": {"intrinsic": LENS, "width": 100, "height": 80},
+}
+SCENE: dict[str, Any] = {"scenecc": 1, "num_scenes": 2, "entities": {"cube": CUBE, "arm": ARM}, "cameras": CAMERAS}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"what": "colour"}, "what is one of color, depth"),
+        ({"film": "avi", "steps": 1}, "film is mp4 or gif"),
+        ({"film": "mp4"}, "a film needs steps"),
+        ({"every": 2}, "every is for a film"),
+        ({"film": "gif", "steps": 3, "every": 4}, "at most its steps"),
+        ({"film": "gif", "steps": 3, "every": 0}, "every must be at least 1"),
+        ({"size": (0, 4)}, "a size must be at least 1"),
+        ({"size": (16385, 4)}, "1 to 16384 pixels a side"),
+        ({"steps": -1}, "steps must be at least 0"),
+    ],
+)
+def test_an_argument_out_of_its_range_is_a_value_error(arguments: dict[str, Any], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        scenecc.render_scene(SCENE, **arguments)
+
+
+def test_missing_packages_are_named_with_the_way_to_get_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(render, "missing", lambda *, mp4: ["pillow", "imageio-ffmpeg"] if mp4 else ["pillow"])
+    cases: list[tuple[Literal["mp4"] | None, str]] = [(None, "pillow"), ("mp4", "pillow and imageio-ffmpeg")]
+    for film, words in cases:
+        with pytest.raises(scenecc.SceneError) as caught:
+            scenecc.render_scene(SCENE, film=film, steps=3)
+        (told,) = caught.value.diagnostics
+        assert (told.code, told.hint) == ("SC812", "pip install 'scenecc[pictures]'")
+        assert told.message == f"pictures need {words}, not installed here"
+        assert caught.value.at_fault == "machine"
+
+
+@pytest.mark.render
+def test_a_renderer_that_fails_is_the_machines_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+    from scenecc.backends.sapien.seen import batches
+
+    def failing(*_: object) -> None:
+        raise RuntimeError("vk::Device::allocateMemory: ErrorOutOfDeviceMemory")
+
+    monkeypatch.setattr(batches, "picture", failing)
+    with pytest.raises(scenecc.SceneError) as caught:
+        scenecc.render_scene(SCENE, camera="wide")
+    (told,) = caught.value.diagnostics
+    assert told.code == "SC814"
+    assert "ErrorOutOfDeviceMemory" in told.message
+
+
+def test_a_plan_for_a_camera_has_it_alone() -> None:
+    plan = scenecc.compile_scene(SCENE)
+    wide, _ = plan.cameras
+    assert seen_by(plan, wide, collision=False).cameras == (wide,)
+    assert seen_by(plan, None, collision=False).cameras == ()
+    assert seen_by(plan, None, collision=False).entities == plan.entities
+
+
+def test_a_plan_for_what_collides_has_nothing_that_is_seen() -> None:
+    plan = scenecc.compile_scene(SCENE)
+    bare = seen_by(plan, None, collision=True)
+    for before, after in zip(plan.entities, bare.entities, strict=True):
+        assert [body.collisions for body in after.bodies] == [body.collisions for body in before.bodies]
+        for body in after.bodies:
+            assert (body.visuals, body.visibility, body.shading_mode) == ((), None, None)
+    assert isinstance(bare.entities[1].structures[0], ArticulationStructure)
+
+
+def test_a_camera_of_another_size_keeps_its_angle_and_scales_its_matrix() -> None:
+    wide, matrix = scenecc.compile_scene(SCENE).cameras
+    larger = resized(wide, 640, 100)
+    assert (larger.width, larger.height, larger.lens) == (640, 100, wide.lens)
+    assert isinstance(larger.lens, Perspective)
+    lens = resized(matrix, 200, 240).lens
+    assert isinstance(lens, Intrinsic)
+    found = [np.asarray(value.data).tolist() for value in (lens.fx, lens.fy, lens.cx, lens.cy, lens.skew)]
+    assert found == [[200.0], [330.0], [100.0], [90.0, 120.0], [2.0]]
+    assert resized(matrix, 100, 80) == matrix

@@ -1,0 +1,175 @@
+"""Files that are watched.
+
+Surfaces as files: what viser makes of them is what SAPIEN draws.
+"""
+
+from __future__ import annotations
+
+import io
+import queue
+import shutil
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from scenecc.meshes import Look, Part, primitives
+from scenecc.viewer.file_watcher import FileWatcher
+from scenecc.viewer.nodes import Files
+
+pytest.importorskip("watchfiles", reason="needs the extra `view`")
+
+
+WITHIN, NOTHING_WITHIN = 10, 0.6
+
+
+class Told:
+    """A watch, and when it tells of a change."""
+
+    def __init__(self) -> None:
+        self._changes: queue.Queue[None] = queue.Queue()
+        self.watch = FileWatcher(lambda: self._changes.put(None))
+
+    def of_a_change(self, within: float = WITHIN) -> bool:
+        try:
+            self._changes.get(timeout=within)
+        except queue.Empty:
+            return False
+        return True
+
+
+@pytest.fixture
+def told() -> Iterator[Told]:
+    made = Told()
+    yield made
+    made.watch.close()
+
+
+def test_a_file_that_is_written_right_after(told: Told, tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text("a")
+    told.watch.see([file])
+    file.write_text("bc")
+    assert told.of_a_change()
+    assert not told.of_a_change(NOTHING_WITHIN)
+
+
+def test_a_file_that_another_takes_the_place_of_and_one_that_goes(told: Told, tmp_path: Path) -> None:
+    file, other = tmp_path / "scene.yaml", tmp_path / "part"
+    file.write_text("a")
+    told.watch.see([file])
+    other.write_text("b")
+    other.replace(file)
+    assert told.of_a_change()
+    file.unlink()
+    assert told.of_a_change()
+
+
+def test_a_file_that_comes_in_a_folder_that_comes(told: Told, tmp_path: Path) -> None:
+    file = tmp_path / "parts" / "deep" / "mesh.obj"
+    told.watch.see([file])
+    assert not told.of_a_change(NOTHING_WITHIN)
+    file.parent.mkdir(parents=True)
+    file.write_text("v")
+    assert told.of_a_change()
+
+
+def test_other_files_tell_nothing(told: Told, tmp_path: Path) -> None:
+    file = tmp_path / "scene.yaml"
+    file.write_text("a")
+    told.watch.see([file])
+    (tmp_path / "other.yaml").write_text("b")
+    assert not told.of_a_change(NOTHING_WITHIN)
+
+
+def test_what_is_watched_can_change(told: Told, tmp_path: Path) -> None:
+    before, after = tmp_path / "a" / "scene.yaml", tmp_path / "b" / "scene.yaml"
+    for file in (before, after):
+        file.parent.mkdir()
+        file.write_text("a")
+    told.watch.see([before])
+    told.watch.see([after])
+    before.write_text("bc")
+    assert not told.of_a_change(NOTHING_WITHIN)
+    after.write_text("bc")
+    assert told.of_a_change()
+
+
+def test_without_the_systems_help_files_are_looked_at(
+    told: Told, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(*folders: object, **options: object) -> None:
+        raise OSError("OS file watch limit reached")
+
+    monkeypatch.setattr("scenecc.viewer.file_watcher.watch", refused)
+    file = tmp_path / "scene.yaml"
+    file.write_text("a")
+    told.watch.see([file])
+    file.write_text("bc")
+    assert told.of_a_change()
+
+
+def test_a_new_file_that_changed_since_a_moment(told: Told, tmp_path: Path) -> None:
+    old, new = tmp_path / "old.yaml", tmp_path / "new.yaml"
+    for file in (old, new):
+        file.write_text("a")
+    time.sleep(0.05)
+    since = time.time_ns()
+    # It was read before this, by who compiles a scene that uses it.
+    new.write_text("b")
+    told.watch.see([old], since)
+    assert not told.of_a_change(NOTHING_WITHIN)
+    told.watch.see([old, new], since)
+    assert told.of_a_change()
+    assert not told.of_a_change(NOTHING_WITHIN)
+
+
+def test_a_folder_that_goes_and_comes_again(told: Told, tmp_path: Path) -> None:
+    file = tmp_path / "folder" / "scene.yaml"
+    file.parent.mkdir()
+    file.write_text("a")
+    told.watch.see([file])
+    shutil.rmtree(file.parent)
+    assert told.of_a_change()
+    file.parent.mkdir()
+    file.write_text("bc")
+    assert told.of_a_change()
+
+
+def test_a_change_between_two_orders_is_told(told: Told, tmp_path: Path) -> None:
+    file, other = tmp_path / "scene.yaml", tmp_path / "other" / "mesh.obj"
+    file.write_text("a")
+    told.watch.see([file])
+    # A scene is compiled meanwhile, and is found to use another file.
+    file.write_text("bc")
+    told.watch.see([file, other])
+    assert told.of_a_change()
+
+
+def mesh_of(part: Part) -> Any:
+    files = Files()
+    content = files.contents[files.digest(part, turned=False)]
+    scene: Any = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False)
+    assert b"NORMAL" not in content, "viser would write over what shares its numbers"
+    (mesh,) = scene.geometry.values()
+    return mesh
+
+
+@pytest.mark.parametrize("name", ["box", "sphere", "cylinder", "plane"])
+def test_a_primitive_keeps_its_vertices(name: str) -> None:
+    surface = getattr(primitives, name)()
+    mesh = mesh_of(Part(surface, Look()))
+    assert np.array_equal(mesh.vertices, surface.vertices)
+    assert np.array_equal(mesh.faces, surface.faces)
+
+
+def test_triangles_that_are_flat_share_no_vertex() -> None:
+    ball = primitives.sphere()
+    surface = primitives.surface(ball.vertices, ball.faces, None, ball.uvs)
+    mesh = mesh_of(Part(surface, Look()))
+    assert len(mesh.vertices) == 3 * len(ball.faces)
+    assert np.array_equal(mesh.triangles, ball.vertices[ball.faces])

@@ -1,0 +1,184 @@
+"""The server of a page: who may talk to it, and where it listens."""
+
+from __future__ import annotations
+
+import gc
+import re
+import socket
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import Any
+from urllib.error import HTTPError
+from urllib.parse import quote
+from urllib.request import Request, urlopen
+
+import pytest
+
+pytest.importorskip("viser", reason="needs the extra `view`")
+
+import msgspec
+import viser
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
+
+from scenecc.viewer.options import PageAddress
+from scenecc.viewer.server import close_server, open_server
+from scenecc.viewer.view import address
+
+
+@pytest.fixture
+def server() -> Iterator[viser.ViserServer]:
+    made = open_server(PageAddress(port=0), "a label")
+    yield made
+    close_server(made)
+
+
+def opened(server: viser.ViserServer, origin: str | None, headers: dict[str, str] | None = None) -> Any:
+    protocols: Any = [f"viser-v{viser.__version__}"]
+    where: Any = origin
+    return connect(
+        f"ws://127.0.0.1:{server.get_port()}",
+        origin=where,
+        subprotocols=protocols,
+        compression=None,
+        additional_headers=headers,
+    )
+
+
+@pytest.mark.parametrize(
+    "origin",
+    [None, "http://127.0.0.1:{port}", "http://localhost:{port}", "http://localhost:9", "https://[::1]"],
+)
+def test_a_page_of_this_machine_may_talk(server: viser.ViserServer, origin: str | None) -> None:
+    where = None if origin is None else origin.format(port=server.get_port())
+    with opened(server, where) as page:
+        assert page.recv(10)
+
+
+@pytest.mark.parametrize(
+    "origin",
+    ["https://example.org", "http://127.0.0.1.example.org", "http://localhost.example.org:80", "null", "file://"],
+)
+def test_a_page_of_another_site_may_not(server: viser.ViserServer, origin: str) -> None:
+    with pytest.raises(InvalidStatus) as caught:
+        opened(server, origin)
+    assert caught.value.response.status_code == 403
+
+
+@pytest.mark.parametrize(
+    ("host", "closed"),
+    [("127.0.0.1", True), ("127.0.1.1", True), ("localhost", True), ("::1", True), ("0.0.0.0", False), ("box", False)],
+)
+def test_every_loopback_address_is_closed_to_other_sites(host: str, closed: bool) -> None:
+    assert PageAddress(host).is_local is closed
+
+
+def test_a_page_cannot_make_it_public(server: viser.ViserServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    def never(*given: object) -> None:
+        raise AssertionError(f"a tunnel was asked for: {given}")
+
+    monkeypatch.setattr("viser._viser.ViserTunnel", never)
+    assert server.request_share_url() is None
+
+
+def test_a_port_in_use_and_an_address_of_nobody_are_refused(server: viser.ViserServer) -> None:
+    with pytest.raises(OSError, match="in use"):
+        open_server(PageAddress(port=server.get_port()), "")
+    with pytest.raises(OSError, match="assign"):
+        open_server(PageAddress(host="192.0.2.1", port=0), "")
+
+
+def test_without_a_port_the_first_that_is_free_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        first = taken.getsockname()[1]
+        monkeypatch.setattr("scenecc.viewer.server._FIRST", first)
+        made = open_server(PageAddress(), "")
+        assert first < made.get_port() < first + 100
+        close_server(made)
+
+
+def test_nothing_of_it_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    close_server(open_server(PageAddress(port=0), ""))
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("host", "opened"), [("127.0.0.1", "127.0.0.1"), ("::1", "[::1]"), ("box", "box"), ("192.0.2.7", "192.0.2.7")]
+)
+def test_an_address_is_one_that_a_browser_opens(host: str, opened: str) -> None:
+    assert address(PageAddress(host), 81) == f"http://{opened}:81"
+
+
+@pytest.mark.parametrize(("host", "nowhere"), [("0.0.0.0", "0.0.0.0"), ("::", "[::]")])
+def test_the_address_of_a_page_for_everybody_is_one_of_this_machine(host: str, nowhere: str) -> None:
+    found = re.fullmatch(r"http://(.+):81/\?token=a%2Fb", address(PageAddress(host, token="a/b"), 81))
+    assert found is not None
+    assert found[1] != nowhere
+    with socket.create_server((found[1].strip("[]"), 0), family=socket.AF_INET6 if "[" in found[1] else socket.AF_INET):
+        pass  # nobody else has this address
+
+
+def asked(server: viser.ViserServer, path: str, **headers: str) -> tuple[int, str]:
+    """Status and cookie of an answer."""
+    request = Request(f"http://127.0.0.1:{server.get_port()}{path}", headers=headers)
+    try:
+        with urlopen(request, timeout=20) as answer:
+            return answer.status, answer.headers.get("Set-Cookie", "")
+    except HTTPError as error:
+        with error:
+            return error.code, error.headers.get("Set-Cookie", "")
+
+
+def test_a_token_lets_in_whoever_has_it() -> None:
+    server = open_server(PageAddress(port=0, token="a/b c"), "")
+    try:
+        for path in ("/", "/?token=", "/?token=a/b", "/?token=%F0%9F%98%80", "/index.html", "/?other=a/b c"):
+            assert asked(server, quote(path, safe="/?=&%")) == (403, "")
+        status, cookie = asked(server, "/?token=a%2Fb%20c")
+        name = f"scenecc-{server.get_port()}"
+        assert (status, cookie) == (200, f"{name}=a%2Fb%20c; HttpOnly; SameSite=Strict; Path=/")
+        held = cookie.partition(";")[0]
+        assert asked(server, "/", Cookie=held) == (200, "")
+        for wrong in (f"{name}=", f"{name}=a", "scenecc-1=a%2Fb%20c", "=;,", held.replace("a", "é")):
+            assert asked(server, "/", Cookie=wrong) == (403, "")
+            with pytest.raises(InvalidStatus) as caught:
+                opened(server, None, {"Cookie": wrong})
+            assert caught.value.response.status_code == 403
+        with opened(server, None, {"Cookie": f"other=1; {held}"}) as page:
+            assert page.recv(10)
+    finally:
+        close_server(server)
+
+
+@pytest.mark.parametrize("token", ["", "schlüssel"])
+def test_a_token_that_no_address_holds_is_refused(token: str) -> None:
+    with pytest.raises(ValueError, match="a token is one or more ASCII characters"):
+        PageAddress(token=token)
+
+
+@pytest.mark.parametrize("host", ["x" * 64 + ".invalid", "..", "a\udcff"])
+def test_a_host_that_cannot_be_a_name_is_an_address_of_nobody(host: str) -> None:
+    with pytest.raises(OSError, match=r".+"):
+        open_server(PageAddress(host, 0), "")
+
+
+def test_messages_that_mean_nothing_end_their_connection_and_say_nothing(
+    server: viser.ViserServer, capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+) -> None:
+    box = server.gui.add_number("a number", initial_value=1.0)
+    updates = [{"value": "x"}, {"nothing": 1}, [1], None]
+    known = [{"type": "GuiUpdateMessage", "uuid": box._impl.uuid, "updates": update} for update in updates]
+    others: list[Any] = [{}, [], 3, {"type": "Nothing"}, {"type": 3}, {"type": "GuiUpdateMessage"}]
+    for message in [b"", b"\xff" * 9, "text", b"x" * (51 << 20), *map(msgspec.msgpack.encode, [*known, *others])]:
+        with opened(server, None) as page, suppress(ConnectionClosed):
+            page.send(message)
+            with suppress(TimeoutError):
+                while True:
+                    page.recv(0.2)
+    with socket.create_connection(("127.0.0.1", server.get_port())) as plain:
+        plain.sendall(b"\x00\xff" * 1000)
+    gc.collect()  # of a task whose error nobody took, Python tells when it is freed
+    with opened(server, None) as page:
+        assert page.recv(10)
+    assert capfd.readouterr() == ("", "")
+    assert caplog.records == []

@@ -1,0 +1,402 @@
+"""What happens on a page, without a browser: what a server shows is asked of the server."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("viser", reason="needs the extra `view`")
+
+import viser
+
+import scenecc
+from scenecc.diagnostics import Diagnostic, Location
+from scenecc.options import Options
+from scenecc.viewer.options import PageAddress, ViewOptions
+from scenecc.viewer.param_controls import AS_WRITTEN
+from scenecc.viewer.server import close_server, open_server
+from scenecc.viewer.session import Session
+
+SCENE = """\
+scenecc: 1
+num_scenes: 2
+params:
+  size: {default: 0.1, min: 0.05, max: 0.5}
+entities:
+  ball: {pose: {p: [0, 0, {uniform: [1, 2]}]}, shapes: [{type: sphere, radius: "${size}"}]}
+"""
+MORE = "  more: {pose: [1, 0, 0.5], shapes: [{type: box, half_size: [0.1, 0.1, 0.1]}]}\n"
+BALL = "/scene 0/ball"
+
+
+class Shown:
+    """A session, and what its page shows. `params`: given at its start."""
+
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        path: Path,
+        look: ViewOptions | None = None,
+        params: dict[str, Any] | None = None,
+    ) -> None:
+        self.server, self.path = server, path
+        self.told: list[list[str]] = []
+        options = Options.of(params=params)
+        self.session = Session(server, lambda: str(path), options, look or ViewOptions(), path=path, told=self._hear)
+
+    def _hear(self, diagnostics: Any) -> None:
+        found: list[Diagnostic] = list(diagnostics)
+        self.told.append([one.code for one in found])
+
+    def node(self, path: str) -> Any:
+        return self.server.scene.get_handle_by_name(path)
+
+    def texts(self) -> str:
+        """All texts of the panels."""
+        panel = self.session._panel
+        return "\n".join(each.content for each in (panel._fault, panel._warnings, panel._time, panel._facts))
+
+
+@pytest.fixture
+def server() -> Iterator[viser.ViserServer]:
+    made = open_server(PageAddress(port=0), "test")
+    yield made
+    close_server(made)
+
+
+@pytest.fixture
+def shown(server: viser.ViserServer, tmp_path: Path) -> Iterator[Shown]:
+    path = tmp_path / "scene.yaml"
+    path.write_text(SCENE)
+    made = Shown(server, path)
+    made.session.start()
+    yield made
+    made.session.close()
+
+
+def test_a_save_shows_what_is_new_and_leaves_the_rest(shown: Shown) -> None:
+    ball = shown.node(f"{BALL}/visual 0")
+    shown.path.write_text(SCENE + MORE)
+    shown.session.reload()
+    assert shown.node("/scene 0/more/visual 0") is not None
+    assert shown.node(f"{BALL}/visual 0") is ball, "nothing of it changed"
+    shown.path.write_text(SCENE)
+    shown.session.reload()
+    assert shown.node("/scene 0/more") is None
+    assert shown.node("/scene 0/more/visual 0") is None
+    assert shown.told == [[], [], []]
+
+
+def test_a_mistake_is_told_over_the_last_good_scene_until_it_is_mended(shown: Shown) -> None:
+    shown.path.write_text(SCENE.replace("sphere", "spere") + MORE)
+    shown.session.reload()
+    assert "scene.yaml:6:" in shown.texts()
+    assert "SC105" in shown.texts()
+    assert shown.node(f"{BALL}/visual 0") is not None
+    assert shown.node("/scene 0/more") is None
+    # What is done with the last good scene hides no mistake.
+    shown.session.step(3)
+    shown.session.reset(5)
+    shown.session.look_at(ViewOptions(scene=1))
+    assert "SC105" in shown.texts()
+    assert shown.node("/scene 1/ball") is not None
+    shown.path.write_text(SCENE + MORE)
+    shown.session.reload()
+    assert "SC105" not in shown.texts()
+    assert shown.node("/scene 1/more") is not None
+    assert shown.told == [[], ["SC105"], []]
+
+
+def test_a_file_that_is_broken_at_first_is_shown_once_it_is_mended(server: viser.ViserServer, tmp_path: Path) -> None:
+    path = tmp_path / "scene.yaml"
+    path.write_text("scenecc: [")
+    shown = Shown(server, path)
+    shown.session.start()
+    for action in (shown.session.play, lambda: shown.session.step(1), lambda: shown.session.reset(0)):
+        action()
+    shown.session.look_at(ViewOptions(grid=True))
+    shown.session.select((0, "ball", 0))
+    assert "SC00" in shown.texts()
+    path.write_text(SCENE)
+    shown.session.reload()
+    assert shown.node(BALL) is not None
+    assert shown.node("/scene 1/ball") is not None
+    shown.session.close()
+
+
+def test_a_parameter_builds_the_scene_anew(shown: Shown) -> None:
+    assert shown.node(f"{BALL}/visual 0").scale == (0.1, 0.1, 0.1)
+    shown.session.give("size", 0.3)
+    assert shown.node(f"{BALL}/visual 0").scale == (0.3, 0.3, 0.3)
+    # A save leaves what was given.
+    shown.path.write_text(SCENE + MORE)
+    shown.session.reload()
+    assert shown.node(f"{BALL}/visual 0").scale == (0.3, 0.3, 0.3)
+    # It no longer fits to what the file says: the file counts.
+    shown.path.write_text(SCENE.replace("max: 0.5", "max: 0.2"))
+    shown.session.reload()
+    assert shown.node(f"{BALL}/visual 0").scale == (0.1, 0.1, 0.1)
+    shown.session.give("size", 0.4)
+    assert "must be at most 0.2, not 0.4" in shown.texts()
+    shown.session.give("size", 0.2)
+    assert shown.node(f"{BALL}/visual 0").scale == (0.2, 0.2, 0.2)
+    shown.session.give("size", AS_WRITTEN)
+    assert shown.node(f"{BALL}/visual 0").scale == (0.1, 0.1, 0.1)
+    shown.session.give("size", 0.15)
+    shown.session.give_nothing()
+    assert shown.node(f"{BALL}/visual 0").scale == (0.1, 0.1, 0.1)
+
+
+def test_as_in_the_file_lets_go_of_what_was_given_at_the_start(server: viser.ViserServer, tmp_path: Path) -> None:
+    path = tmp_path / "scene.yaml"
+    path.write_text(SCENE)
+    for give in (lambda it: it.give_nothing(), lambda it: it.give("size", AS_WRITTEN)):
+        shown = Shown(server, path, params={"size": 0.4})
+        shown.session.start()
+        assert shown.node(f"{BALL}/visual 0").scale == (0.4, 0.4, 0.4)
+        give(shown.session)
+        assert shown.node(f"{BALL}/visual 0").scale == (0.1, 0.1, 0.1)
+        shown.session.reload()
+        assert shown.node(f"{BALL}/visual 0").scale == (0.1, 0.1, 0.1)
+        shown.session.close()
+
+
+def test_steps_and_resets_move_what_is_shown(shown: Shown) -> None:
+    start = shown.node(BALL).position[2]
+    shown.session.step(20)
+    fallen = shown.node(BALL).position[2]
+    assert fallen < start - 0.1
+    assert "20 steps" in shown.texts()
+    shown.session.reset(0)
+    assert shown.node(BALL).position[2] == pytest.approx(start)
+    assert "0 steps" in shown.texts()
+    shown.session.reset(1)
+    other = shown.node(BALL).position[2]
+    assert other != pytest.approx(start)
+    with scenecc.load_scene(str(shown.path), scene_idxs=[0], render=False) as batch:
+        batch.reset(1)
+        assert other == pytest.approx(float(batch.entities["ball"].pose[0, 2]), abs=0)
+
+
+def test_what_is_shown_of_it_changes_nothing_of_the_simulation(shown: Shown) -> None:
+    shown.session.step(20)
+    place = shown.node(BALL).position.copy()
+    shown.session.look_at(ViewOptions(frames=True, names=True, collision=True))
+    assert shown.node(BALL).show_axes
+    assert shown.node(f"{BALL}/name").text == "ball"
+    assert shown.node(f"{BALL}/collision 0") is not None
+    assert (shown.node(BALL).position == place).all()
+    shown.session.look_at(ViewOptions(visual=False))
+    assert not shown.node(BALL).show_axes
+    assert shown.node(f"{BALL}/name") is None
+    assert shown.node(f"{BALL}/visual 0") is None
+
+
+def test_a_body_is_told_and_told_anew_after_a_save(shown: Shown) -> None:
+    shown.session.select((0, "ball", 0))
+    assert "ball" in shown.texts()
+    before = shown.texts()
+    shown.path.write_text(SCENE.replace("ball: {", "ball: {mass: 12.5, "))
+    shown.session.reload()
+    assert "12.5 kg" in shown.texts()
+    assert "12.5 kg" not in before
+
+
+def test_what_is_gone_is_no_longer_told(shown: Shown) -> None:
+    shown.session.select((0, "ball", 0))
+    shown.path.write_text(SCENE.replace("ball", "other"))
+    shown.session.reload()
+    assert "Click on a body" in shown.texts()
+
+
+def test_of_values_given_by_hand_those_stay_that_the_file_takes(shown: Shown) -> None:
+    two = SCENE.replace("entities:", "  height: 1\nentities:").replace("{uniform: [1, 2]}", '"${height}"')
+    shown.path.write_text(two)
+    shown.session.reload()
+    shown.session.give("size", 0.3)
+    shown.session.give("height", 3)
+    shown.path.write_text(two.replace("max: 0.5", "max: 0.2"))
+    shown.session.reload()
+    assert shown.node(f"{BALL}/visual 0").scale == (0.1, 0.1, 0.1)
+    assert shown.node(BALL).position[2] == 3
+
+
+def test_a_seed_builds_everything_anew(shown: Shown) -> None:
+    start = shown.node(BALL).position[2]
+    shown.session.rebuild(7)
+    assert shown.node(BALL).position[2] != pytest.approx(start)
+    with scenecc.load_scene(str(shown.path), seed=7, scene_idxs=[0], render=False) as batch:
+        assert shown.node(BALL).position[2] == pytest.approx(float(batch.entities["ball"].pose[0, 2]), abs=0)
+
+
+def test_a_reset_that_cannot_be_done_is_told_and_changes_nothing(server: viser.ViserServer, tmp_path: Path) -> None:
+    path = tmp_path / "scene.yaml"
+    text = SCENE.replace("{uniform: [1, 2]}", '"${1 / u}"').replace("num_scenes: 2", "num_scenes: 1")
+    path.write_text(text.replace("entities:", "draws: {u: {integers: [0, 3]}}\nentities:"))
+    shown = Shown(server, path)
+    shown.session.start()
+    for seed in range(40):
+        if shown.session._world is None:
+            shown.session.rebuild(seed)  # the file's own seed has no value either
+        else:
+            place = shown.node(BALL).position.copy()
+            shown.session._try(lambda seed=seed: shown.session.reset(seed))
+            if "SC817" in shown.texts():
+                break
+    assert "scene.yaml:1:" in shown.texts()
+    assert "its pose has no value" in shown.texts()
+    assert (shown.node(BALL).position == place).all()
+    shown.session.close()
+
+
+def test_a_seed_that_no_browser_can_show_is_kept(shown: Shown) -> None:
+    large = 2**64 - 1
+    shown.path.write_text(SCENE.replace("num_scenes: 2", f"num_scenes: 2\nseed: {large}"))
+    shown.session.reload()
+    panel = shown.session._panel
+    assert panel._seed.value == 2**53 - 1
+    assert panel._asked_seed() == large
+    for sent, read in ((5, 5), (-3, 0), (0, 0)):
+        panel._seed.value = sent
+        assert panel._asked_seed() == read
+
+
+def test_a_browser_may_send_anything(shown: Shown) -> None:
+    panel = shown.session._panel
+    slider, _, _ = panel._made["scenes"]
+    for sent, index in ((-7, 0), (10**9, 1), (1, 1)):
+        slider.value = sent
+        panel._look_at()
+        assert shown.node(f"/scene {index}/ball") is not None
+
+
+def test_what_is_shown_of_it_moves_no_body_for_a_moment(shown: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+    shown.session.step(20)
+    sent: list[Any] = []
+    queue = type(shown.server.scene)._queue_scene_message
+
+    def note(scene: Any, message: Any) -> None:
+        sent.append(message)
+        queue(scene, message)
+
+    monkeypatch.setattr(type(shown.server.scene), "_queue_scene_message", note)
+    shown.session.look_at(ViewOptions(names=True))
+    assert [one for one in sent if getattr(one, "name", "") == BALL] == []
+    assert [type(one).__name__ for one in sent if getattr(one, "name", "") == f"{BALL}/name"]
+
+
+@pytest.mark.parametrize("timestep", [0.01, 0.025, 0.1, 0.3])
+def test_it_runs_as_fast_as_its_own_time(
+    server: viser.ViserServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, timestep: float
+) -> None:
+    path = tmp_path / "scene.yaml"
+    path.write_text(SCENE.replace("entities:", f"physics: {{timestep: {timestep}}}\nentities:"))
+    shown = Shown(server, path)
+    shown.session.start()
+    clock = [100.0]
+    monkeypatch.setattr("scenecc.viewer.session.time.monotonic", lambda: clock[0])
+    shown.session.play()
+    for _ in range(300):
+        clock[0] += 1 / 30
+        shown.session._advance()
+    world = shown.session._world
+    assert world is not None
+    assert world.time == pytest.approx(10, abs=timestep)
+    shown.session.close()
+
+
+def test_a_scene_that_cannot_be_built_is_tried_again(shown: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Broken:
+        def __init__(self, *given: object) -> None:
+            raise scenecc.SceneError([Diagnostic("SC808", "error", "no such thing", Location(None))])
+
+    with monkeypatch.context() as patch:
+        patch.setattr("scenecc.viewer.session.World", Broken)
+        shown.session._try(lambda: shown.session.look_at(ViewOptions(scene=1)))
+        assert "SC808" in shown.texts()
+        assert shown.node(BALL) is not None
+    shown.session.look_at(ViewOptions(scene=1, names=True))
+    assert shown.node("/scene 1/ball/name") is not None
+    assert "SC808" not in shown.texts()
+
+
+def test_a_scene_that_is_not_there_is_refused(server: viser.ViserServer, tmp_path: Path) -> None:
+    path = tmp_path / "scene.yaml"
+    path.write_text(SCENE)
+    shown = Shown(server, path, ViewOptions(scene=2))
+    with pytest.raises(scenecc.SceneError):
+        shown.session.start()
+    shown.session.close()
+
+
+def test_it_runs_until_it_is_interrupted_and_follows_the_clock_and_the_file(shown: Shown) -> None:
+    class Interrupted(Exception):
+        """As Ctrl-C does, in the thread that runs."""
+
+    def interrupt() -> None:
+        raise Interrupted
+
+    ended: list[bool] = []
+
+    def run() -> None:
+        try:
+            shown.session.run()
+        except Interrupted:
+            ended.append(True)
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    mail = shown.session._mail
+    mail.post("play", shown.session.play)
+    soon(lambda: shown.node(BALL).position[2] < 0)
+    mail.post("play", shown.session.play)
+    shown.path.write_text(SCENE + MORE)
+    soon(lambda: shown.node("/scene 0/more") is not None)
+    mail.post("look", lambda: shown.session.look_at(replace(ViewOptions(), grid=True)))
+    soon(lambda: shown.node("/scene 1/more") is not None)
+    mail.post("interrupt", interrupt)
+    thread.join(10)
+    assert ended == [True]
+
+
+def soon(ask: Callable[[], bool], within: float = 20) -> None:
+    end = time.monotonic() + within
+    while not ask():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def test_the_seed_is_the_files_until_another_is_asked_for(shown: Shown) -> None:
+    field = shown.session._panel._seed
+    assert field.value == 0
+    shown.path.write_text(SCENE.replace("num_scenes: 2", "num_scenes: 2\nseed: 12"))
+    shown.session.reload()
+    assert field.value == 12
+    shown.session.rebuild(7)
+    assert field.value == 7
+    shown.session.reload()
+    assert field.value == 7
+
+
+def test_a_simulation_that_diverges_pauses_and_a_reset_mends_it(shown: Shown) -> None:
+    shown.path.write_text(SCENE.replace("entities:", "physics: {gravity: [0, 0, -1.0e+6], timestep: 1}\nentities:"))
+    shown.session.reload()
+    shown.session.play()
+    for told in (False, True):
+        shown.session._shown_at -= 60
+        shown.session._try(shown.session._advance)
+        assert ("SC820" in shown.texts()) == told
+    assert not shown.session._playing
+    shown.session._try(lambda: shown.session.step(20))
+    assert "SC820" in shown.texts()
+    assert shown.node(BALL).position[2] == pytest.approx(-1e6, abs=2), "it is shown where it last meant something"
+    shown.session.reset(0)
+    assert "SC820" not in shown.texts()
+    shown.session.step(1)
+    assert shown.node(BALL).position[2] == pytest.approx(-1e6, abs=2)

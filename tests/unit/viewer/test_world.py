@@ -1,0 +1,338 @@
+"""Live scenes that are looked at, and what is shown of them, held against SAPIEN's own scenes.
+
+A page as a file.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+import trimesh
+import zstandard
+
+import scenecc
+from scenecc.options import Options
+from scenecc.viewer import PageAddress, ViewOptions, export_page, view_scene
+from scenecc.viewer.nodes import Files, Frame, Mesh, Name
+from scenecc.viewer.world import Loading, World, check_scene, load
+
+BALL = {"type": "sphere", "radius": 0.1, "color": [1, 0, 0]}
+BOX = {"type": "box", "half_size": [0.1, 0.2, 0.3], "pose": [0, 0, 0.5]}
+ARM = {
+    "pose": [1, 0, 0],
+    "root": {
+        "name": "base",
+        "shapes": [BOX],
+        "children": [{"name": "tip", "joint": {"type": "revolute", "name": "turn"}, "shapes": [BALL]}],
+    },
+}
+SCENE: dict[str, Any] = {
+    "scenecc": 1,
+    "num_scenes": 3,
+    "params": {"mass": {"default": 2, "min": 1, "max": 5}},
+    "entities": {
+        "ground": {"body_type": "static", "shapes": [{"type": "plane"}]},
+        "ball": {"pose": [0, 0, 1], "mass": "${mass}", "shapes": [BALL]},
+        "other": {"pose": {"p": [{"per_scene": [1, 2]}, 2, 0.4]}, "shapes": [BOX], "scene_idxs": [1, 2]},
+        "arm": ARM,
+    },
+}
+
+
+def loaded(scene: dict[str, Any] = SCENE, **given: Any) -> Loading:
+    return load(scene, Options.of(), given)
+
+
+def world(look: ViewOptions | None = None, scene: dict[str, Any] = SCENE, **given: Any) -> World:
+    found = loaded(scene, **given)
+    assert found.loaded is not None, found.diagnostics
+    return World(found.loaded, look or ViewOptions())
+
+
+def test_a_scene_is_shown_as_its_entities_say() -> None:
+    made, files = world(ViewOptions(scene=1)), Files()
+    assert made.scene_idxs == (1,)
+    picture = made.picture(ViewOptions(scene=1), files)
+    assert [*picture.nodes] == [
+        "/scene 1",
+        "/scene 1/ground",
+        "/scene 1/ground/visual 0",
+        "/scene 1/ball",
+        "/scene 1/ball/visual 0",
+        "/scene 1/other",
+        "/scene 1/other/visual 0",
+        "/scene 1/arm",
+        "/scene 1/arm/base",
+        "/scene 1/arm/base/visual 0",
+        "/scene 1/arm/tip",
+        "/scene 1/arm/tip/visual 0",
+    ]
+    ball, other = picture.nodes["/scene 1/ball"], picture.nodes["/scene 1/other/visual 0"]
+    assert isinstance(ball, Frame)
+    assert isinstance(other, Mesh)
+    assert ball.position == (0, 0, 1)
+    assert (other.position, other.scale) == ((0, 0, 0.5), (0.1, 0.2, 0.3))
+    assert picture.bodies[1, "arm", 1] == "/scene 1/arm/tip"
+    # Balls are one surface, boxes another, the ground a third.
+    assert len(files.contents) == 3
+    assert all(content.startswith(b"glTF") for content in files.contents.values())
+    made.close()
+
+
+def test_what_is_shown_follows_the_look() -> None:
+    made, files = world(), Files()
+    plain = made.picture(ViewOptions(), files)
+    named = made.picture(ViewOptions(names=True, frames=True), files)
+    both = made.picture(ViewOptions(collision=True), files)
+    colliding = made.picture(ViewOptions(collision=True, visual=False), files)
+    assert named.nodes["/scene 0/arm/tip/name"] == Name("arm/tip")
+    frame = plain.nodes["/scene 0/arm/tip"]
+    assert isinstance(frame, Frame)
+    assert named.nodes["/scene 0/arm/tip"] == replace(frame, axes=True)
+    assert set(both.nodes) - set(plain.nodes) == {path for path in both.nodes if "/collision" in path}
+    assert set(colliding.nodes) == {path for path in both.nodes if "/visual" not in path}
+    one, other = (each.nodes["/scene 0/ball/collision 0"] for each in (both, colliding))
+    assert isinstance(one, Mesh)
+    assert isinstance(other, Mesh)
+    assert one.digest != other.digest, "over what is seen, it can be seen through"
+    made.close()
+
+
+def test_scenes_side_by_side_are_apart() -> None:
+    look = ViewOptions(grid=True)
+    made = world(look)
+    assert (made.scene_idxs, made.left_out) == ((0, 1, 2), 0)
+    picture = made.picture(look, Files())
+    origins = []
+    for index in range(3):
+        frame = picture.nodes[f"/scene {index}"]
+        assert isinstance(frame, Frame)
+        origins.append(frame.position)
+    assert len({*origins}) == 3
+    assert "/scene 0/other" not in picture.nodes
+    assert {key[0] for key in picture.bodies} == {0, 1, 2}
+    assert np.ptp(picture.corners, axis=0).max() > 4
+    made.close()
+
+
+def test_a_ground_takes_no_room_beside_what_stands_on_it() -> None:
+    tiles = {"type": "tiled_plane", "half_size": [8, 4], "texture_repeat": [16, 8]}
+    ground = {"body_type": "static", "visuals": [tiles], "collisions": [{"type": "plane"}]}
+    scene = {"scenecc": 1, "num_scenes": 2, "entities": {"ground": ground, "ball": {"shapes": [BALL]}}}
+    made, files = world(ViewOptions(grid=True), scene), Files()
+    apart = made.picture(ViewOptions(grid=True), files)
+    tiled = apart.nodes["/scene 1/ground/visual 0"]
+    second = apart.nodes["/scene 1"]
+    assert isinstance(tiled, Mesh)
+    assert isinstance(second, Frame)
+    assert second.position[0] < 1
+    assert tiled.scale[0] == tiled.scale[1] == second.position[0] / 2
+    mesh = next(iter(trimesh.load_scene(io.BytesIO(files.contents[tiled.digest]), file_type="glb").geometry.values()))
+    # One tile a metre, as the whole of it has.
+    assert np.ptp(mesh.visual.uv, axis=0) == pytest.approx(2 * np.array(tiled.scale[:2]))
+    whole = world(ViewOptions(), scene)
+    alone = whole.picture(ViewOptions(), files).nodes["/scene 0/ground/visual 0"]
+    assert isinstance(alone, Mesh)
+    assert alone.scale == (8, 4, 1)
+    for each in (made, whole):
+        each.close()
+
+
+def test_what_only_collides_has_its_room_where_it_is_shown() -> None:
+    box = {"type": "box", "half_size": [5, 5, 5]}
+    scene = {"scenecc": 1, "num_scenes": 2, "entities": {"only": {"collisions": [box]}}}
+    look = ViewOptions(grid=True, collision=True)
+    made = world(look, scene)
+    picture = made.picture(look, Files())
+    first, second = (picture.nodes[f"/scene {index}"] for index in range(2))
+    assert isinstance(first, Frame)
+    assert isinstance(second, Frame)
+    assert second.position[0] - first.position[0] > 10
+    assert np.ptp(picture.corners, axis=0)[0] > 20
+    made.close()
+
+
+def test_scenes_with_too_many_bodies_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scenecc.viewer.world._MOST_BODIES", 9)
+    made = world(ViewOptions(grid=True))
+    # Four bodies in scene 0 and five in scene 1.
+    assert (made.scene_idxs, made.left_out) == ((0, 1), 1)
+    made.close()
+
+
+def test_it_simulates_as_a_batch_does() -> None:
+    made = world(ViewOptions(scene=2))
+    with scenecc.load_scene(SCENE, scene_idxs=[2], render=False) as batch:
+        assert made.timestep == batch.timestep
+        for steps in (0, 1, 60):
+            made.step(steps)
+            batch.step(steps)
+            found = dict(zip(made.keys, made.poses(), strict=True))
+            assert np.array_equal(found[2, "ball", 0], batch.entities["ball"].pose[0])
+            tip = batch.articulations["arm"].links["tip"][0].entity_pose
+            assert np.array_equal(found[2, "arm", 1], np.concatenate([tip.p, tip.q]))
+            assert (2, "ground", 0) not in found, "it cannot move"
+    assert made.steps == 61
+    assert made.time == pytest.approx(0.61)
+    made.reset(0)
+    assert (made.steps, made.poses()[0][2]) == (0, 1)
+    made.close()
+
+
+def test_facts_are_those_of_inspect() -> None:
+    made = world(ViewOptions(scene=1), mass=3)
+    facts = made.facts((1, "ball", 0))
+    assert facts is not None
+    assert facts.data()["mass"] == 3
+    assert made.facts((0, "ball", 0)) is None, "that scene is not built"
+    assert made.facts((1, "nobody", 0)) is None
+    assert made.entities() == {1: [("ground", ()), ("ball", ()), ("other", ()), ("arm", ("base", "tip"))]}
+    made.close()
+
+
+def test_a_scene_that_is_not_there_is_refused() -> None:
+    found = loaded()
+    assert found.loaded is not None
+    with pytest.raises(scenecc.SceneError) as caught:
+        check_scene(ViewOptions(scene=3), found.loaded.plan)
+    assert caught.value.diagnostics[0].code == "SC908"
+    check_scene(ViewOptions(scene=2), found.loaded.plan)
+
+
+def test_loading_tells_what_was_used_and_looked_for(tmp_path: Any) -> None:
+    (tmp_path / "part.yaml").write_text("scenecc: 1\nentities: {cube: {shapes: [{type: sphere, radius: 0.1}]}}\n")
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(
+        "scenecc: 1\ninclude: [part.yaml]\nentities:\n  a: {shapes: [{type: convex_mesh, file: no.obj}]}\n"
+    )
+    options = Options.of()
+    found = load(str(scene), options, {})
+    assert found.loaded is None
+    assert [one.code for one in found.diagnostics] == ["SC401"]
+    assert found.files == {(tmp_path / name).resolve() for name in ("part.yaml", "no.obj")}
+
+
+def test_files_are_forgotten_when_nothing_shows_them() -> None:
+    made, files = world(), Files()
+    picture = made.picture(ViewOptions(), files)
+    used = {node.digest for node in picture.nodes.values() if isinstance(node, Mesh)}
+    assert set(files.contents) == used
+    files.keep(set())
+    assert not files.contents
+    again = made.picture(ViewOptions(), files)
+    assert again.nodes == picture.nodes
+    assert set(files.contents) == used
+    made.close()
+
+
+def test_a_name_with_a_slash_is_one_step_of_a_path() -> None:
+    """What is below a path on the page would move with it."""
+    scene = {"scenecc": 1, "entities": {"desk": {"use": "scenecc:cube", "pose": [1, 0, 0]}}}
+    made = world(scene=scene)
+    picture = made.picture(ViewOptions(), Files())
+    names = [name for name, _ in made.entities()[0]]
+    assert any("/" in name for name in names)
+    assert {path.count("/") for path, node in picture.nodes.items() if isinstance(node, Frame)} == {1, 2}
+    assert len(picture.bodies) == len(names)
+    made.close()
+
+
+pytest.importorskip("viser", reason="needs the extra `view`")
+
+
+RECORDED_SCENE = """\
+scenecc: 1
+name: <b>balls</b>
+num_scenes: 2
+entities:
+  ball: {pose: [0, 0, 1], shapes: [{type: sphere, radius: 0.1}]}
+  still: {pose: [3, 0, 0], body_type: static, shapes: [{type: box, half_size: [0.1, 0.1, 0.1]}]}
+"""
+
+
+def recorded(page: str) -> tuple[float, list[tuple[float, dict[str, object]]]]:
+    """How long a page plays [s], and its messages with their times."""
+    found = re.search(r'__VISER_EMBED_DATA__="([^"]*)"', page)
+    assert found
+    data = zstandard.ZstdDecompressor().decompress(base64.b64decode(found[1])[8:])
+    held = msgspec.msgpack.decode(data[8 : 8 + int.from_bytes(data[:8], "little")])
+    return held["durationSeconds"], held["messages"]
+
+
+def test_a_page_holds_a_scene(tmp_path: Path) -> None:
+    path = tmp_path / "balls.yaml"
+    path.write_text(RECORDED_SCENE)
+    page = export_page(path)
+    duration, messages = recorded(page)
+    assert "<title>&lt;b&gt;balls&lt;/b&gt;</title>" in page
+    assert duration == 0
+    names = {message.get("name") for _, message in messages}
+    assert {"/scene 0/ball/visual 0", "/scene 0/still/visual 0"} <= names
+    assert not any(str(name).startswith("/scene 1") for name in names)
+
+
+def test_it_plays_the_simulation_in_its_own_time(tmp_path: Path) -> None:
+    path = tmp_path / "balls.yaml"
+    path.write_text(RECORDED_SCENE)
+    duration, messages = recorded(export_page(path, steps=50, look=ViewOptions(scene=1)))
+    assert duration == pytest.approx(0.5)
+    falls = [
+        (time, message["position"])
+        for time, message in messages
+        if message.get("name") == "/scene 1/ball" and message["type"] == "SetPositionMessage"
+    ]
+    heights = [position[2] for _, position in falls]  # pyright: ignore[reportIndexIssue] - a list of numbers
+    assert heights == sorted(heights, reverse=True)
+    with scenecc.load_scene(path, scene_idxs=[1], render=False) as batch:
+        batch.step(50)
+        assert heights[-1] == float(batch.entities["ball"].pose[0, 2])
+    moved = {message["name"] for time, message in messages if time > 0}
+    assert moved == {"/scene 1/ball"}, "what stands still is not told again"
+
+
+def test_a_scene_at_fault_gives_no_page(tmp_path: Path) -> None:
+    path = tmp_path / "balls.yaml"
+    path.write_text(RECORDED_SCENE.replace("sphere", "spere"))
+    with pytest.raises(scenecc.SceneError) as caught:
+        export_page(path)
+    assert caught.value.at_fault == "scene"
+    path.write_text(RECORDED_SCENE)
+    with pytest.raises(scenecc.SceneError) as caught:
+        export_page(path, look=ViewOptions(scene=2))
+    assert caught.value.diagnostics[0].code == "SC908"
+    with pytest.raises(ValueError, match="scene must be at least 0, not -1"):
+        export_page(path, look=ViewOptions(scene=-1))
+    for port in (-1, 65536):
+        with pytest.raises(ValueError, match=f"a port is 0 to 65535, not {port}"):
+            PageAddress(port=port)
+    with pytest.raises(ValueError, match="steps must be at least 0"):
+        export_page(path, steps=-1)
+
+
+def test_missing_packages_are_named_with_the_way_to_get_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scenecc.viewer.view.find_spec", lambda name: None)
+    for call in (export_page, view_scene):
+        with pytest.raises(scenecc.SceneError) as caught:
+            call({"scenecc": 1})
+        (told,) = caught.value.diagnostics
+        assert told.file == "scenecc", "it is no fault of a scene's"
+        assert (told.code, told.hint) == ("SC816", 'run `pip install "scenecc[view]"`')
+        assert told.message == "a page needs viser and watchfiles, not installed here"
+        assert caught.value.at_fault == "machine"
+
+
+def test_a_simulation_that_diverges_gives_no_page(tmp_path: Path) -> None:
+    path = tmp_path / "balls.yaml"
+    path.write_text(f"physics: {{gravity: [0, 0, -1.0e+6], timestep: 1}}\n{RECORDED_SCENE}")
+    export_page(path)
+    with pytest.raises(scenecc.SceneError) as caught:
+        export_page(path, steps=20)
+    assert ([found.code for found in caught.value.diagnostics], caught.value.at_fault) == (["SC820"], "scene")
