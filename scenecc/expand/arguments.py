@@ -10,11 +10,11 @@ from scenecc.diagnostics.messages import cut, nearest, suggest
 from scenecc.expand.contents import count_values, has_failed, is_varying, iterate_texts
 from scenecc.expand.expansion import ExpansionFrame, ExpansionWriter, SourceMark, scoped_name
 from scenecc.expand.params import form_key, varying_misfit
-from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.param_types import kind_of
 from scenecc.spec.plain import EXPRESSION, is_mapping, is_sequence
 from scenecc.spec.walk import step
 from scenecc.variation.errors import ExpressionError
+from scenecc.variation.forms import FORM_KEYS
 from scenecc.variation.template import Template
 
 if TYPE_CHECKING:
@@ -289,7 +289,7 @@ def find_argument_origins(documents: Mapping[str | None, Document], origin: Orig
 
 def _is_whole(node: Any, path: Path) -> bool:
     """Whether a node is a whole: one of a section's, which have names, or a link of a tree."""
-    if not is_mapping(node) or any(key in VARIATION_FORMS for key in node):
+    if not is_mapping(node) or any(key in FORM_KEYS for key in node):
         return False
     return len(path) == _NAMED_NODE_DEPTH or path[-1:] == ("root",) or path[-2:-1] == ("children",)
 

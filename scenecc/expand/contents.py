@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Origin
 from scenecc.spec.base import NOTE_PREFIX
-from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.plain import EXPRESSION, is_mapping, is_sequence
+from scenecc.variation.forms import FORM_KEYS
 from scenecc.variation.template import Template
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def count_values(node: Any, most: int | None = None) -> int:
         item = waiting.pop()
         if is_mapping(item):
             waiting += item.values()
-            if not VARIATION_FORMS.isdisjoint(item):
+            if not FORM_KEYS.isdisjoint(item):
                 count += VALUES_PER_FORM
         elif is_sequence(item):
             waiting += item
@@ -103,7 +103,7 @@ def is_varying(value: Any) -> bool:
     if isinstance(value, Template):
         return True
     if is_mapping(value):
-        return not VARIATION_FORMS.isdisjoint(value) or any(map(is_varying, value.values()))
+        return not FORM_KEYS.isdisjoint(value) or any(map(is_varying, value.values()))
     return is_sequence(value) and any(map(is_varying, value))
 
 
@@ -155,7 +155,7 @@ def _max_objects(text: str, data: dict[str, Any]) -> float:
     if "\\" in text:  # a key may be written in escapes
         return inf
     values = sum(map(text.count, (",", "\n", "[", "{", "- ")))
-    forms, robots, shapes = (sum(map(text.count, keys)) for keys in (VARIATION_FORMS, ROBOT_KEYS, ("type",)))
+    forms, robots, shapes = (sum(map(text.count, keys)) for keys in (FORM_KEYS, ROBOT_KEYS, ("type",)))
     named = sum(len(node) for node in data.values() if is_mapping(node))
     expressions = len(text) / CHARACTERS_PER_OBJECT if "${" in text else 0
     return (

@@ -10,10 +10,9 @@ from scenecc.diagnostics import Origin
 from scenecc.diagnostics.messages import cut, show, suggest
 from scenecc.expand.contents import iterate_texts
 from scenecc.spec.base import NOTE_PREFIX
-from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.param_types import KINDS, RANGED, ParamType, is_number, kind_of, out_of_range
 from scenecc.spec.plain import EXPRESSION, is_mapping, is_sequence
-from scenecc.variation.forms import DISTRIBUTIONS
+from scenecc.variation.forms import DISTRIBUTIONS, FORM_KEYS
 from scenecc.variation.template import Template
 
 if TYPE_CHECKING:
@@ -147,7 +146,7 @@ def form_key(value: Any) -> str | None:
     """The key of a form of variation; None of anything else."""
     if not is_mapping(value):
         return None
-    return next((key for key in value if key in VARIATION_FORMS), None)
+    return next((key for key in value if key in FORM_KEYS), None)
 
 
 def varying_misfit(value: Any, wanted: ParamType) -> Misfit | None:
@@ -207,20 +206,22 @@ def _component(bound: Any, index: int) -> Any:
 
 def _drawn_misfit(form: str, value: dict[str, Any], wanted: ParamType) -> Misfit | None:
     """Of a form that draws numbers: whether it is the type's, its bounds are, and they lie in the range."""
-    if wanted.kind not in (_INTEGER_KINDS if form == "integers" else _NUMBER_KINDS):
+    drawn = DISTRIBUTIONS[form]
+    if wanted.kind not in (_INTEGER_KINDS if drawn.whole else _NUMBER_KINDS):
         return "SC211", f"must be {KINDS[wanted.kind][1]}, which `{form}` does not draw"
-    bounds, clip = value[form], value.get("clip", ())
+    bounds = value[form]
     if not is_sequence(bounds):
         return None
     limits = _as_vector(wanted) or replace(wanted, kind="number")
     if limits.kind == "vector" and all(map(is_number, bounds)):
         return "SC211", f"must be {KINDS[wanted.kind][1]}: a bound of `{form}` must be a list of numbers"
-    if form != "normal":
+    if drawn.companion is None:
         return _first_bound_misfit(bounds, limits, wanted)
     wrong = _first_bound_misfit(bounds, replace(limits, low=None, high=None), wanted)
-    if wrong is None and "clip" not in value and limits.ranged:
-        return "SC212", "must stay in a range, which a normal draw leaves: it needs `clip`"
-    return wrong or _first_bound_misfit(clip if is_sequence(clip) else (), limits, wanted)
+    if wrong is None and drawn.companion not in value and limits.ranged:
+        return "SC212", f"must stay in a range, which a {form} draw leaves: it needs `{drawn.companion}`"
+    edges = value.get(drawn.companion, ())
+    return wrong or _first_bound_misfit(edges if is_sequence(edges) else (), limits, wanted)
 
 
 def _first_bound_misfit(bounds: Any, limits: ParamType, wanted: ParamType) -> Misfit | None:

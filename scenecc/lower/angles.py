@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 from scenecc.lower.field_types import FieldType, number, vector
 from scenecc.lower.variation import VARYING, VariationLowerer, field_place
 from scenecc.plan import Value, literal
-from scenecc.variation.forms import MISSING, Choice, Cycle, Integers, LogUniform, PerScene, SceneMap, Uniform, Vector
+from scenecc.variation.distributions import DISTRIBUTIONS
+from scenecc.variation.forms import MISSING, Choice, Cycle, DrawForm, PerScene, SceneMap, Vector
 from scenecc.variation.nodes import NODE_TYPES, NODES, Radians
 
 if TYPE_CHECKING:
@@ -66,8 +67,8 @@ def _least_magnitude(written: Any) -> Any:
             parts = items
         case SceneMap(items, default):
             parts = tuple(one for _, one in items) + (() if default is MISSING else (default,))
-        case Uniform(low, high) | Integers(low, high) | LogUniform(low, high):
-            parts = (low, high)
+        case DrawForm(kind, operands) if DISTRIBUTIONS[kind].within_operands:
+            parts = operands
         case _:
             return 0.0
     found = [_least_magnitude(part) for part in parts]

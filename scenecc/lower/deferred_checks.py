@@ -190,8 +190,8 @@ def _possible_failure(node: Node, wanted: FieldType | None, leaves: FieldLowerer
     """Why a node may have no value: an expression, or what is drawn between bounds that vary."""
     key: tuple[Any, ...]
     if isinstance(node, Drawn):
-        key, convert, dtype = tuple(map(_identity, (node.low, node.high, *(node.clip or ())))), None, None
-        key = (node.kind, node.shape, *key, id(leaves.scenes))
+        convert = dtype = None
+        key = (node.kind, node.shape, *map(_identity, node.operands), id(leaves.scenes))
     elif isinstance(node, Computed):
         convert = None if wanted is None or node.shape is not None else wanted.convert
         dtype = None if wanted is None or wanted.free or node.shape != () else wanted.dtype

@@ -77,10 +77,8 @@ def _components(bound: Any) -> int | None:
             return _components(items[0])
         case forms.SceneMap(items, default):
             return _components(items[0][1] if items else default)
-        case forms.Uniform() | forms.Integers() | forms.LogUniform():
-            return next(iter(drawn_shape((bound.low, bound.high))), None)
-        case forms.Normal():
-            return next(iter(drawn_shape((bound.mean, bound.std, *(bound.clip or ())))), None)
+        case forms.DrawForm(_, operands):
+            return next(iter(drawn_shape(operands)), None)
         case forms.Vector(items):
             return len(items)
         case _:

@@ -11,18 +11,15 @@ from scenecc.diagnostics import dotted
 from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.field_types import COMPONENT_TYPES, drawn_shape
 from scenecc.variation.compute_limit import expression_cost, form_cost
+from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.forms import (
-    DISTRIBUTIONS,
     MISSING,
     Choice,
     Cycle,
-    Integers,
-    LogUniform,
-    Normal,
+    DrawForm,
     PerScene,
     RandomRotation,
     SceneMap,
-    Uniform,
     Vector,
 )
 from scenecc.variation.nodes import NODE_TYPES, Chosen, Computed, Cycled, Drawn, Key, RandomRotated, Rows, Stacked
@@ -33,15 +30,12 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.origin import PathKey
     from scenecc.lower.field_types import FieldType
     from scenecc.lower.fields import FieldLowerer
-    from scenecc.variation import nodes
 
 SELECTORS = frozenset((PerScene, SceneMap, Cycle, Choice))
 """The forms that pick one of several items, which may be anything."""
 
-VARYING = SELECTORS | {Uniform, Integers, LogUniform, Normal, RandomRotation, Vector, Template}
+VARYING = SELECTORS | {DrawForm, RandomRotation, Vector, Template}
 """All that may stand in place of a plain value, by type."""
-
-_DRAWN: dict[type, Any] = {form: key for key, form in DISTRIBUTIONS.items()}
 
 FormStep = tuple["PathKey", ...]
 
@@ -207,11 +201,7 @@ class VariationLowerer:
                 self.drawn = True
                 return RandomRotated(self._key(place))
             case _:
-                what, clip = _DRAWN[given.__class__], None
-                bounds = (given.mean, given.std) if what == "normal" else (given.low, given.high)
-                if what == "normal":
-                    clip = given.clip
-                return self._drawn(what, bounds, clip, kind, place)
+                return self._drawn(given, kind, place)
 
     def plain(self, given: Any, kind: FieldType, around: FieldPlace, step: FormStep) -> Any:
         """A plain value as a row; the kind's own where it was reported."""
@@ -247,26 +237,21 @@ class VariationLowerer:
             parts.append(kind.pad)
         return Stacked(tuple(parts))
 
-    def _drawn(
-        self,
-        what: nodes.Kind,
-        bounds: tuple[Any, Any],
-        clip: tuple[Any, Any] | None,
-        kind: FieldType,
-        place: FieldPlace,
-    ) -> Any:
+    def _drawn(self, given: DrawForm, kind: FieldType, place: FieldPlace) -> Any:
         self.drawn = True
+        drawn = DISTRIBUTIONS[given.kind]
         if kind.free:
-            kind = replace(kind, shape=drawn_shape((*bounds, *(clip or ()))))
-        single = not kind.shape or (kind.wide and not any(_is_vector(bound) for bound in bounds))
+            kind = replace(kind, shape=drawn_shape(given.operands))
+        single = not kind.shape or (kind.wide and not any(_is_vector(bound) for bound in given.operands))
         one = component(kind) if single else kind
-        low, high = self._bound(bounds[0], one, place, (what, 0)), self._bound(bounds[1], one, place, (what, 1))
-        if what == "normal" and one.pad is not None and _is_vector(high):
-            # What is left out does not vary.
-            high = (*high[:3], 0.0) if len(bounds[1]) < len(high) else high
-        clipped = clip and tuple(self._bound(bound, one, place, ("clip", i)) for i, bound in enumerate(clip))
-        node = Drawn(what, low, high, clipped, one.shape, self._key(place), place.word)
-        if not NODE_TYPES.isdisjoint(map(type, (low, high, *(clipped or ())))):
+        steps = drawn.steps(len(given.operands))
+        items = [self._bound(bound, one, place, step) for bound, step in zip(given.operands, steps, strict=True)]
+        for i, role in enumerate(drawn.roles):
+            if role == "deviation" and one.pad is not None and _is_vector(items[i]):
+                # What is left out does not vary.
+                items[i] = (*items[i][:3], 0.0) if len(given.operands[i]) < len(items[i]) else items[i]
+        node = Drawn(given.kind, tuple(items), one.shape, self._key(place), place.word)
+        if not NODE_TYPES.isdisjoint(map(type, items)):
             # Bounds that vary may change places in some scene.
             self.risk(node, place.origin)
         return Stacked((node,) * kind.shape[0]) if single and kind.shape else node

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any, Final, get_args
 from scenecc.plan.decode_numbers import Fault, is_list, is_object, shown
 from scenecc.plan.fields import type_name
 from scenecc.plan.recipe_shape import MisshapenError, shape_of
+from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.errors import ExpressionError
-from scenecc.variation.nodes import NODES, Chosen, Computed, Cycled, Key, Kind, Node, Rows, Section, Shared, Stacked
+from scenecc.variation.nodes import NODES, Chosen, Computed, Cycled, Drawn, Key, Node, Rows, Section, Shared, Stacked
 from scenecc.variation.operations import MAX_INT_BITS
 from scenecc.variation.template import Template
 
@@ -27,7 +28,7 @@ _MOST_COMPONENTS = 4096
 _LAST_WORD = 10_000
 _LONGEST = 100_000
 _BY_TYPE = {type_name(cls): cls for cls in NODES}
-_NULLABLE = {"weights", "clip", "shape"}
+_NULLABLE = {"weights", "shape"}
 _BUILT_IN = {"scene", "num_scenes"}
 
 
@@ -78,7 +79,8 @@ class _Reader:
         cls = _BY_TYPE.get(name) if isinstance(name, str) else None
         if cls is None:
             raise _WrongError("SC705", f"{shown(name)} is no type of node", "type")
-        made: Any = self._made(cls, {key: item for key, item in data.items() if key != "type"}, depth)
+        given = {key: item for key, item in data.items() if key != "type"}
+        made: Any = self._drawn(given, depth) if cls is Drawn else self._made(cls, given, depth)
         _check_counts(made)
         if isinstance(made, Shared):
             self._known(made.name, "name")
@@ -88,8 +90,28 @@ class _Reader:
                 self._known(reads.get(name, name), "template")
         return made
 
-    def _made(self, cls: type[Any], data: dict[str, Any], depth: int) -> Any:
-        known = {item.name: item for item in fields(cls)}
+    def _drawn(self, data: dict[str, Any], depth: int) -> Drawn:
+        """A draw, whose operands have the names that its distribution gives them."""
+        kind = data.get("kind")
+        if "kind" not in data:
+            raise _WrongError("SC704", "the key `kind` is missing")
+        drawn = DISTRIBUTIONS.get(kind) if isinstance(kind, str) else None
+        if drawn is None:
+            raise _WrongError("SC705", f"{shown(kind)} is no kind of draw", "kind")
+        rest = {key: item for key, item in data.items() if key not in {*drawn.members, drawn.companion, "operands"}}
+        if "operands" in data:
+            raise _WrongError("SC703", "unknown key 'operands'", "operands")
+        operands: list[Any] = []
+        for name in drawn.members:
+            if name not in data:
+                raise _WrongError("SC704", f"the key `{name}` is missing")
+            operands.append(self._at(name, _Reader.item, data[name], depth))
+        if drawn.companion in data:
+            operands += self._at(drawn.companion, _Reader.pair, data[drawn.companion], depth)
+        return self._made(Drawn, rest, depth, operands=tuple(operands))
+
+    def _made(self, cls: type[Any], data: dict[str, Any], depth: int, **made: Any) -> Any:
+        known = {item.name: item for item in fields(cls) if item.name not in made}
         for key in data:
             if key not in known:
                 raise _WrongError("SC703", f"unknown key {shown(key)}", key[:80])
@@ -101,7 +123,7 @@ class _Reader:
                 read[name] = None
             elif item.default is MISSING:
                 raise _WrongError("SC704", f"the key `{name}` is missing")
-        return cls(**read)
+        return cls(**made, **read)
 
     def _field(self, name: str, data: object, depth: int) -> Any:
         return self._at(name, _FIELDS.get(name, _Reader.item), data, depth)
@@ -201,14 +223,7 @@ def _text(_: _Reader, data: object, __: int) -> str:
     return data
 
 
-_KINDS: Final[tuple[str, ...]] = get_args(Kind)
 _SECTIONS: Final[tuple[str, ...]] = get_args(Section)
-
-
-def _kind(_: _Reader, data: object, __: int) -> object:
-    if data not in _KINDS:
-        raise _WrongError("SC705", f"{shown(data)} is no kind of draw")
-    return data
 
 
 def _word(_: _Reader, data: object, __: int) -> int:
@@ -245,14 +260,13 @@ def _scene_idxs(_: _Reader, data: object, __: int) -> tuple[int, ...]:
 
 _FIELDS: Final[dict[str, Callable[[_Reader, object, int], Any]]] = {
     "items": _Reader.items,
-    "clip": _Reader.pair,
     "reads": _Reader.reads,
     "key": _Reader.key,
     "template": _Reader.template,
     "name": _text,
     "path": _text,
     "section": _text,
-    "kind": _kind,
+    "kind": _text,
     "word": _word,
     "index": _index,
     "shape": _shape,

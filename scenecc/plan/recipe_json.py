@@ -6,20 +6,34 @@ from dataclasses import MISSING, fields
 from typing import TYPE_CHECKING, Any
 
 from scenecc.plan.fields import type_name
-from scenecc.variation.nodes import NODES, Key
+from scenecc.variation.nodes import NODES, Drawn, Key
 from scenecc.variation.template import Template
 
 if TYPE_CHECKING:
     from scenecc.variation.nodes import Node
 
 
+_DRAWN = frozenset(("kind", "operands"))
+"""Fields of a draw that are written by its distribution."""
+
+
 def recipe_data(node: Node) -> dict[str, Any]:
     """A node as JSON has it. What is None, or the default of its field, is left out."""
+    if isinstance(node, Drawn):
+        return {"type": type_name(Drawn), "kind": node.kind, **_operands(node), **_members(node)}
     return {"type": type_name(type(node)), **_members(node)}
 
 
+def _operands(node: Drawn) -> dict[str, Any]:
+    """The operands of a draw, by the names that its distribution gives them."""
+    drawn = node.distribution
+    named = {name: _data(item) for name, item in zip(drawn.members, node.operands, strict=False)}
+    edges = _data(node.operands[len(drawn.members) :])
+    return {**named, str(drawn.companion): edges} if edges else named
+
+
 def _members(node: Any) -> dict[str, Any]:
-    given = [(item, getattr(node, item.name)) for item in fields(node)]
+    given = [(item, getattr(node, item.name)) for item in fields(node) if item.name not in _DRAWN]
     return {
         item.name: _data(value)
         for item, value in given

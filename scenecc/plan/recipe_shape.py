@@ -80,7 +80,7 @@ def _side_by_side(node: Stacked, draws: Shapes) -> Shape:
 
 
 def _drawn(node: Drawn, draws: Shapes) -> Shape:
-    for bound in (node.low, node.high, *(node.clip or ())):
+    for bound in node.operands:
         if shape_of(bound, draws) not in (None, (), node.shape):
             raise MisshapenError("a bound of a draw has another shape than the draw")
     return node.shape

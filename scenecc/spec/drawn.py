@@ -15,18 +15,17 @@ from scenecc.spec.param_types import rgba
 from scenecc.spec.plain import is_mapping, is_sequence
 from scenecc.spec.pose import AXES
 from scenecc.variation import forms
+from scenecc.variation.distributions import DISTRIBUTIONS, WIDEST_INTEGERS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from scenecc.diagnostics import PathKey
     from scenecc.spec.forms import FormReader
+    from scenecc.variation.distributions import Distribution
 
     Loc = tuple[PathKey, ...]
     Validate = Callable[[Any], Any]
-
-_WIDEST = 2**53
-"""Integers up to here are drawn: those that are exact as numbers with a fraction."""
 
 
 def read_drawn(reader: FormReader, key: str, node: dict[str, Any], domain: Domain, plain: Validate, loc: Loc) -> Any:
@@ -44,55 +43,70 @@ def read_drawn(reader: FormReader, key: str, node: dict[str, Any], domain: Domai
     if not domain.of_numbers:
         hint = "of other values `per_scene`, `cycle` and `choice` take one"
         return reader.mistake("SC116", f"`{key}` draws numbers, and nothing else", node, at, hint)
-    if domain.whole and key != "integers":
+    drawn = DISTRIBUTIONS[key]
+    if domain.whole and not drawn.whole:
         hint = f"write `integers: {show(node[key])}`" if key == "uniform" else "`integers: [low, high]` does"
         return reader.mistake("SC116", f"`{key}` draws no whole numbers", node, at, hint)
-    if key == "normal":
-        return _normal(reader, node, domain, plain, loc)
-    pair = _pair(reader, node[key], domain, domain, plain, at, "[low, high]")
-    if pair is None:
+    of_role = {"value": domain, "mean": domain.means, "deviation": domain.deviations}
+    names = f"[{', '.join(drawn.operands)}]"
+    operands = _operands(reader, node[key], [of_role[role] for role in drawn.roles], plain, at, names)
+    edges = _edges(reader, drawn, node, domain, plain, loc, told=operands is None)
+    if operands is None:
         return None
-    low, high = pair
-    if key == "integers":
-        low, high = (_whole(reader, bound, (*at, i)) for i, bound in enumerate(pair))
-    elif key == "log_uniform":
-        for i, bound in enumerate(pair):
-            _positive(reader, bound, (*at, i))
-    _ordered(reader, low, high, domain, at, whole=key == "integers")
-    return forms.DISTRIBUTIONS[key](low, high)
-
-
-def _normal(reader: FormReader, node: dict[str, Any], domain: Domain, plain: Validate, loc: Loc) -> Any:
-    at = (*loc, "normal")
-    pair = _pair(reader, node["normal"], domain.means, domain.deviations, plain, at, "[mean, std]")
-    clip = None
-    if "clip" in node:
-        clip = _pair(reader, node["clip"], domain, domain, plain, (*loc, "clip"), "[low, high]")
-        if clip is not None:
-            _ordered(reader, *clip, domain, (*loc, "clip"))
-    elif domain.bounded and pair is not None:
-        hint = "add `clip: [low, high]`"
-        reader.mistake("SC120", f"`normal` without `clip` can leave the range of {THIS}", node, loc, hint)
-    if pair is None or not _as_many(reader, (*pair, *(clip or ())), "mean, std and clip", at):
+    if drawn.whole:
+        operands = tuple(_whole(reader, bound, (*at, i)) for i, bound in enumerate(operands))
+    for condition in drawn.holding(len(operands)):
+        if condition.strict and condition.less is None:
+            _positive(reader, operands[condition.greater], condition.because, (*at, condition.greater))
+    if not _as_many(reader, (*operands, *edges), drawn.listed, at):
         return None
-    return forms.Normal(*pair, clip)
+    for condition in drawn.holding(len(operands)):
+        if condition.less is not None:
+            _ordered(reader, operands[condition.less], operands[condition.greater], domain, at, whole=drawn.whole)
+    return forms.DrawForm(key, (*operands, *edges))
 
 
-def _pair(
-    reader: FormReader, node: Any, first: Domain, second: Domain, plain: Validate, loc: Loc, names: str
-) -> tuple[Any, Any] | None:
+def _edges(
+    reader: FormReader,
+    drawn: Distribution,
+    node: dict[str, Any],
+    domain: Domain,
+    plain: Validate,
+    loc: Loc,
+    *,
+    told: bool,
+) -> tuple[Any, ...]:
+    """The edges of the key beside the form; none where it is left out, or wrong. `told`: the form is wrong itself."""
+    if drawn.companion is None:
+        return ()
+    if drawn.companion in node:
+        place = (*loc, drawn.companion)
+        edges = _operands(reader, node[drawn.companion], [domain, domain], plain, place, "[low, high]") or ()
+        if edges and _as_many(reader, edges, "both bounds", place):
+            _ordered(reader, edges[0], edges[1], domain, place)
+        return edges
+    if domain.bounded and not told:
+        message = f"`{drawn.key}` without `{drawn.companion}` can leave the range of {THIS}"
+        reader.mistake("SC120", message, node, loc, f"add `{drawn.companion}: [low, high]`")
+    return ()
+
+
+def _operands(
+    reader: FormReader, node: Any, domains: list[Domain], plain: Validate, loc: Loc, names: str
+) -> tuple[Any, ...] | None:
     if not is_sequence(node):
         return reader.mistake("SC103", f"{THIS} must be {names}", node, loc)
-    if len(node) != 2:
-        return reader.mistake("SC106", f"{THIS} must have 2 values, {names}, not {len(node)}", node, loc)
+    count, first = len(domains), domains[0]
+    if len(node) != count:
+        return reader.mistake("SC106", f"{THIS} must have {count} values, {names}, not {len(node)}", node, loc)
     if _are_misfits(node, first):
         needed = first.least if first.least == first.most else f"{first.least} to {first.most}"
         return reader.mistake("SC106", f"a bound of {THIS} must have {needed} values, not {len(node[0])}", node, loc)
-    return _bound(reader, node[0], first, plain, (*loc, 0)), _bound(reader, node[1], second, plain, (*loc, 1))
+    return tuple(_bound(reader, node[i], domains[i], plain, (*loc, i)) for i in range(count))
 
 
 def _are_misfits(bounds: Any, domain: Domain) -> bool:
-    """Whether both are lists of one length that the value does not have: one mistake."""
+    """Whether all are lists of one length that the value does not have: one mistake."""
     lengths = {len(bound) if is_sequence(bound) else None for bound in bounds}
     length = lengths.pop()
     return not lengths and length is not None and domain.item is not None and not domain.least <= length <= domain.most
@@ -150,8 +164,10 @@ def _whole(reader: FormReader, bound: Any, loc: Loc) -> Any:
             return part
         if not float(part).is_integer():
             reader.mistake("SC104", f"{THIS} must be whole, not {show(part)}", part, loc)
-        elif abs(part) > _WIDEST:
-            reader.mistake("SC104", f"{THIS} must be at most {_WIDEST} (2⁵³) in size, not {show(part)}", part, loc)
+        elif abs(part) > WIDEST_INTEGERS:
+            reader.mistake(
+                "SC104", f"{THIS} must be at most {WIDEST_INTEGERS} (2⁵³) in size, not {show(part)}", part, loc
+            )
         else:
             return int(part)
         return part
@@ -164,9 +180,9 @@ def _whole(reader: FormReader, bound: Any, loc: Loc) -> Any:
     return parts if is_sequence(bound) else forms.Vector(parts)
 
 
-def _positive(reader: FormReader, bound: Any, loc: Loc) -> None:
+def _positive(reader: FormReader, bound: Any, because: str, loc: Loc) -> None:
     if any(_is_number(part) and part <= 0 for part in _numbers(bound)):
-        reader.mistake("SC104", f"{THIS} must be greater than 0 for its logarithm to be drawn", bound, loc)
+        reader.mistake("SC104", f"{THIS} must be greater than 0{because}", bound, loc)
 
 
 def _facing(low: Any, high: Any) -> Iterator[tuple[Any, Any]]:
@@ -190,13 +206,11 @@ def _as_many(reader: FormReader, bounds: tuple[Any, ...], what: str, loc: Loc) -
 
 
 def _ordered(reader: FormReader, low: Any, high: Any, domain: Domain, loc: Loc, *, whole: bool = False) -> None:
-    if not _as_many(reader, (low, high), "both bounds", loc):
-        return
     for a, b in _facing(low, high):
         if not (_is_number(a) and _is_number(b)):
             continue
-        if whole and _WIDEST <= b - a <= 2 * _WIDEST:
-            reader.mistake("SC104", f"{THIS} must be among fewer than {_WIDEST} (2⁵³) integers", low, loc)
+        if whole and WIDEST_INTEGERS <= b - a <= 2 * WIDEST_INTEGERS:
+            reader.mistake("SC104", f"{THIS} must be among fewer than {WIDEST_INTEGERS} (2⁵³) integers", low, loc)
             return
         if a > b:
             reader.mistake("SC119", f"the lower bound {show(a)} is above the upper bound {show(b)}", low, loc)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.hints import ALTERNATIVES, PARTS, SETTINGS
 from scenecc.spec.mistakes import TOLD
 from scenecc.spec.plain import is_mapping
 from scenecc.spec.telling import known_keys, meant, named, tell, wrong_length
 from scenecc.spec.unions import KEY, NOT_MEANT, WRONG_KIND
 from scenecc.spec.walk import document_path, follow
+from scenecc.variation.forms import FORM_KEYS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -69,9 +69,9 @@ def _formed(located: Located, data: dict[str, Any]) -> dict[Path, str | None]:
         else:
             node = follow(data, path)
             # A shape without a type may have a normal.
-            forms = VARIATION_FORMS - {"normal"} if kind == "union_tag_not_found" else VARIATION_FORMS
+            forms = FORM_KEYS - {"normal"} if kind == "union_tag_not_found" else FORM_KEYS
             owner, form = path, next((key for key in node if key in forms), "") if is_mapping(node) else ""
-        if form in VARIATION_FORMS and owner not in _NAMED:
+        if form in FORM_KEYS and owner not in _NAMED:
             formed.setdefault(owner, form)
     return formed
 

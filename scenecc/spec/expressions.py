@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.mistakes import THIS, told
 from scenecc.spec.plain import is_mapping
 from scenecc.variation.errors import ExpressionError
+from scenecc.variation.forms import FORM_KEYS
 from scenecc.variation.template import Template
 
 
@@ -18,7 +18,7 @@ def read_fixed(node: Any) -> Template:
         PydanticCustomError: it is one.
     """
     if is_mapping(node):
-        form = next(key for key in node if key in VARIATION_FORMS)
+        form = next(key for key in node if key in FORM_KEYS)
         raise told("SC116", f"{THIS} cannot differ from scene to scene: `{form}` has no place here")
     if isinstance(node, Template):
         raise told("SC116", f"{THIS} reads {read_names(node)} and so would differ from scene to scene, which it cannot")

@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-from scenecc.variation import forms
-
-VARIATION_FORMS = frozenset((*forms.LIST_FORMS, *forms.DISTRIBUTIONS))
-"""Keys of the mappings that give another value in each scene; `weights` and `clip` stand beside some of them."""
-
 LEFT_OUT: dict[str, str] = {
     "tendons": "tendons",
     "stereo": "stereo depth sensors",

@@ -13,11 +13,12 @@ from scenecc.diagnostics.messages import cut, show
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.drawn import read_drawn
 from scenecc.spec.expressions import written
-from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.mistakes import THIS, Mistakes, told
 from scenecc.spec.plain import is_mapping, is_sequence
 from scenecc.spec.unions import EXPANDED, any_varying, is_varying
 from scenecc.variation import forms
+from scenecc.variation.distributions import DISTRIBUTIONS
+from scenecc.variation.forms import FORM_KEYS
 from scenecc.variation.template import Template
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     Loc = tuple[PathKey, ...]
     Validate = Callable[[Any], Any]
 
-COMPANIONS = {"choice": "weights", "normal": "clip"}
+COMPANIONS = {"choice": "weights", **{key: one.companion for key, one in DISTRIBUTIONS.items() if one.companion}}
 """Form → the key that may stand beside it."""
 
 DEFAULT = "default"
@@ -120,18 +121,18 @@ class FormReader:
         return row
 
     def _form(self, node: dict[str, Any], domain: Domain, plain: Validate, loc: Loc) -> Any:
-        key, *others = (key for key in node if key in VARIATION_FORMS)
+        key, *others = (key for key in node if key in FORM_KEYS)
         if self._refused is not None:
             return self.mistake("SC116", f"`{key}` has no place here", node, (*loc, key), self._refused)
         for other in others:
             message = f"`{key}` and `{other}` exclude each other: one form gives the value"
             self._mistakes.add(told("SC111", message, at="key"), node, *loc, other)
         for other in node:
-            if other not in VARIATION_FORMS and other != COMPANIONS.get(key) and not other.startswith(NOTE_PREFIX):
+            if other not in FORM_KEYS and other != COMPANIONS.get(key) and not other.startswith(NOTE_PREFIX):
                 self._mistakes.add(_beside(other, key), node, *loc, other)
         if others:
             return None
-        if key in forms.DISTRIBUTIONS and not self._is_expression(node[key]):
+        if key in DISTRIBUTIONS and not self._is_expression(node[key]):
             return read_drawn(self, key, node, domain, plain, loc)
         return self._listed(key, node, domain, plain, loc)
 

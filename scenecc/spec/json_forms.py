@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scenecc.spec.base import NOTES
+from scenecc.spec.forms import COMPANIONS
 from scenecc.spec.plain import is_mapping
+from scenecc.variation.distributions import DISTRIBUTIONS
+
+if TYPE_CHECKING:
+    from scenecc.variation.distributions import Distribution
 
 REFERENCE = "x-ref"
 """Stands for `$ref` to one of `DEFINITIONS` until the schema is whole: pydantic's generator knows only its own."""
@@ -39,19 +44,19 @@ _LISTED: dict[str, Any] = {
 }  # fmt: skip
 
 
-def _pair(description: str) -> dict[str, Any]:
-    return {"description": description, "anyOf": [{"type": "array", "minItems": 2, "maxItems": 2}, EXPRESSION]}
+def _operands(description: str, count: int = 2) -> dict[str, Any]:
+    listed = {"type": "array", "minItems": count, "maxItems": count}
+    return {"description": description, "anyOf": [listed, EXPRESSION]}
 
 
-_INTEGERS = {"integers": _pair("[low, high]: whole numbers, both ends included.")}
-_NUMBERS = {
-    "uniform": _pair("[low, high]: numbers or vectors; each component is drawn by itself."),
-    **_INTEGERS,
-    "log_uniform": _pair("[low, high]: the logarithm is uniform."),
-    "normal": _pair("[mean, std]: needs `clip` where the value has a range."),
-    "clip": _pair("[low, high]: what a normal draw stays within."),
-}
-_COMPANIONS = {"weights": "choice", "clip": "normal"}
+def _drawn(drawn: Distribution) -> dict[str, Any]:
+    keys = {drawn.key: _operands(drawn.description, len(drawn.operands))}
+    return {**keys, drawn.companion: _operands(drawn.companion_description)} if drawn.companion else keys
+
+
+_NUMBERS = {key: schema for drawn in DISTRIBUTIONS.values() for key, schema in _drawn(drawn).items()}
+_INTEGERS = {drawn.key: _NUMBERS[drawn.key] for drawn in DISTRIBUTIONS.values() if drawn.whole}
+_COMPANIONS = {companion: form for form, companion in COMPANIONS.items()}
 
 
 def _form(description: str, keys: dict[str, Any]) -> dict[str, Any]:

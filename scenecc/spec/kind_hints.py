@@ -6,9 +6,9 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut, nearest
-from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.hints import FORM_WORDS, LENGTH_HINTS, WRITTEN_AS
 from scenecc.spec.plain import is_mapping
+from scenecc.variation.forms import FORM_KEYS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -55,14 +55,14 @@ _OTHER_EXPRESSION = re.compile(r"\$([A-Za-z_]\w*)|\{\{ *([^{}]*[^{} ]) *\}\}|\$\
 
 def _form_hint(expected: str, found: Mapping[str, Any]) -> str | None:
     """What form of variation an unknown mapping was probably meant to be."""
-    near = next((near for key in found if (near := nearest(key, VARIATION_FORMS))), None)
+    near = next((near for key in found if (near := nearest(key, FORM_KEYS))), None)
     if near is not None:
         return f"did you mean `{near}`?"
     other = next((FORM_WORDS[key] for key in found if key in FORM_WORDS), None)
     if other is not None:
         return f"did you mean `{{{other}}}`?"
     if expected in {"a number", "a whole number", "true or false"} or expected.startswith("["):
-        return f"what differs from scene to scene is one of the forms {', '.join(sorted(VARIATION_FORMS))}"
+        return f"what differs from scene to scene is one of the forms {', '.join(sorted(FORM_KEYS))}"
     return None
 
 

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pydantic_core import CoreConfig, PydanticCustomError, SchemaValidator, core_schema
 
 from scenecc.source.scalars import RESERVED
-from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.plain import EXPRESSION, is_mapping, is_sequence
+from scenecc.variation.forms import FORM_KEYS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -87,7 +87,7 @@ def is_varying(node: object) -> bool:
         return EXPRESSION in node and not EXPANDED.get()
     if is_mapping(node):
         # This way round it is no slower for a stranger's mapping of many keys.
-        return not node.keys().isdisjoint(VARIATION_FORMS)
+        return not node.keys().isdisjoint(FORM_KEYS)
     # Documents hold plain data and, once expanded, templates.
     return kind(node) is None and node is not None
 

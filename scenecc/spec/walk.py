@@ -15,10 +15,10 @@ from typing_extensions import TypeAliasType
 from scenecc.source.scalars import RESERVED
 from scenecc.spec.copies import Repeat
 from scenecc.spec.entities import MODELS, entity_model
-from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.later import ByType, Later
 from scenecc.spec.plain import is_mapping, is_sequence
 from scenecc.spec.unions import BODY, KEY, OTHERWISE, SHAPE, TAGGED, VALUE, VECTOR, is_meant
+from scenecc.variation.forms import FORM_KEYS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -76,7 +76,7 @@ def _without_forms(loc: tuple[PathKey, ...]) -> Iterator[PathKey]:
     rest = iter(loc)
     in_form = False
     for segment in rest:
-        if in_form and segment in VARIATION_FORMS:
+        if in_form and segment in FORM_KEYS:
             next(rest, None)
         else:
             in_form = segment == OTHERWISE

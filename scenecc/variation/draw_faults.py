@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.variation import evaluation
 from scenecc.variation.bounds import flat_numbers
+from scenecc.variation.distributions import WIDEST_INTEGERS
 from scenecc.variation.enumeration import MAX_COMBINATIONS, combination_batch
 from scenecc.variation.errors import DrawError
 from scenecc.variation.expression_bounds import difference_interval
@@ -27,10 +28,9 @@ DrawFault = tuple[str, bool]
 
 def find_draw_fault(node: Drawn, analysis: BoundsAnalysis, scenes: tuple[int, ...]) -> DrawFault | None:
     """Why a draw may have no value in one of the scenes, by its bounds; None where it has one in all."""
-    items = (node.low, node.high, *(node.clip or ()))
     # One more than few: then every scene is looked at where the scene's index decides.
     rows = combination_batch(
-        items,
+        node.operands,
         analysis.draws,
         analysis.given,
         analysis.num_scenes,
@@ -39,7 +39,7 @@ def find_draw_fault(node: Drawn, analysis: BoundsAnalysis, scenes: tuple[int, ..
         work=analysis.work,
     )
     if rows is None:
-        return _by_bounds(node, [broadcast_bounds(analysis.item(item), node.shape) for item in items], analysis)
+        return _by_bounds(node, [broadcast_bounds(analysis.item(item), node.shape) for item in node.operands], analysis)
     failed = _failed(rows, node)
     if failed is None:
         return None
@@ -67,21 +67,17 @@ def _by_bounds(node: Drawn, ends: list[ValueBounds], analysis: BoundsAnalysis) -
                 is_number(part) for one in end.alternatives for part in flat_numbers(one)
             )
             return evaluation.bound_mismatch(node), not some
-    low, high, *clip = ends
-    if node.kind == "normal":
-        found = [_beyond(evaluation.NEGATIVE, _sides(high))]
-        if node.clip is not None:
-            found.append(_beyond(evaluation.CLIP_CROSSED, _between(clip[0], clip[1], node.clip, analysis)))
-    else:
-        apart = _between(low, high, (node.low, node.high), analysis)
-        found = [_beyond(evaluation.BOUNDS_CROSSED, apart)]
-        if node.kind == "log_uniform":
-            found.append(_beyond(evaluation.NOT_POSITIVE, _sides(low), zero=True))
-        elif node.kind == "integers":
-            are_whole = _is_whole(node.low, analysis) and _is_whole(node.high, analysis)
-            found.append(None if are_whole else (evaluation.NOT_WHOLE, False))
-            left = [(evaluation.WIDEST_INTEGERS - most, evaluation.WIDEST_INTEGERS - least) for least, most in apart]
-            found.append(_beyond(evaluation.TOO_MANY, left, zero=True))
+    found: list[DrawFault | None] = []
+    for condition in node.distribution.holding(len(ends)):
+        greater, less = condition.greater, condition.less
+        margins = _sides(ends[greater]) if less is None else _between(ends, node.operands, less, greater, analysis)
+        found.append(_beyond(condition.message, margins, zero=condition.strict))
+    if node.distribution.whole:
+        whole = all(_is_whole(item, analysis) for item in node.operands)
+        found.append(None if whole else (evaluation.NOT_WHOLE, False))
+        apart = _between(ends, node.operands, 0, 1, analysis)
+        left = [(WIDEST_INTEGERS - most, WIDEST_INTEGERS - least) for least, most in apart]
+        found.append(_beyond(evaluation.TOO_MANY, left, zero=True))
     return next((one for one in found if one is not None), None)
 
 
@@ -95,22 +91,24 @@ def _sides(bound: ValueBounds) -> list[Interval]:
     return list(zip(flat_numbers(bound.low), flat_numbers(bound.high), strict=True))
 
 
-def _between(low: ValueBounds, high: ValueBounds, items: tuple[Any, Any], analysis: BoundsAnalysis) -> list[Interval]:
-    """How far one bound is above the other: in each component, its least and its most."""
-    first, second = items
+def _between(
+    ends: list[ValueBounds], items: tuple[Any, ...], less: int, greater: int, analysis: BoundsAnalysis
+) -> list[Interval]:
+    """How far one operand is above another: in each component, its least and its most."""
+    first, second = items[less], items[greater]
     if isinstance(first, Computed) and isinstance(second, Computed) and first.shape == second.shape == ():
         names = {**name_bounds(analysis, first), **name_bounds(analysis, second)}
         found = difference_interval(second.template, first.template, names)
         if found is not None:
             return [found]
-    return [(b[0] - a[1], b[1] - a[0]) for a, b in zip(_sides(low), _sides(high), strict=True)]
+    return [(b[0] - a[1], b[1] - a[0]) for a, b in zip(_sides(ends[less]), _sides(ends[greater]), strict=True)]
 
 
 def _is_whole(item: Any, analysis: BoundsAnalysis) -> bool:
     """Whether a bound's numbers are integers in any case."""
     match item:
         case Drawn():
-            return item.kind == "integers"
+            return item.distribution.whole
         case Computed():
             found, _ = bounds_and_faults(analysis, item)
             return found.is_whole

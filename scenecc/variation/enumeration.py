@@ -195,8 +195,10 @@ class _Sources:
         return self.add_all(node.items)
 
     def drawn_integers(self, node: Drawn) -> bool:
-        low, high = node.low, node.high
-        if node.kind != "integers" or node.shape or not (type(low) is int and type(high) is int):
+        if not node.distribution.whole or node.shape:
+            return False
+        low, high = node.operands
+        if not (type(low) is int and type(high) is int):
             return False
         self.drawn[node.key, node.word] = range(high - low + 1)
         return 0 <= high - low < self._most

@@ -10,6 +10,7 @@ import numpy as np
 from scenecc.geometry import rotation_arrays
 from scenecc.variation import generator, per_scene_arrays
 from scenecc.variation.compute_limit import expression_cost, result_cost
+from scenecc.variation.distributions import WIDEST_INTEGERS
 from scenecc.variation.errors import DrawError, ExpressionError
 from scenecc.variation.nodes import (
     NODES,
@@ -188,7 +189,7 @@ class CombinationBatch(Batch):
             case Chosen():
                 return self.selected(node.items, self.assigned[node.key, node.word])
             case Drawn():
-                return node.low + self.assigned[node.key, node.word]
+                return node.operands[0] + self.assigned[node.key, node.word]
             case _:
                 return super().evaluate(node)
 
@@ -220,17 +221,6 @@ def _stacked(batch: Batch, node: Stacked) -> NDArray[Any]:
     return np.stack(parts, axis=1)
 
 
-WIDEST_INTEGERS = 2**53
-"""How many integers one draw may be among."""
-
-BOUNDS_CROSSED = "the lower bound is above the upper one"
-
-CLIP_CROSSED = "the lower edge of `clip` is above the upper one"
-
-NOT_POSITIVE = "the lower bound is not positive"
-
-NEGATIVE = "the standard deviation is negative"
-
 NOT_WHOLE = "a bound is no integer"
 
 TOO_MANY = f"the bounds hold more than {WIDEST_INTEGERS} integers"
@@ -254,53 +244,37 @@ def _random_rotation(batch: Batch, node: RandomRotated) -> NDArray[np.float64]:
 
 def _drawn(batch: Batch, node: Drawn) -> NDArray[Any]:
     """Numbers (B, *shape)."""
-    low, high, *clip = draw_bounds(batch, node)
-    u = _units(batch, node, node.word, low.shape[1])
-    match node.kind:
-        case "uniform":
-            values: NDArray[Any] = generator.uniform(u, low, high)
-        case "log_uniform":
-            values = generator.log_uniform(u, low, high)
-        case "integers":
-            values = generator.integers(u, low.astype(np.int64), high.astype(np.int64))
-        case "normal":
-            second = generator.units(generator.words(batch.seed, node.key, batch.scenes, node.word, u.shape[1], lane=1))
-            values = low + high * generator.normal(u, second)
-            values = np.clip(values, *clip) if clip else values
+    operands = draw_bounds(batch, node)
+
+    def units(lane: int) -> Floats:
+        return _units(batch, node, node.word, operands[0].shape[1], lane)
+
+    values = node.distribution.sample(units, operands)
     return values if node.shape else values[:, 0]
 
 
-def draw_bounds(batch: Batch, node: Drawn) -> list[NDArray[np.float64]]:
-    """Between what numbers are drawn, as the node has them: low, high and the edges of `clip`, each (B, n).
+def draw_bounds(batch: Batch, node: Drawn) -> list[Floats]:
+    """The operands of a draw, each (B, n).
 
     Raises:
-        DrawError: they are no bounds in one of the scenes.
+        DrawError: they are none in one of the scenes.
     """
     count = node.shape[0] if node.shape else 1
-    found = [_bound(batch, node, item, count) for item in (node.low, node.high, *(node.clip or ()))]
-    low, high, *clip = found
-    if node.kind == "normal":
-        _refuse(batch, node, high < 0, NEGATIVE)
-        if clip:
-            _refuse(batch, node, clip[0] > clip[1], CLIP_CROSSED)
-        return found
-    _refuse(batch, node, low > high, BOUNDS_CROSSED)
-    if node.kind == "log_uniform":
-        _refuse(batch, node, low <= 0, NOT_POSITIVE)
-    elif node.kind == "integers":
+    found = [_bound(batch, node, item, count) for item in node.operands]
+    for condition in node.distribution.holding(len(found)):
+        greater, less = found[condition.greater], 0.0 if condition.less is None else found[condition.less]
+        _refuse(batch, node, less >= greater if condition.strict else less > greater, condition.message)
+    if node.distribution.whole:
+        low, high = found
         _refuse(batch, node, (low != np.floor(low)) | (high != np.floor(high)), NOT_WHOLE)
-        _refuse(
-            batch,
-            node,
-            (np.abs(low) > WIDEST_INTEGERS) | (np.abs(high) > WIDEST_INTEGERS),
-            f"a bound is beyond {WIDEST_INTEGERS}",
-        )
+        wide = (np.abs(low) > WIDEST_INTEGERS) | (np.abs(high) > WIDEST_INTEGERS)
+        _refuse(batch, node, wide, f"a bound is beyond {WIDEST_INTEGERS}")
         _refuse(batch, node, high - low >= WIDEST_INTEGERS, TOO_MANY)
     return found
 
 
-def _units(batch: Batch, node: Chosen | Drawn | RandomRotated, first: int, count: int) -> NDArray[np.float64]:
-    return generator.units(generator.words(batch.seed, node.key, batch.scenes, first, count))
+def _units(batch: Batch, node: Chosen | Drawn | RandomRotated, first: int, count: int, lane: int = 0) -> Floats:
+    return generator.units(generator.words(batch.seed, node.key, batch.scenes, first, count, lane))
 
 
 def _bound(batch: Batch, node: Drawn, item: Any, count: int) -> NDArray[np.float64]:

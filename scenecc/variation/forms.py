@@ -9,6 +9,7 @@ from enum import Enum
 from typing import Any, Final
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.template import Template
 
 
@@ -53,36 +54,16 @@ class Choice:
 
 
 @frozen
-class Uniform:
-    """`uniform: [low, high]`: drawn, each component of a vector by itself."""
+class DrawForm:
+    """Numbers that a distribution draws: `uniform: [low, high]` and its like.
 
-    low: Any
-    high: Any
+    Attributes:
+        kind: the form's key, one of `DISTRIBUTIONS`.
+        operands: the numbers of its list, and the edges of the key beside it, where that is there.
+    """
 
-
-@frozen
-class Integers:
-    """`integers: [low, high]`: drawn, both ends included."""
-
-    low: Any
-    high: Any
-
-
-@frozen
-class LogUniform:
-    """`log_uniform: [low, high]`: drawn, the logarithm being uniform; both bounds positive."""
-
-    low: Any
-    high: Any
-
-
-@frozen
-class Normal:
-    """`normal: [mean, std], clip: [low, high]`: drawn; what lies outside `clip` is put on its edge."""
-
-    mean: Any
-    std: Any
-    clip: tuple[Any, Any] | None = None
+    kind: str
+    operands: tuple[Any, ...]
 
 
 @frozen
@@ -100,13 +81,8 @@ class Vector:
 LIST_FORMS: Final[dict[str, type[Any]]] = {"per_scene": PerScene, "cycle": Cycle, "choice": Choice}
 """Keys of the forms that list the values of which each scene has one. (`per_scene` may be a map, too: `SceneMap`.)"""
 
-DISTRIBUTIONS: Final[dict[str, type[Any]]] = {
-    "uniform": Uniform,
-    "integers": Integers,
-    "log_uniform": LogUniform,
-    "normal": Normal,
-}
-"""Keys of the forms that draw numbers; the nodes that draw them have these for their kinds."""
+FORM_KEYS: Final = frozenset((*LIST_FORMS, *DISTRIBUTIONS))
+"""Keys of the mappings that give another value in each scene; others stand beside some of them."""
 
-Form = PerScene | SceneMap | Cycle | Choice | Uniform | Integers | LogUniform | Normal | RandomRotation | Vector
+Form = PerScene | SceneMap | Cycle | Choice | DrawForm | RandomRotation | Vector
 Varying = Form | Template

@@ -15,8 +15,6 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from scenecc.geometry.rotation_arrays import map_elements
-
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -87,28 +85,6 @@ def _many_seeds(
 def units(raw: NDArray[np.uint64]) -> NDArray[np.float64]:
     """Numbers in [0, 1) from the upper 53 bits of words."""
     return (raw >> np.uint64(11)).astype(np.float64) * 2.0**-53
-
-
-def uniform(u: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Numbers between two bounds."""
-    return np.clip(low + (high - low) * u, low, high)
-
-
-def integers(u: NDArray[np.float64], low: NDArray[np.int64], high: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Integers between two bounds, both included; `high - low` is below 2⁵³."""
-    count = (high - low + 1).astype(np.float64)
-    return np.minimum(low + np.floor(u * count).astype(np.int64), high)
-
-
-def log_uniform(u: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Numbers between two positive bounds whose logarithms are even."""
-    first, last = map_elements(math.log, low), map_elements(math.log, high)
-    return np.clip(map_elements(math.exp, first + (last - first) * u), low, high)
-
-
-def normal(u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Standard normal numbers by the cosine half of Box and Muller's transform (1958)."""
-    return np.sqrt(-2.0 * map_elements(math.log, 1.0 - u)) * map_elements(math.cos, 2.0 * math.pi * v)
 
 
 def rotation(u: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -115,7 +115,7 @@ def _integers(data: NDArray[Any]) -> NDArray[np.int64]:
 def _draws_integers(node: Any) -> bool:
     if isinstance(node, Stacked):
         return all(map(_draws_integers, node.items))
-    return isinstance(node, Drawn) and node.kind == "integers"
+    return isinstance(node, Drawn) and node.distribution.whole
 
 
 def _kind(value: Any) -> str | None:

@@ -163,7 +163,7 @@ class BoundsAnalysis:
 
 def _gives_integers(node: Node | None) -> bool:
     """Whether what a draw gives are integers in any case."""
-    return isinstance(node, Drawn) and node.kind == "integers"
+    return isinstance(node, Drawn) and node.distribution.whole
 
 
 def bounds_and_faults(analysis: BoundsAnalysis, node: Computed) -> tuple[ExpressionBounds, list[ExpressionFault]]:
@@ -201,41 +201,29 @@ def _chosen(analysis: BoundsAnalysis, node: Chosen) -> ValueBounds:
 
 
 def _drawn(analysis: BoundsAnalysis, node: Drawn) -> ValueBounds:
-    if node.kind in _BETWEEN_BOUNDS:
+    drawn = node.distribution
+    if drawn.within_operands and not drawn.whole:
         # Of most draws both bounds are plain: this is what the rest makes of them, sooner.
-        low, high = _plain_bound(node.low, node.shape), _plain_bound(node.high, node.shape)
+        low, high = _plain_bound(node.operands[0], node.shape), _plain_bound(node.operands[-1], node.shape)
         if low is not None and high is not None and low != high:
             return ValueBounds(None, low, high, exact=True)
-    first, second = (
-        broadcast_bounds(analysis.item(node.low), node.shape),
-        broadcast_bounds(analysis.item(node.high), node.shape),
-    )
-    if first.low is None or second.low is None:
+    found = [broadcast_bounds(analysis.item(item), node.shape) for item in node.operands]
+    if any(one.low is None for one in found):
         return UNKNOWN
-    exact = first.exact and second.exact
-    if node.kind == "normal":
-        return _normal(analysis, node, first, second)
-    if node.kind == "integers" and not node.shape and exact and second.high - first.low < MAX_COMBINATIONS:
-        low, high = _whole(first.low), _whole(second.high)
-        if low is not None and high is not None and low <= high:
-            return ValueBounds.of(range(low, high + 1))
-    if first.low == second.high:
-        return ValueBounds.of((first.low,), exact=exact)
-    return ValueBounds(None, first.low, second.high, exact)
-
-
-def _normal(analysis: BoundsAnalysis, node: Drawn, mean: ValueBounds, std: ValueBounds) -> ValueBounds:
-    exact = mean.exact and std.exact
-    low = _each(lambda m, s: m if s == 0 else -math.inf, mean.low, std.high)
-    high = _each(lambda m, s: m if s == 0 else math.inf, mean.high, std.high)
-    if node.clip is not None:
-        bottom, top = (broadcast_bounds(analysis.item(bound), node.shape) for bound in node.clip)
-        if bottom.low is None or top.low is None:
-            return UNKNOWN
-        low, high = _each(max, low, bottom.low), _each(min, high, top.high)
-        # A mean that is outside with no deviation is put on the edge.
-        low, high = _each(min, low, top.high), _each(max, high, bottom.low)
-        exact = exact and bottom.exact and top.exact
+    exact = all(one.exact for one in found)
+    low: Any
+    high: Any
+    if node.shape:
+        sides = [zip(one.low, one.high, strict=True) for one in found]
+        low, high = zip(*map(drawn.bounds, zip(*sides, strict=True)), strict=True)
+    else:
+        low, high = drawn.bounds([(one.low, one.high) for one in found])
+    if drawn.whole and not node.shape and exact and high - low < MAX_COMBINATIONS:
+        first, last = _whole(low), _whole(high)
+        if first is not None and last is not None and first <= last:
+            return ValueBounds.of(range(first, last + 1))
+    if drawn.within_operands and low == high:
+        return ValueBounds.of((low,), exact=exact)
     return ValueBounds(None, low, high, exact)
 
 
@@ -299,9 +287,6 @@ def _composed(analysis: BoundsAnalysis, node: Composed) -> ValueBounds:
 def _held(analysis: BoundsAnalysis, node: Held) -> ValueBounds:
     of, factor, offset, low, high = map(analysis.item, (node.of, node.factor, node.offset, node.low, node.high))
     return held_bounds(of if node.index < 0 else component_bounds(of, node.index), factor, offset, low, high)
-
-
-_BETWEEN_BOUNDS = frozenset(("uniform", "log_uniform"))
 
 
 def _plain_bound(item: Any, shape: tuple[int, ...]) -> Any:

@@ -10,15 +10,16 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.variation.distributions import DISTRIBUTIONS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from scenecc.variation.distributions import Distribution
     from scenecc.variation.template import Template
 
 
 Section = Literal["entities", "draws", "frames", "materials", "constraints", "lights", "cameras", "environment"]
-Kind = Literal["uniform", "integers", "log_uniform", "normal"]
 
 
 @frozen
@@ -71,21 +72,23 @@ class Drawn:
     """Numbers drawn independently, each component by its own word.
 
     Attributes:
-        kind: `normal` has its mean in `low` and its standard deviation in `high`.
-        low, high: items, of shape `shape` or scalars.
-        clip: items that bound a normal draw, or None.
+        kind: of the distribution.
+        operands: its items, of shape `shape` or scalars.
         shape: () or (n,).
         key: the field's.
         word: of the first component; a component j of a `Stacked` vector has j here.
     """
 
-    kind: Kind
-    low: Any
-    high: Any
-    clip: tuple[Any, Any] | None
+    kind: str
+    operands: tuple[Any, ...]
     shape: tuple[int, ...]
     key: Key
     word: int = 0
+
+    @property
+    def distribution(self) -> Distribution:
+        """What draws the numbers."""
+        return DISTRIBUTIONS[self.kind]
 
 
 @frozen

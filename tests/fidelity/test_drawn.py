@@ -48,9 +48,7 @@ def test_what_is_drawn_alike_everywhere_is_built_as_drawn(num_scenes: int) -> No
     """One row in all, whose bounds are others than its numbers."""
     every = tuple(range(num_scenes))
     size = value(Chosen(((0.1, 0.2, 0.3), (0.4, 0.5, 0.6)), (0.0, 1.0), Key("entities", "box", "size")), every, 3, 0)
-    place = Posed(
-        Drawn("uniform", (-1, -1, 1), (1, 1, 2), None, (3,), Key("entities", "box", "p")), (1.0, 0.0, 0.0, 0.0)
-    )
+    place = Posed(Drawn("uniform", ((-1, -1, 1), (1, 1, 2)), (3,), Key("entities", "box", "p")), (1.0, 0.0, 0.0, 0.0))
     shape = CollisionShape(Box(size), pose=value(place, every, 3, 0), density=constant(200))
     box = Entity("box", every, value(place, every, 3, 0), (BodyStructure("dynamic", (shape,)),))
     batch = built(ScenePlan("alike", num_scenes, (box,), Physics()), audit="full")

@@ -33,9 +33,9 @@ SCENES = (0, 1, 2)
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 
 DRAWS: tuple[tuple[str, Node], ...] = (
-    ("u", Drawn("uniform", 0.0, 1.0, None, (), Key("draws", "u", ""))),
+    ("u", Drawn("uniform", (0.0, 1.0), (), Key("draws", "u", ""))),
     ("radius", Computed(Template("${0.3 * sqrt(u)}"), ())),
-    ("spot", Stacked((Shared("radius"), Drawn("normal", 0.0, 0.1, (-0.2, 0.2), (), Key("draws", "spot", ""), 1), 0.4))),
+    ("spot", Stacked((Shared("radius"), Drawn("normal", (0.0, 0.1, -0.2, 0.2), (), Key("draws", "spot", ""), 1), 0.4))),
 )
 
 
@@ -58,7 +58,7 @@ def drawn() -> ScenePlan:
         "dynamic",
         (CollisionShape(Box(size), material=indices(0)),),
         (VisualShape(Box(size), material=indices(0)),),
-        angular_velocity=recipe(Drawn("uniform", -2.0, (2.0, 3.0, 4.0), None, (3,), Key("entities", "crate", "w"))),
+        angular_velocity=recipe(Drawn("uniform", (-2.0, (2.0, 3.0, 4.0)), (3,), Key("entities", "crate", "w"))),
     )
     drum = BodyStructure(
         "dynamic",
@@ -72,7 +72,7 @@ def drawn() -> ScenePlan:
     slow = solid(Sphere(constant(0.02)), linear_damping=constant(2))
     spot = Posed(Shared("spot"), RandomRotated(Key("entities", "crate", "pose.q")))
     beside = Composed(spot, Const((0.0, 0.2, 0.1, *UPRIGHT)))
-    high = Drawn("uniform", (0.5, 0.5, 0.3), (0.6, 0.6, 0.5), None, (3,), Key("entities", "rock", "pose.p"))
+    high = Drawn("uniform", ((0.5, 0.5, 0.3), (0.6, 0.6, 0.5)), (3,), Key("entities", "rock", "pose.p"))
     alone = Posed(high, UPRIGHT)
     entities = (
         ground(3),

@@ -7,6 +7,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
+from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.nodes import (
     Chosen,
     Composed,
@@ -19,7 +20,6 @@ from scenecc.variation.nodes import (
     FromRpy,
     Held,
     Key,
-    Kind,
     Looking,
     Node,
     Normalized,
@@ -44,7 +44,7 @@ _KEYS = st.builds(
     st.sampled_from(["pose.p", "linear_velocity", "pose.rpy.choice[1]"]),
 )
 _WORDS = st.integers(0, 7)
-_KINDS: st.SearchStrategy[Kind] = st.sampled_from(["uniform", "integers", "log_uniform", "normal"])
+_KINDS = st.sampled_from(sorted(DISTRIBUTIONS))
 
 
 def plain(shape: Shape) -> st.SearchStrategy[Any]:
@@ -117,8 +117,9 @@ def _chosen(draw: st.DrawFn, inner: st.SearchStrategy[Any]) -> Chosen:
 @st.composite
 def _drawn(draw: st.DrawFn, shape: Shape, draws: Draws, depth: int) -> Drawn:
     bound = items((), draws, depth - 1) | items(shape, draws, depth - 1)
-    clip = draw(st.none() | st.tuples(bound, bound))
-    return Drawn(draw(_KINDS), draw(bound), draw(bound), clip, shape, draw(_KEYS), draw(_WORDS))
+    drawn = DISTRIBUTIONS[draw(_KINDS)]
+    count = len(drawn.operands) + (2 if drawn.companion and draw(st.booleans()) else 0)
+    return Drawn(drawn.key, tuple(draw(bound) for _ in range(count)), shape, draw(_KEYS), draw(_WORDS))
 
 
 @st.composite

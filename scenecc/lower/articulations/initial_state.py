@@ -18,6 +18,7 @@ from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.scalars import LARGEST
 from scenecc.variation import forms
 from scenecc.variation.bounds import ValueBounds, component_bounds, held_bounds
+from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.nodes import NODES, Held
 
 if TYPE_CHECKING:
@@ -433,13 +434,8 @@ def _lists(written: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[Any, tuple[
             pairs = [(one, ("cycle", i)) for i, one in enumerate(items)]
         case forms.Choice(items):
             pairs = [(one, ("choice", i)) for i, one in enumerate(items)]
-        case forms.Normal():
-            ends = (written.mean, written.std, *(written.clip or ()))
-            steps = (("normal", 0), ("normal", 1), ("clip", 0), ("clip", 1))
-            pairs = list(zip(ends, steps, strict=False))
-        case forms.Uniform() | forms.Integers() | forms.LogUniform():
-            word = _form_key(written)
-            pairs = [(written.low, (word, 0)), (written.high, (word, 1))]
+        case forms.DrawForm(kind, operands):
+            pairs = list(zip(operands, DISTRIBUTIONS[kind].steps(len(operands)), strict=True))
         case forms.Vector(items):
             yield items, at
             return
@@ -449,8 +445,3 @@ def _lists(written: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[Any, tuple[
             return
     for one, step in pairs:
         yield from _lists(one, (*at, *step))
-
-
-def _form_key(form: Any) -> str:
-    """The key of a form that draws."""
-    return next(key for key, kind in forms.DISTRIBUTIONS.items() if kind is form.__class__)

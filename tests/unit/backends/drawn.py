@@ -26,7 +26,7 @@ from scenecc.variation.node_bounds import find_bounds
 from scenecc.variation.nodes import Chosen, Const, Drawn, Key, Node, Posed, RandomRotated, Shared, Stacked
 
 UP = [0.7071068, 0, -0.7071068, 0]
-DRAWS: dict[str, Node] = {"push": Drawn("uniform", -1.0, 1.0, None, (), Key("draws", "push", ""))}
+DRAWS: dict[str, Node] = {"push": Drawn("uniform", (-1.0, 1.0), (), Key("draws", "push", ""))}
 BODIES = 9
 
 
@@ -43,7 +43,7 @@ def value(node: Node, scene_idxs: tuple[int, ...], num_scenes: int, seed: int, *
 def anywhere(name: str, height: float) -> Node:
     """A position near a height, and any rotation."""
     key = Key("entities", name, "pose.p")
-    p = Drawn("uniform", (-0.12, -0.12, height), (0.12, 0.12, height + 0.02), None, (3,), key)
+    p = Drawn("uniform", ((-0.12, -0.12, height), (0.12, 0.12, height + 0.02)), (3,), key)
     return Posed(p, RandomRotated(Key("entities", name, "pose.q")))
 
 
@@ -57,7 +57,7 @@ def heap(num_scenes: int = 4, seed: int = 0, physics: Physics | None = None) -> 
     for number in range(BODIES):
         name = f"body_{number}"
         where = every if number != 4 else every[::2]
-        size = Drawn("uniform", 0.03, 0.08, None, (), Key("entities", name, "shapes[0].size"))
+        size = Drawn("uniform", (0.03, 0.08), (), Key("entities", name, "shapes[0].size"))
         drawn = value(Stacked((size, size, 0.05)), where, num_scenes, 0, again=False)
         one = value(size, where, num_scenes, 0, again=False)
         geometry = (Box(drawn), Sphere(one), Capsule(one, constant(0.05)))[number % 3]

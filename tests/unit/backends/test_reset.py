@@ -202,7 +202,7 @@ def test_refusals_change_nothing(
 
 def test_an_expression_without_a_value_names_the_scene() -> None:
     where = (0, 1, 2)
-    draws: dict[str, Node] = {"u": Drawn("integers", 1, 1, None, (), Key("draws", "u", ""))}
+    draws: dict[str, Node] = {"u": Drawn("integers", (1, 1), (), Key("draws", "u", ""))}
     height = Computed(Template("${1 / u}"), ())
     pose = Posed(Stacked((0.0, 0.0, height)), (1.0, 0.0, 0.0, 0.0))
     start = np.array([[0.0, 0, 1, 1, 0, 0, 0]] * 3)
@@ -218,7 +218,7 @@ def test_an_expression_without_a_value_names_the_scene() -> None:
 def test_variants_are_reset_by_their_own_structures() -> None:
     where = (0, 1, 2, 3)
     key = Key("entities", "thing", "linear_velocity")
-    drawn = value(Drawn("uniform", (0, 0, 0), (1, 1, 1), None, (3,), key), where, 4, 0)
+    drawn = value(Drawn("uniform", ((0, 0, 0), (1, 1, 1)), (3,), key), where, 4, 0)
     box = (CollisionShape(Box(constant([0.1] * 3))),)
     structures = (
         BodyStructure("dynamic", box, linear_velocity=drawn),

@@ -72,7 +72,7 @@ def test_the_file_of_a_robot_is_told_of_whatever_kind_it_is() -> None:
 
 
 def test_what_a_reset_draws_of_a_joint_is_told() -> None:
-    node = Drawn("uniform", 0, 1, None, (), Key("entities", "robot", "qpos"))
+    node = Drawn("uniform", (0, 1), (), Key("entities", "robot", "qpos"))
     structure = arm(ids=constant([1, 1, 0, 0], np.int64), start=recalled(np.array([0.3, 0.4]), node))
     robot = Entity("robot", (0, 1), pose(0, 0, 0), (structure,))
     row = planned(dataclasses.replace(robots(), entities=(robot,)))["robot"]

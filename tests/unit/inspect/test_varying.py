@@ -112,7 +112,7 @@ def test_of_what_has_no_bounds_the_drawn_values_are_told() -> None:
 
 
 def test_what_a_reset_draws_is_marked() -> None:
-    node = Drawn("uniform", 0.0, 1.0, None, (3,), Key("entities", "thing", "linear_velocity"))
+    node = Drawn("uniform", (0.0, 1.0), (3,), Key("entities", "thing", "linear_velocity"))
     velocity = varying(never, bounds=ValueBounds(None, (0, 0, 0), (1, 1, 1), True), rows=3, recipe=node)
     structure = BodyStructure("dynamic", (BOX,), linear_velocity=velocity, mass=between(1, 2))
     entity = Entity("thing", SCENES, constant(HERE), (structure,))

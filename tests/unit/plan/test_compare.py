@@ -308,7 +308,7 @@ def drawn(node: Any, **more: Any) -> ScenePlan:
 
 
 def evenly(high: float) -> Drawn:
-    return Drawn("uniform", 0, high, None, (), Key("draws", "u", ""))
+    return Drawn("uniform", (0, high), (), Key("draws", "u", ""))
 
 
 def standing(height: Any) -> Posed:

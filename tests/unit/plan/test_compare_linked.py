@@ -129,7 +129,7 @@ def test_joints_that_follow_are_told_by_their_names() -> None:
 
 def test_what_a_reset_draws_of_a_joint_is_told() -> None:
     def drawn(high: float) -> ArticulationStructure:
-        node = Drawn("uniform", 0, high, None, (), Key("entities", "robot", "qpos"))
+        node = Drawn("uniform", (0, high), (), Key("entities", "robot", "qpos"))
         return with_joint(1, qpos=recalled(np.array([0.3]), node))
 
     (one,) = differences(of(robot(drawn(1))), of(robot(drawn(2))))

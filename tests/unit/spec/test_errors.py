@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from scenecc import validate
-from scenecc.spec.features import LEFT_OUT, VARIATION_FORMS
+from scenecc.spec.features import LEFT_OUT
+from scenecc.variation.forms import FORM_KEYS
 
 BALL: dict[str, Any] = {"type": "sphere", "radius": 0.1}
 
@@ -101,7 +102,7 @@ def test_a_key_that_the_language_leaves_out_is_refused_by_name(key: str) -> None
     assert {only(document).code for document in ({key: {}}, body(**{key: 1}))} == {"SC110"}
 
 
-@pytest.mark.parametrize("form", sorted(VARIATION_FORMS))
+@pytest.mark.parametrize("form", sorted(FORM_KEYS))
 @pytest.mark.parametrize(
     "path",
     [("physics",), ("physics", "sdf"), ("entities", "body", "inertial"), ("entities", "body", "shapes", 0)],

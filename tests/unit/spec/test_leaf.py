@@ -14,13 +14,10 @@ from scenecc.variation.forms import (
     MISSING,
     Choice,
     Cycle,
-    Integers,
-    LogUniform,
-    Normal,
+    DrawForm,
     PerScene,
     RandomRotation,
     SceneMap,
-    Uniform,
     Vector,
 )
 from scenecc.variation.template import Template
@@ -48,23 +45,31 @@ def body(keys: dict[str, Any], *, expanded: bool = False) -> Any:
         ("mass", {"per_scene": {"3": 2, "default": 5}}, SceneMap(((3, 2.0),), 5.0)),
         ("mass", {"cycle": [1, 2]}, Cycle((1.0, 2.0))),
         ("mass", {"choice": [1, 2], "weights": [1, 3]}, Choice((1.0, 2.0), (1.0, 3.0))),
-        ("mass", {"uniform": [1, 2], "x-why": "a note"}, Uniform(1.0, 2.0)),
-        ("mass", {"integers": [1, 2]}, Integers(1, 2)),
-        ("mass", {"log_uniform": [1, 2]}, LogUniform(1.0, 2.0)),
-        ("mass", {"normal": [1, 2], "clip": [1, 2]}, Normal(1.0, 2.0, (1.0, 2.0))),
-        ("mass", {"normal": [-1, 0], "clip": [1, 2]}, Normal(-1.0, 0.0, (1.0, 2.0))),
-        ("mass", {"choice": [{"uniform": [1, 2]}, 3]}, Choice((Uniform(1.0, 2.0), 3.0))),
-        ("mass", {"uniform": [{"cycle": [1, 2]}, 3]}, Uniform(Cycle((1.0, 2.0)), 3.0)),
+        ("mass", {"uniform": [1, 2], "x-why": "a note"}, DrawForm("uniform", (1.0, 2.0))),
+        ("mass", {"integers": [1, 2]}, DrawForm("integers", (1, 2))),
+        ("mass", {"log_uniform": [1, 2]}, DrawForm("log_uniform", (1.0, 2.0))),
+        ("mass", {"normal": [1, 2], "clip": [1, 2]}, DrawForm("normal", (1.0, 2.0, 1.0, 2.0))),
+        ("mass", {"normal": [-1, 0], "clip": [1, 2]}, DrawForm("normal", (-1.0, 0.0, 1.0, 2.0))),
+        ("mass", {"choice": [{"uniform": [1, 2]}, 3]}, Choice((DrawForm("uniform", (1.0, 2.0)), 3.0))),
+        ("mass", {"uniform": [{"cycle": [1, 2]}, 3]}, DrawForm("uniform", (Cycle((1.0, 2.0)), 3.0))),
         ("gravity", {"cycle": [True, False]}, Cycle((True, False))),
-        ("linear_velocity", {"uniform": [[0, 0, 0], [1, 2, 3]]}, Uniform((0.0, 0.0, 0.0), (1.0, 2.0, 3.0))),
+        (
+            "linear_velocity",
+            {"uniform": [[0, 0, 0], [1, 2, 3]]},
+            DrawForm("uniform", ((0.0, 0.0, 0.0), (1.0, 2.0, 3.0))),
+        ),
         # A number bounds every component of a vector.
-        ("linear_velocity", {"uniform": [-1, [1, 2, 3]]}, Uniform((-1.0, -1.0, -1.0), (1.0, 2.0, 3.0))),
-        ("linear_velocity", [0, {"uniform": [0, 1]}, 2], Vector((0.0, Uniform(0.0, 1.0), 2.0))),
-        ("pose", {"normal": [0, 1]}, Normal((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))),
-        ("color", {"uniform": ["#000000", "#ffffff"]}, Uniform("#000000", "#ffffff")),
-        ("color", {"uniform": [[0, 0, 0, 1], [1, 1, 1, 1]]}, Uniform((0.0, 0.0, 0.0, 1.0), (1.0, 1.0, 1.0, 1.0))),
+        ("linear_velocity", {"uniform": [-1, [1, 2, 3]]}, DrawForm("uniform", ((-1.0, -1.0, -1.0), (1.0, 2.0, 3.0)))),
+        ("linear_velocity", [0, {"uniform": [0, 1]}, 2], Vector((0.0, DrawForm("uniform", (0.0, 1.0)), 2.0))),
+        ("pose", {"normal": [0, 1]}, DrawForm("normal", ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)))),
+        ("color", {"uniform": ["#000000", "#ffffff"]}, DrawForm("uniform", ("#000000", "#ffffff"))),
+        (
+            "color",
+            {"uniform": [[0, 0, 0, 1], [1, 1, 1, 1]]},
+            DrawForm("uniform", ((0.0, 0.0, 0.0, 1.0), (1.0, 1.0, 1.0, 1.0))),
+        ),
         ("material", {"choice": ["a", "b"]}, Choice(("a", "b"))),
-        ("solver_position_iterations", {"integers": [1, 4]}, Integers(1, 4)),
+        ("solver_position_iterations", {"integers": [1, 4]}, DrawForm("integers", (1, 4))),
     ],
 )
 def test_forms_become_values(key: str, node: Any, value: Any) -> None:
@@ -75,13 +80,13 @@ def test_forms_become_values(key: str, node: Any, value: Any) -> None:
 def test_a_scale_may_be_drawn_as_one_number() -> None:
     shape = {"type": "convex_mesh", "file": {"choice": ["a.obj", "b.obj"]}, "scale": {"uniform": [1, 2]}}
     (found,) = body({"shapes": [shape]}).shapes
-    assert (found.file, found.scale) == (Choice(("a.obj", "b.obj")), Uniform(1.0, 2.0))
+    assert (found.file, found.scale) == (Choice(("a.obj", "b.obj")), DrawForm("uniform", (1.0, 2.0)))
 
 
 def test_whole_poses_are_alternatives() -> None:
     pose = body({"pose": {"cycle": [[0, 0, 1], {"p": [0, 0, 2], "rpy": [0, 0, {"uniform": [0, 1]}]}]}}).pose
     assert pose.items[0] == (0.0, 0.0, 1.0)
-    assert pose.items[1].rpy == Vector((0.0, 0.0, Uniform(0.0, 1.0)))
+    assert pose.items[1].rpy == Vector((0.0, 0.0, DrawForm("uniform", (0.0, 1.0))))
 
 
 def test_a_rotation_is_drawn_by_a_word() -> None:
@@ -93,7 +98,7 @@ def test_expressions_become_templates() -> None:
     assert found.mass == Template("${m}")
     assert found.pose == Vector((Template("${x}"), 0.0, 1.0))
     assert found.color == Template("${c}")
-    assert found.linear_damping == Uniform(0.0, Template("${d}"))
+    assert found.linear_damping == DrawForm("uniform", (0.0, Template("${d}")))
 
 
 def test_what_is_left_of_an_expression_is_taken_as_it_is() -> None:
@@ -180,8 +185,8 @@ def test_copies_that_share_a_node_share_what_it_was_read_as() -> None:
 def test_a_shared_node_is_read_anew_for_another_kind_of_value() -> None:
     drawn = {"uniform": [1, 2]}
     found = body({"mass": drawn, "linear_velocity": drawn, "shapes": [{**BALL, "density": drawn}]}, expanded=True)
-    assert found.mass == found.shapes[0].density == Uniform(1.0, 2.0)
-    assert found.linear_velocity == Uniform((1.0,) * 3, (2.0,) * 3)
+    assert found.mass == found.shapes[0].density == DrawForm("uniform", (1.0, 2.0))
+    assert found.linear_velocity == DrawForm("uniform", ((1.0,) * 3, (2.0,) * 3))
 
 
 def test_a_shared_node_that_is_wrong_is_wrong_in_every_copy() -> None:

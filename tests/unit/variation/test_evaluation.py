@@ -38,7 +38,7 @@ from scenecc.variation.template import Template
 KEY = Key("entities", "cube", "mass")
 SCENES = (3, 0, 7)
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
-UNIT = Drawn("uniform", 0.0, 1.0, None, (), Key("draws", "u", ""))
+UNIT = Drawn("uniform", (0.0, 1.0), (), Key("draws", "u", ""))
 
 
 def batch(
@@ -74,7 +74,7 @@ def test_a_field_takes_integers_and_floats_alike() -> None:
     mixed = Cycled((Const(1), Const(0.5)))
     assert evaluate(Radians(mixed)).dtype == np.float64
     assert evaluate(FromAxisAngle((0.0, 0.0, 1.0), mixed)).dtype == np.float64
-    drawn = evaluate(Drawn("uniform", mixed, 1, None, (), KEY))
+    drawn = evaluate(Drawn("uniform", (mixed, 1), (), KEY))
     assert (drawn[1], (drawn <= 1).all()) == (1, True)
 
 
@@ -125,7 +125,7 @@ def test_an_integer_stays_one_whatever_other_scenes_have(text: str) -> None:
 
 
 def test_bounds_may_vary_themselves() -> None:
-    node = Drawn("uniform", Cycled((0.0, 10.0)), Stacked((Cycled((1.0, 11.0)), 20.0)), None, (2,), KEY)
+    node = Drawn("uniform", (Cycled((0.0, 10.0)), Stacked((Cycled((1.0, 11.0)), 20.0))), (2,), KEY)
     found = evaluate(node, scenes=range(50))
     assert (found[::2] >= 0).all()
     assert (found[::2, 0] <= 1).all()
@@ -182,17 +182,17 @@ def test_an_expression_computes_as_python_does_in_every_scene() -> None:
         (expression("[1, 'a']", (2,)), "it gives a list that is not 2 numbers", 3),
         (expression("[1, true]", (2,)), "it gives a list that is not 2 numbers", 3),
         (Rows((0, 3), (1, 2)), "nothing is given for this scene", 7),
-        (Drawn("uniform", expression("scene"), 5, None, (), KEY), "the lower bound is above the upper one", 7),
-        (Drawn("uniform", (0, 6), 5, None, (2,), KEY), "the lower bound is above the upper one", 3),
-        (Drawn("uniform", "a", 5, None, (), KEY), "a bound is not a number", 3),
-        (Drawn("uniform", (1, 2, 3), 5, None, (2,), KEY), "a bound is not a number or a list of 2 numbers", 3),
-        (Drawn("uniform", -1e308, 1e308, None, (), KEY), "a bound is beyond 1e300", 3),
-        (Drawn("integers", 0, expression("scene + 0.5"), None, (), KEY), "a bound is no integer", 3),
-        (Drawn("integers", 0, 2**60, None, (), KEY), "a bound is beyond 9007199254740992", 3),
-        (Drawn("integers", -(2**53), 5, None, (), KEY), "the bounds hold more than 9007199254740992 integers", 3),
-        (Drawn("log_uniform", expression("scene"), 9, None, (), KEY), "the lower bound is not positive", 0),
-        (Drawn("normal", 0, expression("scene - 1"), None, (), KEY), "the standard deviation is negative", 0),
-        (Drawn("normal", 0, 1, (1, 0), (), KEY), "the lower edge of `clip` is above the upper one", 3),
+        (Drawn("uniform", (expression("scene"), 5), (), KEY), "the lower bound is above the upper one", 7),
+        (Drawn("uniform", ((0, 6), 5), (2,), KEY), "the lower bound is above the upper one", 3),
+        (Drawn("uniform", ("a", 5), (), KEY), "a bound is not a number", 3),
+        (Drawn("uniform", ((1, 2, 3), 5), (2,), KEY), "a bound is not a number or a list of 2 numbers", 3),
+        (Drawn("uniform", (-1e308, 1e308), (), KEY), "a bound is beyond 1e300", 3),
+        (Drawn("integers", (0, expression("scene + 0.5")), (), KEY), "a bound is no integer", 3),
+        (Drawn("integers", (0, 2**60), (), KEY), "a bound is beyond 9007199254740992", 3),
+        (Drawn("integers", (-(2**53), 5), (), KEY), "the bounds hold more than 9007199254740992 integers", 3),
+        (Drawn("log_uniform", (expression("scene"), 9), (), KEY), "the lower bound is not positive", 0),
+        (Drawn("normal", (0, expression("scene - 1")), (), KEY), "the standard deviation is negative", 0),
+        (Drawn("normal", (0, 1, 1, 0), (), KEY), "the lower edge of `clip` is above the upper one", 3),
         (FromAxisAngle(Stacked((0, 0, expression("scene"))), 1), "an axis of length 0 has no direction", 0),
         (FromAxisAngle((0, 0, 1), "a"), "this is not a number", 3),
         (FromRpy((0, 1)), "this is not 3 numbers", 3),
@@ -246,7 +246,7 @@ def test_a_quaternion_as_written_is_untouched_or_normalised() -> None:
 
 
 def test_nested_draws_have_keys_of_their_own() -> None:
-    inner = Drawn("uniform", 0, 1, None, (), Key("entities", "cube", "mass.choice[1]"))
+    inner = Drawn("uniform", (0, 1), (), Key("entities", "cube", "mass.choice[1]"))
     found = evaluate(Chosen((5, inner), None, KEY), scenes=range(100))
     alone = evaluate(inner, scenes=range(100))
     drawn = found != 5
@@ -259,7 +259,7 @@ def test_reading_templates_and_finding_bounds_loads_no_numpy() -> None:
         "import sys, scenecc.variation.forms, scenecc.variation.bounds\n"
         "from scenecc.variation.nodes import Drawn, Key\n"
         "from scenecc.variation.node_bounds import find_bounds\n"
-        "find_bounds(Drawn('uniform', (0, 1), 2, None, (2,), Key('draws', 'u', '')), {})\n"
+        "find_bounds(Drawn('uniform', ((0, 1), 2), (2,), Key('draws', 'u', '')), {})\n"
         "print(sorted({'numpy', 'pydantic', 'sapien'} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True, timeout=60)
@@ -267,6 +267,6 @@ def test_reading_templates_and_finding_bounds_loads_no_numpy() -> None:
 
 
 def test_random_rotations_are_poses_rotations() -> None:
-    found = evaluate(Posed(Drawn("uniform", (0, 0, 0), 1, None, (3,), KEY), RandomRotated(KEY)), scenes=range(30))
+    found = evaluate(Posed(Drawn("uniform", ((0, 0, 0), 1), (3,), KEY), RandomRotated(KEY)), scenes=range(30))
     assert found.shape == (30, 7)
     assert np.linalg.norm(found[:, 3:], axis=1) == pytest.approx(np.ones(30))

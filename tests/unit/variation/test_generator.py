@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scenecc.variation import generator
+from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.evaluation import Batch
 from scenecc.variation.nodes import Chosen, Drawn, Key, Node, RandomRotated
 
@@ -57,7 +58,7 @@ def drawn(node: Node, scenes: Any = range(4), seed: int = 7) -> np.ndarray:
 
 
 def uniform(low: Any, high: Any, shape: tuple[int, ...] = (), key: Key = KEY, word: int = 0) -> Drawn:
-    return Drawn("uniform", low, high, None, shape, key, word)
+    return Drawn("uniform", (low, high), shape, key, word)
 
 
 def test_the_example_on_the_page_gives_what_the_page_says_and_what_is_drawn() -> None:
@@ -93,7 +94,7 @@ def test_golden_words() -> None:
 
 def test_golden_uniforms_and_integers_and_choices() -> None:
     assert drawn(uniform((-1, 0.02), (1, 0.05), (2,))).tolist() == GOLDEN_UNIFORMS
-    assert drawn(Drawn("integers", (0, -5), (9, 10**12), None, (2,), KEY)).tolist() == GOLDEN_INTEGERS
+    assert drawn(Drawn("integers", ((0, -5), (9, 10**12)), (2,), KEY)).tolist() == GOLDEN_INTEGERS
     assert drawn(Chosen(("a", "b", "c"), None, KEY), range(8)).tolist() == GOLDEN_CHOICES
     assert drawn(Chosen(("a", "b", "c"), (1, 0, 2.5), KEY), range(8)).tolist() == GOLDEN_WEIGHTED
 
@@ -101,9 +102,9 @@ def test_golden_uniforms_and_integers_and_choices() -> None:
 @pytest.mark.parametrize(
     ("node", "golden"),
     [
-        (Drawn("log_uniform", 0.001, 10.0, None, (), KEY), "GOLDEN_LOG"),
-        (Drawn("normal", 1.0, 2.0, None, (), KEY), "GOLDEN_NORMAL"),
-        (Drawn("normal", 1.0, 2.0, (0.5, 2.5), (), KEY), "GOLDEN_CLIPPED"),
+        (Drawn("log_uniform", (0.001, 10.0), (), KEY), "GOLDEN_LOG"),
+        (Drawn("normal", (1.0, 2.0), (), KEY), "GOLDEN_NORMAL"),
+        (Drawn("normal", (1.0, 2.0, 0.5, 2.5), (), KEY), "GOLDEN_CLIPPED"),
         (RandomRotated(KEY), "GOLDEN_ROTATION"),
     ],
     ids=["log_uniform", "normal", "clipped", "rotation"],
@@ -117,9 +118,9 @@ NODES = st.sampled_from(
     [
         uniform((-1, 0, 2), (1, 1, 3), (3,)),
         uniform(0, 1, word=2),
-        Drawn("integers", 1, 6, None, (), KEY),
-        Drawn("log_uniform", (0.1, 1, 2, 3, 4), 10.0, None, (5,), KEY),
-        Drawn("normal", (0, 1), (1, 2), None, (2,), KEY),
+        Drawn("integers", (1, 6), (), KEY),
+        Drawn("log_uniform", ((0.1, 1, 2, 3, 4), 10.0), (5,), KEY),
+        Drawn("normal", ((0, 1), (1, 2)), (2,), KEY),
         Chosen((1.5, uniform(2, 3, key=Key("entities", "cube", "mass.choice[1]"))), (1, 2), KEY),
         RandomRotated(KEY),
     ]
@@ -137,8 +138,8 @@ def test_a_vector_is_drawn_as_its_components_by_themselves() -> None:
     whole = drawn(uniform((0, 0, 0), (1, 2, 3), (3,)))
     parts = [drawn(uniform(0, j + 1, word=j)) for j in range(3)]
     assert np.stack(parts, axis=1).tobytes() == whole.tobytes()
-    normal = drawn(Drawn("normal", (0, 0), (1, 1), None, (2,), KEY))
-    assert drawn(Drawn("normal", 0, 1, None, (), KEY, 1)).tobytes() == normal[:, 1].tobytes()
+    normal = drawn(Drawn("normal", ((0, 0), (1, 1)), (2,), KEY))
+    assert drawn(Drawn("normal", (0, 1), (), KEY, 1)).tobytes() == normal[:, 1].tobytes()
 
 
 def test_every_part_of_the_key_and_the_seed_count() -> None:
@@ -163,14 +164,14 @@ def test_draws_are_even() -> None:
         # Chi-squared with 49 degrees of freedom is above 90 once in 3000 times; the seed is fixed.
         assert ((counts - 400) ** 2 / 400).sum() < 90
     assert np.abs(np.corrcoef(u.T) - np.eye(4)).max() < 0.03
-    dice = drawn(Drawn("integers", 1, 6, None, (), KEY), range(60_000))
+    dice = drawn(Drawn("integers", (1, 6), (), KEY), range(60_000))
     assert np.abs(np.bincount(dice, minlength=7)[1:] - 10_000).max() < 400
     picked = drawn(Chosen((0, 1, 2), (1, 0, 3), KEY), range(40_000))
     assert np.abs(np.bincount(picked, minlength=3) - (10_000, 0, 30_000)).max() < 400
 
 
 def test_normal_numbers_and_rotations_are_spread_as_they_should_be() -> None:
-    z = drawn(Drawn("normal", 1.0, 2.0, None, (2,), KEY), range(50_000))
+    z = drawn(Drawn("normal", (1.0, 2.0), (2,), KEY), range(50_000))
     assert np.abs(z.mean(axis=0) - 1).max() < 0.03
     assert np.abs(z.std(axis=0) - 2).max() < 0.03
     assert abs((np.abs(z[:, 0] - 1) < 2).mean() - 0.6827) < 0.01
@@ -187,21 +188,25 @@ def test_bounds_are_kept_at_the_ends_of_the_words() -> None:
     ends = generator.units(np.array([[0], [2**64 - 1]], dtype=np.uint64))
     assert ends.tolist() == [[0.0], [1 - 2.0**-53]]
     low, high = np.array([[0.1]] * 2), np.array([[0.3]] * 2)
-    assert generator.uniform(ends, low, high).tolist() == [[0.1], [0.1 + (0.3 - 0.1) * (1 - 2.0**-53)]]
+
+    def at_ends(kind: str, *operands: np.ndarray) -> np.ndarray:
+        return DISTRIBUTIONS[kind].sample(lambda _lane: ends, operands)
+
+    assert at_ends("uniform", low, high).tolist() == [[0.1], [0.1 + (0.3 - 0.1) * (1 - 2.0**-53)]]
     # Where a width and its products round upwards.
-    assert generator.uniform(ends, -high, np.array([[0.1]] * 2)).max() <= 0.1
-    assert generator.integers(ends, np.array([[-3]] * 2), np.array([[2**53 - 4]] * 2)).tolist() == [[-3], [2**53 - 4]]
-    logarithmic = generator.log_uniform(ends, low, high)
+    assert at_ends("uniform", -high, np.array([[0.1]] * 2)).max() <= 0.1
+    assert at_ends("integers", np.array([[-3]] * 2), np.array([[2**53 - 4]] * 2)).tolist() == [[-3], [2**53 - 4]]
+    logarithmic = at_ends("log_uniform", low, high)
     assert logarithmic.min() >= 0.1
     assert logarithmic.max() <= 0.3
-    assert np.isfinite(generator.normal(ends, ends)).all()
+    assert np.isfinite(at_ends("normal", low, high)).all()
     assert generator.choice(ends[:, 0], 3, None).tolist() == [0, 2]
     assert generator.choice(ends[:, 0], 4, (0, 1e-300, 1, 0)).tolist() == [1, 2]
 
 
 def test_each_scene_may_have_a_seed_of_its_own() -> None:
     scenes, seeds = np.array([5, 2, 9, 0, 65_535]), (1, 2, 1, 2**70, 2)
-    numbers = Drawn("normal", (0.0,) * 6, 1.0, None, (6,), KEY)
+    numbers = Drawn("normal", ((0.0,) * 6, 1.0), (6,), KEY)
     for node in (RandomRotated(KEY), numbers, Chosen((numbers, numbers), None, KEY)):
         batch = Batch(scenes, seeds, 10, {}, {})
         found = batch.evaluate(node)

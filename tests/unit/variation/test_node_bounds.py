@@ -49,12 +49,12 @@ def expression(text: str, shape: tuple[int, ...] | None = (), **reads: str) -> C
 
 
 DRAWS: dict[str, Node] = {
-    "u": Drawn("uniform", 0, 1, None, (), Key("draws", "u", "")),
-    "v": Drawn("uniform", (1, -2), (2, 2), None, (2,), Key("draws", "v", "")),
-    "n": Drawn("normal", 0, 1, None, (), Key("draws", "n", "")),
+    "u": Drawn("uniform", (0, 1), (), Key("draws", "u", "")),
+    "v": Drawn("uniform", ((1, -2), (2, 2)), (2,), Key("draws", "v", "")),
+    "n": Drawn("normal", (0, 1), (), Key("draws", "n", "")),
     "c": Chosen((1, 2, 4), None, Key("draws", "c", "")),
-    "die": Drawn("integers", 1, 6, None, (), Key("draws", "die", "")),
-    "big": Drawn("integers", 1, 1000, None, (), Key("draws", "big", "")),
+    "die": Drawn("integers", (1, 6), (), Key("draws", "die", "")),
+    "big": Drawn("integers", (1, 1000), (), Key("draws", "big", "")),
     "word": Chosen(("a", "b"), None, Key("draws", "word", "")),
     "even": Cycled((True, False)),
     "double": expression("c * 2"),
@@ -76,8 +76,8 @@ def of(node: Node, **kwargs: Any) -> ValueBounds:
         (Cycled((True, 1, 1.0)), (True, 1, 1.0)),
         (Chosen(("a", "b", "c"), (1, 0, 1), key("file")), ("a", "c")),
         (Chosen((1, Cycled((2, 3))), None, key("mass")), (1, 2, 3)),
-        (Drawn("uniform", 2, 2, None, (), key("mass")), (2,)),
-        (Drawn("integers", 1, 4, None, (), key("mass")), (1, 2, 3, 4)),
+        (Drawn("uniform", (2, 2), (), key("mass")), (2,)),
+        (Drawn("integers", (1, 4), (), key("mass")), (1, 2, 3, 4)),
         (Shared("double"), (2, 4, 8)),
         (expression("[c, c, c * c]", (3,)), ((1.0, 1.0, 1.0), (2.0, 2.0, 4.0), (4.0, 4.0, 16.0))),
         (Stacked((Shared("c"), Shared("c"), 0.5)), ((1.0, 1.0, 0.5), (2.0, 2.0, 0.5), (4.0, 4.0, 0.5))),
@@ -103,16 +103,16 @@ def test_alternatives_that_are_few_are_all_known(node: Node, expected: tuple[Any
 @pytest.mark.parametrize(
     ("node", "low", "high", "exact"),
     [
-        (Drawn("uniform", (0, 1), 2, None, (2,), key("p")), (0, 1), (2, 2), True),
-        (Drawn("log_uniform", 0.1, 2, None, (), key("p")), 0.1, 2, True),
-        (Drawn("integers", 0, 100, None, (), key("p")), 0, 100, True),
-        (Drawn("integers", (0, 0), (1, 2), None, (2,), key("p")), (0, 0), (1, 2), True),
-        (Drawn("normal", 0, 1, None, (), key("p")), -INF, INF, True),
-        (Drawn("normal", (5, 1), (0, 1), None, (2,), key("p")), (5, -INF), (5, INF), True),
-        (Drawn("normal", 0, 1, (0.5, 2), (), key("p")), 0.5, 2, True),
-        (Drawn("normal", 9, 0, (0.5, 2), (), key("p")), 2, 2, True),
-        (Drawn("uniform", Shared("c"), Shared("double"), None, (), key("p")), 1, 8, True),
-        (Drawn("uniform", expression("u - 1"), 3, None, (), key("p")), -1, 3, True),
+        (Drawn("uniform", ((0, 1), 2), (2,), key("p")), (0, 1), (2, 2), True),
+        (Drawn("log_uniform", (0.1, 2), (), key("p")), 0.1, 2, True),
+        (Drawn("integers", (0, 100), (), key("p")), 0, 100, True),
+        (Drawn("integers", ((0, 0), (1, 2)), (2,), key("p")), (0, 0), (1, 2), True),
+        (Drawn("normal", (0, 1), (), key("p")), -INF, INF, True),
+        (Drawn("normal", ((5, 1), (0, 1)), (2,), key("p")), (5, -INF), (5, INF), True),
+        (Drawn("normal", (0, 1, 0.5, 2), (), key("p")), 0.5, 2, True),
+        (Drawn("normal", (9, 0, 0.5, 2), (), key("p")), 2, 2, True),
+        (Drawn("uniform", (Shared("c"), Shared("double")), (), key("p")), 1, 8, True),
+        (Drawn("uniform", (expression("u - 1"), 3), (), key("p")), -1, 3, True),
         (RandomRotated(key("q")), (-1.0,) * 4, (1.0,) * 4, True),
         (Stacked((Shared("u"), Shared("c"), 5)), (0, 1, 5), (1, 4, 5), True),
         (Chosen((5, Shared("u")), None, key("p")), 0, 5, True),
@@ -124,7 +124,7 @@ def test_alternatives_that_are_few_are_all_known(node: Node, expected: tuple[Any
             True,
         ),
         (FromRpy(Stacked((0, 0, Shared("u")))), (-1.0,) * 4, (1.0,) * 4, False),
-        (Radians(Drawn("uniform", 0, 180, None, (), key("p"))), 0.0, math.pi, True),
+        (Radians(Drawn("uniform", (0, 180), (), key("p"))), 0.0, math.pi, True),
         (expression("u"), 0, 1, True),
         (expression("-2 * u + 3"), 1, 3, True),
         (expression("far"), 3, 5, True),
@@ -183,7 +183,7 @@ def test_alternatives_that_are_few_are_all_known(node: Node, expected: tuple[Any
     ],
 )
 def test_bounds(node: Node, low: Any, high: Any, exact: bool) -> None:
-    draws = {**DRAWS, "v3": Drawn("uniform", 0, 1, None, (3,), key("p"))}
+    draws = {**DRAWS, "v3": Drawn("uniform", (0, 1), (3,), key("p"))}
     found = find_bounds(node, draws)
     assert (found.low, found.high, found.exact) == (low, high, exact)
 
@@ -346,14 +346,14 @@ def test_what_a_condition_keeps_away_is_no_fault(text: str) -> None:
         Composed(Posed(Shared("p"), RandomRotated(key("q"))), Posed(Stacked((Shared("u"), 2, -1)), IDENTITY)),
         Composed((1, 2, 3, *IDENTITY), Posed(Shared("p"), FromAxisAngle((1, 1, 0), Shared("u")))),
         Posed((0, 0, 0), Looking(Stacked((5, Shared("u"), 0)), Shared("p"))),
-        Drawn("normal", Shared("u"), 2, (-1, expression("u + 1")), (), key("n")),
+        Drawn("normal", (Shared("u"), 2, -1, expression("u + 1")), (), key("n")),
         Posed((0, 0, 0), Pointing(Stacked((-1, Shared("u"), 2)))),
         Stacked((Chosen((0.5, Shared("u")), None, key("x")), Cycled((1, 2)))),
     ],
     ids=["posed", "composed", "shifted", "looking", "normal", "pointing", "stacked"],
 )
 def test_drawn_rows_are_within_the_bounds(node: Node) -> None:
-    draws = {**DRAWS, "p": Drawn("uniform", (-1, -1, 0), (1, 1, 2), None, (3,), key("p"))}
+    draws = {**DRAWS, "p": Drawn("uniform", ((-1, -1, 0), (1, 1, 2)), (3,), key("p"))}
     found = find_bounds(node, draws)
     rows = Batch(np.arange(300), 5, 300, draws, {}).evaluate(node)
     assert (rows >= np.array(found.low) - 1e-12).all()
@@ -377,14 +377,14 @@ def test_drawn_rows_are_within_the_bounds(node: Node) -> None:
     ],
 )
 def test_plain_bounds_are_bounds_like_any_other(kind: Any, low: Any, high: Any, shape: tuple[int, ...]) -> None:
-    plain = Drawn(kind, low, high, None, shape, key("a"))
-    wrapped = Drawn(kind, Const(low), Const(high), None, shape, key("a"))
+    plain = Drawn(kind, (low, high), shape, key("a"))
+    wrapped = Drawn(kind, (Const(low), Const(high)), shape, key("a"))
     assert repr(of(plain)) == repr(of(wrapped))
 
 
 def test_one_expression_is_looked_into_once_for_each_of_its_readers() -> None:
     template = Template.parse("${a * 2}")
-    draws: dict[str, Node] = {"x/a": Drawn("uniform", 1, 2, None, (), key("x")), "y/a": Chosen((1, 3), None, key("y"))}
+    draws: dict[str, Node] = {"x/a": Drawn("uniform", (1, 2), (), key("x")), "y/a": Chosen((1, 3), None, key("y"))}
     reader = BoundsAnalysis(draws, {}, None)
     found = [reader.bounds(Computed(template, (), (("a", name),))) for name in ("x/a", "y/a", "x/a")]
     assert (found[0].low, found[0].high) == (2, 4)

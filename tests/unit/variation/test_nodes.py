@@ -11,12 +11,13 @@ from pydantic import TypeAdapter
 
 from scenecc.plan import recipe_shape
 from scenecc.spec.draws import Draw
-from scenecc.spec.features import VARIATION_FORMS
 from scenecc.spec.schema import json_schema
 from scenecc.variation import evaluation, forms, node_bounds
+from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.enumeration import MAX_DRAWS_READ
 from scenecc.variation.errors import DrawError
 from scenecc.variation.evaluation import Batch
+from scenecc.variation.forms import FORM_KEYS
 from scenecc.variation.node_bounds import find_bounds
 from scenecc.variation.nodes import (
     NODES,
@@ -45,22 +46,22 @@ def test_every_node_has_a_row(table: Any) -> None:
 
 
 def test_every_form_has_a_key() -> None:
-    keyed = {*forms.LIST_FORMS.values(), *forms.DISTRIBUTIONS.values()}
     # A map by scene has the key of the list, and the others have none.
-    assert keyed | {forms.SceneMap, forms.RandomRotation, forms.Vector} == set(forms.Form.__args__)
-    assert set(VARIATION_FORMS) == {*forms.LIST_FORMS, *forms.DISTRIBUTIONS}
+    keyless = {forms.SceneMap, forms.RandomRotation, forms.Vector}
+    assert {*forms.LIST_FORMS.values(), forms.DrawForm} | keyless == set(forms.Form.__args__)
+    assert {*forms.LIST_FORMS, *DISTRIBUTIONS} == FORM_KEYS
 
 
-@pytest.mark.parametrize("key", sorted(VARIATION_FORMS))
+@pytest.mark.parametrize("key", sorted(FORM_KEYS))
 def test_every_form_is_read_and_published(key: str) -> None:
     read = TypeAdapter(Draw).validate_python({key: [1, 2]})
-    assert type(read) is {**forms.LIST_FORMS, **forms.DISTRIBUTIONS}[key]
+    assert type(read) is forms.LIST_FORMS.get(key, forms.DrawForm)
     assert f'"{key}"' in json.dumps(json_schema())
 
 
 LONG = 10_000
 SCENES = np.arange(4)
-UNIT = Drawn("uniform", 0.0, 1.0, None, (), Key("draws", "d0", ""))
+UNIT = Drawn("uniform", (0.0, 1.0), (), Key("draws", "d0", ""))
 
 
 def plus_one(number: int) -> Node:
