@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from scenecc.inspect.inspection import inspect_scene as inspect_scene
     from scenecc.options import CompileOptions as CompileOptions
     from scenecc.plan import ScenePlan as ScenePlan
-    from scenecc.plan.compare import Difference as Difference
+    from scenecc.plan.diff import Difference as Difference
     from scenecc.render import LegendRow as LegendRow
     from scenecc.render import Picture as Picture
     from scenecc.render import Rendering as Rendering
@@ -94,7 +94,7 @@ _MODULES = {
     "export": ("emit_scene", "export_scene"),
     "options": ("CompileOptions",),
     "plan": ("ScenePlan",),
-    "plan.compare": ("Difference",),
+    "plan.diff": ("Difference",),
     "render": ("LegendRow", "Picture", "Rendering", "render_scene"),
     "scene": (
         "Build",

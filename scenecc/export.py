@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Diagnostic
     from scenecc.plan import ScenePlan
-    from scenecc.plan.measured import Measured
+    from scenecc.plan.snapshot import EngineSnapshot
 
 
 _LONGEST_NAME = 60
@@ -181,7 +181,7 @@ def _one_scene(scene: int, plan: ScenePlan, sink: Sink) -> list[int]:
 
 def _measured(
     plan: ScenePlan, scene_idxs: list[int] | None, sink: Sink, progress: Callable[[int, int], None] | None
-) -> Measured:
+) -> EngineSnapshot:
     batch = instantiated(
         plan, sink, backend="cpu", scene_idxs=scene_idxs, render=False, audit="fast", progress=progress
     )

@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from scenecc.plan import AssetFile
-from scenecc.source.paths import AssetScope, Resolved, resolve, resolve_named
-from scenecc.source.uris import Refusal
+from scenecc.source.paths import AssetScope, Refusal, ResolvedFile, resolve_asset_reference, resolve_path
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -45,7 +44,7 @@ def resolver(scope: AssetScope, sink: Sink, expansion: Expansion | None = None) 
         if expansion is not None:
             uri, document = expansion.reference(uri, origin)
             base, by = document.folder, document.name
-        found = resolve(uri, base=base, scope=scope)
+        found = resolve_path(uri, base=base, scope=scope)
         if isinstance(found, Refusal):
             sink.report(found.code, found.message, origin, hint=found.hint)
             return None
@@ -60,7 +59,7 @@ def named_resolver(scope: AssetScope) -> Callable[[str, AssetFile], Path | Refus
 
     def find(reference: str, asset: AssetFile) -> Path | Refusal:
         """The file of a reference inside an asset, or why it cannot be used."""
-        found = resolve_named(reference, owner=asset.path, owner_uri=asset.uri, scope=scope)
+        found = resolve_asset_reference(reference, owner=asset.path, owner_uri=asset.uri, scope=scope)
         if isinstance(found, Refusal):
             return found
         scope.memory.note(found, asset.uri)
@@ -69,7 +68,7 @@ def named_resolver(scope: AssetScope) -> Callable[[str, AssetFile], Path | Refus
     return find
 
 
-Srdf = Resolved | Literal["sibling"] | None
+Srdf = ResolvedFile | Literal["sibling"] | None
 
 
 def robot_reader(scope: AssetScope, limits: Limits, sink: Sink, expansion: Expansion | None = None) -> RobotReader:
@@ -127,7 +126,7 @@ class _Robots:
     def _described(
         self,
         request: RobotRequest,
-        file: Resolved,
+        file: ResolvedFile,
         srdf: Srdf,
         folder: tuple[str, Path] | None,
         origins: tuple[Origin, Origin],
@@ -158,18 +157,18 @@ class _Robots:
             budget=budget,
         )
 
-    def _inside(self, folder: tuple[str, Path]) -> Callable[[str], Resolved | Refusal]:
+    def _inside(self, folder: tuple[str, Path]) -> Callable[[str], ResolvedFile | Refusal]:
         uri, base = folder
 
-        def find(inner: str) -> Resolved | Refusal:
+        def find(inner: str) -> ResolvedFile | Refusal:
             """What follows `package://`, in the folder."""
-            return resolve(posixpath.join(uri, inner), base=base, scope=self._scope)
+            return resolve_path(posixpath.join(uri, inner), base=base, scope=self._scope)
 
         return find
 
-    def _found(self, uri: str, origin: Origin) -> Resolved | None:
+    def _found(self, uri: str, origin: Origin) -> ResolvedFile | None:
         uri, base = self._reference(uri, origin)
-        found = resolve(uri, base=base, scope=self._scope)
+        found = resolve_path(uri, base=base, scope=self._scope)
         if isinstance(found, Refusal):
             return self._told(found, origin)
         self._scope.memory.note(found, self._file(origin))
@@ -178,7 +177,7 @@ class _Robots:
     def _folder(self, uri: str, origin: Origin) -> tuple[str, Path] | None:
         """A folder and the one in which its path starts; None where there is none."""
         uri, base = self._reference(uri, origin)
-        found = resolve(uri.rstrip("/") or uri, base=base, scope=self._scope)
+        found = resolve_path(uri.rstrip("/") or uri, base=base, scope=self._scope)
         # A folder is refused as a file, which tells that it is there.
         if isinstance(found, Refusal) and found.code == "SC404":
             return uri, base

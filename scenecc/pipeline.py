@@ -18,9 +18,8 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.errors import SceneError
 from scenecc.named_files import named_resolver, resolver
 from scenecc.source import Document, Limits, read_dict, read_text
-from scenecc.source.lines import Lines
-from scenecc.source.paths import AssetScope, Memory, Resolved
-from scenecc.source.text import decode, read_bytes, read_some
+from scenecc.source.paths import AssetScope, PathCache, ResolvedFile
+from scenecc.source.text import TextLines, decode_text, read_bytes, read_from_stream
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -79,14 +78,14 @@ def read_input(source: Source, limits: Limits, sink: Sink) -> Input | None:
     elif _is_stream(source):
         name = getattr(source, "name", None)
         name = name if isinstance(name, str) else "<stream>"
-        content = read_some(source, name, sink, limits)
+        content = read_from_stream(source, name, sink, limits)
     else:  # pyright: ignore[reportUnreachable] - callers without a type checker
         raise TypeError(f"a scene is a path, a stream, a mapping or a plan, not {type(source).__name__}")
-    text = None if content is None else decode(content, name, sink, limits)
+    text = None if content is None else decode_text(content, name, sink, limits)
     if text is None:
         return None
     if _is_plan_json(text):
-        return Input(Document(name, path, {}, Lines(name, text)), text)
+        return Input(Document(name, path, {}, TextLines(name, text)), text)
     document = read_text(text, name, sink, limits, path)
     return document and _input(document)
 
@@ -157,7 +156,7 @@ class _Clock:
 
 @collector_paused()  # a stage makes containers by the hundred thousand, and all of them stay
 def compile_source(
-    source: Source, options: Options, sink: Sink, *, drawn: bool = True, memory: Memory | None = None
+    source: Source, options: Options, sink: Sink, *, drawn: bool = True, memory: PathCache | None = None
 ) -> Compiled | None:
     """The plan of a source; None where an error was reported.
 
@@ -178,8 +177,10 @@ def compile_source(
     return compiled
 
 
-def _compiled(source: Source, options: Options, sink: Sink, *, drawn: bool, memory: Memory | None) -> Compiled | None:
-    clock, memory = _Clock(), memory or Memory()
+def _compiled(
+    source: Source, options: Options, sink: Sink, *, drawn: bool, memory: PathCache | None
+) -> Compiled | None:
+    clock, memory = _Clock(), memory or PathCache()
     plan = as_plan(source)
     if plan is not None:
         # A plan that comes as an object has found its files already.
@@ -251,7 +252,7 @@ def _whole(
             if included:
                 sharing[found.name] = found.document
             if found.document.path is not None:
-                file = Resolved(found.document.path, found.shown)
+                file = ResolvedFile(found.document.path, found.shown)
                 scope.memory.note(file, owner.shown, "include" if included else "prefab")
         return found
 
@@ -360,7 +361,7 @@ def _tell_unknown(plan: ScenePlan, checked: ScenePlan, sink: Sink) -> None:
 
 def _decoded(found: Input, scope: AssetScope, limits: Limits, sink: Sink) -> ScenePlan | None:
     """A plan from its JSON. Its relative paths start at the JSON's own folder."""
-    from scenecc.plan.from_json import PlanLimits, plan_from_json
+    from scenecc.plan.json_reader import PlanLimits, plan_from_json
 
     find = resolver(scope, sink)
 

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from scenecc.expand.listing import ParamRow, PrefabRow
     from scenecc.inspect import SummaryRow
     from scenecc.plan import ScenePlan
-    from scenecc.plan.compare import Difference
+    from scenecc.plan.diff import Difference
 
 
 def validate(
@@ -246,7 +246,7 @@ def compare_scenes(
     Raises:
         SceneError: one of them, or each, is at fault.
     """
-    from scenecc.plan.compare import differences
+    from scenecc.plan.diff import diff_plans
 
     asked = Options.of(**options)
     sinks = Sink(), Sink()
@@ -258,7 +258,7 @@ def compare_scenes(
     if found is not None:
         found += diagnostics
     unnamed = [_stem(source) == done.plan.name for source, done in ((a, first), (b, second))]
-    return [one for one in differences(first.plan, second.plan) if not (one.path == "name" and all(unnamed))]
+    return [one for one in diff_plans(first.plan, second.plan) if not (one.path == "name" and all(unnamed))]
 
 
 def _stem(source: Source) -> str:
@@ -322,6 +322,6 @@ def json_schema() -> dict[str, Any]:
 
 def plan_text(plan: ScenePlan, *, base: Path | None = None) -> str:
     """A compiled plan as JSON, without checking it or its files again. `base`: as for `emit_scene`."""
-    from scenecc.plan.to_json import plan_to_json
+    from scenecc.plan.json_writer import plan_to_json
 
     return plan_to_json(plan, base=base)

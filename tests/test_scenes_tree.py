@@ -13,7 +13,7 @@ from scenecc import compile_scene, validate
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.codes import CODES
 from scenecc.source import make_limits, read_text
-from scenecc.source.text import decode, read_bytes
+from scenecc.source.text import decode_text, read_bytes
 
 # Those of ManiSkill's tasks need its files: tests/maniskill/test_corpus.py.
 MANISKILL = ROOT / "scenes" / "maniskill"
@@ -42,7 +42,7 @@ def data_of(file: Path) -> dict[str, Any] | None:
     """The plain data of a file; None where it cannot be read."""
     sink, limits = Sink(), make_limits()
     content = read_bytes(str(file), sink, limits)
-    text = None if content is None else decode(content, str(file), sink, limits)
+    text = None if content is None else decode_text(content, str(file), sink, limits)
     document = None if text is None else read_text(text, str(file), sink, limits, file)
     return None if document is None or sink.failed else document.data
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 from scenecc.checks.judged import above_pairs, highest, lowest, waits
 from scenecc.diagnostics.messages import cut, suggest_name
-from scenecc.plan.articulation import MOST_LINKS
+from scenecc.plan.articulation import MAX_LINKS
 from scenecc.plan.tendons import why_no_tendon
 
 if TYPE_CHECKING:
@@ -66,8 +66,8 @@ def _is_near(joint: Joint, origin: Origin, sink: Sink, *, drawn: bool) -> None:
 
 def _few_links(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink) -> None:
     count = len(structure.links)
-    if count > MOST_LINKS:
-        message = f"`{name}` has {count} links, and PhysX holds {MOST_LINKS} of an articulation"
+    if count > MAX_LINKS:
+        message = f"`{name}` has {count} links, and PhysX holds {MAX_LINKS} of an articulation"
         sink.report("SC519", message, origin, at="key", hint="make one link of links that are fixed to one another")
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scenecc.plan.bits import collide
+from scenecc.plan.body import may_collide
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,13 +22,13 @@ def meet(a: Entity, a_structure: BodyStructure, b: Entity, b_structure: BodyStru
     if not any(_varies(*body) for body in ((a, a_structure), (b, b_structure))):
         # The many bodies that are everywhere share one tuple.
         together = a.scene_idxs is b.scene_idxs or not set(a.scene_idxs).isdisjoint(b.scene_idxs)
-        return together and collide(_groups(a_structure, 0), _groups(b_structure, 0))
+        return together and may_collide(_groups(a_structure, 0), _groups(b_structure, 0))
     rows = {scene: row for row, scene in enumerate(b.scene_idxs)}
     for row_a, scene in enumerate(a.scene_idxs):
         row_b = rows.get(scene)
         if row_b is None or not (_picked(a, a_structure, row_a) and _picked(b, b_structure, row_b)):
             continue
-        if collide(_groups(a_structure, row_a), _groups(b_structure, row_b)):
+        if may_collide(_groups(a_structure, row_a), _groups(b_structure, row_b)):
             return True
     return False
 

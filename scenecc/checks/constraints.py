@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from scenecc.diagnostics import Sink
-    from scenecc.plan import Constraint, Entity, Mount, ScenePlan, Value
+    from scenecc.plan import Constraint, Entity, ScenePlan, Value
+    from scenecc.plan.body import Mount
 
 _TURNED_BY_SLERP = ("twist", "swing")
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from scenecc.checks.judged import Row, alternatives, highest, lowest, rows, waits
 from scenecc.plan import Box, Capsule, Cylinder, Sphere, literal
-from scenecc.plan.bounds import FARTHEST, LARGEST, SMALLEST
+from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN, MAX_BODY_OFFSET
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -128,10 +128,10 @@ def _weight_fault(
     if not dense:
         return _weightless(body, name, origin) if light else None
     hint = "mend the sizes or the densities: lengths are in metres"
-    if weight > LARGEST:
+    if weight > FLOAT32_MAX:
         message = f"`{name}` weighs {weight:.3g} kg by its densities, more than single precision holds"
         return _Fault("SC512", message, origin, hint)
-    if weight * max(chain(*row[len(types) :]), default=0) ** 2 > LARGEST:
+    if weight * max(chain(*row[len(types) :]), default=0) ** 2 > FLOAT32_MAX:
         message = f"`{name}` is so large that single precision does not hold its inertia"
         return _Fault("SC512", message, origin, hint)
     if light and weight < LIGHTEST:
@@ -178,14 +178,16 @@ def mass_is_held(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, 
     report = _may_report if by_rows else _report
     ends = _corners if by_rows else _ends
     far = max((abs(number) for place in places for row in ends(place) for number in row[:3]), default=0)
-    if far > FARTHEST:
+    if far > MAX_BODY_OFFSET:
         message = (
-            f"a shape or the centre of mass of `{name}` is {far:.3g} m from its origin, and {FARTHEST:g} m is the most "
-            "that leaves something of its inertia in single precision"
+            f"a shape or the centre of mass of `{name}` is {far:.3g} m from its origin, and {MAX_BODY_OFFSET:g} m is "
+            "the most that leaves something of its inertia in single precision"
         )
         report(_Fault("SC512", message, origin, "mend the coordinates: they are in metres"), sink)
     # The engine keeps the inverse, and takes 1 where that is no normal number.
-    wrong = [number for item in given for row in ends(item) for number in row if not SMALLEST <= number <= 1 / SMALLEST]
+    wrong = [
+        number for item in given for row in ends(item) for number in row if not FLOAT32_MIN <= number <= 1 / FLOAT32_MIN
+    ]
     if wrong:
         message = (
             f"the mass or a moment of inertia of `{name}` is {wrong[0]:.3g}, whose inverse the engine does not hold"

@@ -18,7 +18,7 @@ import numpy as np
 from scenecc.checks.mesh_data import AssetError, MeshData, Part, Reading, Reference, part
 from scenecc.checks.mesh_gltf_rules import COMPONENTS, WIDTHS, read_document
 from scenecc.checks.mesh_text import Budget
-from scenecc.plan.json_object import RepeatedKeyError
+from scenecc.source.plain_data import RepeatedKeyError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

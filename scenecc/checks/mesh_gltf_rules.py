@@ -11,7 +11,7 @@ import re
 from typing import Any, NoReturn, cast
 
 from scenecc.checks.mesh_data import number
-from scenecc.plan.json_object import json_object
+from scenecc.source.plain_data import reject_repeated_keys
 
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -128,7 +128,7 @@ def read_document(text: bytes) -> dict[str, Any]:
         parse_float=_real,
         parse_int=_whole,
         parse_constant=_no_constant,
-        object_pairs_hook=json_object,  # of a key that stands twice, the engine's reader takes the first
+        object_pairs_hook=reject_repeated_keys,  # of a key that stands twice, the engine's reader takes the first
     )
     json.dumps(document, ensure_ascii=False).encode()  # halves of surrogate pairs raise
     if not isinstance(document, dict):

@@ -10,8 +10,8 @@ from scenecc.checks.judged import waits
 from scenecc.checks.mass import MOVED, inertia_is_real, mass_is_clear, mass_is_held, weight_can_be_held
 from scenecc.diagnostics import Origin
 from scenecc.plan import BodyStructure, Mesh, Plane, TriangleMesh
-from scenecc.plan.bits import ID_BITS
-from scenecc.plan.knobs import KNOBS, fields_of
+from scenecc.plan.body import COLLISION_ID_BITS
+from scenecc.plan.properties import PROPERTIES, property_fields
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -29,13 +29,13 @@ class NumberRule(Protocol):
         """Reports what is wrong; `drawn`: of what waits for its rows."""
 
 
-LANGUAGE_KEYS = {knob.field: knob.key for knob in KNOBS if knob.field != knob.key}
+LANGUAGE_KEYS = {knob.field: knob.key for knob in PROPERTIES if knob.field != knob.key}
 """Fields of the plan whose key in a scene file has another name."""
 
-MOVING = (*fields_of("mass"), "inertial", *fields_of("body"))
+MOVING = (*property_fields("mass"), "inertial", *property_fields("body"))
 """What only a dynamic body has: PhysX moves no other by forces."""
 
-SEEN = fields_of("look")
+SEEN = property_fields("look")
 
 WHY_NOTHING = {
     "kinematic": "PhysX does not move it by forces",
@@ -189,8 +189,11 @@ def _nothing(field: str, what: str, origin: Origin, sink: Sink) -> None:
 
 def _groups(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
     """PhysX tells scenes that share one simulation apart by the top 16 bits of the fourth integer."""
-    if body.collision_groups is not None and any(bits > ID_BITS for bits in body.collision_groups.numbers()[3::4]):
-        message = f"the fourth of the collision bits of `{name}` is above {ID_BITS}, and its top 16 bits are reserved"
+    if body.collision_groups is not None and any(
+        bits > COLLISION_ID_BITS for bits in body.collision_groups.numbers()[3::4]
+    ):
+        most = f"above {COLLISION_ID_BITS}, and its top 16 bits are reserved"
+        message = f"the fourth of the collision bits of `{name}` is {most}"
         sink.report("SC104", message, origin.child(LANGUAGE_KEYS["collision_groups"]))
 
 

@@ -8,8 +8,8 @@ from scenecc.checks.judged import above, highest, lowest, rows, waits
 from scenecc.checks.mass import single
 from scenecc.diagnostics import Origin
 from scenecc.plan import AreaLight, SpotLight, TexturedLight
-from scenecc.plan.camera import RAY_TRACED
-from scenecc.plan.shadows import shadow_numbers
+from scenecc.plan.camera import RAY_TRACING_SHADERS
+from scenecc.plan.rendering import shadow_parameters
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
@@ -31,7 +31,7 @@ def check_pictures(plan: ScenePlan, sink: Sink, *, drawn: bool = False) -> None:
     for light in plan.lights:
         origin = light.origin or around.child("lights", light.name)
         if light.shadow is not None:
-            numbers = shadow_numbers(light)
+            numbers = shadow_parameters(light)
             keys = ("shadow_near", "shadow_far")
             _in_order(numbers[keys[0]], numbers[keys[1]], keys, origin, sink, drawn=drawn)
         if isinstance(light.light, SpotLight | TexturedLight):
@@ -63,7 +63,7 @@ def _is_seen(light: Light, plan: ScenePlan, origin: Origin, sink: Sink) -> None:
     if (
         isinstance(light.light, AreaLight)
         and plan.cameras
-        and RAY_TRACED.isdisjoint(camera.shader for camera in plan.cameras)
+        and RAY_TRACING_SHADERS.isdisjoint(camera.shader for camera in plan.cameras)
     ):
         message = f"no camera shows the light of `{light.name}`: only ray tracing does"
         hint = "give a camera `shader: rt`, or use a light of another type"

@@ -23,8 +23,8 @@ from scenecc.cli.tables import plain
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scenecc import Difference
     from scenecc.diagnostics import Diagnostic
+    from scenecc.plan.diff import Difference
 
 
 _SIGNS: Final = {"added": "+", "removed": "-", "moved": ">", "changed": "~"}

@@ -54,9 +54,9 @@ class What(str, Enum):
 
 def parse_size(text: str) -> tuple[int, int]:
     """`640x480`. Raises typer.BadParameter for anything else."""
-    from scenecc.plan.fields import PIXELS
+    from scenecc.plan.schema import PIXEL_BOUNDS
 
-    found, most = _SIZE.fullmatch(text), int(PIXELS.high)
+    found, most = _SIZE.fullmatch(text), int(PIXEL_BOUNDS.high)
     size = (int(found[1]), int(found[2])) if found else (0, 0)
     if not found or max(size) > most:
         raise typer.BadParameter(

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.emit.choice import Choice
     from scenecc.plan import ScenePlan
-    from scenecc.plan.measured import Measured
+    from scenecc.plan.snapshot import EngineSnapshot
 
 EMITTERS: dict[str, str] = {
     "json": "scenecc.emit.plan_json",
@@ -69,7 +69,9 @@ def emit(plan: ScenePlan, target: str, sink: Sink, *, base: Path | None = None) 
     return text
 
 
-def export(plan: ScenePlan, measured: Measured, target: str, choice: Choice, sink: Sink) -> dict[str, bytes] | None:
+def export(
+    plan: ScenePlan, measured: EngineSnapshot, target: str, choice: Choice, sink: Sink
+) -> dict[str, bytes] | None:
     """The files of another program, by their paths relative to the folder that they will lie in.
 
     The first is the file itself, `NAME` and the target's suffix, and the others, which it refers to, lie in

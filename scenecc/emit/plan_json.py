@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scenecc.plan.to_json import plan_to_json
+from scenecc.plan.json_writer import plan_to_json
 
 if TYPE_CHECKING:
     from pathlib import Path

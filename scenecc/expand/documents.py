@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest
 from scenecc.expand.contents import is_within_object_limit
-from scenecc.source.paths import AssetScope, has_package, resolve
+from scenecc.source.paths import AssetScope, Refusal, has_package, resolve_path
 from scenecc.source.read import read_text
 from scenecc.source.text import read_bytes, text_size
-from scenecc.source.uris import Refusal
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
@@ -59,7 +58,7 @@ class SceneDocument:
         return self.document.name or "<dict>"
 
     def reference(self, uri: str) -> str:
-        """A path or uri that stands in this document, as `scenecc.source.paths.resolve` takes it with `folder`."""
+        """A path or uri that stands in this document, as `scenecc.source.paths.resolve_path` takes it with `folder`."""
         if self.tree is None or _SCHEME.match(uri) or uri.startswith("/"):
             return uri
         scheme, path = self.tree.split("://", 1)
@@ -108,7 +107,7 @@ def scene_loader(scope: AssetScope, limits: Limits, sink: Sink) -> Load:
                 return None
             file = shipped_file(name, edition_here(name, scope))
             uri, shown = f"{_SHIPPED_URI}/{file}", SHIPPED_PREFIX + file.removesuffix(".yaml")
-        found = resolve(uri, base=owner.folder, scope=scope)
+        found = resolve_path(uri, base=owner.folder, scope=scope)
         if isinstance(found, Refusal):
             sink.report(found.code, found.message, place, hint=found.hint)
             return None

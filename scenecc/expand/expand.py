@@ -13,7 +13,7 @@ from scenecc.expand.module_compiler import CompiledModule, PrefabLibrary, compil
 from scenecc.expand.module_expander import ModuleExpander, ModuleScope, SceneSelections
 from scenecc.expand.modules import ModuleLibrary
 from scenecc.expand.patterns import PatternCompiler
-from scenecc.source.values import plain_mapping
+from scenecc.source.plain_data import copy_mapping
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
@@ -56,7 +56,7 @@ def expand(
         limits: on what it may ask for.
         sink: takes the diagnostics.
     """
-    given = plain_mapping(params, sink, limits)
+    given = copy_mapping(params, sink, limits)
     if given is None:
         return None
     top = top_document(document)

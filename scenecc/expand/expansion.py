@@ -147,7 +147,7 @@ class Expansion:
         return origin if record is None else record.trace(path[2:])
 
     def reference(self, uri: str, origin: Origin) -> tuple[str, SceneDocument]:
-        """A path as the document that wrote it means it, for `scenecc.source.paths.resolve`.
+        """A path as the document that wrote it means it, for `scenecc.source.paths.resolve_path`.
 
         Args:
             uri: as in the expanded data.

@@ -16,13 +16,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
 
+
 _IDENTITY = np.array((1.0, 0.0, 0.0, 0.0))
+
 _IDENTITY_POSE = np.array((0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
 
 
@@ -187,3 +189,23 @@ def _unturned(pose: Floats) -> NDArray[np.bool_]:
 
 def _dot(a: Floats, b: Floats) -> Floats:
     return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2]
+
+
+def rotation_matrix(q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The rotation matrix of a unit quaternion [w, x, y, z]."""
+    w, x, y, z = q
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def pose_matrix(pose: Sequence[float]) -> NDArray[np.float64]:
+    """A pose, p then a unit quaternion wxyz, as (4, 4)."""
+    made = np.eye(4)
+    made[:3, :3] = rotation_matrix(np.array(pose[3:]))
+    made[:3, 3] = pose[:3]
+    return made

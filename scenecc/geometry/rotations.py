@@ -12,13 +12,17 @@ These are for one rotation and need no numpy, which a scene in which nothing var
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+
 Vec3 = tuple[float, float, float]
+
 Quat = tuple[float, float, float, float]
+
+
 Matrix3 = tuple[Vec3, Vec3, Vec3]
 
 IDENTITY: Quat = (1.0, 0.0, 0.0, 0.0)
@@ -137,3 +141,8 @@ def rigidity(m: Sequence[Sequence[float]]) -> float:
     det = sum(p * q for p, q in zip(columns[0], cross(tuple(columns[1]), tuple(columns[2])), strict=True))
     last = max(abs(p - q) for p, q in zip(m[3], (0, 0, 0, 1), strict=True))
     return max(gram, abs(det - 1), last)
+
+
+Pose7 = tuple[float, float, float, float, float, float, float]
+
+IDENTITY_POSE: Final[Pose7] = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.diagnostics.messages import index_ranges
+from scenecc.geometry.rotation_arrays import pose_matrix, rotation_matrix
 from scenecc.inspect.facts import Fact, Facts, Item, axis_words, fact, plain_data
 from scenecc.inspect.varying import entity_fields
 from scenecc.plan import ArticulationStructure, Plane, VisualPlane
-from scenecc.plan.extent import extent, pose_matrix, reach, rotation_matrix
-from scenecc.plan.fields import type_name
-from scenecc.plan.labels import shape_in_link, shape_place
-from scenecc.plan.scene import structure_word
+from scenecc.plan.display import link_shape_path, shape_path
+from scenecc.plan.extent import extent, half_extents
+from scenecc.plan.scene import structure_type
+from scenecc.plan.schema import type_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
     from scenecc.plan import BodyStructure, Entity, Link, PhysicalMaterial, ScenePlan, Value, VisualMaterial
     from scenecc.plan.body import CollisionShape, VisualShape
-    from scenecc.plan.measured import MeasuredBody, MeasuredEntity, MeasuredShape
+    from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredShape
 
 
 Size = tuple[float, float, float]
@@ -56,7 +57,7 @@ def _bounds(shape: MeasuredShape, frame: NDArray[np.float64]) -> NDArray[np.floa
     assert shape.kind != "plane"
     assert shape.kind != "convex_mesh"
     assert shape.kind != "triangle_mesh"
-    half = reach(shape.kind, shape.sizes, rotation)
+    half = half_extents(shape.kind, shape.sizes, rotation)
     return np.array([centre - half, centre + half])
 
 
@@ -90,7 +91,7 @@ def entity_item(entity: Entity, plan: ScenePlan, scene: int | None, made: Made |
     row = None if scene is None else entity.scene_idxs.index(scene)
     structures = entity.structures if row is None else (entity.structure(row),)
     one = structures[0]
-    words = "|".join(dict.fromkeys(map(structure_word, structures)))
+    words = "|".join(dict.fromkeys(map(structure_type, structures)))
     facts = [*scene_facts(entity.scene_idxs, plan), *Facts(plan, row).value("pose", entity.pose)]
     if entity.hidden:
         facts.append(Fact("hidden", value=True, words="from sensors"))
@@ -98,7 +99,7 @@ def entity_item(entity: Entity, plan: ScenePlan, scene: int | None, made: Made |
     if len(structures) == 1:
         return Item(entity.name, words, (*facts, *body.facts(one)), body.groups(one))
     variants = tuple(
-        Item(f"variants[{index}]", structure_word(each), tuple(body.facts(each)), body.groups(each))
+        Item(f"variants[{index}]", structure_type(each), tuple(body.facts(each)), body.groups(each))
         for index, each in enumerate(structures)
     )
     return Item(entity.name, words, tuple(facts), (("variants", variants),))
@@ -268,8 +269,8 @@ def _size(size: Size) -> Fact:
 def _label(shape: CollisionShape | VisualShape, otherwise: str, *, in_link: bool) -> str:
     """What a scene file calls a shape below its body."""
     if in_link:
-        return shape_in_link("", shape.origin, otherwise).removeprefix(".")
-    place = shape_place(shape.origin, otherwise)
+        return link_shape_path("", shape.origin, otherwise).removeprefix(".")
+    place = shape_path(shape.origin, otherwise)
     return place.partition("].")[2] if place.startswith("variants[") else place
 
 
@@ -327,12 +328,12 @@ def _surface_bounds(shape: Any, pose: Any) -> NDArray[np.float64] | None:
     matrix = pose.to_transformation_matrix().astype(np.float64)
     rotation, centre = matrix[:3, :3], matrix[:3, 3]
     if hasattr(shape, "half_size"):
-        half = reach("box", tuple(shape.half_size), rotation)
+        half = half_extents("box", tuple(shape.half_size), rotation)
     elif hasattr(shape, "half_length"):
         solid = "cylinder" if type(shape).__name__.endswith("Cylinder") else "capsule"
-        half = reach(solid, (shape.radius, shape.half_length), rotation)
+        half = half_extents(solid, (shape.radius, shape.half_length), rotation)
     elif hasattr(shape, "radius"):
-        half = reach("sphere", (shape.radius,), rotation)
+        half = half_extents("sphere", (shape.radius,), rotation)
     else:
         return None
     return np.array([centre - half, centre + half])

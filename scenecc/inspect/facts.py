@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.inspect.varying import is_pose, pose_words, varying_words
-from scenecc.plan import Mount, Texture, Value
-from scenecc.plan.labels import field_place, name_place
-from scenecc.plan.value_words import color_words, item_words, part_of
+from scenecc.plan import Texture, Value
+from scenecc.plan.body import Mount
+from scenecc.plan.display import field_path, format_color, format_item, name_suffix, slice_value_bounds
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterator
@@ -171,7 +171,7 @@ class Facts:
         for item in fields(node):
             value = getattr(node, item.name)
             if item.compare and value is not None and item.name not in without:
-                label = field_place(place, item.name, node.__class__)
+                label = field_path(place, item.name, node.__class__)
                 if value == item.default:
                     yield Fact(label, plain_data(value), "")
                 else:
@@ -196,7 +196,7 @@ class Facts:
         elif last == "gravity":
             yield fact(name, not found)
         elif last in _COLORS:
-            yield Fact(name, found, color_words(tuple(found)))
+            yield Fact(name, found, format_color(tuple(found)))
         else:
             yield fact(name, found, self._unit(name))
 
@@ -211,7 +211,7 @@ class Facts:
             yield Fact(name, words, words)
         elif name in {"limits", "drives"}:
             for one in cast("tuple[AxisLimit | AxisDrive, ...]", value):
-                yield from self.of(one, name + name_place(one.axis), without=("axis",))
+                yield from self.of(one, name + name_suffix(one.axis), without=("axis",))
         elif is_dataclass(value):
             yield from self.of(value, name)
         else:
@@ -224,7 +224,7 @@ class Facts:
         support = value.bounds
         words = pose_words(value)
         for part, start, end, told in (("p", 0, 3, words[0]), ("q", 3, 7, words[1])):
-            of = support if support.low is None else part_of(support, start, end)
+            of = support if support.low is None else slice_value_bounds(support, start, end)
             one = of.low if of.low == of.high else None
             if one is None:
                 yield Fact(f"{name}.{part}", self._range(part, of, value), told)
@@ -269,10 +269,10 @@ def unit_of(name: str) -> str:
 
 
 def _words(item: Any) -> str:
-    """As `item_words`; of integers, which are counts, bits and seeds, every digit."""
+    """As `format_item`; of integers, which are counts, bits and seeds, every digit."""
     if isinstance(item, tuple):
         return f"[{', '.join(map(_words, cast('tuple[Any, ...]', item)))}]"
-    return str(item) if type(item) is int else item_words(item)
+    return str(item) if type(item) is int else format_item(item)
 
 
 def _is_number(item: Any) -> bool:
@@ -320,4 +320,4 @@ def axis_words(axis: list[float]) -> str:
     for index, name in enumerate("xyz"):
         if abs(rounded[index]) == 1:
             return f"-{name}" if rounded[index] < 0 else name
-    return item_words(tuple(rounded))
+    return format_item(tuple(rounded))

@@ -18,7 +18,7 @@ from scenecc.inspect.summary import summarize
 from scenecc.options import CompileOptions, Options, integer
 from scenecc.pipeline import Compiled, Source, compiled, compiled_params, instantiated, select_scenes
 from scenecc.plan import ArticulationStructure, SkyMap, Texture, Value
-from scenecc.plan.fields import type_name
+from scenecc.plan.schema import type_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from scenecc.inspect.entities import Made
     from scenecc.inspect.varying import VaryingField
     from scenecc.plan import Camera, Constraint, Entity, Light, ScenePlan
-    from scenecc.source.paths import Naming
+    from scenecc.source.paths import FileReference
 
 
 _DEFAULTS: Final = (Fact("defaults", value=True, words="all of them SAPIEN's defaults"),)
@@ -186,7 +186,9 @@ _MAPS: Final = ("file", "px", "nx", "py", "ny", "pz", "nz")
 _UNIT: Final = 1000
 
 
-def file_items(plan: ScenePlan, scene: tuple[str, Path] | None, named: Mapping[Path, Naming]) -> tuple[Item, ...]:
+def file_items(
+    plan: ScenePlan, scene: tuple[str, Path] | None, named: Mapping[Path, FileReference]
+) -> tuple[Item, ...]:
     """A row a file, the scene's own first.
 
     Args:

@@ -9,12 +9,13 @@ from scenecc.inspect.entities import articulation_size, mesh_size
 from scenecc.inspect.varying import Fields, VaryingField, entity_fields, object_fields
 from scenecc.plan import ArticulationStructure, BodyStructure, Camera, Constraint, Environment, Light
 from scenecc.plan.extent import extent
-from scenecc.plan.fields import type_name
-from scenecc.plan.scene import structure_word
+from scenecc.plan.scene import structure_type
+from scenecc.plan.schema import type_name
 
 if TYPE_CHECKING:
     from scenecc.backends.sapien import SceneBatch
-    from scenecc.plan import Entity, Mount, ScenePlan
+    from scenecc.plan import Entity, ScenePlan
+    from scenecc.plan.body import Mount
 
 Section = Literal["entities", "constraints", "environment", "lights", "cameras"]
 
@@ -205,7 +206,7 @@ def _of_bodies(
 
 
 def _body_types(entity: Entity) -> str:
-    return "|".join(dict.fromkeys(map(structure_word, entity.structures)))
+    return "|".join(dict.fromkeys(map(structure_type, entity.structures)))
 
 
 def _rigid_body(obj: Any) -> Any:

@@ -16,8 +16,19 @@ from scenecc.plan import (
     Value,
     VisualMaterial,
 )
-from scenecc.plan.labels import NAMES, field_place, name_place, shape_in_link, shape_place
-from scenecc.plan.value_words import color_words, is_any_rotation, item_words, listed, part_of, support_words
+from scenecc.plan.display import (
+    SPEC_FIELD_NAMES,
+    field_path,
+    format_color,
+    format_item,
+    format_value_bounds,
+    is_any_rotation,
+    join_alternatives,
+    link_shape_path,
+    name_suffix,
+    shape_path,
+    slice_value_bounds,
+)
 from scenecc.variation.bounds import ValueBounds, union_bounds
 
 if TYPE_CHECKING:
@@ -96,8 +107,8 @@ def pose_words(value: Value) -> tuple[str, str]:
     if support.low is None:
         return ("by an expression", "by an expression")
     start, end = ("", ", as drawn") if drawn else _around(support)
-    p, q = part_of(support, 0, 3), part_of(support, 3, 7)
-    return f"{start}{support_words(p)} m{end}", _rotation(q, start, end)
+    p, q = slice_value_bounds(support, 0, 3), slice_value_bounds(support, 3, 7)
+    return f"{start}{format_value_bounds(p)} m{end}", _rotation(q, start, end)
 
 
 def _is_finite(*bounds: Any) -> bool:
@@ -153,18 +164,18 @@ def _articulation(structure: ArticulationStructure, plan: ScenePlan) -> Iterator
         if isinstance(value, Value):
             yield _found(name, value)
     for link in structure.links:
-        place = f"links{name_place(link.name)}"
+        place = f"links{name_suffix(link.name)}"
         if link.joint is not None:
             yield from _plain_values(link.joint, f"{place}.joint")
         yield from _body(link.body, plan, f"{place}.")
     for mimic in structure.mimics:
-        yield from _plain_values(mimic, f"mimics{name_place(mimic.joint)}")
+        yield from _plain_values(mimic, f"mimics{name_suffix(mimic.joint)}")
 
 
 def _plain_values(node: Any, place: str) -> Iterator[_Found]:
     """Values of a dataclass and of what it has."""
     for name, item in _given(node):
-        where = field_place(place, name, node.__class__)
+        where = field_path(place, name, node.__class__)
         if isinstance(item, Value):
             yield _found(where, item)
         elif isinstance(item, Texture):
@@ -172,7 +183,7 @@ def _plain_values(node: Any, place: str) -> Iterator[_Found]:
         elif isinstance(item, tuple):
             for one in cast("tuple[Any, ...]", item):
                 if isinstance(one, AxisLimit | AxisDrive):
-                    yield from _plain_values(one, where + name_place(one.axis))
+                    yield from _plain_values(one, where + name_suffix(one.axis))
         elif is_dataclass(item):
             yield from _plain_values(item, where)
 
@@ -181,14 +192,14 @@ def _body(structure: BodyStructure, plan: ScenePlan, above: str = "") -> Iterato
     """A body, or a link: what stands before its fields' names is then `above`."""
     for name, value in _given(structure):
         if isinstance(value, Value):
-            yield _found(above + NAMES.get(name, name), value)
+            yield _found(above + SPEC_FIELD_NAMES.get(name, name), value)
     for name, value in _given(structure.inertial):
         yield _found(f"{above}inertial.{name}", value)
     for kind, shapes in (("collisions", structure.collisions), ("visuals", structure.visuals)):
         for index, shape in enumerate(shapes):
             place = f"{above}{kind}[{index}]"
             origin = shape.origin
-            where = shape_in_link(above + kind, origin, place) if above else shape_place(origin, place)
+            where = link_shape_path(above + kind, origin, place) if above else shape_path(origin, place)
             table = plan.physical_materials if kind == "collisions" else plan.visual_materials
             for name, value in (*_given(shape.geometry), *_given(shape)):
                 if name == "material":
@@ -234,9 +245,9 @@ def _differing(label: str, items: list[_Found], plan: ScenePlan) -> Iterator[Var
     at_reset = any(item.at_reset for item in items)
     start, end = ("", ", as drawn") if any(item.drawn for item in items) else _around(support)
     if is_pose(label) and support.low is not None:
-        p, q = part_of(support, 0, 3), part_of(support, 3, 7)
+        p, q = slice_value_bounds(support, 0, 3), slice_value_bounds(support, 3, 7)
         if p.low != p.high:
-            yield VaryingField(f"{label}.p", start + support_words(p) + end, at_reset)
+            yield VaryingField(f"{label}.p", start + format_value_bounds(p) + end, at_reset)
         if q.low != q.high:
             yield VaryingField(f"{label}.q", _rotation(q, start, end), at_reset)
         return
@@ -250,7 +261,7 @@ def _around(support: ValueBounds) -> tuple[str, str]:
 
 
 def _rotation(q: ValueBounds, start: str, end: str) -> str:
-    return "any rotation" if is_any_rotation(q) else start + support_words(q) + end
+    return "any rotation" if is_any_rotation(q) else start + format_value_bounds(q) + end
 
 
 def _words(name: str, support: ValueBounds, files: Sequence[AssetFile]) -> str:
@@ -258,9 +269,9 @@ def _words(name: str, support: ValueBounds, files: Sequence[AssetFile]) -> str:
     if name in _FILES or name.endswith("texture"):
         show = lambda index: files[int(index)].uri  # noqa: E731
     elif name == "gravity":
-        show = lambda disabled: item_words(not disabled)  # noqa: E731
+        show = lambda disabled: format_item(not disabled)  # noqa: E731
     elif name in _COLORS:
-        show = color_words
+        show = format_color
     if show is None or support.alternatives is None:
-        return support_words(support)
-    return listed([show(item) for item in support.alternatives]) or f"{len(support.alternatives)} values"
+        return format_value_bounds(support)
+    return join_alternatives([show(item) for item in support.alternatives]) or f"{len(support.alternatives)} values"

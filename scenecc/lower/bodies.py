@@ -10,7 +10,7 @@ from scenecc.lower.local_poses import local_pose
 from scenecc.lower.materials import DENSITY
 from scenecc.lower.shapes import ShapeDefaults
 from scenecc.plan import BodyStructure, Inertial, literal
-from scenecc.plan.knobs import knobs_of
+from scenecc.plan.properties import properties_of
 from scenecc.spec.body import MOTION_AXES
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from scenecc.lower.materials import LoweredMaterial, MaterialChoice, MaterialLowerer
     from scenecc.lower.shapes import ShapeLowerer
     from scenecc.plan import CollisionShape, Value, VisualShape
-    from scenecc.plan.knobs import Knob
+    from scenecc.plan.properties import Property
 
 Layer = tuple[Any, "Origin"]
 """Keys of a body and the node that has them. Of several layers the last one that has a key counts."""
@@ -33,7 +33,7 @@ def _locked(axes: list[str]) -> tuple[bool, ...]:
     return tuple(axis in axes for axis in MOTION_AXES)
 
 
-def _field_type(knob: Knob) -> FieldType:
+def _field_type(knob: Property) -> FieldType:
     if knob.field == "disable_gravity":
         return FieldType(dtype="bool", convert=opposite, fallback=False)
     if knob.field == "locked_motion_axes":
@@ -42,13 +42,13 @@ def _field_type(knob: Knob) -> FieldType:
 
 
 BODY_FIELDS: dict[str, tuple[str, FieldType]] = {
-    knob.key: (knob.field, _field_type(knob)) for knob in knobs_of("mass", "body", "groups", "look")
+    knob.key: (knob.field, _field_type(knob)) for knob in properties_of("mass", "body", "groups", "look")
 }
 """Key of the language → field of the plan, and what a row of it holds."""
 
 _BODY_KEYS = frozenset(BODY_FIELDS)
 
-RESETTABLE_KEYS = frozenset(knob.field for knob in knobs_of("body") if knob.reset)
+RESETTABLE_KEYS = frozenset(knob.field for knob in properties_of("body") if knob.reset)
 """Knobs that a reset draws anew."""
 
 _NUMBERS = frozenset((int, float))

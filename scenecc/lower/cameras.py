@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 from scenecc.lower.angles import lower_angle
 from scenecc.lower.field_types import number
 from scenecc.lower.mounts import mounted_pose, read_pose
-from scenecc.plan import Camera, Intrinsic, Mount, Orthographic, Perspective, Value, literal
+from scenecc.plan import Camera, Intrinsic, Orthographic, Perspective, Value, literal
 
 if TYPE_CHECKING:
+    from scenecc.plan.body import Mount
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.frames import FrameGraph

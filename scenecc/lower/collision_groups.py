@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.lower.names import qualified, scope_of
-from scenecc.plan.bits import collide
+from scenecc.plan.body import may_collide
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -103,9 +103,9 @@ def warn_ignored_pairs_collide(
         whole: where it is said that no two of its links collide; None: it is not.
         sink: takes the warnings.
     """
-    from scenecc.plan.articulation import MOST_LINKS  # noqa: PLC0415 - loaded where there are articulations
+    from scenecc.plan.articulation import MAX_LINKS  # noqa: PLC0415 - loaded where there are articulations
 
-    if len(bodies) > MOST_LINKS:
+    if len(bodies) > MAX_LINKS:
         # Which is an error; so many pairs take long.
         return
     found: dict[Origin, list[tuple[int, int]]] = {}
@@ -134,7 +134,7 @@ def _colliding(
         near = other in (number, link.parent) or draft.links[other].parent == number
         if near or not body.collisions:
             continue
-        if (all_of_them or link.ignore_bits & draft.links[other].ignore_bits) and collide(mine, _bits(body)):
+        if (all_of_them or link.ignore_bits & draft.links[other].ignore_bits) and may_collide(mine, _bits(body)):
             yield number, other
 
 

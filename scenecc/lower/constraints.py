@@ -40,7 +40,8 @@ if TYPE_CHECKING:
     from scenecc.lower.fields import FieldLowerer, SamplingContext
     from scenecc.lower.mounts import MountLookup
     from scenecc.lower.names import NameScopes
-    from scenecc.plan import Entity, Mount
+    from scenecc.plan import Entity
+    from scenecc.plan.body import Mount
 
     Joint = Weld | Connection | Distance | Gear | Drive
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from scenecc.lower.fields import FieldLowerer, SamplingContext
     from scenecc.lower.variation import VariationLowerer
     from scenecc.plan import Value
-    from scenecc.plan.fields import Bounds
+    from scenecc.plan.properties import Bounds
     from scenecc.variation.bounds import ExpressionBounds
     from scenecc.variation.nodes import Node
 

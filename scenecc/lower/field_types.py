@@ -11,7 +11,7 @@ from scenecc.variation import forms
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.plan.fields import Bounds
+    from scenecc.plan.properties import Bounds
 
 Dtype = Literal["float64", "int64", "bool"]
 Convert = Callable[[Any], Any]
@@ -23,7 +23,7 @@ class FieldType:
 
     Attributes:
         shape: of a row.
-        quantity: the row of `scenecc.plan.fields.QUANTITIES` whose bounds hold; "": any number.
+        quantity: the row of `scenecc.plan.schema.QUANTITIES` whose bounds hold; "": any number.
         within: the bounds, where they are the document's own.
         convert: makes a row of a plain value; None where the plain value is one. Gives None for what
             it cannot read, which only the value of an expression can be.
@@ -48,7 +48,8 @@ class FieldType:
     def bounds(self) -> Bounds:
         """The numbers that a row may have."""
         # Loaded where something varies: it loads numpy.
-        from scenecc.plan.fields import ANY, QUANTITIES, Bounds  # noqa: PLC0415
+        from scenecc.plan.properties import ANY, Bounds  # noqa: PLC0415
+        from scenecc.plan.schema import QUANTITIES  # noqa: PLC0415
 
         if self.within is not None:
             return Bounds(*self.within)

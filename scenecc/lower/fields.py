@@ -9,7 +9,7 @@ from scenecc.diagnostics.messages import cut, show, suggest_name
 from scenecc.lower.deferred_checks import DeferredCheck, ResettableValue, report_draw_failure
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place, holds_template
 from scenecc.plan import Value, literal, per_scene, varying
-from scenecc.plan.shared_poses import is_pose
+from scenecc.plan.scene import is_shared_pose
 from scenecc.variation.bounds import UNKNOWN, ValueBounds
 from scenecc.variation.compute_limit import COMPUTE_LIMIT_HINT, OperationCounter
 from scenecc.variation.errors import DrawError
@@ -188,7 +188,7 @@ class FieldLowerer:
         names = {name: prefix + name for name in template.names - BUILTIN_NAMES}
         for name, full in names.items():
             if full not in draws:
-                known = (draw[len(prefix) :] for draw in draws if draw.startswith(prefix) and not is_pose(draw))
+                known = (draw[len(prefix) :] for draw in draws if draw.startswith(prefix) and not is_shared_pose(draw))
                 hint = suggest_name(name, known, self.sink)
                 message = f"there is no parameter, loop variable or draw `{cut(name)}` here"
                 self.sink.report("SC201", message, origin, hint=hint)

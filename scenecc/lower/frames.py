@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest_name
-from scenecc.lower.poses import IDENTITY_POSE, POSE, Pose7, compose, lower_pose, pose_item, pose_varies
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
+from scenecc.lower.poses import POSE, compose, lower_pose, pose_item, pose_varies
 from scenecc.lower.variation import FieldPlace, VariationLowerer
 from scenecc.plan import Value, literal
-from scenecc.plan.shared_poses import MOST_COMPOSED, pose_name
+from scenecc.plan.scene import MAX_COMPOSED_POSES, shared_pose_name
 from scenecc.spec.pose import PoseMapping
 from scenecc.variation.nodes import NODE_TYPES, Composed, Shared
 
@@ -244,7 +245,7 @@ class FrameGraph:
         read = name if reading is not None else outer and outer.read
         if outer is None or parent is None:
             return FramePose(local, reading, None, local, around, 1, read)
-        if outer.depth < MOST_COMPOSED:
+        if outer.depth < MAX_COMPOSED_POSES:
             return FramePose(local, reading, parent, _composed(outer.world, local), around, outer.depth + 1, read)
         world = _composed(self._shared(parent, outer.world), local)
         return FramePose(local, reading, parent, world, around, 2, read)
@@ -253,7 +254,7 @@ class FrameGraph:
         """A pose by its name: of a chain that varies and has no end, the rest would nest in it without end."""
         if world.__class__ not in NODE_TYPES:
             return world
-        draw = pose_name(name)
+        draw = shared_pose_name(name)
         self._leaves_of(name).drawing.draws[draw] = world
         return Shared(draw)
 

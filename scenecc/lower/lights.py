@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from scenecc.lower.frames import FrameGraph
     from scenecc.lower.materials import MaterialLowerer
     from scenecc.lower.mounts import MountLookup, MountPose
-    from scenecc.plan import Mount, Value
+    from scenecc.plan import Value
+    from scenecc.plan.body import Mount
 
 _SHADOW = ("shadow_near", "shadow_far", "shadow_scale", "shadow_map_size")
 """Keys that say how a shadow is made."""

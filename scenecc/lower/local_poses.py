@@ -7,19 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.geometry import rotations
-from scenecc.geometry.rotations import IDENTITY, Quat, Vec3, shortest_from_x
+from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, Pose7, Quat, Vec3, shortest_from_x
 from scenecc.lower.field_types import FieldType, vector
-from scenecc.lower.poses import (
-    IDENTITY_POSE,
-    POSE,
-    Pose7,
-    compose,
-    direction,
-    lower_pose,
-    pose_item,
-    pose_varies,
-    turned,
-)
+from scenecc.lower.poses import POSE, compose, direction, lower_pose, pose_item, pose_varies, turned
 from scenecc.lower.variation import VARYING, VariationLowerer, field_place
 from scenecc.plan import Value, literal, per_scene, varying
 from scenecc.spec.pose import PoseMapping

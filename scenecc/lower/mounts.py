@@ -10,7 +10,8 @@ from scenecc.geometry.rotations import IDENTITY, shortest_from_x
 from scenecc.lower.field_types import POSITION, FieldType
 from scenecc.lower.poses import POSE, pose_item
 from scenecc.lower.variation import FieldPlace, VariationLowerer, field_place
-from scenecc.plan import ArticulationStructure, Mount, Value, literal
+from scenecc.plan import ArticulationStructure, Value, literal
+from scenecc.plan.body import Mount
 from scenecc.spec.pose import PoseMapping
 from scenecc.variation.nodes import Pointing, Posed
 

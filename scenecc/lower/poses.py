@@ -6,11 +6,10 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from scenecc.geometry import rotations
-from scenecc.geometry.rotations import IDENTITY, Quat, Vec3
+from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, Pose7, Quat, Vec3
 from scenecc.lower.angles import warn_probable_degrees
 from scenecc.lower.field_types import POSITION, FieldType, vector
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer
-from scenecc.plan.pose import IDENTITY_POSE, Pose7
 from scenecc.spec.pose import AXES, AxisAngle, PoseMapping
 from scenecc.variation.forms import Choice, Cycle, PerScene, RandomRotation, SceneMap
 from scenecc.variation.nodes import FromAxisAngle, FromMatrix, FromRpy, Looking, Normalized, Posed, Radians

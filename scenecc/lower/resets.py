@@ -7,12 +7,12 @@ from operator import is_, is_not
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenecc.diagnostics.messages import cut
-from scenecc.lower.poses import IDENTITY_POSE
+from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import Value, varying
-from scenecc.plan.articulation import JOINT_STARTS, VELOCITIES, ArticulationStructure
-from scenecc.plan.bounds import LARGEST
+from scenecc.plan.articulation import JOINT_STATE_FIELDS, VELOCITY_FIELDS, ArticulationStructure
 from scenecc.plan.constraint import Drive
-from scenecc.plan.shared_poses import MOST_COMPOSED, pose_name
+from scenecc.plan.properties import FLOAT32_MAX
+from scenecc.plan.scene import MAX_COMPOSED_POSES, shared_pose_name
 from scenecc.variation.nodes import NODES, Composed, Const, Held, Rows, Shared
 
 if TYPE_CHECKING:
@@ -24,8 +24,9 @@ if TYPE_CHECKING:
     from scenecc.lower.fields import FieldLowerer, SamplingContext
     from scenecc.lower.frames import FrameGraph
     from scenecc.lower.variation import VariationLowerer
-    from scenecc.plan import BodyStructure, Constraint, Entity, Mount
+    from scenecc.plan import BodyStructure, Constraint, Entity
     from scenecc.plan.articulation import Joint, Link
+    from scenecc.plan.body import Mount
     from scenecc.variation.nodes import Node
 
 
@@ -131,7 +132,7 @@ class RecipeBuilder:
         return (*draws, *self._shared_poses)
 
     def _structure(self, structure: BodyStructure | ArticulationStructure) -> BodyStructure | ArticulationStructure:
-        made = self._with_recipes(structure, VELOCITIES)
+        made = self._with_recipes(structure, VELOCITY_FIELDS)
         if isinstance(made, ArticulationStructure):
             links = tuple(map(self._link, made.links))
             if any(map(is_not, links, made.links)):
@@ -139,7 +140,7 @@ class RecipeBuilder:
         return made
 
     def _link(self, link: Link) -> Link:
-        joint = link.joint and self._with_recipes(link.joint, JOINT_STARTS)
+        joint = link.joint and self._with_recipes(link.joint, JOINT_STATE_FIELDS)
         return link if joint is link.joint else replace(link, joint=joint)
 
     def _with_recipes(self, node: _Holder, fields: tuple[str, ...]) -> _Holder:
@@ -181,7 +182,7 @@ class RecipeBuilder:
         item = IDENTITY_POSE if at is None else self._as_built(at, leaves)
         depth = 0
         for member in reversed(chain):
-            if depth == MOST_COMPOSED and at is not None:
+            if depth == MAX_COMPOSED_POSES and at is not None:
                 item, depth = self._shared(at, item, leaves), 0
             local: Any = self._places.standing(member).local
             if local.__class__ in NODES and self._places.is_still(member):
@@ -195,7 +196,7 @@ class RecipeBuilder:
         poses = self._poses.setdefault(name, {})
         if leaves.scenes not in poses:
             # What stays as it is built is rows, in these scenes and no others.
-            poses[leaves.scenes] = draw = pose_name(name, len(poses))
+            poses[leaves.scenes] = draw = shared_pose_name(name, len(poses))
             self._shared_poses.append((draw, item if item.__class__ in NODES else Const(item)))
         return Shared(poses[leaves.scenes])
 
@@ -225,9 +226,9 @@ def _reset_node(reset: ResettableValue) -> Node:
     node, scenes, follows = reset.node, reset.leaves.scenes, reset.follows
     if follows is not None:
         factor, offset = (_constant_item(value.data, scenes) for value in (follows.multiplier, follows.offset))
-        node = Held(_reset_node(follows.source), -1, -LARGEST, LARGEST, factor, offset)
+        node = Held(_reset_node(follows.source), -1, -FLOAT32_MAX, FLOAT32_MAX, factor, offset)
     if reset.limits is not None and isinstance(node, Held):
-        low, high = (_constant_item(side.clip(-LARGEST, LARGEST), scenes) for side in reset.limits.data.T)
+        low, high = (_constant_item(side.clip(-FLOAT32_MAX, FLOAT32_MAX), scenes) for side in reset.limits.data.T)
         node = replace(node, low=low, high=high)
     return node
 

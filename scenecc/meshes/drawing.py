@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.geometry.rotation_arrays import pose_matrix
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.meshes import primitives
 from scenecc.meshes.files import MeshFiles
 from scenecc.meshes.surface import Look, MeshProblem, Part, Shape
 from scenecc.meshes.textures import Looks
 from scenecc.plan import Box, Capsule, Cylinder, Mesh, Sphere, TiledPlane, VisualPlane
-from scenecc.plan.extent import pose_matrix
-from scenecc.plan.pictured import COLLISION_COLORS
-from scenecc.plan.pose import IDENTITY_POSE, Pose7
+from scenecc.plan.rendering import COLLISION_COLORS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
     from scenecc.meshes.surface import Surface, Vec3
     from scenecc.plan import BodyStructure, ScenePlan, VisualShape
-    from scenecc.plan.measured import MeasuredBody, MeasuredEntity, MeasuredScene, MeasuredShape
+    from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredScene, MeasuredShape
 
 
 _COLLISION_LOOKS: Final = {kind: Look(base_color=color) for kind, color in COLLISION_COLORS.items()}

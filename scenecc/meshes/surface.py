@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image as Pixels
 
     from scenecc.diagnostics import Origin
-    from scenecc.plan.pose import Pose7
+    from scenecc.geometry.rotations import Pose7
 
 Vec3 = tuple[float, float, float]
 Vec4 = tuple[float, float, float, float]

@@ -8,7 +8,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from scenecc.plan.body import BodyStructure, BodyType, CollisionShape, Inertial, VisualShape
+from scenecc.plan.body import BodyStructure, BodyType, CollisionShape, Inertial, Mount, VisualShape
 from scenecc.plan.geometry import (
     Box,
     Capsule,
@@ -58,7 +58,6 @@ if TYPE_CHECKING:
         SpotLight,
         TexturedLight,
     )
-    from scenecc.plan.mount import Mount
 
 __all__ = [
     "AreaLight",
@@ -140,7 +139,6 @@ _LATER = {
         "light": (
             "AreaLight CubeMap DirectionalLight Environment Light PointLight Shadow SkyMap SpotLight TexturedLight"
         ),
-        "mount": "Mount",
     }.items()
     for name in names.split()
 }

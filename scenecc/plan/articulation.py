@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import field
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 from scenecc.diagnostics.frozen import frozen
 
@@ -14,18 +14,27 @@ if TYPE_CHECKING:
     from scenecc.plan.body import BodyStructure
     from scenecc.plan.value import Value
 
+
 JointType = Literal["fixed", "revolute", "revolute_unwrapped", "prismatic"]
+
+
 """SAPIEN's. A URDF's `continuous` is a `revolute` without limits, as SAPIEN's own loader has it."""
 
 DriveMode = Literal["force", "acceleration"]
 
-MOST_LINKS = 255
+MAX_LINKS = 255
+
+
 """Of an articulation on the CPU, where PhysX counts links in eight bits: with 257 it counts none."""
 
-VELOCITIES = ("linear_velocity", "angular_velocity")
+VELOCITY_FIELDS = ("linear_velocity", "angular_velocity")
+
+
 """Fields of a body and of an articulation, of which a reset sets what they say anew."""
 
-JOINT_STARTS = ("qpos", "qvel", "drive_target", "drive_velocity_target")
+JOINT_STATE_FIELDS = ("qpos", "qvel", "drive_target", "drive_velocity_target")
+
+
 """Fields of a joint, likewise."""
 
 
@@ -136,7 +145,7 @@ class ArticulationStructure:
         return tuple(link.joint for link in self.links if link.joint is not None and link.joint.type != "fixed")
 
 
-def level_order(parents: Iterable[int | None]) -> list[int]:
+def breadth_first_order(parents: Iterable[int | None]) -> list[int]:
     """Numbers of links in the engine's order, in which it numbers joints too: by distance from the root, then as built.
 
     Args:
@@ -150,3 +159,28 @@ def level_order(parents: Iterable[int | None]) -> list[int]:
     for number in order:
         order += children.get(number, ())
     return order
+
+
+NON_LINK_FIELDS: Final = (
+    "linear_velocity",
+    "angular_velocity",
+    "locked_motion_axes",
+    "sleep_threshold",
+    "solver_position_iterations",
+    "solver_velocity_iterations",
+)
+
+MOVING_JOINT_FIELDS: Final = (
+    "limits",
+    "friction",
+    "armature",
+    "max_velocity",
+    "stiffness",
+    "damping",
+    "force_limit",
+    "drive_mode",
+    "qpos",
+    "qvel",
+    "drive_target",
+    "drive_velocity_target",
+)

@@ -1,4 +1,6 @@
-"""Bodies and their shapes. None means that the file said nothing: a backend then calls no setter."""
+"""Bodies, their shapes and collision bits, and mounts on bodies. None means that the file gives no value: a backend
+then calls no setter.
+"""
 
 from __future__ import annotations
 
@@ -8,11 +10,16 @@ from typing import TYPE_CHECKING, Literal
 from scenecc.diagnostics.frozen import frozen
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from scenecc.diagnostics import Origin
     from scenecc.plan.geometry import CollisionGeometry, VisualGeometry
     from scenecc.plan.value import Value
 
+
 BodyType = Literal["dynamic", "kinematic", "static", "none", "link"]
+
+
 """A "link" is part of an articulation, never an entity of its own."""
 
 
@@ -119,3 +126,28 @@ class BodyStructure:
     def bodies(self) -> tuple[BodyStructure, ...]:
         """Itself, as an articulation's are its links."""
         return (self,)
+
+
+@frozen
+class Mount:
+    """A body that something is fastened to.
+
+    Attributes:
+        entity: its name in the plan.
+        link: of an articulation; None: the entity is a body.
+    """
+
+    entity: str
+    link: str | None = None
+
+
+COLLISION_ID_BITS = 0xFFFF
+
+
+"""The bits of the fourth integer within which those of the third count."""
+
+
+def may_collide(a: Sequence[int], b: Sequence[int]) -> bool:
+    """SAPIEN's rule over the four integers of two shapes (`PhysxCollisionShape.set_collision_groups`)."""
+    ignored = bool(a[2] & b[2]) and (a[3] & COLLISION_ID_BITS) == (b[3] & COLLISION_ID_BITS)
+    return bool((a[0] & b[1]) or (a[1] & b[0])) and not ignored

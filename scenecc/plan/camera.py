@@ -9,16 +9,16 @@ from scenecc.diagnostics.frozen import frozen
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
-    from scenecc.plan.mount import Mount
+    from scenecc.plan.body import Mount
     from scenecc.plan.value import Value
 
 ShaderName = Literal["default", "minimal", "trivial", "rt", "shadow_catcher"]
 """SAPIEN's shader packs that make pictures of everything that a scene holds; the language has the same."""
 
-RAY_TRACED: Final = frozenset(("rt", "shadow_catcher"))
+RAY_TRACING_SHADERS: Final = frozenset(("rt", "shadow_catcher"))
 """Those that trace rays, which not every device can."""
 
-WITHOUT_NORMALS: Final = frozenset(("minimal", "trivial"))
+SHADERS_WITHOUT_NORMALS: Final = frozenset(("minimal", "trivial"))
 """Those that have no picture of normals."""
 
 

@@ -10,7 +10,7 @@ from scenecc.diagnostics.frozen import frozen
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
     from scenecc.plan.articulation import DriveMode
-    from scenecc.plan.mount import Mount
+    from scenecc.plan.body import Mount
     from scenecc.plan.value import Value
 
 DriveAxis = Literal["x", "y", "z", "twist", "swing", "slerp"]

@@ -7,15 +7,17 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
+from scenecc.geometry.rotation_arrays import rotation_matrix
+from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan.geometry import Box, Capsule, Cylinder, Plane, Sphere, TiledPlane, VisualPlane
-from scenecc.plan.pose import IDENTITY_POSE
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from numpy.typing import NDArray
 
     from scenecc.plan.body import BodyStructure
+
 
 Solid = Literal["box", "sphere", "capsule", "cylinder"]
 
@@ -27,10 +29,12 @@ _SOLIDS: Final[dict[type, Callable[[Any, int], tuple[Solid, tuple[float, ...]]]]
     VisualPlane: lambda g, row: ("box", (0.0, *g.half_size.row(row))),
     TiledPlane: lambda g, row: ("box", (*g.half_size.row(row), 0.0)),
 }
+
+
 """What a shape is and its sizes [m]; types that are not here have none without reading a file, or no end."""
 
 
-def reach(solid: Solid, sizes: tuple[float, ...], rotation: NDArray[np.float64]) -> NDArray[np.float64]:
+def half_extents(solid: Solid, sizes: tuple[float, ...], rotation: NDArray[np.float64]) -> NDArray[np.float64]:
     """How far a shape reaches from its centre along the axes of the frame in which it is turned, (3,) [m].
 
     Args:
@@ -67,30 +71,10 @@ def extent(structure: BodyStructure, row: int = 0) -> tuple[float, float, float]
                 continue
             return None
         pose = np.array(IDENTITY_POSE) if shape.pose is None else shape.pose.row(row)
-        half = reach(*measure(shape.geometry, row), rotation_matrix(pose[3:]))
+        half = half_extents(*measure(shape.geometry, row), rotation_matrix(pose[3:]))
         corners += [pose[:3] - half, pose[:3] + half]
     if not corners:
         return None
     x, y, z = np.max(corners, axis=0) - np.min(corners, axis=0)
     # What the rotation of a flat shape leaves of its thickness is rounding.
     return (round(float(x), 12), round(float(y), 12), round(float(z), 12))
-
-
-def rotation_matrix(q: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The rotation matrix of a unit quaternion [w, x, y, z]."""
-    w, x, y, z = q
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-
-
-def pose_matrix(pose: Sequence[float]) -> NDArray[np.float64]:
-    """A pose, p then a unit quaternion wxyz, as (4, 4)."""
-    made = np.eye(4)
-    made[:3, :3] = rotation_matrix(np.array(pose[3:]))
-    made[:3, 3] = pose[:3]
-    return made

@@ -9,8 +9,8 @@ from scenecc.diagnostics.frozen import frozen
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
+    from scenecc.plan.body import Mount
     from scenecc.plan.material import Texture
-    from scenecc.plan.mount import Mount
     from scenecc.plan.value import Value
 
 

@@ -5,14 +5,14 @@ Rows of a material's values follow the scenes of the entities whose shapes have 
 
 from __future__ import annotations
 
-from dataclasses import field, fields
+import os
+from dataclasses import field, fields, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from scenecc.diagnostics.frozen import frozen
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from scenecc.files import State
     from scenecc.plan.value import Value
 
@@ -139,3 +139,10 @@ class VisualMaterial:
     def row(self, index: int) -> dict[str, float | list[float]]:
         """The colours and numbers that are given in scene number `index` (a row) of an entity, by field."""
         return {name: value.row(index).tolist() for name, value in self.numbers().items()}
+
+
+def rebase_file(file: AssetFile, base: Path) -> AssetFile:
+    """The same file, named for a document in the folder `base`: a relative uri starts there, others stay."""
+    if "://" in file.uri or Path(file.uri).is_absolute():
+        return file
+    return replace(file, uri=Path(os.path.relpath(file.path, base.absolute())).as_posix())

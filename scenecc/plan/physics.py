@@ -1,15 +1,18 @@
-"""Settings of the simulation. None means that the file said nothing: SAPIEN's stays as it is."""
+"""Settings of the simulation, and the SAPIEN configuration that holds each. None means that SAPIEN's own value
+applies.
+"""
 
 from __future__ import annotations
 
 from dataclasses import field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
     from scenecc.plan.material import Friction
+
 
 Vec3 = tuple[float, float, float]
 
@@ -67,3 +70,47 @@ class Physics:
     scene_spacing: float | None = None
     gpu_memory: GpuMemory | None = None
     origin: Origin | None = field(default=None, compare=False)
+
+
+SCENE_CONFIG_FIELDS = (
+    "gravity",
+    "bounce_threshold",
+    "enable_pcm",
+    "enable_tgs",
+    "enable_ccd",
+    "enable_enhanced_determinism",
+    "enable_friction_every_iteration",
+)
+
+
+"""Properties of `physx.get_scene_config()`; the number of workers is an argument of its setter alone."""
+
+_SHAPE_CONFIG_FIELDS = ("contact_offset", "rest_offset")
+
+_BODY_CONFIG_FIELDS = ("solver_position_iterations", "solver_velocity_iterations", "sleep_threshold")
+
+SDF_CONFIG_NAMES = {
+    "spacing": "spacing",
+    "subgrid_size": "subgridSize",
+    "num_threads_for_construction": "num_threads_for_construction",
+}
+
+
+"""The plan's names and SAPIEN's."""
+
+CONFIG_KINDS = ("scene", "shape", "body", "sdf")
+
+
+"""`physx.get_…_config()` and `physx.set_…_config()` of each."""
+
+
+def process_wide_settings(physics: Physics) -> dict[str, dict[str, Any]]:
+    """For each of `CONFIG_KINDS` what the plan says, by SAPIEN's names; empty where it says nothing."""
+    sdf = physics.sdf
+    said = {
+        "scene": {name: getattr(physics, name) for name in SCENE_CONFIG_FIELDS},
+        "shape": {name: getattr(physics, name) for name in _SHAPE_CONFIG_FIELDS},
+        "body": {name: getattr(physics, name) for name in _BODY_CONFIG_FIELDS},
+        "sdf": {} if sdf is None else {theirs: getattr(sdf, name) for name, theirs in SDF_CONFIG_NAMES.items()},
+    }
+    return {kind: {name: value for name, value in given.items() if value is not None} for kind, given in said.items()}

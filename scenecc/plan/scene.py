@@ -1,4 +1,6 @@
-"""The plan of a batch of scenes: what is built, where, in which order. No engine, no language."""
+"""The plan of a batch of scenes: what is built, where, and in which order. It knows neither an engine nor the
+language.
+"""
 
 from __future__ import annotations
 
@@ -52,7 +54,7 @@ class Entity:
         return tuple(body for structure in self.structures for body in structure.bodies)
 
 
-def structure_word(structure: BodyStructure | ArticulationStructure) -> str:
+def structure_type(structure: BodyStructure | ArticulationStructure) -> str:
     """What a structure is called: a body's type, or "articulation"."""
     return structure.body_type if isinstance(structure, BodyStructure) else "articulation"
 
@@ -63,7 +65,7 @@ class ScenePlan:
 
     `entities` stand in the order in which they are built: PhysX gives other trajectories in another.
     `draws` are the shared draws that recipes read, by name; one may read those before it. Among them are poses that
-    recipes go on from, see `scenecc.plan.shared_poses`. Constraints, lights and cameras are built after the entities.
+    recipes go on from, see `scenecc.plan.scene`. Constraints, lights and cameras are built after the entities.
     """
 
     name: str
@@ -81,3 +83,21 @@ class ScenePlan:
     seed: int = 0
     draws: tuple[tuple[str, Node], ...] = ()
     origin: Origin | None = field(default=None, compare=False)
+
+
+MAX_COMPOSED_POSES = 16
+
+
+"""How many poses one recipe composes before it goes on from a shared one: what is nested more cannot be read back."""
+
+_POSE_SUFFIX = ".pose"
+
+
+def shared_pose_name(name: str, number: int = 0) -> str:
+    """What the pose of an entity or a frame is called, as no draw of a file is. `number`: of several such poses."""
+    return f"{name}{_POSE_SUFFIX}.{number}" if number else name + _POSE_SUFFIX
+
+
+def is_shared_pose(name: str) -> bool:
+    """Whether a shared draw is the pose of an entity or a frame. A draw of a file has no dot after its scope."""
+    return "." in name.rpartition("/")[2]

@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING, NamedTuple
 if TYPE_CHECKING:
     from scenecc.plan.articulation import ArticulationStructure, Mimic
 
-STIFFNESS = 1e5
+TENDON_STIFFNESS = 1e5
 """SAPIEN's own [N/m, N·m/rad]. A mimicking link of a few kg hangs below 1e-3 rad off where it should be."""
 
 
-class Pull(NamedTuple):
+class TendonPull(NamedTuple):
     """Coefficients of the two joints, and the length at which the tendon is at rest."""
 
     source: float
@@ -30,11 +30,11 @@ class Pull(NamedTuple):
     rest_length: float
 
 
-def pull(multiplier: float, offset: float) -> Pull:
+def tendon_pull(multiplier: float, offset: float) -> TendonPull:
     """What makes joint = multiplier · source + offset the length at rest."""
     if abs(multiplier) <= 1:
-        return Pull(-multiplier, 1.0, offset)
-    return Pull(-1.0, 1 / multiplier, offset / multiplier)
+        return TendonPull(-multiplier, 1.0, offset)
+    return TendonPull(-1.0, 1 / multiplier, offset / multiplier)
 
 
 def why_no_tendon(structure: ArticulationStructure, mimic: Mimic) -> str | None:
@@ -49,9 +49,9 @@ def why_no_tendon(structure: ArticulationStructure, mimic: Mimic) -> str | None:
     source, joint = numbers[mimic.source], numbers[mimic.joint]
     if source == joint:
         return "it is the same joint"
-    if joint in _above(structure, source):
+    if joint in _ancestors(structure, source):
         return f"'{mimic.source}' hangs on it, and PhysX does not hold that still"
-    for number in _run(structure, source, joint)[1:]:
+    for number in _links_between(structure, source, joint)[1:]:
         between = structure.links[number].joint
         if between is not None and between.type == "fixed":
             name = between.name or f"of link '{structure.links[number].name}'"
@@ -68,20 +68,20 @@ def tendon_links(structure: ArticulationStructure, mimic: Mimic) -> tuple[int, .
     why = why_no_tendon(structure, mimic)
     if why is not None:
         raise ValueError(f"joint '{mimic.joint}' cannot follow '{mimic.source}': {why}")
-    return _run(structure, _child_of(structure, mimic.source), _child_of(structure, mimic.joint))
+    return _links_between(structure, _child_link(structure, mimic.source), _child_link(structure, mimic.joint))
 
 
 def tendon_coefficients(
-    structure: ArticulationStructure, mimic: Mimic, links: tuple[int, ...], ends: Pull
+    structure: ArticulationStructure, mimic: Mimic, links: tuple[int, ...], ends: TendonPull
 ) -> list[float]:
     """One number a link of `tendon_links`, 0 of the first and of those between."""
-    source, joint = _child_of(structure, mimic.source), _child_of(structure, mimic.joint)
+    source, joint = _child_link(structure, mimic.source), _child_link(structure, mimic.joint)
     return [ends.source if link == source else ends.joint if link == joint else 0.0 for link in links]
 
 
-def _run(structure: ArticulationStructure, source: int, joint: int) -> tuple[int, ...]:
+def _links_between(structure: ArticulationStructure, source: int, joint: int) -> tuple[int, ...]:
     """From the nearest link above both to the one, then to the other."""
-    above_source, above_joint = _above(structure, source), _above(structure, joint)
+    above_source, above_joint = _ancestors(structure, source), _ancestors(structure, joint)
     root = next(link for link in above_source[1:] if link in above_joint[1:])
     found = [root]
     for path in (above_source, above_joint):
@@ -89,11 +89,11 @@ def _run(structure: ArticulationStructure, source: int, joint: int) -> tuple[int
     return tuple(found)
 
 
-def _child_of(structure: ArticulationStructure, name: str) -> int:
+def _child_link(structure: ArticulationStructure, name: str) -> int:
     return next(n for n, link in enumerate(structure.links) if link.joint is not None and link.joint.name == name)
 
 
-def _above(structure: ArticulationStructure, link: int) -> list[int]:
+def _ancestors(structure: ArticulationStructure, link: int) -> list[int]:
     """A link, the one that it hangs on, and so on to the root."""
     found = [link]
     while (parent := structure.links[found[-1]].parent) is not None:

@@ -12,10 +12,10 @@ if TYPE_CHECKING:
     from scenecc.variation.bounds import ValueBounds
     from scenecc.variation.nodes import Node
 
-_put = object.__setattr__
+_set_attribute = object.__setattr__
 
 
-class _Varying:
+class _DrawSource:
     """Where the data of a value that varies come from, and what is known of them before they are drawn.
 
     A plain class: every process that knows a plan makes this one, and others take a millisecond to make.
@@ -47,20 +47,20 @@ class Value:
     __slots__ = ("_source", "data")
 
     data: NDArray[Any]
-    _source: tuple[float | tuple[float, ...], DTypeLike] | _Varying | None
+    _source: tuple[float | tuple[float, ...], DTypeLike] | _DrawSource | None
     """Of a `literal`: the item and its dtype, of a `varying`: how it is drawn, otherwise None."""
 
     def __init__(self, data: NDArray[Any]) -> None:
-        _put(self, "_source", None)
-        _put(self, "data", data)
+        _set_attribute(self, "_source", None)
+        _set_attribute(self, "data", data)
 
     def __getattr__(self, name: str) -> Any:
         """The array, made when it is first asked for: checking a scene seldom does."""
         if name != "data":
             raise AttributeError(f"a Value has no attribute {name!r}", name=name, obj=self)
         source = self._source
-        data = _drawn(source) if isinstance(source, _Varying) else _made(source)
-        _put(self, "data", data)
+        data = _draw_data(source) if isinstance(source, _DrawSource) else _literal_data(source)
+        _set_attribute(self, "data", data)
         return data
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
@@ -71,13 +71,13 @@ class Value:
 
     def __reduce__(self) -> tuple[Callable[..., Value], tuple[Any, ...]]:
         source = self._source
-        if isinstance(source, _Varying):
-            return _restored, (self.data, _Varying(None, source.rows, source.bounds, source.recipe))
-        return _value, (self.data,)
+        if isinstance(source, _DrawSource):
+            return _value_of_source, (self.data, _DrawSource(None, source.rows, source.bounds, source.recipe))
+        return _read_only_value, (self.data,)
 
     def __repr__(self) -> str:
         source = self._source
-        if not isinstance(source, _Varying):
+        if not isinstance(source, _DrawSource):
             return f"Value(data={self.data!r})"
         return f"Value(rows={source.rows}, bounds={source.bounds!r}, recipe={source.recipe!r})"
 
@@ -95,7 +95,7 @@ class Value:
 
     def __hash__(self) -> int:
         source = self._source
-        if source is None or isinstance(source, _Varying):
+        if source is None or isinstance(source, _DrawSource):
             return hash(tuple(self.data.ravel().tolist()))
         # Without an array: numbers that are equal have one hash, whatever their type.
         return hash(source[0] if isinstance(source[0], tuple) else (source[0],))
@@ -104,36 +104,36 @@ class Value:
     def varies(self) -> bool:
         """Whether the scenes do not all have the same, as drawn: what is not drawn yet is drawn for this."""
         source = self._source
-        return (source is None or isinstance(source, _Varying)) and self.data.shape[0] != 1
+        return (source is None or isinstance(source, _DrawSource)) and self.data.shape[0] != 1
 
     @property
     def known(self) -> bool:
         """Whether its rows are there without drawing anything."""
-        return not isinstance(self._source, _Varying)
+        return not isinstance(self._source, _DrawSource)
 
     @property
     def is_constant(self) -> bool:
         """Whether it is one thing, whatever is drawn: known, and the same in every scene."""
         source = self._source
-        return not isinstance(source, _Varying) and (source is not None or self.data.shape[0] == 1)
+        return not isinstance(source, _DrawSource) and (source is not None or self.data.shape[0] == 1)
 
     @property
     def may_vary(self) -> bool:
         """Whether the scenes need not all have the same; draws nothing."""
         source = self._source
-        return source.rows != 1 if isinstance(source, _Varying) else source is None and self.data.shape[0] != 1
+        return source.rows != 1 if isinstance(source, _DrawSource) else source is None and self.data.shape[0] != 1
 
     @property
     def recipe(self) -> Node | None:
         """How a reset draws it anew, a row a scene; None: it stays as it is."""
         source = self._source
-        return source.recipe if isinstance(source, _Varying) else None
+        return source.recipe if isinstance(source, _DrawSource) else None
 
     @property
     def bounds(self) -> ValueBounds:
         """Everything that it can be, whatever is drawn; draws nothing."""
         source = self._source
-        if isinstance(source, _Varying) and source.bounds is not None:
+        if isinstance(source, _DrawSource) and source.bounds is not None:
             return source.bounds
         from scenecc.variation.bounds import ValueBounds  # noqa: PLC0415 - checking a scene seldom needs it
 
@@ -148,7 +148,7 @@ class Value:
         source = self._source
         if source is None:
             return tuple(self.data.ravel().tolist())
-        if isinstance(source, _Varying):
+        if isinstance(source, _DrawSource):
             return self.bounds.numbers()
         item = source[0]
         return item if isinstance(item, tuple) else (item,)
@@ -156,7 +156,7 @@ class Value:
     def as_drawn(self) -> tuple[float, ...]:
         """All numbers of the data, row by row. For a `literal`'s own no array is made."""
         source = self._source
-        if source is None or isinstance(source, _Varying):
+        if source is None or isinstance(source, _DrawSource):
             return tuple(self.data.ravel().tolist())
         item = source[0]
         return item if isinstance(item, tuple) else (item,)
@@ -173,15 +173,15 @@ def _same_literal(a: object, b: object) -> bool:
     return repr(a) == repr(b)
 
 
-_new = object.__new__
-_put_source: Any = Value.__dict__["_source"].__set__
+_new_object = object.__new__
+_set_source: Any = Value.__dict__["_source"].__set__
 """The slot's own setter, which is quicker than `object.__setattr__`."""
 
 
 def literal(item: float | tuple[float, ...], dtype: DTypeLike = "float64") -> Value:
     """As `constant`, of a number or a flat tuple of numbers; the array is made when it is first asked for."""
-    value = _new(Value)
-    _put_source(value, (item, dtype))
+    value = _new_object(Value)
+    _set_source(value, (item, dtype))
     return value
 
 
@@ -189,7 +189,7 @@ def constant(item: float | Sequence[Any] | NDArray[Any], dtype: DTypeLike = "flo
     """The same in every scene. `dtype`: float64, int64 (table indices, counts) or bool."""
     import numpy as np  # noqa: PLC0415 - checking a scene needs none
 
-    return _value(np.array(item, dtype=dtype)[None])
+    return _read_only_value(np.array(item, dtype=dtype)[None])
 
 
 def per_scene(rows: Sequence[Any] | NDArray[Any], dtype: DTypeLike = "float64") -> Value:
@@ -197,7 +197,7 @@ def per_scene(rows: Sequence[Any] | NDArray[Any], dtype: DTypeLike = "float64") 
     import numpy as np  # noqa: PLC0415 - checking a scene needs none
 
     data = np.array(rows, dtype=dtype)
-    return _value(data[:1] if len(data) > 1 and _same_bits(data) else data)
+    return _read_only_value(data[:1] if len(data) > 1 and _same_bits(data) else data)
 
 
 def varying(draw: Callable[[], NDArray[Any]], *, bounds: ValueBounds, recipe: Node | None = None, rows: int) -> Value:
@@ -209,34 +209,34 @@ def varying(draw: Callable[[], NDArray[Any]], *, bounds: ValueBounds, recipe: No
         recipe: how a reset draws it anew; only for what a running simulation can change.
         rows: how many scenes the entity is in.
     """
-    return _restored(None, _Varying(draw, rows, bounds, recipe))
+    return _value_of_source(None, _DrawSource(draw, rows, bounds, recipe))
 
 
 def recalled(data: NDArray[Any], recipe: Node) -> Value:
     """A value as it was drawn once, (·, …), with the recipe by which a reset draws it anew."""
-    return _restored(data, _Varying(None, len(data), None, recipe))
+    return _value_of_source(data, _DrawSource(None, len(data), None, recipe))
 
 
-def _restored(data: NDArray[Any] | None, source: _Varying) -> Value:
-    value = _new(Value)
-    _put_source(value, source)
+def _value_of_source(data: NDArray[Any] | None, source: _DrawSource) -> Value:
+    value = _new_object(Value)
+    _set_source(value, source)
     if data is not None:
         data.flags.writeable = False
-        _put(value, "data", data)
+        _set_attribute(value, "data", data)
     return value
 
 
-def _drawn(source: _Varying) -> NDArray[Any]:
+def _draw_data(source: _DrawSource) -> NDArray[Any]:
     import numpy as np  # noqa: PLC0415 - checking a scene needs none
 
     assert source.draw is not None
     data = np.array(source.draw())
     if len(data) != source.rows:
         raise ValueError(f"{len(data)} rows were drawn for {source.rows} scenes")
-    return _value(data[:1] if len(data) > 1 and _same_bits(data) else data).data
+    return _read_only_value(data[:1] if len(data) > 1 and _same_bits(data) else data).data
 
 
-def _made(source: Any) -> NDArray[Any]:
+def _literal_data(source: Any) -> NDArray[Any]:
     import numpy as np  # noqa: PLC0415 - checking a scene needs none
 
     item, dtype = source
@@ -253,6 +253,6 @@ def _same_bits(rows: NDArray[Any]) -> bool:
     return bool((flat == flat[0]).all())
 
 
-def _value(data: NDArray[Any]) -> Value:
+def _read_only_value(data: NDArray[Any]) -> Value:
     data.flags.writeable = False
     return Value(data)

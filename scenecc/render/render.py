@@ -16,9 +16,9 @@ from scenecc.diagnostics.messages import index_ranges, suggest
 from scenecc.errors import SceneError
 from scenecc.options import CompileOptions, Options, integer
 from scenecc.pipeline import Source, compiled, instantiated, select_scenes
-from scenecc.plan.camera import WITHOUT_NORMALS
-from scenecc.plan.fields import PIXELS
-from scenecc.plan.pictured import resized, seen_by
+from scenecc.plan.camera import SHADERS_WITHOUT_NORMALS
+from scenecc.plan.rendering import resize_camera, restrict_to_camera
+from scenecc.plan.schema import PIXEL_BOUNDS
 from scenecc.render.images import INSTALL, WHATS, What, missing, sheet_size
 from scenecc.render.recorder import FrameRecorder
 from scenecc.render.results import Rendering
@@ -79,7 +79,7 @@ def choose_pictures(
             "SC912", message, Location("--size"), hint="take fewer scenes, or smaller pictures: `--size 160x120`"
         )
     raise_errors(sink)
-    return RenderSetup(camera and resized(camera, width, height), scene_idxs, width, height, grid)
+    return RenderSetup(camera and resize_camera(camera, width, height), scene_idxs, width, height, grid)
 
 
 def _camera(plan: ScenePlan, name: str, what: What, sink: Sink) -> Camera | None:
@@ -88,7 +88,7 @@ def _camera(plan: ScenePlan, name: str, what: What, sink: Sink) -> Camera | None
     if camera is None:
         hint = suggest(name, [camera.name for camera in plan.cameras]) or "leave it out, for one that frames the scene"
         sink.report("SC911", f"the scene has no camera '{name}'", Location("--camera"), hint=hint)
-    elif what == "normal" and camera.shader in WITHOUT_NORMALS:
+    elif what == "normal" and camera.shader in SHADERS_WITHOUT_NORMALS:
         place = camera.origin.child("shader") if camera.origin else Location("--what")
         hint = "take another camera, or leave `--camera` out"
         sink.report("SC913", f"a camera with the shader `{camera.shader}` sees no normals", place, hint=hint)
@@ -148,7 +148,7 @@ def render_scene(
     _need_packages(sink, mp4=film == "mp4")
     found = compiled(source, asked, sink)
     setup = choose_pictures(found.plan, camera, scenes, size, what, sink, grid=grid, film=film is not None)
-    plan, timings = seen_by(found.plan, setup.camera, collision=collision), dict(found.timings)
+    plan, timings = restrict_to_camera(found.plan, setup.camera, collision=collision), dict(found.timings)
     started = time.perf_counter()
     with instantiated(
         plan, sink, backend="cpu", scene_idxs=setup.scene_idxs, render=True, audit="fast", progress=progress
@@ -183,8 +183,8 @@ def _check(what: str, size: tuple[int, int] | None, steps: int, film: str | None
     if film not in {None, "mp4", "gif"}:
         raise ValueError(f"film is mp4 or gif, not {film!r}")
     for pixels in size or ():
-        if not PIXELS.allow(integer(pixels, "a size", 1)):
-            raise ValueError(f"a picture has {PIXELS.low} to {PIXELS.high} pixels a side, not {pixels}")
+        if not PIXEL_BOUNDS.allow(integer(pixels, "a size", 1)):
+            raise ValueError(f"a picture has {PIXEL_BOUNDS.low} to {PIXEL_BOUNDS.high} pixels a side, not {pixels}")
     if integer(steps, "steps", 0) == 0 and film is not None:
         raise ValueError("a film needs steps")
     if every is not None and (film is None or integer(every, "every", 1) > steps):

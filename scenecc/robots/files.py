@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenecc.robots.description import NamedFile
-from scenecc.source.paths import AssetScope, Resolved, resolve_named
-from scenecc.source.uris import Refusal, shown
+from scenecc.source.paths import AssetScope, Refusal, ResolvedFile, resolve_asset_reference, shorten_uri
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -37,9 +36,9 @@ class RobotFiles:
         found: every file that was found, by uri.
     """
 
-    owner: Resolved
+    owner: ResolvedFile
     scope: AssetScope
-    package: Callable[[str], Resolved | Refusal] | None = None
+    package: Callable[[str], ResolvedFile | Refusal] | None = None
     found: dict[str, NamedFile] = field(default_factory=dict[str, NamedFile])
 
     def find(self, reference: str, location: Location, findings: Findings) -> NamedFile | None:
@@ -52,7 +51,9 @@ class RobotFiles:
         if reference.startswith(_PACKAGE):
             found = self._in_packages(reference[len(_PACKAGE) :])
         else:
-            found = resolve_named(reference, owner=self.owner.path, owner_uri=self.owner.uri, scope=self.scope)
+            found = resolve_asset_reference(
+                reference, owner=self.owner.path, owner_uri=self.owner.uri, scope=self.scope
+            )
         if isinstance(found, Refusal):
             hint = found.hint
             if found.code == _ABSENT:
@@ -62,34 +63,36 @@ class RobotFiles:
             return None
         return self.add(found, location)
 
-    def beside(self, name: str) -> Resolved | None:
+    def beside(self, name: str) -> ResolvedFile | None:
         """A file beside the robot's own; None where there is none that may be read."""
-        found = resolve_named(name, owner=self.owner.path, owner_uri=self.owner.uri, scope=self.scope)
-        return None if isinstance(found, Refusal) else Resolved(found.path, self._uri(found))
+        found = resolve_asset_reference(name, owner=self.owner.path, owner_uri=self.owner.uri, scope=self.scope)
+        return None if isinstance(found, Refusal) else ResolvedFile(found.path, self._uri(found))
 
-    def add(self, file: Resolved, location: Location) -> NamedFile:
+    def add(self, file: ResolvedFile, location: Location) -> NamedFile:
         """Remembers a file that was found."""
         uri = self._uri(file)
-        self.scope.memory.note(Resolved(file.path, uri), self.owner.uri)
+        self.scope.memory.note(ResolvedFile(file.path, uri), self.owner.uri)
         return self.found.setdefault(uri, NamedFile(uri, file.path, location))
 
-    def _in_packages(self, inner: str) -> Resolved | Refusal:
+    def _in_packages(self, inner: str) -> ResolvedFile | Refusal:
         if not inner or inner.startswith("/"):
-            return Refusal("SC403", f"`{shown(_PACKAGE + inner)}` names no file", "write package://PACKAGE/PATH")
+            return Refusal("SC403", f"`{shorten_uri(_PACKAGE + inner)}` names no file", "write package://PACKAGE/PATH")
         given = None if self.package is None else self.package(inner)
-        if isinstance(given, Resolved):
+        if isinstance(given, ResolvedFile):
             return given
         first: Refusal | None = None if given is None or given.code == _ABSENT else given
         for step in range(min(_TRIES, len(self.owner.path.parents))):
             reference = "../" * step + inner
-            found = resolve_named(reference, owner=self.owner.path, owner_uri=self.owner.uri, scope=self.scope)
-            if isinstance(found, Resolved):
+            found = resolve_asset_reference(
+                reference, owner=self.owner.path, owner_uri=self.owner.uri, scope=self.scope
+            )
+            if isinstance(found, ResolvedFile):
                 return found
             if found.code == "SC402" and step:
                 break
             if found.code != _ABSENT and first is None:
                 first = found
-        return first or Refusal(_ABSENT, f"there is no file `{shown(_PACKAGE + inner)}`")
+        return first or Refusal(_ABSENT, f"there is no file `{shorten_uri(_PACKAGE + inner)}`")
 
     def _looked(self, reference: str) -> str:
         """Where it was looked for, in words."""
@@ -97,9 +100,11 @@ class RobotFiles:
         if not reference.startswith(_PACKAGE):
             return f"it in {folder}"
         given = "" if self.package is None else "the package_dir of the scene, "
-        return f"`{shown(reference[len(_PACKAGE) :])}` in {given}{folder} and the folders above it that may be read"
+        return (
+            f"`{shorten_uri(reference[len(_PACKAGE) :])}` in {given}{folder} and the folders above it that may be read"
+        )
 
-    def _uri(self, found: Resolved) -> str:
+    def _uri(self, found: ResolvedFile) -> str:
         """A uri as a scene would name the file: by the scheme by which it names the robot's own file, if by one."""
         scheme, separator, inner = self.owner.uri.partition("://")
         if not separator or "://" in found.uri:

@@ -42,8 +42,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Location, Origin, Sink
     from scenecc.robots.description import Geometry, PoseNumbers
     from scenecc.robots.xml import Element
-    from scenecc.source.paths import AssetScope, Resolved
-    from scenecc.source.uris import Refusal
+    from scenecc.source.paths import AssetScope, Refusal, ResolvedFile
 
 MAX_LINKS = 255
 """How many links PhysX counts on the CPU: 257 of them have 0 degrees of freedom."""
@@ -55,23 +54,23 @@ _SUFFIX = ".urdf"
 
 
 def read_urdf(
-    file: Resolved,
+    file: ResolvedFile,
     *,
     scope: AssetScope,
     sink: Sink,
     origin: Origin | None = None,
     scale: float = 1.0,
     collision_is_visual: bool = False,
-    srdf: Resolved | Literal["sibling"] | None = "sibling",
+    srdf: ResolvedFile | Literal["sibling"] | None = "sibling",
     srdf_origin: Origin | None = None,
-    package: Callable[[str], Resolved | Refusal] | None = None,
+    package: Callable[[str], ResolvedFile | Refusal] | None = None,
     name: str | None = None,
     budget: ReadBudget | None = None,
 ) -> Description | None:
     """The robots of a URDF; None where the file is wrong, all that is wrong having been reported.
 
     Args:
-        file: the URDF, as `scenecc.source.paths.resolve` finds it.
+        file: the URDF, as `scenecc.source.paths.resolve_path` finds it.
         scope: what may be read; meshes, textures and the SRDF are looked for inside.
         sink: takes what is wrong, at the file's own lines: codes SC401 to SC407 for files that it names, SC450 to
             SC479 for the rest.
@@ -115,7 +114,7 @@ class _Reader:
         self._is_seen = is_seen
         self._looks = Looks(root, files, findings)
 
-    def read(self, srdf: Resolved | Literal["sibling"] | None) -> Description | None:
+    def read(self, srdf: ResolvedFile | Literal["sibling"] | None) -> Description | None:
         """The whole, where nothing of it is wrong."""
         findings = self._findings
         for tag in ("link", "joint"):
@@ -162,7 +161,9 @@ class _Reader:
                 )
         return named
 
-    def _pairs(self, srdf: Resolved | Literal["sibling"] | None, links: dict[str, Element]) -> tuple[IgnoredPair, ...]:
+    def _pairs(
+        self, srdf: ResolvedFile | Literal["sibling"] | None, links: dict[str, Element]
+    ) -> tuple[IgnoredPair, ...]:
         path = self._files.owner.path
         if srdf == "sibling":
             is_named = path.name.endswith(_SUFFIX)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.collector import collector_paused
 from scenecc.diagnostics.frozen import frozen
-from scenecc.source.lines import Lines
+from scenecc.source.text import TextLines
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -51,7 +51,7 @@ class _Text:
     """A text as read and its lines."""
 
     data: bytes
-    lines: Lines
+    lines: TextLines
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -196,7 +196,7 @@ def parse_xml(data: bytes, file: str, findings: Findings, bounds: XmlBounds | No
         findings.report("SC452", f"the file is too large: it has more than {bounds.size} bytes", findings.top(file))
         return None
     try:
-        text = _Text(data, Lines(file, data.decode()))
+        text = _Text(data, TextLines(file, data.decode()))
     except UnicodeDecodeError as error:
         _not_text(error, file, findings)
         return None
@@ -220,7 +220,7 @@ def parse_xml(data: bytes, file: str, findings: Findings, bounds: XmlBounds | No
 
 def _not_text(error: UnicodeDecodeError, file: str, findings: Findings) -> None:
     before = error.object[: error.start].decode()
-    lines = Lines(file, before + error.object[error.start : error.start + 200].decode(errors="replace"))
+    lines = TextLines(file, before + error.object[error.start : error.start + 200].decode(errors="replace"))
     line, column = lines.position(len(before))
     findings.report(
         "SC450",

@@ -1,24 +1,145 @@
-"""Files that a scene names: where they are, and whether they may be read.
+"""Files that a scene names: how they are written, where they are, and whether they may be read.
 
-A scene file may come from a stranger. It sees the folder tree of the top scene file, the asset roots and
-what `pkg://` names, and nothing else: whether a file outside exists is not told either.
+A scene file may come from a stranger. It sees the folder tree of the top scene file, the asset roots and what
+`pkg://` names, and nothing else: it does not learn whether a file outside exists.
 """
 
 from __future__ import annotations
 
+import difflib
 import errno
 import importlib.util
 import os
+import re
 import stat
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
-from scenecc.source.near_names import NearNames
-from scenecc.source.uris import Refusal, foreign_scheme, inner_malformed, malformed, shown
+_SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
+
+
+class Refusal(NamedTuple):
+    """Why a file cannot be used: a code of band 4, a message and what to do."""
+
+    code: str
+    message: str
+    hint: str | None = None
+
+
+def check_uri(uri: str) -> Refusal | None:
+    """Why a text can name no file here, whatever its scheme."""
+    if not uri.strip():
+        return Refusal("SC403", "the path is empty", "name a file")
+    if any(ord(c) < 32 or c == "\x7f" for c in uri):
+        return Refusal("SC403", f"the path {shorten_uri(uri)!r} holds a control character")
+    try:
+        os.fsencode(uri)
+    except UnicodeEncodeError:
+        return Refusal("SC403", f"the path {shorten_uri(uri)!r} cannot be a file name")
+    if "\\" in uri:
+        return Refusal("SC403", f"the path `{shorten_uri(uri)}` holds a backslash", "write `/` between folders")
+    if uri.startswith("~"):
+        return Refusal(
+            "SC403",
+            f"`~` is not expanded in `{shorten_uri(uri)}`",
+            "write a path relative to the scene, or use asset://",
+        )
+    return None
+
+
+def check_scheme(uri: str, known: tuple[str, ...]) -> Refusal | None:
+    """Why a uri's scheme is not read. `known`: those that are."""
+    match = _SCHEME.match(uri)
+    if match is None or match[1] in known:
+        return None
+    hints = {
+        "http": "download the file and name it by its path",
+        "https": "download the file and name it by its path",
+        "file": "write the path alone, without file://",
+        "package": "write pkg://PACKAGE/PATH for a Python package, or asset://PATH and --asset-root for a ROS one",
+        "model": "write asset://PATH and give the model folder with --asset-root",
+    }
+    fallback = (
+        "name a path relative to the scene, pkg://PACKAGE/PATH or asset://PATH" if known else "name a relative path"
+    )
+    hint = hints.get(match[1].lower(), fallback) if known else fallback
+    if match[1].lower() in known:
+        hint = f"write {match[1].lower()}://"
+    return Refusal("SC403", f"`{match[1]}://` is not read, in `{shorten_uri(uri)}`", hint)
+
+
+def check_inner_path(uri: str, inner: str) -> Refusal | None:
+    """Why what follows a package or `asset://` names no file."""
+    if not inner or inner.startswith("/"):
+        return Refusal("SC403", f"`{shorten_uri(uri)}` names no file", "write pkg://PACKAGE/PATH or asset://PATH")
+    return None
+
+
+def shorten_uri(uri: str) -> str:
+    """A uri as a message has it: of a long one the ends."""
+    return uri if len(uri) <= 200 else uri[:120] + "…" + uri[-60:]
+
+
+_MAX_LISTED_NAMES = 1000
+
+_MAX_GUESSES = 20
+
+
+class _FolderListing(NamedTuple):
+    names: tuple[str, ...]
+    by_lower: dict[str, str]
+    by_stem: dict[str, str]
+
+
+class NameSuggestions:
+    """Suggestions for missing files. Lists each folder once, so it is for one compilation."""
+
+    def __init__(self) -> None:
+        self._listings: dict[Path, _FolderListing] = {}
+        self._guesses_left = _MAX_GUESSES
+
+    def hint(self, path: Path) -> str | None:
+        """What to say about a missing file.
+
+        Args:
+            path: absolute, without links and `..`.
+        """
+        folder = next((parent for parent in path.parents if parent.is_dir()), Path(path.anchor))
+        missing, *rest = path.relative_to(folder).parts
+        guess = self._guess(missing, self._listing(folder))
+        if guess is not None:
+            return f"did you mean `{'/'.join([guess, *rest])}`?"
+        return f"there is no folder {folder / missing}" if rest else None
+
+    def _guess(self, missing: str, listing: _FolderListing) -> str | None:
+        alike = listing.by_lower.get(missing.lower()) or listing.by_stem.get(Path(missing).stem.lower())
+        # Comparing letters costs milliseconds in a full folder: ten thousand slips get no ten thousand guesses.
+        if alike is not None or self._guesses_left <= 0 or len(missing) > 255:
+            return alike
+        self._guesses_left -= 1
+        close = difflib.get_close_matches(missing, listing.names, n=1, cutoff=0.7)
+        return close[0] if close else None
+
+    def _listing(self, folder: Path) -> _FolderListing:
+        if folder not in self._listings:
+            try:
+                with os.scandir(folder) as entries:
+                    names = sorted((entry.name for entry in islice(entries, _MAX_LISTED_NAMES)), reverse=True)
+            except OSError:
+                names = []
+            # Reversed: of several alike the first in the alphabet stays.
+            self._listings[folder] = _FolderListing(
+                tuple(names), {name.lower(): name for name in names}, {Path(name).stem.lower(): name for name in names}
+            )
+        return self._listings[folder]
+
 
 ASSET_PATH_VARIABLE = "SCENECC_ASSET_PATH"
+
+
 """Environment variable with asset roots, separated by `os.pathsep`; they come after `--asset-root`."""
 
 _OUTSIDE_HINT = (
@@ -26,7 +147,7 @@ _OUTSIDE_HINT = (
 )
 
 
-class Resolved(NamedTuple):
+class ResolvedFile(NamedTuple):
     """A file that is there and may be read.
 
     Attributes:
@@ -45,11 +166,11 @@ class _Package(NamedTuple):
 
 
 @dataclass(slots=True)
-class Naming:
+class FileReference:
     """By what a file is named.
 
     Attributes:
-        uri: of the file, as `Resolved` has it.
+        uri: of the file, as `ResolvedFile` has it.
         by: the files that name it, as messages have them, in the order in which they did.
         role: of a scene file, "include" or "prefab"; "" of any other, which the plan tells.
     """
@@ -59,7 +180,7 @@ class Naming:
     role: str = ""
 
 
-class Memory:
+class PathCache:
     """What one compilation has looked up already.
 
     Attributes:
@@ -68,16 +189,16 @@ class Memory:
     """
 
     def __init__(self) -> None:
-        self.found: dict[tuple[str, str], Resolved | Refusal] = {}
-        self.named: dict[Path, Naming] = {}
+        self.found: dict[tuple[str, str], ResolvedFile | Refusal] = {}
+        self.named: dict[Path, FileReference] = {}
         self.missing: set[Path] = set()
         self.packages: dict[str, _Package | Refusal] = {}
         self.trees: tuple[Path, ...] | None = None
-        self.near = NearNames()
+        self.near = NameSuggestions()
 
-    def note(self, file: Resolved, by: str, role: str = "") -> None:
+    def note(self, file: ResolvedFile, by: str, role: str = "") -> None:
         """Remembers that a file is used, and what names it."""
-        naming = self.named.setdefault(file.path, Naming(file.uri))
+        naming = self.named.setdefault(file.path, FileReference(file.uri))
         naming.by[by] = None
         naming.role = naming.role or role
 
@@ -96,7 +217,7 @@ class AssetScope:
     root: Path | None = None
     asset_roots: tuple[Path, ...] = ()
     allow_outside: bool = False
-    memory: Memory = field(default_factory=Memory, repr=False, compare=False)
+    memory: PathCache = field(default_factory=PathCache, repr=False, compare=False)
 
 
 def asset_roots(
@@ -110,7 +231,7 @@ def asset_roots(
     return (*map(Path, given), *(Path(item) for item in variable.split(os.pathsep) if item))
 
 
-def resolve(uri: str, *, base: Path, scope: AssetScope) -> Resolved | Refusal:
+def resolve_path(uri: str, *, base: Path, scope: AssetScope) -> ResolvedFile | Refusal:
     """Finds the file that a scene names.
 
     Args:
@@ -121,16 +242,18 @@ def resolve(uri: str, *, base: Path, scope: AssetScope) -> Resolved | Refusal:
     key = (uri, str(base))
     found = scope.memory.found.get(key)
     if found is None:
-        found = scope.memory.found[key] = _resolve(uri, _root(scope) / base, scope)
+        found = scope.memory.found[key] = _resolve_uncached(uri, _root_folder(scope) / base, scope)
     return found
 
 
 def has_package(name: str, scope: AssetScope) -> bool:
     """Whether `pkg://NAME/…` names files here. The package is looked for as `resolve` does, and not imported."""
-    return isinstance(_package(f"pkg://{name}", scope), _Package)
+    return isinstance(_cached_package(f"pkg://{name}", scope), _Package)
 
 
-def resolve_named(reference: str, *, owner: Path, owner_uri: str, scope: AssetScope) -> Resolved | Refusal:
+def resolve_asset_reference(
+    reference: str, *, owner: Path, owner_uri: str, scope: AssetScope
+) -> ResolvedFile | Refusal:
     """Finds a file that an asset names (an MTL of an OBJ, a texture of a glTF).
 
     Only a path relative to the asset is taken: no scheme, nothing absolute. It may lie where the asset itself may,
@@ -139,37 +262,37 @@ def resolve_named(reference: str, *, owner: Path, owner_uri: str, scope: AssetSc
     Args:
         reference: as written in the asset, percent escapes decoded.
         owner: path of the asset.
-        owner_uri: its uri, as `Resolved` has it.
+        owner_uri: its uri, as `ResolvedFile` has it.
         scope: what may be read.
     """
-    refusal = malformed(reference) or foreign_scheme(reference, ())
+    refusal = check_uri(reference) or check_scheme(reference, ())
     if refusal is not None:
         return refusal
     if reference.startswith("/"):
         return Refusal(
-            "SC402", f"the path `{shown(reference)}` is absolute", "an asset names its files relative to itself"
+            "SC402", f"the path `{shorten_uri(reference)}` is absolute", "an asset names its files relative to itself"
         )
-    package = _package(owner_uri, scope) if owner_uri.startswith("pkg://") else None
+    package = _cached_package(owner_uri, scope) if owner_uri.startswith("pkg://") else None
     extra = (package.folder,) if isinstance(package, _Package) else ()
-    return _finish(owner.parent / reference, None, reference, extra, scope)
+    return _check_path(owner.parent / reference, None, reference, extra, scope)
 
 
-def _resolve(uri: str, base: Path, scope: AssetScope) -> Resolved | Refusal:
-    refusal = malformed(uri) or foreign_scheme(uri, ("pkg", "asset"))
+def _resolve_uncached(uri: str, base: Path, scope: AssetScope) -> ResolvedFile | Refusal:
+    refusal = check_uri(uri) or check_scheme(uri, ("pkg", "asset"))
     if refusal is not None:
         return refusal
     if uri.startswith("pkg://"):
-        package = _package(uri, scope)
+        package = _cached_package(uri, scope)
         if isinstance(package, Refusal):
             return package
         inner = uri[len("pkg://") + len(package.name) + 1 :]
-        return inner_malformed(uri, inner) or _finish(package.folder / inner, uri, uri, (package.folder,), scope)
+        return check_inner_path(uri, inner) or _check_path(package.folder / inner, uri, uri, (package.folder,), scope)
     if uri.startswith("asset://"):
-        return _from_roots(uri, scope)
-    return _finish(base / uri, None, uri, (), scope)
+        return _resolve_in_roots(uri, scope)
+    return _check_path(base / uri, None, uri, (), scope)
 
 
-def _package(uri: str, scope: AssetScope) -> _Package | Refusal:
+def _cached_package(uri: str, scope: AssetScope) -> _Package | Refusal:
     name = uri[len("pkg://") :].split("/", 1)[0]
     found = scope.memory.packages.get(name)
     if found is None:
@@ -186,7 +309,9 @@ def _find_package(name: str) -> _Package | Refusal:
             f"write pkg://{slashed}/… (a dotted name would be imported)",
         )
     if not name.isidentifier():
-        return Refusal("SC405", f"`{shown(name)}` is not the name of a Python package", "write pkg://PACKAGE/PATH")
+        return Refusal(
+            "SC405", f"`{shorten_uri(name)}` is not the name of a Python package", "write pkg://PACKAGE/PATH"
+        )
     try:
         # Of a name without dots this asks the finders and runs no code of the package.
         spec = importlib.util.find_spec(name)
@@ -201,81 +326,89 @@ def _find_package(name: str) -> _Package | Refusal:
     if spec.origin is None or not spec.submodule_search_locations or not spec.has_location:
         # A folder without __init__.py is found wherever Python was started: `pkg://home/…` started in `/`.
         return Refusal("SC405", f"`{name}` is not a package with an __init__.py", "use asset:// and --asset-root")
-    return _Package(_real(Path(spec.origin).parent), name)
+    return _Package(_real_path(Path(spec.origin).parent), name)
 
 
-def _from_roots(uri: str, scope: AssetScope) -> Resolved | Refusal:
+def _resolve_in_roots(uri: str, scope: AssetScope) -> ResolvedFile | Refusal:
     inner = uri[len("asset://") :]
-    refusal = inner_malformed(uri, inner)
+    refusal = check_inner_path(uri, inner)
     if refusal is not None:
         return refusal
     if not scope.asset_roots:
         return Refusal(
             "SC406",
-            f"`{shown(uri)}` needs an asset root, and none is given",
+            f"`{shorten_uri(uri)}` needs an asset root, and none is given",
             f"give --asset-root FOLDER or set {ASSET_PATH_VARIABLE}",
         )
     refusals: list[Refusal] = []
     for folder in scope.asset_roots:
-        found = _finish(folder.absolute() / inner, uri, uri, (), scope)
-        if isinstance(found, Resolved) or found.code != "SC401":
+        found = _check_path(folder.absolute() / inner, uri, uri, (), scope)
+        if isinstance(found, ResolvedFile) or found.code != "SC401":
             return found
         refusals.append(found)
     hint = next((refusal.hint for refusal in refusals if refusal.hint is not None), None)
     searched = ", ".join(map(str, scope.asset_roots))
-    return Refusal("SC401", f"`{shown(uri)}` is in no asset root ({searched})", hint)
+    return Refusal("SC401", f"`{shorten_uri(uri)}` is in no asset root ({searched})", hint)
 
 
-def _finish(
+def _check_path(
     joined: Path, uri: str | None, written: str, extra: tuple[Path, ...], scope: AssetScope
-) -> Resolved | Refusal:
+) -> ResolvedFile | Refusal:
     """Checks a path that is spelled out. `uri`: the canonical one, None where it follows from the path."""
     try:
-        real = _real(joined)
-        if not scope.allow_outside and not any(real.is_relative_to(tree) for tree in (*_trees(scope), *extra)):
-            return Refusal("SC402", f"`{shown(written)}` leaves the folders that this scene may read", _OUTSIDE_HINT)
-        kept = real if joined.name == ".." else _real(joined.parent) / joined.name
+        real = _real_path(joined)
+        if not scope.allow_outside and not any(
+            real.is_relative_to(tree) for tree in (*_readable_folders(scope), *extra)
+        ):
+            return Refusal(
+                "SC402", f"`{shorten_uri(written)}` leaves the folders that this scene may read", _OUTSIDE_HINT
+            )
+        kept = real if joined.name == ".." else _real_path(joined.parent) / joined.name
         # As written: `nowhere/../mug.obj` is there in words alone, and SAPIEN would go and look elsewhere.
         status = joined.stat()
     except OSError as error:
-        return _unreachable(error, joined, written, scope)
+        return _refuse_unreachable(error, joined, written, scope)
     if not stat.S_ISREG(status.st_mode):
         kind = "a folder" if stat.S_ISDIR(status.st_mode) else "not a regular file"
-        return Refusal("SC404", f"`{shown(written)}` is {kind}", "name a file")
+        return Refusal("SC404", f"`{shorten_uri(written)}` is {kind}", "name a file")
     if written.endswith("/"):
-        return Refusal("SC404", f"`{shown(written)}` ends in a slash", "name a file")
+        return Refusal("SC404", f"`{shorten_uri(written)}` ends in a slash", "name a file")
     if not os.access(kept, os.R_OK):
-        return Refusal("SC407", f"`{shown(written)}` may not be read", "change the file's permissions")
-    return Resolved(kept, uri if uri is not None else _canonical(kept, scope))
+        return Refusal("SC407", f"`{shorten_uri(written)}` may not be read", "change the file's permissions")
+    return ResolvedFile(kept, uri if uri is not None else _canonical_uri(kept, scope))
 
 
-def _unreachable(error: OSError, joined: Path, written: str, scope: AssetScope) -> Refusal:
+def _refuse_unreachable(error: OSError, joined: Path, written: str, scope: AssetScope) -> Refusal:
     if error.errno == errno.ELOOP:
-        return Refusal("SC407", f"`{shown(written)}` is a link to itself", "mend the link")
+        return Refusal("SC407", f"`{shorten_uri(written)}` is a link to itself", "mend the link")
     if error.errno in {errno.ENOENT, errno.ENOTDIR}:
-        scope.memory.missing.add(_real(joined))
-        return Refusal("SC401", f"there is no file `{shown(written)}`", scope.memory.near.hint(_real(joined)))
+        scope.memory.missing.add(_real_path(joined))
+        return Refusal(
+            "SC401", f"there is no file `{shorten_uri(written)}`", scope.memory.near.hint(_real_path(joined))
+        )
     if error.errno == errno.ENAMETOOLONG:
-        return Refusal("SC401", f"there is no file `{shown(written)}`", "no file name is this long")
-    return Refusal("SC407", f"`{shown(written)}` may not be read: {error.strerror}", "change the file's permissions")
+        return Refusal("SC401", f"there is no file `{shorten_uri(written)}`", "no file name is this long")
+    return Refusal(
+        "SC407", f"`{shorten_uri(written)}` may not be read: {error.strerror}", "change the file's permissions"
+    )
 
 
-def _canonical(path: Path, scope: AssetScope) -> str:
-    root = _trees(scope)[0]
+def _canonical_uri(path: Path, scope: AssetScope) -> str:
+    root = _readable_folders(scope)[0]
     return (path.relative_to(root) if path.is_relative_to(root) else path).as_posix()
 
 
-def _root(scope: AssetScope) -> Path:
+def _root_folder(scope: AssetScope) -> Path:
     return (scope.root if scope.root is not None else Path()).absolute()
 
 
-def _trees(scope: AssetScope) -> tuple[Path, ...]:
+def _readable_folders(scope: AssetScope) -> tuple[Path, ...]:
     """The folders that may be read, without links; the first is the top scene's."""
     if scope.memory.trees is None:
-        scope.memory.trees = tuple(_real(folder) for folder in (_root(scope), *scope.asset_roots))
+        scope.memory.trees = tuple(_real_path(folder) for folder in (_root_folder(scope), *scope.asset_roots))
     return scope.memory.trees
 
 
-def _real(path: Path) -> Path:
+def _real_path(path: Path) -> Path:
     # Path.resolve raises RuntimeError for links in a circle up to Python 3.12; this leaves them to stat.
     return Path(os.path.realpath(path))

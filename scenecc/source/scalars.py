@@ -19,13 +19,13 @@ _NUMBER = re.compile(
     r"|(?P<inf>[-+]?\.(?:inf|Inf|INF))"
     r"|(?P<nan>\.(?:nan|NaN|NAN))"
 )
-RESERVED = "\0"
+RESERVED_CHARACTER = "\0"
 """What no key holds, so that labels of the compiler's own that start with it can stand among keys."""
 
-NULL_IN_KEY = "a key holds the character U+0000"
+RESERVED_IN_KEY_MESSAGE = "a key holds the character U+0000"
 """What is said of a key with it."""
 
-SCENE_KEYED = "per_scene"
+SCENE_KEYED_FIELD = "per_scene"
 """The one key whose mapping is by scene index: there an integer key stands for its digits."""
 
 _COORDINATE = re.compile(r"-?(?:[0-9]{1,20}\.[0-9]{3,}|[0-9]{2,20}\.[0-9]+)").fullmatch
@@ -40,7 +40,7 @@ _WORDS: dict[str, bool | None] = {
 }
 
 
-def resolve(text: str) -> Scalar | None:
+def resolve_scalar(text: str) -> Scalar | None:
     """The value of an untagged plain scalar. None is null.
 
     Raises:
@@ -80,7 +80,7 @@ class PlainValues(dict[str, "Scalar | None"]):
             # Not kept: numbers of so many digits seldom come twice.
             return float(text)
         try:
-            value = resolve(text)
+            value = resolve_scalar(text)
         except OverflowError:
             value = None
         self[text] = value
@@ -92,7 +92,7 @@ class PlainKeys(dict[str, "str | None"]):
 
     def __missing__(self, text: str) -> str | None:
         try:
-            value = resolve(text)
+            value = resolve_scalar(text)
         except OverflowError:
             value = None
         key = value if isinstance(value, str) and value != "<<" else None

@@ -1,27 +1,93 @@
-"""Bytes to text: size, kind of file, encoding, and the characters that YAML does not have."""
+"""Bytes to text: type of file, size, encoding, characters that YAML does not allow, and lines for diagnostics."""
 
 from __future__ import annotations
 
 import codecs
 import os
 import re
+from functools import cached_property
 from typing import IO, TYPE_CHECKING, cast
 
 from scenecc.diagnostics import Location, Sink
 from scenecc.files import NotAFileError, open_regular
-from scenecc.source.lines import Lines
 
 if TYPE_CHECKING:
     from scenecc.source.limits import Limits
 
-_CONTROLS = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufffe\uffff]")
+
+class TextLines:
+    """A named text whose places can be shown.
+
+    Attributes:
+        file: name of the document as shown to people.
+        text: what was read, without a byte order mark.
+    """
+
+    def __init__(self, file: str | None, text: str) -> None:
+        self.file = file
+        self.text = text
+        self._split: list[str] = []
+
+    @cached_property
+    def _unified(self) -> str:
+        return _unify_line_breaks(self.text)
+
+    def line(self, line: int) -> str:
+        """The text of a 0-based line; "" past the end."""
+        if line >= len(self._split):
+            # One line more than is asked for, since the last part is the rest of the text; and twice as
+            # many, so that questions about each line in turn cost no more than one about the last.
+            self._split = self._unified.split("\n", 2 * line + 100)
+            if len(self._split) == 2 * line + 101:
+                del self._split[-1]
+        return self._split[line] if line < len(self._split) else ""
+
+    def is_last(self, line: int) -> bool:
+        """Whether nothing but blanks comes after a 0-based line."""
+        parts = self._unified.split("\n", line + 1)
+        return len(parts) <= line + 1 or not parts[-1].strip()
+
+    def is_past(self, line: int) -> bool:
+        """Whether a 0-based line is none of the text's."""
+        return line > self._unified.count("\n")
+
+    def location(self, line: int, column: int, end_column: int | None = None) -> Location:
+        """The place of 0-based columns `column` to `end_column` (excluded; None: the line's end) of a 0-based line.
+
+        At least one character is underlined, and never one past the end of the line but the first.
+        """
+        text = self.line(line)
+        end = len(text.rstrip()) if end_column is None else min(end_column, len(text))
+        return Location(self.file, line + 1, column + 1, max(end, column + 1) + 1, text)
+
+    def position(self, offset: int) -> tuple[int, int]:
+        """The 0-based line and column of a 0-based offset into the text."""
+        before = self.text[:offset]
+        if before.endswith("\r") and self.text.startswith("\n", offset):
+            before = before[:-1]
+        before = _unify_line_breaks(before)
+        return before.count("\n"), len(before) - (before.rfind("\n") + 1)
+
+
+def _unify_line_breaks(text: str) -> str:
+    """The text with every line break a line feed: the parser's line breaks, fewer than `str.splitlines` has."""
+    return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
+
+
+_CONTROL_CHARACTERS = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufffe\uffff]")
+
+
 """What YAML may not hold (section 5.1 of its specification)."""
 
 _SEPARATORS = re.compile("[\x85\u2028\u2029]")
+
+
 """Line breaks to YAML 1.1's parsers, and so to libyaml, but neither to YAML 1.2 nor to editors."""
 
 _TAG_DIRECTIVE = re.compile(r"(?:^|[\r\n])%TAG")
+
 _MAX_TAG_DIRECTIVES = 100
+
 _TEXT_HINT = "a scene file is text in UTF-8"
 
 
@@ -30,9 +96,9 @@ def read_bytes(name: str, sink: Sink, limits: Limits) -> bytes | None:
     try:
         with open_regular(name) as file:
             if os.fstat(file.fileno()).st_size > limits.text_bytes:
-                _too_long(name, sink, limits)
+                _report_length(name, sink, limits)
                 return None
-            content = read_some(file, name, sink, limits)
+            content = read_from_stream(file, name, sink, limits)
     except IsADirectoryError:
         sink.report("SC001", "this is a folder, not a file", Location(name), hint="name a scene file in it")
         return None
@@ -45,7 +111,7 @@ def read_bytes(name: str, sink: Sink, limits: Limits) -> bytes | None:
     return content.encode() if isinstance(content, str) else content
 
 
-def read_some(stream: IO[str] | IO[bytes], name: str | None, sink: Sink, limits: Limits) -> str | bytes | None:
+def read_from_stream(stream: IO[str] | IO[bytes], name: str | None, sink: Sink, limits: Limits) -> str | bytes | None:
     """The rest of a stream, unless it is longer than the limit."""
     text: list[str] = []
     content = bytearray()
@@ -60,13 +126,13 @@ def read_some(stream: IO[str] | IO[bytes], name: str | None, sink: Sink, limits:
                 content += piece
             left -= len(piece)
     except UnicodeDecodeError as error:
-        _not_text(error, name, sink)
+        _report_encoding(error, name, sink)
         return None
     except OSError as error:
         sink.report("SC001", f"cannot read: {error.strerror or error}", Location(name))
         return None
     if left <= 0:
-        _too_long(name, sink, limits)
+        _report_length(name, sink, limits)
         return None
     if piece is None:
         hint = "give a stream that waits for its data (os.set_blocking)"
@@ -75,14 +141,14 @@ def read_some(stream: IO[str] | IO[bytes], name: str | None, sink: Sink, limits:
     return "".join(text) if text else bytes(content)
 
 
-def decode(text: str | bytes, name: str | None, sink: Sink, limits: Limits) -> str | None:
+def decode_text(text: str | bytes, name: str | None, sink: Sink, limits: Limits) -> str | None:
     """Text without its byte order mark, as the parser may be given it; None, reported, where it is no such text."""
     try:
         decoded = text if isinstance(text, str) else _decode_bytes(text)
     except UnicodeDecodeError as error:
-        _not_text(error, name, sink)
+        _report_encoding(error, name, sink)
         return None
-    lines = Lines(name, decoded.removeprefix("\ufeff"))
+    lines = TextLines(name, decoded.removeprefix("\ufeff"))
     try:
         size = len(decoded) if decoded.isascii() else len(decoded.encode())
     except UnicodeEncodeError as error:
@@ -90,7 +156,7 @@ def decode(text: str | bytes, name: str | None, sink: Sink, limits: Limits) -> s
         report_character(lines, error.start - (len(decoded) - len(lines.text)), sink)
         return None
     if size > limits.text_bytes:
-        _too_long(name, sink, limits)
+        _report_length(name, sink, limits)
         return None
     separator = None if decoded.isascii() else _SEPARATORS.search(lines.text)
     if separator is not None:
@@ -106,13 +172,13 @@ def decode(text: str | bytes, name: str | None, sink: Sink, limits: Limits) -> s
     return lines.text
 
 
-def control_character(text: str) -> int | None:
+def find_control_character(text: str) -> int | None:
     """The offset of the first character that YAML may not hold."""
-    match = _CONTROLS.search(text)
+    match = _CONTROL_CHARACTERS.search(text)
     return None if match is None else match.start()
 
 
-def report_character(lines: Lines, offset: int, sink: Sink) -> None:
+def report_character(lines: TextLines, offset: int, sink: Sink) -> None:
     """Reports a character that must not stand in a scene file."""
     line, column = lines.position(offset)
     code = ord(lines.text[offset])
@@ -133,11 +199,11 @@ def _decode_bytes(content: bytes) -> str:
     return content.decode("utf-8")
 
 
-def _not_text(error: UnicodeDecodeError, name: str | None, sink: Sink) -> None:
+def _report_encoding(error: UnicodeDecodeError, name: str | None, sink: Sink) -> None:
     """Reports bytes that are no text, at the line in which they stand where the text before them is good."""
     before = error.object[: error.start].decode(error.encoding, errors="replace").removeprefix("\ufeff")
     after = error.object[error.start : error.start + 200].decode(error.encoding, errors="replace")
-    lines = Lines(name, before + after)
+    lines = TextLines(name, before + after)
     line, column = lines.position(len(before))
     byte = f"0x{error.object[error.start]:02X}"
     encoding = "UTF-16" if error.encoding.startswith("utf-16") else "UTF-8"
@@ -154,16 +220,18 @@ def text_size(text: str) -> int:
     return max(len(text), 4 * (text.count(",") + text.count("\n")))
 
 
-def check_values(text: str, name: str | None, sink: Sink, limits: Limits) -> bool:
+def check_value_count(text: str, name: str | None, sink: Sink, limits: Limits) -> bool:
     """Whether a YAML text may hold as many values as it does; otherwise that is reported."""
     if text_size(text) <= limits.text_bytes:
         return True
     most = limits.text_bytes // 4
-    _too_long(name, sink, limits, f"the text has more than {most} commas and lines (a quarter of the limit text_bytes)")
+    _report_length(
+        name, sink, limits, f"the text has more than {most} commas and lines (a quarter of the limit text_bytes)"
+    )
     return False
 
 
-def _too_long(name: str | None, sink: Sink, limits: Limits, message: str = "") -> None:
+def _report_length(name: str | None, sink: Sink, limits: Limits, message: str = "") -> None:
     sink.report(
         "SC601",
         message or f"the text is longer than {limits.text_bytes} bytes (limit text_bytes)",

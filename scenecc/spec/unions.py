@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic_core import CoreConfig, PydanticCustomError, SchemaValidator, core_schema
 
-from scenecc.source.scalars import RESERVED
+from scenecc.source.scalars import RESERVED_CHARACTER
 from scenecc.spec.plain import EXPRESSION, is_mapping, is_sequence
 from scenecc.variation.forms import FORM_KEYS
 
@@ -33,20 +33,22 @@ NOT_MEANT = "#not_meant"
 """The error type of a branch that was not meant: always dropped."""
 
 VALUE, VECTOR, COMPONENTS, OTHERWISE = (
-    f"{RESERVED}{label}" for label in ("value", "vector", "components", "otherwise")
+    f"{RESERVED_CHARACTER}{label}" for label in ("value", "vector", "components", "otherwise")
 )
 """Labels: a plain value; a list of numbers, alone or among other kinds; and the branch for all that is not plain."""
 
-SHAPE, BODY, COPIES = (f"{RESERVED}{label}" for label in ("shape", "body", "copies"))
+SHAPE, BODY, COPIES = (f"{RESERVED_CHARACTER}{label}" for label in ("shape", "body", "copies"))
 """Labels: a shape written once, an entity that is a plain body, and one that has copies."""
 
-KEY, TAGGED = f"{RESERVED}key", f"{RESERVED}tagged"
+KEY, TAGGED = f"{RESERVED_CHARACTER}key", f"{RESERVED_CHARACTER}tagged"
 """Labels: of a mapping's key, after pydantic's `[key]`; and before the `type` that pydantic notes of what has one."""
 
-FLAG, NUMBER, WORD, LIST, MAPPING = (f"{RESERVED}{label}" for label in ("flag", "number", "word", "list", "mapping"))
+FLAG, NUMBER, WORD, LIST, MAPPING = (
+    f"{RESERVED_CHARACTER}{label}" for label in ("flag", "number", "word", "list", "mapping")
+)
 """Labels: of the kinds of nodes."""
 
-KIND_KEYS: dict[str, str] = {key: f"{RESERVED}{key}" for key in ("use", "variants", "urdf", "mjcf", "root")}
+KIND_KEYS: dict[str, str] = {key: f"{RESERVED_CHARACTER}{key}" for key in ("use", "variants", "urdf", "mjcf", "root")}
 """Key of an entity that is no plain body → the entity's label."""
 
 _COPY_KEYS = frozenset(("repeat", "if", "name"))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BaseModel, Tag
 from typing_extensions import TypeAliasType
 
-from scenecc.source.scalars import RESERVED
+from scenecc.source.scalars import RESERVED_CHARACTER
 from scenecc.spec.copies import Repeat
 from scenecc.spec.entities import MODELS, entity_model
 from scenecc.spec.later import ByType, Later
@@ -35,7 +35,7 @@ def document_path(loc: tuple[PathKey, ...], data: Any) -> Path | None:
     node = data
     segments = iter(loc)
     for segment in segments:
-        if isinstance(segment, int) or not segment.startswith(RESERVED):
+        if isinstance(segment, int) or not segment.startswith(RESERVED_CHARACTER):
             path.append(segment)
             node = step(node, segment)
         elif not is_meant(segment, node):

@@ -12,7 +12,7 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.emit.glb.part import part_file
 from scenecc.meshes.drawing import bounded, cell_of, corners_of
 from scenecc.plan import ArticulationStructure
-from scenecc.plan.pictured import FLAT
+from scenecc.plan.rendering import FLAT_THICKNESS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -175,7 +175,7 @@ def _solid(scene: DrawnScene) -> DrawnScene:
 
 
 def _is_solid(body: DrawnBody) -> bool:
-    return len(body.corners) > 0 and float(np.ptp(body.corners, axis=0).min()) > FLAT
+    return len(body.corners) > 0 and float(np.ptp(body.corners, axis=0).min()) > FLAT_THICKNESS
 
 
 class _Painter:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.interrupt import interrupts_wait
-from scenecc.plan.pictured import TOWARDS
+from scenecc.plan.rendering import FRAMING_DIRECTION
 from scenecc.viewer.nodes import Frame, Mesh
 
 if TYPE_CHECKING:
@@ -128,5 +128,5 @@ def overview(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray
     """Where a camera stands that sees all of these points (N, 3), and what it looks at [m]: as SAPIEN's pictures do."""
     low, high = (corners.min(axis=0), corners.max(axis=0)) if len(corners) else (np.full(3, -0.5), np.full(3, 0.5))
     middle, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 0.05)
-    back = np.array(TOWARDS) / np.linalg.norm(TOWARDS)
+    back = np.array(FRAMING_DIRECTION) / np.linalg.norm(FRAMING_DIRECTION)
     return middle + _DISTANCE * radius * back, middle

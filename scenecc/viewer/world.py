@@ -16,7 +16,7 @@ from scenecc.meshes.drawing import draw_scene
 from scenecc.options import integer
 from scenecc.pipeline import compile_source, compiled_params, instantiated, select_scenes
 from scenecc.plan import ArticulationStructure
-from scenecc.source.paths import Memory
+from scenecc.source.paths import PathCache
 from scenecc.viewer.nodes import Files, page_content
 from scenecc.viewer.page import Page
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from scenecc.options import Options
     from scenecc.pipeline import Source
     from scenecc.plan import ScenePlan
-    from scenecc.plan.measured import MeasuredEntity
+    from scenecc.plan.snapshot import MeasuredEntity
     from scenecc.viewer.nodes import Key, PageContent
     from scenecc.viewer.options import ViewOptions
 
@@ -221,7 +221,7 @@ class Loading:
 
 def load(source: Source, options: Options, given: Mapping[str, Any]) -> Loading:
     """Compiles a scene. `given`: values of parameters, beside those of the options and before them."""
-    sink, memory = Sink(), Memory()
+    sink, memory = Sink(), PathCache()
     params = {**options.params, **given}
     found = compile_source(source, replace(options, params=params), sink, memory=memory)
     files = frozenset({*memory.named, *memory.missing})

@@ -27,13 +27,13 @@ from scenecc.robots.description import (
     SphereGeometry,
 )
 from scenecc.robots.mjcf import read_mjcf
-from scenecc.source.paths import AssetScope, Resolved
+from scenecc.source.paths import AssetScope, ResolvedFile
 
 
 def read(path: Path, *, root: Path | None = None) -> tuple[Description | None, list[Diagnostic]]:
     """A file's description and what was told of it. `root`: of what may be read; None: the file's folder."""
     sink = Sink()
-    found = read_mjcf(Resolved(path, path.name), scope=AssetScope(root or path.parent), sink=sink)
+    found = read_mjcf(ResolvedFile(path, path.name), scope=AssetScope(root or path.parent), sink=sink)
     return found, sink.diagnostics()
 
 

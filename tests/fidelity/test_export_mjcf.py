@@ -16,7 +16,7 @@ import scenecc
 from scenecc import export_scene
 from scenecc.backends.sapien import SceneBatch
 from scenecc.diagnostics import Diagnostic
-from scenecc.plan import Mount
+from scenecc.plan.body import Mount
 
 mujoco = pytest.importorskip("mujoco", reason="mujoco is not installed")
 

@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, given, settings
 
 from scenecc.diagnostics import Sink
 from scenecc.robots.urdf import read_urdf
-from scenecc.source.paths import AssetScope, Resolved
+from scenecc.source.paths import AssetScope, ResolvedFile
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -37,7 +37,7 @@ def loader() -> Iterator[Loader]:
 
 def describe(file: Path, **options: object) -> tuple[Description | None, Sink]:
     sink = Sink()
-    found = Resolved(file, file.name)
+    found = ResolvedFile(file, file.name)
     # The loader climbs to the root of the file system for a package; so that both find the same, so may the reader.
     scope = AssetScope(file.parent, allow_outside=True)
     return read_urdf(found, scope=scope, sink=sink, **options), sink  # type: ignore[arg-type]

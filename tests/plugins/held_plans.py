@@ -22,7 +22,6 @@ from scenecc.plan import (
     Environment,
     Intrinsic,
     Light,
-    Mount,
     Orthographic,
     Perspective,
     Physics,
@@ -38,6 +37,7 @@ from scenecc.plan import (
     literal,
     per_scene,
 )
+from scenecc.plan.body import Mount
 
 BOTH = (0, 1)
 

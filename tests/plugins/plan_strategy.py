@@ -27,27 +27,26 @@ from scenecc.plan import (
     Light,
     Link,
     Mimic,
-    Mount,
     NamedFile,
     ScenePlan,
     Value,
     recalled,
 )
-from scenecc.plan.decode_links import NOT_OF_A_FIXED_JOINT, NOT_OF_A_LINK
-from scenecc.plan.fields import (
-    ANY,
-    Bounds,
-    Choice,
-    Draws,
-    Kind,
-    Many,
-    Node,
-    Numbers,
-    OneOf,
-    Plain,
+from scenecc.plan.articulation import MOVING_JOINT_FIELDS, NON_LINK_FIELDS
+from scenecc.plan.body import Mount
+from scenecc.plan.properties import ANY, Bounds
+from scenecc.plan.schema import (
+    ChoiceKind,
+    FieldKind,
+    ListKind,
+    ObjectKind,
     Quantity,
-    Selection,
-    slots,
+    ScalarKind,
+    SceneSelectionKind,
+    SharedDrawsKind,
+    UnionKind,
+    VectorKind,
+    plan_fields,
 )
 from scenecc.variation.nodes import Const
 
@@ -82,8 +81,8 @@ def plans(draw: st.DrawFn, *, recipes: bool = False, full: bool = False) -> Scen
     made: dict[str, Any] = {"num_scenes": scope.num_scenes, "draws": shared}
     names = draw(st.lists(_NAMES, max_size=_MOST["entities"] + 1, unique=True))
     cut = draw(st.integers(0, len(names)))
-    for slot in slots(ScenePlan):
-        if slot.name in TABLES and isinstance(slot.kind, Many):
+    for slot in plan_fields(ScenePlan):
+        if slot.name in TABLES and isinstance(slot.kind, ListKind):
             size = scope.sizes[slot.name]
             made[slot.name] = tuple(draw(_of(slot.kind.item, scope)) for _ in range(size))
         elif slot.name == "entities":
@@ -115,7 +114,7 @@ def _entity(draw: st.DrawFn, name: str, scope: _Scope) -> Entity:
     scenes = st.lists(st.integers(0, scope.num_scenes - 1), min_size=1, unique=True)
     idxs = tuple(sorted(draw(scenes)))
     inner = replace(scope, rows=len(idxs))
-    pose = next(slot.kind for slot in slots(Entity) if slot.name == "pose")
+    pose = next(slot.kind for slot in plan_fields(Entity) if slot.name == "pose")
     one = draw(st.sampled_from([_bodies(inner), _bodies(inner), _articulations(inner)]))
     structures = tuple(draw(st.lists(one, min_size=1, max_size=_MOST["structures"])))
     last = len(structures) - 1
@@ -125,7 +124,7 @@ def _entity(draw: st.DrawFn, name: str, scope: _Scope) -> Entity:
 
 def _bodies(scope: _Scope, *, link: bool = False) -> st.SearchStrategy[BodyStructure]:
     if link:
-        return _nodes(BodyStructure, scope, {"body_type": "link", **dict.fromkeys(NOT_OF_A_LINK)})
+        return _nodes(BodyStructure, scope, {"body_type": "link", **dict.fromkeys(NON_LINK_FIELDS)})
     types = st.sampled_from(["dynamic", "kinematic", "static", "none"])
     return types.flatmap(lambda body_type: _nodes(BodyStructure, scope, {"body_type": body_type}))
 
@@ -149,7 +148,7 @@ def _link(draw: st.DrawFn, index: int, name: str, scope: _Scope) -> Link:
     fixed = draw(st.integers(0, 4)) == 0
     its = {"name": draw(st.sampled_from(["", f"joint {index}", f"j{index}.é"]))}
     types = st.sampled_from(["revolute", "revolute_unwrapped", "prismatic"])
-    its |= {"type": "fixed", **dict.fromkeys(NOT_OF_A_FIXED_JOINT)} if fixed else {"type": draw(types)}
+    its |= {"type": "fixed", **dict.fromkeys(MOVING_JOINT_FIELDS)} if fixed else {"type": draw(types)}
     return Link(name, body, draw(st.integers(0, index - 1)), draw(_nodes(Joint, scope, its)))
 
 
@@ -182,23 +181,23 @@ def _grips(entity: Entity) -> list[Mount]:
     return [Mount(entity.name, name) for name in sorted(set.intersection(*links))]
 
 
-def _of(kind: Kind, scope: _Scope, name: str = "") -> st.SearchStrategy[Any]:  # noqa: PLR0911 - one a kind
+def _of(kind: FieldKind, scope: _Scope, name: str = "") -> st.SearchStrategy[Any]:  # noqa: PLR0911 - one a kind
     match kind:
         case Quantity():
             return _values(kind, scope)
-        case Plain():
+        case ScalarKind():
             return _plain(kind)
-        case Choice():
+        case ChoiceKind():
             return st.sampled_from(kind.options)
-        case Numbers():
+        case VectorKind():
             return st.tuples(*[_floats(kind.bounds)] * kind.count)
-        case Many():
+        case ListKind():
             return st.lists(_of(kind.item, scope), max_size=_MOST.get(name, 2)).map(tuple)
-        case Node():
+        case ObjectKind():
             return _nodes(kind.cls, scope)
-        case OneOf():
+        case UnionKind():
             return st.one_of(*[_nodes(cls, scope) for _, cls in kind.by_type])
-        case Selection() | Draws():
+        case SceneSelectionKind() | SharedDrawsKind():
             raise AssertionError("drawn by those who know the scenes")
 
 
@@ -213,7 +212,7 @@ def _nodes(draw: st.DrawFn, cls: type, scope: _Scope, its: dict[str, Any] | None
         return AssetFile(uri, Path("/files") / uri, draw(st.sampled_from([None, "0" * 64])), names)
     made: dict[str, Any] = dict(its or {})
     full = scope.full or draw(st.sampled_from([False, False, True]))
-    for slot in slots(cls):
+    for slot in plan_fields(cls):
         if slot.name in made:
             continue
         strategy = _of(slot.kind, scope, slot.name)
@@ -224,7 +223,7 @@ def _nodes(draw: st.DrawFn, cls: type, scope: _Scope, its: dict[str, Any] | None
     return cls(**made)
 
 
-def _plain(kind: Plain) -> st.SearchStrategy[Any]:
+def _plain(kind: ScalarKind) -> st.SearchStrategy[Any]:
     if kind.type is str:
         return st.text(max_size=20)
     if kind.type is bool:

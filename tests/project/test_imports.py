@@ -13,7 +13,7 @@ HEAVY = ("sapien", "trimesh", "numpy", "coacd", "mani_skill", "jsonschema")
 """None of these is needed to check a scene without meshes: an engine, a mesh library, arrays."""
 
 _SECTIONS = {
-    "plan": "articulation camera constraint light mount tendons from_json",
+    "plan": "articulation camera constraint light tendons json_reader",
     "robots": "urdf mjcf",
     "lower": "articulations cameras constraints lights mounts resets",
     "checks": "articulations constraints pictures",

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from scenecc.diagnostics import Origin, Path, Sink
 from scenecc.source import Limits, read_dict, read_text
-from scenecc.source.faults import Faults
-from scenecc.source.lines import Lines
-from scenecc.source.plain import read_plain
-from scenecc.source.reader import parse_yaml
+from scenecc.source.fast_reader import read_fast
+from scenecc.source.read import read_strict
+from scenecc.source.syntax_errors import SourceReporter
+from scenecc.source.text import TextLines
 
 # What YAML 1.1's dumper leaves unquoted and 1.2 reads as a number is not the reader's fault, nor is what
 # the reader refuses in any text; both are taken out of what is dumped.
@@ -174,10 +174,10 @@ PLAIN_TEXTS = st.lists(FRAGMENTS | WORDS_IN_TEXT, max_size=14).map(lambda parts:
 @given(PLAIN_TEXTS | st.dictionaries(WORDS, PLAIN, max_size=3).map(lambda data: yaml.safe_dump(data, sort_keys=False)))
 @example("k:\n- a: 1\n  b: [0.5, -1]\n- 012")
 def test_what_the_plain_reader_reads_the_parser_reads_equally(text: str) -> None:
-    plain = read_plain(text, 100)
+    plain = read_fast(text, 100)
     if plain is None:
         return
     sink = Sink()
-    parsed = parse_yaml(Faults(Lines(None, text), sink), Limits())
+    parsed = read_strict(SourceReporter(TextLines(None, text), sink), Limits())
     assert not sink.diagnostics()
     assert same(parsed, plain)

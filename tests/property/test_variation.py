@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from plugins.structures import body_of
 
 from scenecc import compare_scenes, compile_scene
-from scenecc.plan.compare import Difference, differences
+from scenecc.plan.diff import Difference, diff_plans
 
 RANDOMS = st.integers(0, 2**32).map(Random)
 """What scenes are made of: to draw each form by Hypothesis takes longer than to compile it."""
@@ -141,7 +141,7 @@ def test_a_scene_does_not_differ_from_itself(random: Random) -> None:
 @few
 def test_a_scene_is_the_same_among_any_number(random: Random, count: int) -> None:
     scene = scene_of(random)
-    assert built(differences(compile_scene(scene), compile_scene(scene, num_scenes=count))) == []
+    assert built(diff_plans(compile_scene(scene), compile_scene(scene, num_scenes=count))) == []
 
 
 @given(RANDOMS)

@@ -19,7 +19,7 @@ import scenecc
 from scenecc import SceneError
 from scenecc.cli.output import Status, status
 from scenecc.diagnostics import Diagnostic, Location
-from scenecc.plan.to_json import plan_to_json
+from scenecc.plan.json_writer import plan_to_json
 
 
 @pytest.mark.parametrize("name", scenecc.__all__)

@@ -18,7 +18,8 @@ from scenecc.backends.sapien.turn import ArticulationTurn
 if TYPE_CHECKING:
     from scenecc.backends.sapien.seen.dress import Moves
     from scenecc.backends.sapien.ties import Again
-    from scenecc.plan import Light, Mount, ScenePlan
+    from scenecc.plan import Light, ScenePlan
+    from scenecc.plan.body import Mount
     from scenecc.variation.evaluation import Batch
 
 

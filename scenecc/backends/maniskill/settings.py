@@ -10,7 +10,7 @@ import numpy as np
 from scenecc.backends.maniskill.theirs import SimConfig
 from scenecc.backends.sapien.engine import physx
 from scenecc.diagnostics import Location
-from scenecc.plan.settings import process_settings
+from scenecc.plan.physics import process_wide_settings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -64,7 +64,7 @@ def sim_config(physics: Physics, sink: Sink, control_freq: int | None = None) ->
             return None
         config.sim_freq = steps
     config.control_freq = _control_freq(config.sim_freq, control_freq)
-    given = process_settings(physics)
+    given = process_wide_settings(physics)
     for name, value in {**given["scene"], **given["shape"], **given["body"]}.items():
         setattr(config.scene_config, name, value)
     if physics.gravity is not None:
@@ -92,7 +92,7 @@ def _pairs(physics: Physics, scene: Any) -> Iterator[tuple[tuple[str, ...], Any,
     """Each key that is said, with its value and the environment's."""
     if physics.timestep is not None:
         yield ("timestep",), physics.timestep, scene.px.timestep
-    given = process_settings(physics)
+    given = process_wide_settings(physics)
     held = {"scene": scene.px.config, "shape": physx.get_shape_config(), "body": physx.get_body_config()}
     for kind, present in held.items():
         for name, value in given[kind].items():

@@ -22,7 +22,7 @@ from scenecc.backends.sapien.knobs import ARTICULATION_KNOBS, ROOT_KNOBS
 from scenecc.backends.sapien.links import LinkSteps
 from scenecc.backends.sapien.shapes import apply, split
 from scenecc.backends.sapien.tendons import tendons
-from scenecc.plan.articulation import MOST_LINKS
+from scenecc.plan.articulation import MAX_LINKS
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -153,8 +153,8 @@ def joint_rows(
 
 def _refuse_what_cannot_be(structure: ArticulationStructure) -> None:
     count = len(structure.links)
-    if count > MOST_LINKS:
-        message = f"an articulation of {count} links; PhysX on the CPU takes {MOST_LINKS} at most"
+    if count > MAX_LINKS:
+        message = f"an articulation of {count} links; PhysX on the CPU takes {MAX_LINKS} at most"
         raise EngineFailure(REFUSED, message, origin=structure.origin)
     if structure.fix_root_link and (said := [knob.get for knob, _ in ROOT_KNOBS.said(structure)]):
         raise EngineFailure(REFUSED, f"a root that is fixed has no {said[0]}", origin=structure.origin)

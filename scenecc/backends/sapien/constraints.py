@@ -9,10 +9,10 @@ import numpy as np
 
 from scenecc.backends.sapien.columns import Column, poses, scalars, side_by_side, taken, vectors
 from scenecc.backends.sapien.engine import physx, sapien
+from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import Connection, Distance, Drive, Gear, Weld, literal
 from scenecc.plan.constraint import WELD_SWING
-from scenecc.plan.fields import LARGEST
-from scenecc.plan.pose import IDENTITY_POSE
+from scenecc.plan.properties import FLOAT32_MAX
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,7 +32,7 @@ _COMPONENTS: dict[type, Any] = {
 IDENTITY = literal(IDENTITY_POSE)
 STILL = literal((0.0, 0.0, 0.0))
 _NOTHING = literal(0.0)
-_NO_LIMIT = literal(LARGEST)
+_NO_LIMIT = literal(FLOAT32_MAX)
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +101,7 @@ def _calls(constraint: Constraint, rows: NDArray[np.intp]) -> Iterator[Call]:
         case Weld():
             for axis in ("x", "y", "z", "twist"):
                 yield Call(f"set_limit_{axis}", f"get_limit_{axis}", [(0.0, 0.0, 0.0, 0.0)])
-            swing = (*WELD_SWING, LARGEST, "acceleration")
+            swing = (*WELD_SWING, FLOAT32_MAX, "acceleration")
             yield Call("set_drive_property_swing", "get_drive_property_swing", [swing])
         case Connection():
             yield Call("set_limit", None, [(0.0, 0.0)])

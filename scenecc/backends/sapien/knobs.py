@@ -13,8 +13,8 @@ import numpy as np
 
 from scenecc.backends.sapien.columns import Column, poses, scalars, taken, vectors
 from scenecc.backends.sapien.engine import physx, render
-from scenecc.plan.knobs import knobs_of
-from scenecc.plan.pose import IDENTITY_POSE
+from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.plan.properties import properties_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -91,7 +91,7 @@ def _knobs(component: Any, part: Literal["body", "shape"]) -> Knobs:
                 vectors if knob.dtype == "float64" and knob.shape else scalars,
                 knob.untouched,
             )
-            for knob in knobs_of(part)
+            for knob in properties_of(part)
         }
     )
 

@@ -1,4 +1,4 @@
-"""What the engine holds of a batch, as plain numbers: see `scenecc.plan.measured`."""
+"""What the engine holds of a batch, as plain numbers: see `scenecc.plan.snapshot`."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from scenecc.backends.sapien.audit.meshes import Meshes
 from scenecc.backends.sapien.audit.shapes import part_counts
 from scenecc.backends.sapien.engine import physx
 from scenecc.plan.articulation import ArticulationStructure
-from scenecc.plan.measured import (
-    Measured,
+from scenecc.plan.snapshot import (
+    EngineSnapshot,
     MeasuredBody,
     MeasuredEntity,
     MeasuredJoint,
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from scenecc.backends.sapien.batch import SceneBatch
+    from scenecc.geometry.rotations import Pose7
     from scenecc.plan import BodyStructure, Entity, Joint
-    from scenecc.plan.measured import ShapeKind
-    from scenecc.plan.pose import Pose7
+    from scenecc.plan.snapshot import ShapeKind
 
 _KINDS: Final[dict[Any, tuple[ShapeKind, Callable[[Any], tuple[float, ...]]]]] = {
     physx.PhysxCollisionShapeBox: ("box", lambda shape: _floats(shape.half_size)),
@@ -53,7 +53,7 @@ _NUMBERS: Final = (
 """Of `MeasuredJoint`; SAPIEN's names are the same."""
 
 
-def measure(batch: SceneBatch) -> Measured:
+def measure(batch: SceneBatch) -> EngineSnapshot:
     """Everything that the engine holds of the bodies in a batch, as they are now: measure before anything is stepped.
 
     Raises:
@@ -61,7 +61,7 @@ def measure(batch: SceneBatch) -> Measured:
     """
     reader = _Reader(batch)
     scenes = zip(batch.scene_idxs, batch.scenes, strict=True)
-    return Measured(tuple(reader.scene(index, scene) for index, scene in scenes))
+    return EngineSnapshot(tuple(reader.scene(index, scene) for index, scene in scenes))
 
 
 class _Reader:

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from scenecc.backends.sapien.turn import AnyTurn
-    from scenecc.plan import Mount
+    from scenecc.plan.body import Mount
 
 
 class Standing:

@@ -13,8 +13,8 @@ from scenecc.backends.sapien.state import resting, standing
 from scenecc.backends.sapien.turn import parts_of, present_rows
 from scenecc.diagnostics.messages import cut
 from scenecc.plan import ArticulationStructure, BodyStructure
-from scenecc.plan.articulation import JOINT_STARTS, VELOCITIES
-from scenecc.plan.shared_poses import is_pose
+from scenecc.plan.articulation import JOINT_STATE_FIELDS, VELOCITY_FIELDS
+from scenecc.plan.scene import is_shared_pose
 from scenecc.variation.errors import DrawError
 from scenecc.variation.evaluation import Batch
 from scenecc.variation.injected_draws import InjectedDrawError, convert_injected, draw_type
@@ -62,7 +62,9 @@ class Start:
         self._plan = plan
         self._draws: Mapping[str, Node] = dict(plan.draws)
         # What stays as it is built stands in the plan as its rows.
-        self._drawn_again = [name for name, node in plan.draws if not isinstance(node, Rows) and not is_pose(name)]
+        self._drawn_again = [
+            name for name, node in plan.draws if not isinstance(node, Rows) and not is_shared_pose(name)
+        ]
         found = [(entity, *present_rows(entity, scene_idxs)) for entity in plan.entities]
         present = [each for each in found if each[1]]
         self._states = {entity.name: _state(entity, where, rows, held[entity.name]) for entity, where, rows in present}
@@ -146,23 +148,23 @@ def _state(
     for part in parts_of(entity, rows):
         if isinstance(part.structure, BodyStructure) and part.structure.body_type == "dynamic":
             start.dynamic[part.numbers] = True
-            for name, value in _said(part.structure, VELOCITIES):
+            for name, value in _said(part.structure, VELOCITY_FIELDS):
                 getattr(start, name)[part.numbers] = taken(value, part.rows)
     return start
 
 
 def _stand(start: ArticulationState, structure: ArticulationStructure, part: Part[Any], held: Articulations) -> None:
     """Fills the rows of a structure."""
-    for name, value in _said(structure, VELOCITIES):
+    for name, value in _said(structure, VELOCITY_FIELDS):
         getattr(start, name)[part.numbers] = taken(value, part.rows)
     joints = structure.active_joints
     columns = held.columns[int(part.numbers[0])]
-    for field in JOINT_STARTS:
+    for field in JOINT_STATE_FIELDS:
         numbers = getattr(start, field)
         for joint, column in zip(joints, columns.tolist(), strict=True):
             for _, value in _said(joint, (field,)):
                 numbers[part.numbers, column] = taken(value, part.rows)
-    for field in (*JOINT_STARTS, "qf"):
+    for field in (*JOINT_STATE_FIELDS, "qf"):
         getattr(start, field)[part.numbers, len(joints) :] = np.nan
 
 
@@ -174,13 +176,13 @@ def _recipes(
     for part in parts_of(entity, rows):
         numbers: list[int] = part.numbers.tolist()
         where = frozenset(scene_idxs[number] for number in numbers)
-        for name, value in _said(part.structure, VELOCITIES):
+        for name, value in _said(part.structure, VELOCITY_FIELDS):
             if value.recipe is not None:
                 yield _Recipe(entity.name, name, value.recipe, where)
         if isinstance(held, Articulations) and isinstance(part.structure, ArticulationStructure):
             columns: list[int] = held.columns[numbers[0]].tolist()
             for joint, column in zip(part.structure.active_joints, columns, strict=True):
-                for name, value in _said(joint, JOINT_STARTS):
+                for name, value in _said(joint, JOINT_STATE_FIELDS):
                     if value.recipe is not None:
                         yield _Recipe(entity.name, name, value.recipe, where, column, joint.name)
 

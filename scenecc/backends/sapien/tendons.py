@@ -8,7 +8,7 @@ import numpy as np
 
 from scenecc.backends.sapien.columns import at, taken
 from scenecc.backends.sapien.failure import REFUSED, EngineFailure
-from scenecc.plan.tendons import STIFFNESS, pull, tendon_coefficients, tendon_links
+from scenecc.plan.tendons import TENDON_STIFFNESS, tendon_coefficients, tendon_links, tendon_pull
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,13 +35,17 @@ def _tendon(
     except ValueError as error:
         raise EngineFailure(REFUSED, str(error), origin=mimic.origin or structure.origin) from None
     numbers = np.broadcast_arrays(taken(mimic.multiplier, rows), taken(mimic.offset, rows))
-    pulls = [pull(*pair) for pair in zip(*(column.tolist() for column in numbers), strict=True)]
+    pulls = [tendon_pull(*pair) for pair in zip(*(column.tolist() for column in numbers), strict=True)]
     made = [(tendon_coefficients(structure, mimic, over, ends), ends.rest_length) for ends in pulls]
 
     def bind(articulation: Any, links: list[Any], row: int) -> None:
         coefficients, rest_length = at(made, row)
         articulation.create_fixed_tendon(
-            [links[number] for number in over], coefficients, coefficients, rest_length=rest_length, stiffness=STIFFNESS
+            [links[number] for number in over],
+            coefficients,
+            coefficients,
+            rest_length=rest_length,
+            stiffness=TENDON_STIFFNESS,
         )
 
     return bind

@@ -12,9 +12,9 @@ from scenecc.emit.glb.lost import tell_lost, tell_lost_look
 from scenecc.emit.glb.materials import Materials
 from scenecc.emit.glb.part import geometry
 from scenecc.emit.problems import tell_problem
+from scenecc.geometry.rotation_arrays import pose_matrix
 from scenecc.meshes import Drawer, MeshProblem
 from scenecc.meshes.drawing import bounded, cell_of, draw_scene
-from scenecc.plan.extent import pose_matrix
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     from scenecc.meshes import Look, Shape, Surface
     from scenecc.meshes.drawing import Cell, DrawnBody, DrawnScene
     from scenecc.plan import ScenePlan
-    from scenecc.plan.measured import Measured
+    from scenecc.plan.snapshot import EngineSnapshot
 
 _Y_UP: Final = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 """From a frame with z up to glTF's, in which y is up: a quarter turn about x."""
 
 
-def write(plan: ScenePlan, measured: Measured, choice: Choice, sink: Sink) -> dict[str, bytes] | None:
+def write(plan: ScenePlan, measured: EngineSnapshot, choice: Choice, sink: Sink) -> dict[str, bytes] | None:
     """The file; None after an error, which `sink` then tells."""
     drawer = Drawer(plan, lambda problem, origin: tell_problem(problem, origin, sink))
     try:

@@ -9,14 +9,14 @@ from scenecc.emit.mjcf.mimics import write_mimics
 from scenecc.emit.mjcf.model import Start, Written
 from scenecc.emit.mjcf.shapes import write_collisions, write_visuals
 from scenecc.emit.xml import elements, frames
+from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import ArticulationStructure
-from scenecc.plan.pose import IDENTITY_POSE
 
 if TYPE_CHECKING:
     from scenecc.emit.mjcf.model import Model
     from scenecc.emit.xml.elements import Element
     from scenecc.plan import BodyStructure
-    from scenecc.plan.measured import MeasuredBody, MeasuredEntity, MeasuredMass, Vec3
+    from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredMass, Vec3
 
 _OF_A_BODY = (
     "linear_damping",

@@ -11,7 +11,7 @@ from scenecc.emit.xml import frames
 if TYPE_CHECKING:
     from scenecc.emit.mjcf.model import Model
     from scenecc.emit.xml.elements import Element
-    from scenecc.plan.measured import MeasuredEntity, MeasuredJoint
+    from scenecc.plan.snapshot import MeasuredEntity, MeasuredJoint
 
 FAR: Final = 1e10
 """Where MuJoCo, whose ranges have two ends, has the end that a joint has not [m, rad]."""

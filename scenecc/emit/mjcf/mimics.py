@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from scenecc.emit.mjcf.model import Model
     from scenecc.plan import ArticulationStructure
-    from scenecc.plan.measured import MeasuredEntity
+    from scenecc.plan.snapshot import MeasuredEntity
 
 
 def write_mimics(model: Model, measured: MeasuredEntity, structure: ArticulationStructure) -> None:

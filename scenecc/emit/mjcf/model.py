@@ -11,10 +11,11 @@ from scenecc.emit.xml.names import Names
 if TYPE_CHECKING:
     from scenecc.emit.xml.lost import Lost
     from scenecc.emit.xml.meshes import Beside
+    from scenecc.geometry.rotations import Pose7
     from scenecc.meshes import Drawer, Look
-    from scenecc.plan import Mount, ScenePlan
-    from scenecc.plan.measured import MeasuredBody, MeasuredScene
-    from scenecc.plan.pose import Pose7
+    from scenecc.plan import ScenePlan
+    from scenecc.plan.body import Mount
+    from scenecc.plan.snapshot import MeasuredBody, MeasuredScene
 
 SECTIONS = ("asset", "worldbody", "contact", "equality", "tendon", "actuator", "keyframe")
 

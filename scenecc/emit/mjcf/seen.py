@@ -21,8 +21,8 @@ from scenecc.plan import (
 if TYPE_CHECKING:
     from scenecc.emit.mjcf.model import Model
     from scenecc.emit.xml.elements import Element
+    from scenecc.geometry.rotations import Pose7
     from scenecc.plan import Camera, Light
-    from scenecc.plan.pose import Pose7
 
 _LOOKING: Final[Pose7] = (0.0, 0.0, 0.0, 0.5, 0.5, -0.5, -0.5)
 """From a frame whose x looks ahead and whose z is up to MuJoCo's, which looks along -z and whose y is up."""

@@ -8,9 +8,9 @@ from scenecc.emit.mjcf.looks import write_look
 from scenecc.emit.xml import frames
 from scenecc.emit.xml.frames import Z_TO_X
 from scenecc.emit.xml.meshes import obj
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.meshes import baked
 from scenecc.plan import Box, Capsule, Cylinder, Sphere, VisualPlane
-from scenecc.plan.pose import IDENTITY_POSE, Pose7
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from scenecc.emit.xml.elements import Element
     from scenecc.meshes import Baked, Shape
     from scenecc.plan import BodyStructure, VisualGeometry
-    from scenecc.plan.measured import MeasuredBody, MeasuredMesh, MeasuredShape
+    from scenecc.plan.snapshot import MeasuredBody, MeasuredMesh, MeasuredShape
 
 COLLIDING, SEEN = 3, 0
 

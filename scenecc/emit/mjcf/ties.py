@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from scenecc.emit.mjcf.joints import FAR
 from scenecc.emit.mjcf.shapes import placed
 from scenecc.emit.xml import frames
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.plan import Connection, Distance, Drive, Gear, Weld
-from scenecc.plan.pose import IDENTITY_POSE, Pose7
 
 if TYPE_CHECKING:
     from scenecc.emit.mjcf.model import Model

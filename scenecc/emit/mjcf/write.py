@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.emit.choice import Choice
     from scenecc.plan import ScenePlan
-    from scenecc.plan.measured import Measured
+    from scenecc.plan.snapshot import EngineSnapshot
 
 
-def write(plan: ScenePlan, measured: Measured, choice: Choice, sink: Sink) -> dict[str, bytes] | None:
+def write(plan: ScenePlan, measured: EngineSnapshot, choice: Choice, sink: Sink) -> dict[str, bytes] | None:
     """The model, `NAME.xml`, and its meshes and images; None after an error. See `scenecc.emit.export`."""
     lost = Lost(sink, left_out="SC730", otherwise="SC731")
     beside = Beside(choice.name)

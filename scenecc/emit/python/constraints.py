@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from scenecc.emit.python.columns import Columns
     from scenecc.emit.python.layout import Source
     from scenecc.emit.python.tables import Tables
-    from scenecc.plan import Constraint, Mount, ScenePlan, Value
+    from scenecc.plan import Constraint, ScenePlan, Value
+    from scenecc.plan.body import Mount
 
 _MAKERS: dict[type, str] = {
     Weld: "create_drive",

@@ -12,8 +12,8 @@ from scenecc.emit.python.columns import number
 from scenecc.emit.python.layout import WIDTH, Node, Source, call, list_of, string
 from scenecc.files import read_checked
 from scenecc.plan import ArticulationStructure, CoacdParams, Value
-from scenecc.plan.fields import Many, OneOf, Quantity, slots
-from scenecc.plan.fields import Node as Holder
+from scenecc.plan.schema import ListKind, Quantity, UnionKind, plan_fields
+from scenecc.plan.schema import ObjectKind as Holder
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -218,9 +218,9 @@ def unread_files(plan: ScenePlan) -> frozenset[int]:
 
 def _indices(node: object) -> Iterator[int]:
     """Indices of the files that shapes, materials and lights have."""
-    for slot in slots(type(node)):
+    for slot in plan_fields(type(node)):
         item = getattr(node, slot.name)
-        for one in item if isinstance(slot.kind, Many) else (item,):
+        for one in item if isinstance(slot.kind, ListKind) else (item,):
             if isinstance(one, Value):
                 if (
                     isinstance(slot.kind, Quantity)
@@ -228,7 +228,7 @@ def _indices(node: object) -> Iterator[int]:
                     and not isinstance(node, ArticulationStructure)
                 ):
                     yield from one.data.tolist()
-            elif isinstance(slot.kind, Holder | OneOf | Many) and is_dataclass(one):
+            elif isinstance(slot.kind, Holder | UnionKind | ListKind) and is_dataclass(one):
                 yield from _indices(one)
 
 

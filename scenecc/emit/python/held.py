@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 from scenecc.emit.python.layout import Node, Source, string
 
 if TYPE_CHECKING:
-    from scenecc.plan import Mount, ScenePlan
+    from scenecc.plan import ScenePlan
+    from scenecc.plan.body import Mount
 
 
 class Held:

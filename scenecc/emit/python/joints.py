@@ -12,7 +12,7 @@ from scenecc.emit.python.columns import number, numbers, pose
 from scenecc.emit.python.knobs import given
 from scenecc.emit.python.layout import Node, call, list_of, string
 from scenecc.plan import constant
-from scenecc.plan.articulation import level_order
+from scenecc.plan.articulation import breadth_first_order
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -119,7 +119,7 @@ def _write_knob(joint: Joint, name: str, columns: Columns, source: Source) -> No
 
 def engine_order(structure: ArticulationStructure) -> list[Link]:
     """The links whose joints move, in the order of `active_joints`: the engine goes level after level."""
-    links = [structure.links[number] for number in level_order(link.parent for link in structure.links)]
+    links = [structure.links[number] for number in breadth_first_order(link.parent for link in structure.links)]
     return [link for link in links if link.joint is not None and link.joint.type != "fixed"]
 
 

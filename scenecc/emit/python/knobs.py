@@ -6,21 +6,21 @@ from typing import TYPE_CHECKING
 
 from scenecc.emit.python.columns import Columns, number, numbers, pose
 from scenecc.emit.python.layout import Node, Source, call
-from scenecc.plan.knobs import fields_of
+from scenecc.plan.properties import property_fields
 
 if TYPE_CHECKING:
     from scenecc.plan import BodyStructure, CollisionShape, Inertial
 
-BODY_KNOBS = fields_of("body")
+BODY_KNOBS = property_fields("body")
 """Properties of a dynamic component by the plan's names."""
 
-LOOK_KNOBS = fields_of("look")
+LOOK_KNOBS = property_fields("look")
 """Properties of a render component by the plan's names."""
 
 OFFSETS = ("contact_offset", "rest_offset")
 """Properties of a collision shape that no `add_*_collision` takes."""
 
-ARGUMENTS = tuple(name for name in fields_of("shape") if name not in OFFSETS)
+ARGUMENTS = tuple(name for name in property_fields("shape") if name not in OFFSETS)
 """Properties of a collision shape that all of them take."""
 
 

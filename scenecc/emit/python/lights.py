@@ -17,7 +17,7 @@ from scenecc.plan import (
     SpotLight,
     TexturedLight,
 )
-from scenecc.plan.shadows import shadow_numbers
+from scenecc.plan.rendering import shadow_parameters
 
 if TYPE_CHECKING:
     from scenecc.emit.python.columns import Columns
@@ -86,7 +86,7 @@ def _write_light(source: Source, light: Light, columns: Columns, tables: Tables)
         size = [columns.value(half_width, "half_width"), columns.value(half_height, "half_height")]
         source.statement(call("light.set_shape", *size))
     source.statement(columns.value(light.color, "color"), assign="light.color")
-    for name, value in shadow_numbers(light).items():
+    for name, value in shadow_parameters(light).items():
         source.statement(columns.value(value, name), assign=f"light.{name}")
     if isinstance(light.light, SpotLight | TexturedLight):
         source.statement(columns.value(light.light.inner_fov, "inner_fov"), assign="light.inner_fov")

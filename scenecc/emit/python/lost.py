@@ -8,8 +8,7 @@ from scenecc.diagnostics import Location
 from scenecc.emit.python.articulations import ROOT_KNOBS
 from scenecc.emit.python.knobs import BODY_KNOBS, LOOK_KNOBS, given
 from scenecc.plan import ArticulationStructure
-from scenecc.plan.articulation import MOST_LINKS
-from scenecc.plan.decode_links import NOT_OF_A_LINK
+from scenecc.plan.articulation import MAX_LINKS, NON_LINK_FIELDS
 from scenecc.plan.tendons import tendon_links
 
 if TYPE_CHECKING:
@@ -43,10 +42,10 @@ def _lost_of(structure: BodyStructure | ArticulationStructure) -> Iterator[tuple
                 f"a body of type {body.body_type} without visible shapes has no `{name}`",
             )
     if isinstance(structure, ArticulationStructure):
-        if len(structure.links) > MOST_LINKS:
+        if len(structure.links) > MAX_LINKS:
             yield (
                 structure.origin,
-                f"an articulation of {len(structure.links)} links; PhysX on the CPU counts {MOST_LINKS}",
+                f"an articulation of {len(structure.links)} links; PhysX on the CPU counts {MAX_LINKS}",
             )
         if structure.fix_root_link:
             for name in given(structure, ROOT_KNOBS):
@@ -71,7 +70,7 @@ def _lost(structure: BodyStructure) -> list[str]:
     if structure.body_type in {"static", "none"}:
         lost += given(structure, (*BODY_KNOBS, "mass", "inertial"))
     if structure.body_type == "link":
-        lost += given(structure, NOT_OF_A_LINK)
+        lost += given(structure, NON_LINK_FIELDS)
     if structure.body_type == "none":
         lost += given(structure, ("collision_groups",)) + (["collisions"] if structure.collisions else [])
     return lost if structure.visuals else lost + given(structure, LOOK_KNOBS)

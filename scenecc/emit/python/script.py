@@ -21,8 +21,8 @@ from scenecc.emit.python.names import Names
 from scenecc.emit.python.settings import Settings
 from scenecc.emit.python.tables import Tables
 from scenecc.plan import Value
-from scenecc.plan.fields import Many, Node, OneOf, slots
-from scenecc.plan.uris import rebased
+from scenecc.plan.material import rebase_file
+from scenecc.plan.schema import ListKind, ObjectKind, UnionKind, plan_fields
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -52,7 +52,7 @@ def write(plan: ScenePlan, sink: Sink, base: Path | None) -> str | None:
     if not expressible(plan, sink, SECTIONS):
         return None
     names = Names()
-    files = plan.files if base is None else tuple(rebased(file, base) for file in plan.files)
+    files = plan.files if base is None else tuple(rebase_file(file, base) for file in plan.files)
     whole, parts = folded(plan)
     tables = Tables(names, Files(files, names, unread_files(plan)), Materials(whole, names), Held(plan))
     blocks = Source(depth=1)
@@ -127,12 +127,12 @@ def _draws_anew(plan: ScenePlan) -> bool:
 
 def _values(node: object) -> Iterator[Value]:
     """All values below a dataclass of the plan."""
-    for slot in slots(type(node)):
+    for slot in plan_fields(type(node)):
         item = getattr(node, slot.name)
-        for one in item if isinstance(slot.kind, Many) else (item,):
+        for one in item if isinstance(slot.kind, ListKind) else (item,):
             if isinstance(one, Value):
                 yield one
-            elif isinstance(slot.kind, Node | OneOf | Many) and is_dataclass(one):
+            elif isinstance(slot.kind, ObjectKind | UnionKind | ListKind) and is_dataclass(one):
                 yield from _values(one)
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from scenecc.emit.python.columns import number
 from scenecc.emit.python.layout import Group, Node, Source, call, list_of
-from scenecc.plan.settings import SCENE, process_settings
+from scenecc.plan.physics import SCENE_CONFIG_FIELDS, process_wide_settings
 
 if TYPE_CHECKING:
     from scenecc.plan import Physics
@@ -19,7 +19,7 @@ class Settings:
         self._workers = physics.cpu_workers
         self._changes = {
             kind: {name: _node(value) for name, value in given.items()}
-            for kind, given in process_settings(physics).items()
+            for kind, given in process_wide_settings(physics).items()
         }
 
     @property
@@ -67,7 +67,7 @@ class Settings:
         if kind != "scene" or self._workers is None:
             return call(f"physx.set_{kind}_config", "config")
         # The number of workers is no property of the object, and the call that takes it sets everything.
-        everything: dict[str, Node] = {name: f"config.{name}" for name in SCENE}
+        everything: dict[str, Node] = {name: f"config.{name}" for name in SCENE_CONFIG_FIELDS}
         return call("physx.set_scene_config", **everything, cpu_workers=str(self._workers))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from scenecc.emit.python.columns import number, numbers
 from scenecc.emit.python.layout import call, list_of
-from scenecc.plan.tendons import STIFFNESS, pull, tendon_coefficients, tendon_links
+from scenecc.plan.tendons import TENDON_STIFFNESS, tendon_coefficients, tendon_links, tendon_pull
 
 if TYPE_CHECKING:
     from scenecc.emit.python.columns import Columns
@@ -21,7 +21,7 @@ def write_tendons(source: Source, structure: ArticulationStructure, columns: Col
     for mimic in structure.mimics:
         over = tendon_links(structure, mimic)
         pairs = np.stack([columns.of_rows(mimic.multiplier), columns.of_rows(mimic.offset)], axis=1)
-        pulls = [pull(*pair) for pair in pairs.tolist()]
+        pulls = [tendon_pull(*pair) for pair in pairs.tolist()]
         coefficients = np.array([tendon_coefficients(structure, mimic, over, ends) for ends in pulls])
         shares = columns.of_block(coefficients, "coefficients", numbers)
         rest = columns.of_block(np.array([ends.rest_length for ends in pulls]), "rest_length", numbers)
@@ -33,6 +33,6 @@ def write_tendons(source: Source, structure: ArticulationStructure, columns: Col
                 shares,
                 shares,
                 rest_length=rest,
-                stiffness=number(STIFFNESS),
+                stiffness=number(TENDON_STIFFNESS),
             )
         )

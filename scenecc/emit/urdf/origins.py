@@ -6,11 +6,11 @@ from math import atan2, hypot
 from typing import TYPE_CHECKING, Final
 
 from scenecc.emit.xml import frames
-from scenecc.plan.pose import IDENTITY_POSE, Pose7
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 
 if TYPE_CHECKING:
     from scenecc.emit.xml.elements import Element
-    from scenecc.plan.measured import Vec3
+    from scenecc.plan.snapshot import Vec3
 
 _UPRIGHT: Final = 1e-6
 """How near x may come to ±z for the turns about x and z to be told apart."""

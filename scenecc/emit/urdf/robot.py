@@ -10,15 +10,15 @@ from scenecc.emit.urdf.origins import origin
 from scenecc.emit.urdf.shapes import write_collisions, write_visuals
 from scenecc.emit.xml import frames
 from scenecc.emit.xml.names import Names
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.plan import ArticulationStructure
-from scenecc.plan.pose import IDENTITY_POSE, Pose7
 
 if TYPE_CHECKING:
     from scenecc.emit.xml.elements import Element
     from scenecc.emit.xml.lost import Lost
     from scenecc.emit.xml.meshes import Beside
     from scenecc.meshes import Drawer, Look
-    from scenecc.plan.measured import MeasuredBody, MeasuredEntity, MeasuredJoint
+    from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredJoint
 
 FAR: Final = 1e10
 """Where a limit is written that the joint has not, of a kind that URDF has two of, or asks for."""

@@ -14,10 +14,10 @@ from scenecc.plan import Box, Capsule, Cylinder, Sphere
 
 if TYPE_CHECKING:
     from scenecc.emit.urdf.robot import Robot
+    from scenecc.geometry.rotations import Pose7
     from scenecc.meshes import Shape
     from scenecc.plan import VisualGeometry
-    from scenecc.plan.measured import MeasuredBody, MeasuredShape
-    from scenecc.plan.pose import Pose7
+    from scenecc.plan.snapshot import MeasuredBody, MeasuredShape
 
 _LYING: Final[Pose7] = (0.0, 0.0, 0.0, 0.7071067811865476, 0.0, -0.7071067811865476, 0.0)
 """From a frame in which a capsule lies along x to one in which it stands along z."""

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.emit.choice import Choice
     from scenecc.plan import ScenePlan
-    from scenecc.plan.measured import Measured, MeasuredEntity, MeasuredScene
+    from scenecc.plan.snapshot import EngineSnapshot, MeasuredEntity, MeasuredScene
 
 
-def write(plan: ScenePlan, measured: Measured, choice: Choice, sink: Sink) -> dict[str, bytes] | None:
+def write(plan: ScenePlan, measured: EngineSnapshot, choice: Choice, sink: Sink) -> dict[str, bytes] | None:
     """A URDF, `NAME.urdf`, or one for each articulation; None after an error. See `scenecc.emit.export`."""
     chosen = _chosen(measured.scenes[0], choice, sink)
     lost = Lost(sink, left_out="SC740", otherwise="SC741")

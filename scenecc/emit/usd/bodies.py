@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from scenecc.emit.usd.looks import Looks
     from scenecc.emit.usd.stage import Prim, Stage
     from scenecc.meshes import Drawer, Shape
-    from scenecc.plan.measured import MeasuredBody, MeasuredEntity, MeasuredMesh, MeasuredShape
+    from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredMesh, MeasuredShape
 
 NOT_OF_A_BODY: Final = (
     "disable_gravity",

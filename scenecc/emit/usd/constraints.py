@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from scenecc.emit.usd.joints import connect
+from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import Connection, Distance, Drive, Weld
-from scenecc.plan.pose import IDENTITY_POSE
 
 if TYPE_CHECKING:
     from scenecc.emit.usd.stage import Prim, Stage

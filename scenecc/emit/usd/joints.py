@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
+from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import ArticulationStructure
-from scenecc.plan.pose import IDENTITY_POSE
 
 if TYPE_CHECKING:
     from scenecc.emit.usd.stage import Prim, Stage
-    from scenecc.plan.measured import MeasuredBody, MeasuredEntity, MeasuredJoint
+    from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredJoint
 
 _NOT_OF_A_JOINT: Final = ("friction", "armature", "max_velocity", "qvel")
 _NOT_OF_AN_ARTICULATION: Final = (

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
     from scenecc.emit.usd.stage import Prim, Stage
     from scenecc.meshes import Image, Look
-    from scenecc.plan.measured import MeasuredShape
+    from scenecc.plan.snapshot import MeasuredShape
 
 _WRAPS: Final = {"repeat": "repeat", "edge": "clamp", "mirror": "mirror", "border": "black"}
 

@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.emit.choice import Choice
     from scenecc.plan import ScenePlan
-    from scenecc.plan.measured import Measured, MeasuredEntity, MeasuredScene
+    from scenecc.plan.snapshot import EngineSnapshot, MeasuredEntity, MeasuredScene
 
 _NOT_OF_PHYSICS: Final = ("timestep", *SETTINGS_OF_PHYSX)
 """Settings of a simulation, which UsdPhysics leaves to the program that simulates."""
 
 
-def write(plan: ScenePlan, measured: Measured, choice: Choice, sink: Sink) -> dict[str, bytes] | None:
+def write(plan: ScenePlan, measured: EngineSnapshot, choice: Choice, sink: Sink) -> dict[str, bytes] | None:
     """The file and its images; None after an error, which `sink` then tells."""
     lost = Lost(sink, left_out="SC750", otherwise="SC750")
     drawer = Drawer(plan, lambda problem, origin: tell_problem(problem, origin, sink))

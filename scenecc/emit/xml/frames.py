@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.geometry import rotation_arrays
-from scenecc.plan.pose import IDENTITY_POSE, Pose7
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 
 if TYPE_CHECKING:
     from scenecc.plan import Value
-    from scenecc.plan.measured import Vec3
+    from scenecc.plan.snapshot import Vec3
 
 Z_TO_X: Final[Pose7] = (0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.5)
 """Turns z to x, x to y and y to z: from a frame in which things lie along z to one in which they lie along x."""

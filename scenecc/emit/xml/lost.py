@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from scenecc.diagnostics import Location
-from scenecc.plan.labels import NAMES
+from scenecc.plan.display import SPEC_FIELD_NAMES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -52,7 +52,7 @@ class Lost:
 
     def fields(self, name: str, thing: object, fields: Iterable[str], place: Origin | None, of: str = "") -> None:
         """Leaves out those fields of a plan's `thing` that it says something of. `of`: as in " of a joint"."""
-        said = [f"`{NAMES.get(field, field)}`" for field in fields if getattr(thing, field) is not None]
+        said = [f"`{SPEC_FIELD_NAMES.get(field, field)}`" for field in fields if getattr(thing, field) is not None]
         if said:
             self.leave_out(name, f"{', '.join(said)}{of}", place)
 

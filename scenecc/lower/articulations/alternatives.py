@@ -16,7 +16,7 @@ from scenecc.lower.field_types import FieldType
 from scenecc.lower.references import possible_values
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import Value, per_scene, varying
-from scenecc.plan.bounds import LARGEST, SMALLEST
+from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.variation.nodes import Stacked
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ _TEXT_TYPE = FieldType(convert=str, fallback="")
 _KEY_TYPES = {
     "urdf": _TEXT_TYPE,
     "mjcf": _TEXT_TYPE,
-    "scale": FieldType(fallback=1.0, within=(SMALLEST, LARGEST)),
+    "scale": FieldType(fallback=1.0, within=(FLOAT32_MIN, FLOAT32_MAX)),
     "srdf": _TEXT_TYPE,
     "package_dir": _TEXT_TYPE,
     "fix_root_link": FieldType(dtype="bool", fallback=False),

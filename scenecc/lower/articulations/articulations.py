@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from scenecc.diagnostics.messages import cut
+from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.lower.articulations.alternatives import read_alternatives
 from scenecc.lower.articulations.drafts import LinkTreeDrafter
 from scenecc.lower.articulations.initial_state import InitialStateLowerer, JointNumbers
@@ -14,10 +15,9 @@ from scenecc.lower.articulations.overrides import OverrideValues, PatternMatcher
 from scenecc.lower.articulations.robots import RobotDrafter
 from scenecc.lower.collision_groups import warn_ignored_pairs_collide
 from scenecc.lower.field_types import FieldType, number, vector
-from scenecc.lower.poses import IDENTITY_POSE
 from scenecc.lower.references import RobotRequest
 from scenecc.plan.articulation import ArticulationStructure, Link, Mimic
-from scenecc.plan.bits import ID_BITS
+from scenecc.plan.body import COLLISION_ID_BITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -403,12 +403,12 @@ class ArticulationLowerer:
             return self._shared[id(entity)]
         number = self._next_id
         self._next_id += 1
-        if number == ID_BITS + 1:
+        if number == COLLISION_ID_BITS + 1:
             message = f"PhysX tells {number} articulations apart whose links ignore one another, and this is one more"
             hint = "leave out `disable_self_collisions`, or the SRDF, of some"
             self._sink.report("SC519", message, work.origin, at="key", hint=hint)
         # Of those that are one too many the scene is not built.
-        self._shared[id(entity)] = number if number <= ID_BITS else 0
+        self._shared[id(entity)] = number if number <= COLLISION_ID_BITS else 0
         return self._shared[id(entity)]
 
 

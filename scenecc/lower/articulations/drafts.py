@@ -7,14 +7,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from scenecc.geometry.rotations import IDENTITY, shortest_from_x
+from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, shortest_from_x
 from scenecc.lower.angles import check_limits_keys, lower_limits, warn_limits_in_degrees
 from scenecc.lower.field_types import number, vector
 from scenecc.lower.local_poses import local_pose
-from scenecc.lower.poses import IDENTITY_POSE, POSE, direction, pose_item, turned
+from scenecc.lower.poses import POSE, direction, pose_item, turned
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import CollisionShape, Value, VisualShape, literal
-from scenecc.plan.articulation import level_order
+from scenecc.plan.articulation import breadth_first_order
 from scenecc.spec.pose import AXES
 from scenecc.variation.nodes import Composed, Pointing, Posed
 
@@ -129,7 +129,7 @@ class ArticulationDraft:
 
     def moving(self) -> list[int]:
         """The links whose joints move, in SAPIEN's order of them: by distance from the root, then as they are built."""
-        order = level_order(link.parent for link in self.links)
+        order = breadth_first_order(link.parent for link in self.links)
         return [number for number in order if (joint := self.links[number].joint) is not None and joint.moves]
 
 

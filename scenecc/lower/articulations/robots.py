@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc import plan
+from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.lower.articulations.drafts import ArticulationDraft, ContactDefaults, DraftJoint, DraftLink, DraftMimic
 from scenecc.lower.materials import LoweredMaterial, MaterialChoice
-from scenecc.lower.poses import IDENTITY_POSE
 from scenecc.lower.references import select_per_scene
 from scenecc.lower.shapes import SAPIEN_DENSITY
 from scenecc.plan import (

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
     from scenecc.robots.description import PoseNumbers
     from scenecc.robots.xml import Element
-    from scenecc.source.paths import AssetScope, Resolved
+    from scenecc.source.paths import AssetScope, ResolvedFile
 
 _LIMITS = Limits()
 _SECTIONS = frozenset({"compiler", "option", "default", "asset", "worldbody"})
@@ -39,7 +39,7 @@ _NO_CONTACT = 1 << 1
 
 
 def read_mjcf(
-    file: Resolved,
+    file: ResolvedFile,
     *,
     scope: AssetScope,
     sink: Sink,
@@ -56,7 +56,7 @@ def read_mjcf(
     `fixed` unless its body is free.
 
     Args:
-        file: the MJCF, as `scenecc.source.paths.resolve` finds it.
+        file: the MJCF, as `scenecc.source.paths.resolve_path` finds it.
         scope: what may be read; meshes, textures and included files are looked for inside.
         sink: takes what is wrong, at the file's own lines: codes SC401 to SC407 for files that it names, SC450 to SC453
             where it cannot be read, SC480 to SC486 for the rest.

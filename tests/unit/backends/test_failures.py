@@ -31,7 +31,6 @@ from scenecc.plan import (
     ConvexMesh,
     ConvexParts,
     Entity,
-    Mount,
     Physics,
     ScenePlan,
     TriangleMesh,
@@ -39,6 +38,7 @@ from scenecc.plan import (
     constant,
     per_scene,
 )
+from scenecc.plan.body import Mount
 
 PlanOf = Callable[..., ScenePlan]
 

@@ -17,7 +17,7 @@ from scenecc.backends.sapien import instantiate
 from scenecc.backends.sapien.measure import measure
 from scenecc.diagnostics import Sink
 from scenecc.plan import ScenePlan
-from scenecc.plan.measured import MeasuredEntity, MeasuredScene
+from scenecc.plan.snapshot import MeasuredEntity, MeasuredScene
 
 ROOT = Path(__file__).parents[3]
 

@@ -15,7 +15,7 @@ from plugins.sample_plans import ROOT, SAMPLES
 from scenecc.diagnostics import Sink
 from scenecc.emit import EMITTERS, emit
 from scenecc.emit.python.layout import WIDTH
-from scenecc.plan.from_json import plan_from_json
+from scenecc.plan.json_reader import plan_from_json
 
 if TYPE_CHECKING:
     from scenecc.plan import ScenePlan

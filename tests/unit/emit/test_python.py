@@ -44,8 +44,8 @@ from scenecc.plan import (
     constant,
     per_scene,
 )
-from scenecc.plan.settings import SDF
-from scenecc.plan.to_json import plan_to_json
+from scenecc.plan.json_writer import plan_to_json
+from scenecc.plan.physics import SDF_CONFIG_NAMES
 
 
 def script(plan: ScenePlan, **options: Any) -> str:
@@ -295,7 +295,7 @@ def test_no_setting_of_the_simulation_is_dropped() -> None:
         assert script(ScenePlan("p", 1, (), Physics(sdf=sdf))) != script(
             ScenePlan("p", 1, (), Physics(sdf=SdfConfig(0.1, 2, 3)))
         ), name
-    assert set(SDF) == {item.name for item in dataclasses.fields(SdfConfig)}
+    assert set(SDF_CONFIG_NAMES) == {item.name for item in dataclasses.fields(SdfConfig)}
     assert "GPU" in script(ScenePlan("p", 1, (), Physics(gpu_memory=GpuMemory(heap_capacity=5))))
 
 

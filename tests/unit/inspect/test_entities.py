@@ -27,7 +27,6 @@ from scenecc.plan import (
     Entity,
     Environment,
     Light,
-    Mount,
     Perspective,
     PointLight,
     ScenePlan,
@@ -37,6 +36,7 @@ from scenecc.plan import (
     per_scene,
     recalled,
 )
+from scenecc.plan.body import Mount
 from scenecc.variation.nodes import Drawn, Key
 
 

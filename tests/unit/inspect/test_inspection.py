@@ -21,7 +21,7 @@ from scenecc.cli.tables import tree_text
 from scenecc.inspect import Item, summarize
 from scenecc.inspect.facts import axis_words, rotation_words
 from scenecc.inspect.inspection import scene_item
-from scenecc.plan.labels import NAMES
+from scenecc.plan.display import SPEC_FIELD_NAMES
 
 ROOT = Path(__file__).parents[3]
 SCENES = sorted([*(ROOT / "scenes").glob("*.yaml"), *(ROOT / "scenes/recipes").glob("*.yaml")])
@@ -129,7 +129,7 @@ def test_nothing_that_a_plan_says_of_a_body_is_left_out() -> None:
         (body,) = entity.bodies
         given = {field.name for field in fields(body) if getattr(body, field.name) is not None}
         given -= {"body_type", "collisions", "visuals", "origin", "inertial"}
-        assert {NAMES.get(name, name) for name in given} <= item.keys()
+        assert {SPEC_FIELD_NAMES.get(name, name) for name in given} <= item.keys()
         shown = {key for shape in item["shapes"] for key in shape}
         for shape in (*body.collisions, *body.visuals):
             for holder in (shape, shape.geometry):

@@ -187,7 +187,7 @@ def test_the_engine_lets_them_collide_as_told() -> None:
 
 
 def test_more_articulations_than_the_fourth_integer_tells_apart_are_told_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(articulations, "ID_BITS", 2)
+    monkeypatch.setattr(articulations, "COLLISION_ID_BITS", 2)
     alike = {"root": star(), "disable_self_collisions": True}
 
     def of(count: int) -> dict[str, Any]:

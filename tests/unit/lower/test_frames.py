@@ -10,8 +10,8 @@ import pytest
 
 from scenecc import compile_scene, load_scene, validate
 from scenecc.plan import ScenePlan
-from scenecc.plan.shared_poses import MOST_COMPOSED, is_pose
-from scenecc.plan.to_json import plan_to_json
+from scenecc.plan.json_writer import plan_to_json
+from scenecc.plan.scene import MAX_COMPOSED_POSES, is_shared_pose
 from scenecc.variation.evaluation import Batch
 
 if TYPE_CHECKING:
@@ -38,12 +38,12 @@ def tower(count: int, *, seed: int = 0, body: str = "dynamic") -> ScenePlan:
     return compile_scene(io.StringIO(TOWER.replace("COUNT", str(count)).replace("BODY", body)), seed=seed)
 
 
-@pytest.mark.parametrize("count", [MOST_COMPOSED - 2, MOST_COMPOSED, 60])
+@pytest.mark.parametrize("count", [MAX_COMPOSED_POSES - 2, MAX_COMPOSED_POSES, 60])
 def test_a_tower_is_reset_as_it_is_built(count: int) -> None:
     plan, other = tower(count), tower(count, seed=5)
     read = compile_scene(io.StringIO(plan_to_json(plan)))
     assert read == plan
-    assert any(is_pose(name) for name, _ in plan.draws) is (count >= MOST_COMPOSED)
+    assert any(is_shared_pose(name) for name, _ in plan.draws) is (count >= MAX_COMPOSED_POSES)
     # The ground stays, and all else is as a batch of that seed has it.
     ground, moved = (each.entities[0].pose.data for each in (plan, other))
     for entity, again in zip(read.entities[2:], other.entities[2:], strict=True):

@@ -20,7 +20,6 @@ from scenecc.plan import (
     DirectionalLight,
     Intrinsic,
     Light,
-    Mount,
     Orthographic,
     Perspective,
     PointLight,
@@ -30,7 +29,8 @@ from scenecc.plan import (
     TexturedLight,
     Value,
 )
-from scenecc.plan.shadows import shadow_numbers
+from scenecc.plan.body import Mount
+from scenecc.plan.rendering import shadow_parameters
 
 PICTURE = Path(__file__).parents[2] / "scenes" / "good" / "assets" / "checker.png"
 FACES = ("px", "nx", "py", "ny", "pz", "nz")
@@ -198,7 +198,7 @@ def test_an_area_has_edges() -> None:
     lamp = light_of({"type": "area", "pose": [0, 0, 2], "half_width": 0.5, "half_height": 0.25, **WHITE})
     assert isinstance(lamp.light, AreaLight)
     assert (rows(lamp.light.half_width), rows(lamp.light.half_height)) == ([0.5], [0.25])
-    assert shadow_numbers(lamp) == {}
+    assert shadow_parameters(lamp) == {}
 
 
 SHADOW = {"shadow": True, "shadow_near": 0.5, "shadow_far": 4, "shadow_map_size": 256}
@@ -216,7 +216,7 @@ SHADOW = {"shadow": True, "shadow_near": 0.5, "shadow_far": 4, "shadow_map_size"
     ],
 )
 def test_shadows_are_those_of_sapien_unless_said(light: dict[str, Any], numbers: list[float]) -> None:
-    assert [rows(value) for value in shadow_numbers(light_of({**light, **WHITE})).values()] == [
+    assert [rows(value) for value in shadow_parameters(light_of({**light, **WHITE})).values()] == [
         [one] for one in numbers
     ]
 

@@ -30,9 +30,18 @@ from scenecc.plan import (
     per_scene,
     recalled,
 )
-from scenecc.plan.compare import Difference, differences
-from scenecc.plan.fields import Choice, Many, Node, Numbers, OneOf, Plain, Quantity, slots
-from scenecc.plan.labels import NAMES
+from scenecc.plan.diff import Difference, diff_plans
+from scenecc.plan.display import SPEC_FIELD_NAMES
+from scenecc.plan.schema import (
+    ChoiceKind,
+    ListKind,
+    ObjectKind,
+    Quantity,
+    ScalarKind,
+    UnionKind,
+    VectorKind,
+    plan_fields,
+)
 from scenecc.variation.nodes import Chosen, Drawn, Key, Posed, Shared, Stacked
 
 if TYPE_CHECKING:
@@ -43,7 +52,7 @@ Site = tuple[str, Any, Any, "Callable[[Any], Any]"]
 
 @pytest.mark.parametrize("name", SAMPLES)
 def test_a_plan_is_equal_to_itself(name: str) -> None:
-    assert differences(SAMPLES[name](), SAMPLES[name]()) == []
+    assert diff_plans(SAMPLES[name](), SAMPLES[name]()) == []
 
 
 @given(plans(), st.randoms(use_true_random=False))
@@ -53,22 +62,22 @@ def test_the_order_of_the_tables_is_no_difference(plan: ScenePlan, random: Any) 
     for table in TABLES:
         orders[table] = random.sample(range(len(getattr(plan, table))), len(getattr(plan, table)))
     other = _reordered(plan, orders)
-    assert differences(plan, other) == differences(other, plan) == []
+    assert diff_plans(plan, other) == diff_plans(other, plan) == []
 
 
 def _reordered(node: Any, orders: dict[str, list[int]]) -> Any:
     """With the tables in other orders and every index as its entry is numbered then."""
     changed: dict[str, Any] = {}
-    for slot in slots(type(node)):
+    for slot in plan_fields(type(node)):
         item = getattr(node, slot.name)
         if item is None:
             continue
         if isinstance(slot.kind, Quantity) and slot.kind.table is not None:
             places = np.argsort(orders[slot.kind.table])
             changed[slot.name] = Value(places[item.data])
-        elif isinstance(slot.kind, Node | OneOf):
+        elif isinstance(slot.kind, ObjectKind | UnionKind):
             changed[slot.name] = _reordered(item, orders)
-        elif isinstance(slot.kind, Many):
+        elif isinstance(slot.kind, ListKind):
             changed[slot.name] = tuple(_reordered(one, orders) for one in item)
             if slot.name in orders:
                 changed[slot.name] = tuple(changed[slot.name][index] for index in orders[slot.name])
@@ -77,7 +86,7 @@ def _reordered(node: Any, orders: dict[str, list[int]]) -> Any:
 
 def _sites(node: Any, path: str, rebuild: Callable[[Any], Any]) -> Iterator[Site]:
     """Every field that has one: path, kind, what it holds, and the whole with something else in its place."""
-    for slot in slots(type(node)):
+    for slot in plan_fields(type(node)):
         item = getattr(node, slot.name)
         where = f"{path}.{slot.name}" if path else slot.name
 
@@ -95,14 +104,14 @@ def _sites(node: Any, path: str, rebuild: Callable[[Any], Any]) -> Iterator[Site
             continue
         if isinstance(node, Mimic) and slot.name == "joint":
             continue
-        if isinstance(slot.kind, Many):
+        if isinstance(slot.kind, ListKind):
             for index, one in enumerate(item):
 
                 def put_item(new: Any, index: int = index, item: Any = item, put: Any = put) -> Any:
                     return put((*item[:index], new, *item[index + 1 :]))
 
                 yield from _sites(one, f"{where}[{index}]", put_item)
-        elif isinstance(slot.kind, Node | OneOf):
+        elif isinstance(slot.kind, ObjectKind | UnionKind):
             yield from _sites(item, where, put)
         elif not isinstance(slot.kind, Quantity) or (slot.kind.table is None and slot.name != "pick"):
             yield where, slot.kind, item, put
@@ -116,11 +125,11 @@ def _other(kind: Any, item: Any, data: st.DataObject) -> Any:
             rows = item.data.copy()
             rows[row] = ~rows[row] if rows.dtype == np.bool_ else rows[row] * 0.5 + 1
             return Value(rows) if item.recipe is None else recalled(rows, item.recipe)
-        case Choice():
+        case ChoiceKind():
             return next(option for option in kind.options if option != item)
-        case Numbers():
+        case VectorKind():
             return (item[0] * 0.5 + 1, *item[1:])
-        case Plain():
+        case ScalarKind():
             return not item if kind.type is bool else item + "x" if kind.type is str else item * 2 + 1
         case _:
             return None
@@ -135,17 +144,17 @@ def test_a_change_of_one_field_is_told_as_that_field(plan: ScenePlan, data: st.D
         new = _other(kind, item, data)
         if new is None or new == item:
             continue
-        found = differences(plan, put(new))
+        found = diff_plans(plan, put(new))
         assert 1 <= len(found) <= (2 if isinstance(kind, Quantity) and kind.pose else 1)
         # An axis has nothing but its limits.
         field = "" if re.search(r"limits\[\d+\]\.limits$", path) else path.rpartition(".")[2]
         for one in found:
             assert one.kind == "changed"
-            assert one.path.removesuffix(".p").removesuffix(".q").endswith(NAMES.get(field, field))
+            assert one.path.removesuffix(".p").removesuffix(".q").endswith(SPEC_FIELD_NAMES.get(field, field))
             assert not {"structures", "geometry", "lens", "recipe"} & set(re.split(r"[.\[]", one.path))
             assert one.a != one.b
             assert (one.scene_count is None) == (not isinstance(kind, Quantity))
-        back = differences(put(new), plan)
+        back = diff_plans(put(new), plan)
         assert [(one.path, one.a, one.b) for one in back] == [(one.path, one.b, one.a) for one in found]
 
 
@@ -163,13 +172,13 @@ def test_entities_come_and_go_and_move() -> None:
     plan = two()
     ball, box = plan.entities
     extra = entity("extra", pose(0, 0, 3), solid(Sphere(constant(0.2)), body_type="static"), (1,))
-    assert differences(plan, dataclasses.replace(plan, entities=(extra, ball, box))) == [
+    assert diff_plans(plan, dataclasses.replace(plan, entities=(extra, ball, box))) == [
         Difference("added", "entities", "extra", "", None, "static in scene 1")
     ]
-    assert differences(plan, dataclasses.replace(plan, entities=(box,))) == [
+    assert diff_plans(plan, dataclasses.replace(plan, entities=(box,))) == [
         Difference("removed", "entities", "ball", "", "dynamic in every scene", None)
     ]
-    (moved,) = differences(plan, dataclasses.replace(plan, entities=(box, ball)))
+    (moved,) = diff_plans(plan, dataclasses.replace(plan, entities=(box, ball)))
     assert (moved.kind, moved.name) == ("moved", "box") or (moved.kind, moved.name) == ("moved", "ball")
 
 
@@ -177,7 +186,7 @@ def test_a_structure_more_is_told_in_a_few_words() -> None:
     plan = two()
     ball, box = plan.entities
     more = dataclasses.replace(ball, structures=(*ball.structures, *box.structures), pick=indices(0, 1))
-    found = differences(plan, dataclasses.replace(plan, entities=(more, box)))
+    found = diff_plans(plan, dataclasses.replace(plan, entities=(more, box)))
     assert ("added", "variants[1]", None, 'body_type "dynamic", collisions 1, visuals 0') in [
         (one.kind, one.path, one.a, one.b) for one in found
     ]
@@ -187,7 +196,7 @@ def test_only_what_must_move_is_told_to_have_moved() -> None:
     many = tuple(entity(f"e{i}", pose(0, 0, i), solid(Sphere(constant(0.1)))) for i in range(6))
     plan = dataclasses.replace(two(), entities=many)
     last_first = dataclasses.replace(plan, entities=(many[5], *many[:5]))
-    assert [(one.kind, one.name, one.a, one.b) for one in differences(plan, last_first)] == [
+    assert [(one.kind, one.name, one.a, one.b) for one in diff_plans(plan, last_first)] == [
         ("moved", "e5", "number 6", "number 1")
     ]
 
@@ -203,11 +212,11 @@ def with_shapes(*sizes: float) -> ScenePlan:
 
 def test_a_shape_put_in_between_is_one_difference() -> None:
     base = "collisions"
-    assert differences(with_shapes(1, 2, 3), with_shapes(1, 9, 2, 3)) == [
+    assert diff_plans(with_shapes(1, 2, 3), with_shapes(1, 9, 2, 3)) == [
         Difference("added", "entities", "ball", f"{base}[1]", None, "type sphere")
     ]
-    assert [one.path for one in differences(with_shapes(1, 2, 3), with_shapes(2, 3))] == [f"{base}[0]"]
-    assert [(one.kind, one.path) for one in differences(with_shapes(1, 2, 3), with_shapes(5, 2, 3, 4))] == [
+    assert [one.path for one in diff_plans(with_shapes(1, 2, 3), with_shapes(2, 3))] == [f"{base}[0]"]
+    assert [(one.kind, one.path) for one in diff_plans(with_shapes(1, 2, 3), with_shapes(5, 2, 3, 4))] == [
         ("changed", f"{base}[0].radius"),
         ("added", f"{base}[3]"),
     ]
@@ -219,13 +228,13 @@ def test_values_are_told_by_their_range_and_the_scenes_that_differ() -> None:
         ball = Entity("ball", tuple(range(len(heights))), rows, (solid(Sphere(constant(0.1))),))
         return dataclasses.replace(two(), num_scenes=len(heights), entities=(ball,))
 
-    (one,) = differences(at(1, 2, 3, 4, 5, 6), at(1, 2, 3, 4, 5, 7))
+    (one,) = diff_plans(at(1, 2, 3, 4, 5, 6), at(1, 2, 3, 4, 5, 7))
     assert one == Difference(
         "changed", "entities", "ball", "pose.p", "[0, 0, 6]", "[0, 0, 7]", 1,
     )  # fmt: skip
-    (one,) = differences(at(1, 1), at(2, 2))
+    (one,) = diff_plans(at(1, 1), at(2, 2))
     assert (one.a, one.b, one.scene_count) == ("[0, 0, 1]", "[0, 0, 2]", 2)
-    (one,) = differences(at(1, 2, 3, 4, 5, 6), at(2, 3, 4, 5, 6, 7))
+    (one,) = diff_plans(at(1, 2, 3, 4, 5, 6), at(2, 3, 4, 5, 6, 7))
     assert (one.a, one.b, one.scene_count) == ("[0, 0, 1 … 6]", "[0, 0, 2 … 7]", 6)
 
 
@@ -234,9 +243,9 @@ def test_numbers_have_the_digits_that_tell_them_apart() -> None:
         rows = per_scene([[0, 0, height, 1, 0, 0, 0] for height in heights])
         return dataclasses.replace(two(), entities=(entity("ball", rows, solid(Sphere(constant(0.1)))),))
 
-    (one,) = differences(at(1 / 3, 2), at(1 / 3 + 1e-7, 2))
+    (one,) = diff_plans(at(1 / 3, 2), at(1 / 3 + 1e-7, 2))
     assert (one.a, one.b, one.scene_count) == ("[0, 0, 0.33333333]", "[0, 0, 0.33333343]", 1)
-    (one,) = differences(at(1, 2), at(2, 1))
+    (one,) = diff_plans(at(1, 2), at(2, 1))
     assert (one.a, one.b) == ("[0, 0, 1] | [0, 0, 2]", "[0, 0, 2] | [0, 0, 1]")
 
 
@@ -251,9 +260,9 @@ def test_rows_are_compared_scene_by_scene() -> None:
             physical_materials=(frictions,),
         )
 
-    paths = [one.path for one in differences(ball((0, 1), 1, 2), ball((1, 2), 2, 3))]
+    paths = [one.path for one in diff_plans(ball((0, 1), 1, 2), ball((1, 2), 2, 3))]
     assert paths == ["scene_idxs"]
-    found = differences(ball((0, 1), 1, 2), ball((1, 2), 1, 2))
+    found = diff_plans(ball((0, 1), 1, 2), ball((1, 2), 1, 2))
     assert [(one.path, one.scene_count) for one in found] == [
         ("scene_idxs", None),
         ("collisions[0].radius", 1),
@@ -266,7 +275,7 @@ def test_entities_that_share_no_scene_differ_in_their_scenes_alone() -> None:
         body = solid(Sphere(constant(0.1 + scene)), **more)
         return dataclasses.replace(two(), entities=(entity("ball", pose(0, 0, 1), body, (scene,)),))
 
-    found = differences(ball(0), ball(1, mass=constant(1)))
+    found = diff_plans(ball(0), ball(1, mass=constant(1)))
     assert [(one.path, one.a, one.b) for one in found] == [("scene_idxs", "scene 0", "scene 1")]
 
 
@@ -275,7 +284,7 @@ def test_more_scenes_are_one_difference_for_what_is_in_all_of_them() -> None:
         ball = Entity("ball", tuple(range(count)), pose(0, 0, 1), (solid(Sphere(constant(0.1))),))
         return dataclasses.replace(two(), num_scenes=count, entities=(ball,))
 
-    assert [one.path for one in differences(plan(2), plan(4))] == ["num_scenes"]
+    assert [one.path for one in diff_plans(plan(2), plan(4))] == ["num_scenes"]
 
 
 def test_materials_are_told_by_what_they_hold() -> None:
@@ -290,14 +299,14 @@ def test_materials_are_told_by_what_they_hold() -> None:
         )
 
     red, blue = (1.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 1.0)
-    assert differences(plan(0.5, red), plan(0.6, blue)) == [
+    assert diff_plans(plan(0.5, red), plan(0.6, blue)) == [
         Difference("changed", "entities", "ball", "collisions[0].material.static_friction", "0.5", "0.6", 2),
         Difference(
             "changed", "entities", "ball", "visuals[0].material.base_color",
             "#ff0000", "#0000ff", 2,
         ),
     ]  # fmt: skip
-    (one,) = differences(plan(0.5, red), plan(0.5, None))
+    (one,) = diff_plans(plan(0.5, red), plan(0.5, None))
     assert (one.path, one.a, one.b) == ("visuals[0].material", "base_color #ff0000", None)
 
 
@@ -316,24 +325,24 @@ def standing(height: Any) -> Posed:
 
 
 def test_what_a_reset_draws_otherwise_is_a_difference_at_reset() -> None:
-    (one,) = differences(drawn(standing(evenly(1))), drawn(standing(evenly(2))))
+    (one,) = diff_plans(drawn(standing(evenly(1))), drawn(standing(evenly(2))))
     assert (one.path, one.a, one.b) == ("pose.p", "[0, 0, 0 … 1] at reset", "[0, 0, 0 … 2] at reset")
     assert one.scene_count == 2
     other = dataclasses.replace(evenly(1), key=Key("draws", "v", ""))
-    (one,) = differences(drawn(standing(evenly(1))), drawn(standing(other)))
+    (one,) = diff_plans(drawn(standing(evenly(1))), drawn(standing(other)))
     assert (one.a, one.b) == ("[0, 0, 0 … 1] at reset", "[0, 0, 0 … 1] at reset, drawn otherwise")
 
 
 def test_recipes_are_the_same_by_what_they_give() -> None:
     inline, shared = drawn(standing(evenly(1))), drawn(standing(Shared("u")), draws=(("u", evenly(1)),))
-    assert differences(inline, shared) == differences(shared, inline) == []
+    assert diff_plans(inline, shared) == diff_plans(shared, inline) == []
     unused = dataclasses.replace(inline, draws=(("v", evenly(9)),))
-    assert differences(inline, unused) == []
-    (one,) = differences(shared, dataclasses.replace(shared, draws=(("u", evenly(3)),)))
+    assert diff_plans(inline, unused) == []
+    (one,) = diff_plans(shared, dataclasses.replace(shared, draws=(("u", evenly(3)),)))
     assert (one.section, one.path) == ("entities", "pose.p")
 
 
 def test_what_seldom_differs_after_a_reset_is_seen() -> None:
     often = Chosen((1, 2), (0.97, 0.03), Key("entities", "ball", "pose.p"))
-    (one,) = differences(drawn(standing(1)), drawn(standing(often)))
+    (one,) = diff_plans(drawn(standing(1)), drawn(standing(often)))
     assert one.b == "[0, 0, 1] | [0, 0, 2] at reset"

@@ -25,7 +25,6 @@ from scenecc.plan import (
     Joint,
     Light,
     Link,
-    Mount,
     Perspective,
     Physics,
     PointLight,
@@ -39,7 +38,8 @@ from scenecc.plan import (
     per_scene,
     recalled,
 )
-from scenecc.plan.compare import Difference, differences
+from scenecc.plan.body import Mount
+from scenecc.plan.diff import Difference, diff_plans
 from scenecc.variation.nodes import Drawn, Key
 
 ARM = arm(ids=constant([1, 1, 0, 0], np.int64), start=literal(0.3))
@@ -67,8 +67,8 @@ def with_joint(number: int, **changed: Any) -> ArticulationStructure:
 
 
 def told(structure: ArticulationStructure) -> list[tuple[Any, ...]]:
-    found = differences(of(robot()), of(robot(structure)))
-    back = differences(of(robot(structure)), of(robot()))
+    found = diff_plans(of(robot()), of(robot(structure)))
+    back = diff_plans(of(robot(structure)), of(robot()))
     assert {(one.path, one.a, one.b) for one in found} == {(one.path, one.b, one.a) for one in back}
     return [(one.kind, one.path, one.a, one.b) for one in found]
 
@@ -114,7 +114,7 @@ def test_links_in_another_order_are_told() -> None:
             *(dataclasses.replace(link, parent=3 if link.parent == 2 else link.parent) for link in rest),
         ),
     )
-    (one,) = differences(of(robot()), of(robot(other)))
+    (one,) = diff_plans(of(robot()), of(robot(other)))
     assert (one.kind, one.path, one.a, one.b) == ("moved", "links.camera", "number 4", "number 2")
 
 
@@ -132,16 +132,16 @@ def test_what_a_reset_draws_of_a_joint_is_told() -> None:
         node = Drawn("uniform", (0, high), (), Key("entities", "robot", "qpos"))
         return with_joint(1, qpos=recalled(np.array([0.3]), node))
 
-    (one,) = differences(of(robot(drawn(1))), of(robot(drawn(2))))
+    (one,) = diff_plans(of(robot(drawn(1))), of(robot(drawn(2))))
     assert (one.path, one.a, one.b) == ("links.upper.joint.qpos", "0 … 1 at reset", "0 … 2 at reset")
 
 
 def test_a_body_that_becomes_an_articulation_is_told_in_a_word() -> None:
     ball = entity("robot", pose(0, 0, 0), solid(Sphere(constant(0.1))))
-    assert [(one.path, one.a, one.b) for one in differences(of(ball), of(robot()))] == [
+    assert [(one.path, one.a, one.b) for one in diff_plans(of(ball), of(robot()))] == [
         ("type", "dynamic", "articulation")
     ]
-    (one,) = differences(of(), of(robot()))
+    (one,) = diff_plans(of(), of(robot()))
     assert (one.kind, one.b) == ("added", "articulation in every scene")
 
 
@@ -154,7 +154,7 @@ def test_shapes_of_a_tree_are_where_they_were_written(keys: tuple[str, int]) -> 
         seen = (VisualShape(box, origin=origin),) if keys[0] == "shapes" else ()
         return of(robot(with_link(1, body=linked(*shapes, visuals=seen))))
 
-    found = [one.path for one in differences(plan(1), plan(2))]
+    found = [one.path for one in diff_plans(plan(1), plan(2))]
     assert found == [f"links.upper.{keys[0]}[1].half_size"]
 
 
@@ -178,7 +178,7 @@ def scene(**more: Any) -> ScenePlan:
 
 
 def changes(**more: Any) -> list[Difference]:
-    return differences(scene(), scene(**more))
+    return diff_plans(scene(), scene(**more))
 
 
 def test_what_holds_on_to_entities_is_told_in_its_section() -> None:
@@ -222,10 +222,10 @@ def test_surroundings_are_compared_in_the_scenes_that_both_have() -> None:
         light = per_scene([[row, 0, 0] for row in rows])
         return dataclasses.replace(of(), num_scenes=count, environment=Environment(ambient_light=light))
 
-    assert [one.path for one in differences(plan(2, 0, 1), plan(3, 0, 1, 2))] == ["num_scenes"]
-    assert [one.path for one in differences(plan(2, 0, 1), plan(3, 0, 2, 2))] == ["num_scenes", "ambient_light"]
+    assert [one.path for one in diff_plans(plan(2, 0, 1), plan(3, 0, 1, 2))] == ["num_scenes"]
+    assert [one.path for one in diff_plans(plan(2, 0, 1), plan(3, 0, 2, 2))] == ["num_scenes", "ambient_light"]
 
 
 def test_the_sample_is_equal_to_itself_link_by_link() -> None:
     changed = dataclasses.replace(robots(), description="other")
-    assert [one.path for one in differences(robots(), changed)] == ["description"]
+    assert [one.path for one in diff_plans(robots(), changed)] == ["description"]

@@ -19,9 +19,9 @@ from scenecc import plan as plan_package
 from scenecc.diagnostics import Origin, Sink
 from scenecc.diagnostics.codes import CODES
 from scenecc.plan import AssetFile, Entity, Physics, ScenePlan, Sphere, constant, per_scene
-from scenecc.plan.fields import Many, Node, OneOf, slots
-from scenecc.plan.from_json import PlanLimits, plan_from_json
-from scenecc.plan.to_json import plan_to_json
+from scenecc.plan.json_reader import PlanLimits, plan_from_json
+from scenecc.plan.json_writer import plan_to_json
+from scenecc.plan.schema import ListKind, ObjectKind, UnionKind, plan_fields
 
 BASE = Path("/files")
 DATACLASSES: set[type] = {
@@ -68,14 +68,14 @@ def test_the_strategy_draws_every_field_of_every_dataclass() -> None:
             for item in node:
                 note(item)
         elif dataclasses.is_dataclass(node) and type(node) in DATACLASSES:
-            for slot in slots(type(node)):
+            for slot in plan_fields(type(node)):
                 item = getattr(node, slot.name)
                 if item is not None:
                     drawn.add((type(node).__name__, slot.name))
                     note(item)
 
-    wanted = {(cls.__name__, slot.name) for cls in DATACLASSES for slot in slots(cls)}
-    enough = settings(max_examples=1000, phases=[Phase.generate], derandomize=True, database=None)
+    wanted = {(cls.__name__, slot.name) for cls in DATACLASSES for slot in plan_fields(cls)}
+    enough = settings(max_examples=2000, phases=[Phase.generate], derandomize=True, database=None)
     find_example(plans(full=True), lambda plan: note(plan) or wanted <= drawn, settings=enough)
     assert drawn == wanted
 
@@ -84,16 +84,16 @@ def test_every_dataclass_of_the_plan_is_reached_from_the_top() -> None:
     reached: set[type] = set()
 
     def visit(kind: Any) -> None:
-        if isinstance(kind, Many):
+        if isinstance(kind, ListKind):
             visit(kind.item)
-        classes = (kind.cls,) if isinstance(kind, Node) else ()
-        for cls in (*classes, *(cls for _, cls in kind.by_type)) if isinstance(kind, OneOf) else classes:
+        classes = (kind.cls,) if isinstance(kind, ObjectKind) else ()
+        for cls in (*classes, *(cls for _, cls in kind.by_type)) if isinstance(kind, UnionKind) else classes:
             if cls not in reached:
                 reached.add(cls)
-                for slot in slots(cls):
+                for slot in plan_fields(cls):
                     visit(slot.kind)
 
-    visit(Node(ScenePlan))
+    visit(ObjectKind(ScenePlan))
     assert reached == DATACLASSES
 
 
@@ -102,7 +102,7 @@ def test_what_is_outside_a_plans_identity_is_not_written() -> None:
         (cls.__name__, item.name)
         for cls in DATACLASSES
         for item in dataclasses.fields(cls)
-        if item.name not in {slot.name for slot in slots(cls)}
+        if item.name not in {slot.name for slot in plan_fields(cls)}
     }
     assert {name for _, name in left_out} == {"origin", "limits_origin", "path", "state"}
 
@@ -412,9 +412,9 @@ def test_ten_thousand_entities_share_their_scenes() -> None:
 
 
 def test_the_bounds_are_those_of_the_language() -> None:
-    from scenecc.plan import bounds, fields
+    from scenecc.plan import properties, schema
     from scenecc.spec import physics, scalars
 
-    assert (bounds.LARGEST, bounds.SMALLEST) == (scalars.LARGEST, scalars.SMALLEST)
-    assert fields.BOUNDS["cpu_workers"].high == physics.THREADS
-    assert fields.BOUNDS["num_threads_for_construction"].high == physics.THREADS
+    assert (properties.FLOAT32_MAX, properties.FLOAT32_MIN) == (scalars.LARGEST, scalars.SMALLEST)
+    assert schema.SCALAR_BOUNDS["cpu_workers"].high == physics.THREADS
+    assert schema.SCALAR_BOUNDS["num_threads_for_construction"].high == physics.THREADS

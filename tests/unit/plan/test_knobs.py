@@ -7,8 +7,8 @@ import dataclasses
 import pytest
 
 from scenecc.plan import BodyStructure, CollisionShape
-from scenecc.plan.fields import Quantity, slots
-from scenecc.plan.knobs import KNOBS, Knob, fields_of
+from scenecc.plan.properties import PROPERTIES, Property, property_fields
+from scenecc.plan.schema import Quantity, plan_fields
 
 
 @pytest.mark.parametrize(
@@ -19,13 +19,15 @@ from scenecc.plan.knobs import KNOBS, Knob, fields_of
     ],
 )
 def test_each_value_of_a_body_and_a_shape_is_a_row(cls: type, parts: tuple[str, ...], others: set[str]) -> None:
-    values = {slot.name for slot in slots(cls) if isinstance(slot.kind, Quantity)}
-    assert values == set(fields_of(*parts)) | others  # pyright: ignore[reportArgumentType]
+    values = {slot.name for slot in plan_fields(cls) if isinstance(slot.kind, Quantity)}
+    assert values == set(property_fields(*parts)) | others  # pyright: ignore[reportArgumentType]
 
 
-@pytest.mark.parametrize("knob", KNOBS, ids=lambda knob: knob.field)
-def test_what_is_untouched_is_a_row_of_its_kind(knob: Knob) -> None:
-    kind = next(slot.kind for cls in (BodyStructure, CollisionShape) for slot in slots(cls) if slot.name == knob.field)
+@pytest.mark.parametrize("knob", PROPERTIES, ids=lambda knob: knob.field)
+def test_what_is_untouched_is_a_row_of_its_kind(knob: Property) -> None:
+    kind = next(
+        slot.kind for cls in (BodyStructure, CollisionShape) for slot in plan_fields(cls) if slot.name == knob.field
+    )
     assert isinstance(kind, Quantity)
     assert (kind.shape, kind.bounds, kind.reset) == (knob.shape, knob.bounds, knob.reset)
     if knob.untouched is not None:
@@ -35,5 +37,5 @@ def test_what_is_untouched_is_a_row_of_its_kind(knob: Knob) -> None:
 
 
 def test_fields_are_told_once() -> None:
-    assert len({knob.field for knob in KNOBS}) == len({knob.key for knob in KNOBS}) == len(KNOBS)
-    assert {field.name for field in dataclasses.fields(CollisionShape)} >= set(fields_of("shape"))
+    assert len({knob.field for knob in PROPERTIES}) == len({knob.key for knob in PROPERTIES}) == len(PROPERTIES)
+    assert {field.name for field in dataclasses.fields(CollisionShape)} >= set(property_fields("shape"))

@@ -27,7 +27,6 @@ from scenecc.plan import (
     Light,
     Link,
     Mimic,
-    Mount,
     Perspective,
     PhysicalMaterial,
     Physics,
@@ -38,8 +37,9 @@ from scenecc.plan import (
     literal,
     per_scene,
 )
-from scenecc.plan.from_json import PlanLimits, plan_from_json
-from scenecc.plan.to_json import plan_to_json
+from scenecc.plan.body import Mount
+from scenecc.plan.json_reader import PlanLimits, plan_from_json
+from scenecc.plan.json_writer import plan_to_json
 
 INF = float("inf")
 HERE = constant([0, 0, 0, 1, 0, 0, 0])

@@ -11,9 +11,9 @@ from plugins.sample_plans import ROOT, SAMPLES
 
 from scenecc.diagnostics import Sink
 from scenecc.plan import ScenePlan
-from scenecc.plan.decode_recipe import DEEPEST
-from scenecc.plan.from_json import plan_from_json
-from scenecc.plan.to_json import plan_to_json
+from scenecc.plan.json_reader import plan_from_json
+from scenecc.plan.json_writer import plan_to_json
+from scenecc.plan.recipes import MAX_RECIPE_DEPTH
 
 KEY = {"section": "entities", "name": "crate", "path": "pose.p"}
 POSE: dict[str, Any] = {"type": "const", "data": [0, 0, 0, 1, 0, 0, 0]}
@@ -87,7 +87,7 @@ def nested(depth: int) -> Any:
         (posed(drawn(shape=[0])), "SC705", "p.shape"),
         (posed(drawn(shape=[10**9])), "SC705", "p.shape"),
         (posed(drawn(low=[0, 0])), "SC706", ""),
-        (posed(drawn(clip=[0])), "SC706", "p.clip"),
+        (posed(drawn(kind="normal", clip=[0])), "SC706", "p.clip"),
         (posed({"type": "shared", "name": "nobody"}), "SC708", "p.name"),
         (posed({"type": "shared", "name": "u"}), "SC706", ""),
         (posed([computed("${")] * 3), "SC705", "p[0].template.text"),
@@ -96,7 +96,7 @@ def nested(depth: int) -> Any:
         (posed([{**computed("${x}"), "reads": [["x"]]}] * 3), "SC705", "p[0].reads"),
         (posed([{**computed("${x}"), "reads": [["x", "nobody"]]}] * 3), "SC708", "p[0].template"),
         (posed([computed("${a}", constants=[1])] * 3), "SC705", "p[0].template.constants"),
-        (posed(nested(DEEPEST)), "SC712", None),
+        (posed(nested(MAX_RECIPE_DEPTH)), "SC712", None),
     ],
 )
 def test_each_fault_is_told_at_its_place(recipe: Any, code: str, where: str | None) -> None:
@@ -114,10 +114,10 @@ def test_each_fault_is_told_at_its_place(recipe: Any, code: str, where: str | No
     "recipe",
     [
         POSE,
-        posed(drawn(low=[0, 0, 0], clip=[-1, [1, 1, 1]])),
+        posed(drawn(kind="normal", low=[0, 0, 0], clip=[-1, [1, 1, 1]])),
         posed([computed("${u + k}", constants={"k": 0.5}), computed("${scene / num_scenes}"), 0]),
         posed([{**computed("${x}"), "reads": [["x", "u"]]}, 0, 0], {"type": "random_rotated", "key": KEY}),
-        posed(nested(DEEPEST // 2 - 2)),
+        posed(nested(MAX_RECIPE_DEPTH // 2 - 2)),
     ],
 )
 def test_what_is_right_is_read_and_written_alike(recipe: Any) -> None:
@@ -173,7 +173,7 @@ def test_many_shared_draws_of_one_another_are_read_in_no_time() -> None:
 
 def test_a_stack_of_stacks_is_read_in_no_time() -> None:
     item: Any = 1.0
-    for _ in range(DEEPEST // 2 - 3):
+    for _ in range(MAX_RECIPE_DEPTH // 2 - 3):
         item = {"type": "stacked", "items": [item]}
     _, found = read(with_recipe(item))
     assert found == [("SC706", "entities[1].pose.recipe")]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from scenecc.plan import ArticulationStructure, BodyStructure, Joint, Link, Mimic, constant
-from scenecc.plan.tendons import Pull, pull, tendon_coefficients, tendon_links
+from scenecc.plan.tendons import TendonPull, tendon_coefficients, tendon_links, tendon_pull
 
 
 def tree(*links: tuple[str, int | None, str]) -> ArticulationStructure:
@@ -50,12 +50,12 @@ def test_a_tendon_hangs_on_the_nearest_link_above_both(joint: str, source: str, 
 
 def test_what_lies_between_has_no_part_in_the_length() -> None:
     links = tendon_links(ROBOT, mimic("a2", "b"))
-    assert tendon_coefficients(ROBOT, mimic("a2", "b"), links, Pull(-0.5, 1.0, 0.1)) == [0, -0.5, 0, 0, 1]
+    assert tendon_coefficients(ROBOT, mimic("a2", "b"), links, TendonPull(-0.5, 1.0, 0.1)) == [0, -0.5, 0, 0, 1]
 
 
 @pytest.mark.parametrize(("multiplier", "offset"), [(0.5, 0.1), (-1.0, 0.3), (1.0, 0.0), (-4.0, 0.2), (3.0, -0.6)])
 def test_the_length_at_rest_is_the_mimic_and_no_coefficient_is_above_one(multiplier: float, offset: float) -> None:
-    found = pull(multiplier, offset)
+    found = tendon_pull(multiplier, offset)
     for source in (-0.7, 0.0, 0.4):
         joint = multiplier * source + offset
         assert found.source * source + found.joint * joint == pytest.approx(found.rest_length)

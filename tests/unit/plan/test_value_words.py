@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from scenecc.plan.value_words import color_words, support_words
+from scenecc.plan.display import format_color, format_value_bounds
 from scenecc.variation.bounds import UNKNOWN, ValueBounds
 
 
@@ -24,18 +24,18 @@ from scenecc.variation.bounds import UNKNOWN, ValueBounds
     ],
 )
 def test_alternatives_are_listed_while_they_are_few(alternatives: Any, words: str) -> None:
-    assert support_words(ValueBounds.of(alternatives)) == words
+    assert format_value_bounds(ValueBounds.of(alternatives)) == words
 
 
 def test_bounds_stand_around_dots() -> None:
-    assert support_words(ValueBounds(None, 0.1, 0.5, True)) == "0.1 … 0.5"
-    assert support_words(ValueBounds(None, (0, 0, 1), (1, 2, 1), True)) == "[0 … 1, 0 … 2, 1]"
-    assert support_words(ValueBounds(None, (0, 0), (1, 1), True)) == "0 … 1 each"
-    assert support_words(UNKNOWN) == "by an expression"
+    assert format_value_bounds(ValueBounds(None, 0.1, 0.5, True)) == "0.1 … 0.5"
+    assert format_value_bounds(ValueBounds(None, (0, 0, 1), (1, 2, 1), True)) == "[0 … 1, 0 … 2, 1]"
+    assert format_value_bounds(ValueBounds(None, (0, 0), (1, 1), True)) == "0 … 1 each"
+    assert format_value_bounds(UNKNOWN) == "by an expression"
 
 
 def test_a_colour_of_255_parts_is_written_as_in_files() -> None:
-    assert color_words((208 / 255, 0, 1, 1)) == "#d000ff"
-    assert color_words((0, 0, 0, 128 / 255)) == "#00000080"
-    assert color_words((0.5, 0, 0, 1)) == "[0.5, 0, 0, 1]"
-    assert color_words((4, 0, 0, 1)) == "[4, 0, 0, 1]"
+    assert format_color((208 / 255, 0, 1, 1)) == "#d000ff"
+    assert format_color((0, 0, 0, 128 / 255)) == "#00000080"
+    assert format_color((0.5, 0, 0, 1)) == "[0.5, 0, 0, 1]"
+    assert format_color((4, 0, 0, 1)) == "[4, 0, 0, 1]"

@@ -9,7 +9,7 @@ import pytest
 
 import scenecc
 from scenecc.plan import ArticulationStructure, Intrinsic, Perspective
-from scenecc.plan.pictured import resized, seen_by
+from scenecc.plan.rendering import resize_camera, restrict_to_camera
 from scenecc.render import render
 
 CUBE = {"shapes": [{"type": "box", "half_size": [0.1, 0.1, 0.1]}], "shading_mode": 1, "visibility": 0.5}
@@ -77,14 +77,14 @@ def test_a_renderer_that_fails_is_the_machines_fault(monkeypatch: pytest.MonkeyP
 def test_a_plan_for_a_camera_has_it_alone() -> None:
     plan = scenecc.compile_scene(SCENE)
     wide, _ = plan.cameras
-    assert seen_by(plan, wide, collision=False).cameras == (wide,)
-    assert seen_by(plan, None, collision=False).cameras == ()
-    assert seen_by(plan, None, collision=False).entities == plan.entities
+    assert restrict_to_camera(plan, wide, collision=False).cameras == (wide,)
+    assert restrict_to_camera(plan, None, collision=False).cameras == ()
+    assert restrict_to_camera(plan, None, collision=False).entities == plan.entities
 
 
 def test_a_plan_for_what_collides_has_nothing_that_is_seen() -> None:
     plan = scenecc.compile_scene(SCENE)
-    bare = seen_by(plan, None, collision=True)
+    bare = restrict_to_camera(plan, None, collision=True)
     for before, after in zip(plan.entities, bare.entities, strict=True):
         assert [body.collisions for body in after.bodies] == [body.collisions for body in before.bodies]
         for body in after.bodies:
@@ -94,11 +94,11 @@ def test_a_plan_for_what_collides_has_nothing_that_is_seen() -> None:
 
 def test_a_camera_of_another_size_keeps_its_angle_and_scales_its_matrix() -> None:
     wide, matrix = scenecc.compile_scene(SCENE).cameras
-    larger = resized(wide, 640, 100)
+    larger = resize_camera(wide, 640, 100)
     assert (larger.width, larger.height, larger.lens) == (640, 100, wide.lens)
     assert isinstance(larger.lens, Perspective)
-    lens = resized(matrix, 200, 240).lens
+    lens = resize_camera(matrix, 200, 240).lens
     assert isinstance(lens, Intrinsic)
     found = [np.asarray(value.data).tolist() for value in (lens.fx, lens.fy, lens.cx, lens.cy, lens.skew)]
     assert found == [[200.0], [330.0], [100.0], [90.0, 120.0], [2.0]]
-    assert resized(matrix, 100, 80) == matrix
+    assert resize_camera(matrix, 100, 80) == matrix

@@ -9,7 +9,7 @@ import pytest
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.codes import CODES
 from scenecc.robots.urdf import read_urdf
-from scenecc.source.paths import AssetScope, Resolved
+from scenecc.source.paths import AssetScope, ResolvedFile
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -27,7 +27,7 @@ def test_the_file_gives_its_code(row: Code, tmp_path: Path) -> None:
         (tmp_path / name).write_text(content)
     sink = Sink()
     path = tmp_path / "robot.urdf"
-    description = read_urdf(Resolved(path, path.name), scope=AssetScope(tmp_path), sink=sink)
+    description = read_urdf(ResolvedFile(path, path.name), scope=AssetScope(tmp_path), sink=sink)
     assert [(found.code, found.severity) for found in sink.diagnostics()] == [(row.code, row.severity)]
     assert (description is None) == (row.severity == "error")
 

@@ -10,8 +10,7 @@ import pytest
 from scenecc.diagnostics import Location, Sink
 from scenecc.robots.files import RobotFiles
 from scenecc.robots.findings import Findings
-from scenecc.source.paths import AssetScope, Resolved, resolve
-from scenecc.source.uris import Refusal
+from scenecc.source.paths import AssetScope, Refusal, ResolvedFile, resolve_path
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -41,8 +40,8 @@ class Finder:
     def __init__(self, tree: Path, uri: str = "robots/arm/robot.urdf", package: Callable[..., object] | None = None):
         self.tree = tree
         self.scope = AssetScope(tree / "scene", (tree / "scene" / "robots",))
-        owner = resolve(uri, base=tree / "scene", scope=self.scope)
-        assert isinstance(owner, Resolved)
+        owner = resolve_path(uri, base=tree / "scene", scope=self.scope)
+        assert isinstance(owner, ResolvedFile)
         self.files = RobotFiles(owner, self.scope, package)  # type: ignore[arg-type]
 
     def find(self, reference: str) -> tuple[str, str]:
@@ -96,8 +95,8 @@ def test_a_ros_package_is_looked_for_upwards_and_no_further_than_the_scene(tree:
 
 
 def test_the_folder_that_the_scene_gives_comes_first(tree: Path) -> None:
-    def in_packs(inner: str) -> Resolved | Refusal:
-        return resolve(f"packs/{inner}", base=tree / "scene", scope=finder.scope)
+    def in_packs(inner: str) -> ResolvedFile | Refusal:
+        return resolve_path(f"packs/{inner}", base=tree / "scene", scope=finder.scope)
 
     finder = Finder(tree, package=in_packs)
     assert finder.find("package://pack/mesh.obj")[1] == "scene/packs/pack/mesh.obj"

@@ -10,7 +10,7 @@ from scenecc.diagnostics import Diagnostic, Origin, Sink
 from scenecc.diagnostics.codes import CODES
 from scenecc.robots.description import MeshGeometry
 from scenecc.robots.mjcf import read_mjcf
-from scenecc.source.paths import AssetScope, Resolved
+from scenecc.source.paths import AssetScope, ResolvedFile
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -25,7 +25,7 @@ GEOM = '<geom size=".1"/>'
 def read(path: Path, root: Path | None = None) -> tuple[Description | None, list[Diagnostic]]:
     sink = Sink()
     scope = AssetScope(root or path.parent)
-    found = read_mjcf(Resolved(path, path.name), scope=scope, sink=sink, origin=SCENE)
+    found = read_mjcf(ResolvedFile(path, path.name), scope=scope, sink=sink, origin=SCENE)
     return found, sink.diagnostics()
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.robots.mjcf import read_mjcf
 from scenecc.source.limits import Limits
-from scenecc.source.paths import AssetScope, Resolved
+from scenecc.source.paths import AssetScope, ResolvedFile
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 def read(path: Path, limits: Limits | None = None) -> tuple[Description | None, list[Diagnostic]]:
     sink = Sink()
     scope = AssetScope(path.parent)
-    found = read_mjcf(Resolved(path, path.name), scope=scope, sink=sink, limits=limits or Limits())
+    found = read_mjcf(ResolvedFile(path, path.name), scope=scope, sink=sink, limits=limits or Limits())
     return found, sink.diagnostics()
 
 

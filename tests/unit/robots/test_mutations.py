@@ -11,7 +11,7 @@ from fidelity.urdf_cases import CASES
 
 from scenecc.diagnostics import Sink
 from scenecc.robots.urdf import read_urdf
-from scenecc.source.paths import AssetScope, Resolved
+from scenecc.source.paths import AssetScope, ResolvedFile
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -61,6 +61,6 @@ def test_a_mistake_gives_a_description_or_an_error(name: str, tmp_path: Path) ->
         if srdf is not None:
             (tmp_path / "robot.srdf").write_text(mistaken(srdf, generator), encoding="utf-8")
         sink = Sink()
-        description = read_urdf(Resolved(path, path.name), scope=AssetScope(tmp_path), sink=sink)
+        description = read_urdf(ResolvedFile(path, path.name), scope=AssetScope(tmp_path), sink=sink)
         assert (description is None) == sink.failed, text
         assert all(found.line is not None for found in sink.diagnostics())

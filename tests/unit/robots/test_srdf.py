@@ -9,7 +9,7 @@ import pytest
 from scenecc.diagnostics import Sink
 from scenecc.robots.srdf import MAX_PAIRS
 from scenecc.robots.urdf import read_urdf
-from scenecc.source.paths import AssetScope, Resolved
+from scenecc.source.paths import AssetScope, ResolvedFile
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -36,7 +36,7 @@ class Robot:
         (self.folder / name).write_text(pairs if pairs.startswith("<") else f'<robot name="r">{pairs}</robot>')
         sink = Sink()
         path = self.folder / "robot.urdf"
-        found = read_urdf(Resolved(path, path.name), scope=AssetScope(self.folder), sink=sink, **options)  # type: ignore[arg-type]
+        found = read_urdf(ResolvedFile(path, path.name), scope=AssetScope(self.folder), sink=sink, **options)  # type: ignore[arg-type]
         told = [f"{d.file}:{d.line}:{d.column} {d.code} {d.message}" for d in sink.diagnostics()]
         return None if found is None else [link.ignore_bits for link in found.robots[0].links], told
 
@@ -68,7 +68,7 @@ def test_the_sibling_is_read_unless_another_is_given_or_none(robot: Robot) -> No
     pairs = pair("l1", "l2")
     assert robot.read(pairs)[0] == [0, 1, 1, 0, 0]
     assert robot.read(pairs, srdf=None)[0] == [0, 0, 0, 0, 0]
-    other = Resolved(robot.folder / "other.srdf", "other.srdf")
+    other = ResolvedFile(robot.folder / "other.srdf", "other.srdf")
     assert robot.read(pair("l3", "l4"), "other.srdf", srdf=other)[0] == [0, 0, 0, 1, 1]
 
 

@@ -11,7 +11,7 @@ import pytest
 from scenecc.diagnostics import Diagnostic, Origin, Sink
 from scenecc.robots.description import DescribedRobot, Description, Look, MeshGeometry
 from scenecc.robots.urdf import MAX_LINKS, MAX_PARTS, read_urdf
-from scenecc.source.paths import AssetScope, Resolved
+from scenecc.source.paths import AssetScope, ResolvedFile
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -44,7 +44,7 @@ class Folder:
         sink = Sink()
         scope = AssetScope(self.path)
         origin = Origin("scene.yaml", ("entities", "arm", "urdf"))
-        found = read_urdf(Resolved(file, file.name), scope=scope, sink=sink, origin=origin, **options)  # type: ignore[arg-type]
+        found = read_urdf(ResolvedFile(file, file.name), scope=scope, sink=sink, origin=origin, **options)  # type: ignore[arg-type]
         return found, sink.diagnostics()
 
     def robots(self, content: str, **options: object) -> tuple[DescribedRobot, ...]:
@@ -436,5 +436,5 @@ def test_an_mjcf_is_told_from_a_urdf(folder: Folder, tmp_path: Path) -> None:
     file = tmp_path / "hand.xml"
     file.write_text("<mujoco/>")
     sink = Sink()
-    assert read_urdf(Resolved(file, file.name), scope=AssetScope(tmp_path), sink=sink) is None
+    assert read_urdf(ResolvedFile(file, file.name), scope=AssetScope(tmp_path), sink=sink) is None
     assert [d.code for d in sink.diagnostics()] == ["SC453"]

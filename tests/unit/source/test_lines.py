@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scenecc.diagnostics import Location
-from scenecc.source.lines import Lines
+from scenecc.source.text import TextLines
 
 TEXTS = st.text(st.sampled_from("ab \n\r\tü\U0001f600\x0b\u2028"), max_size=300)
 
@@ -15,7 +15,7 @@ TEXTS = st.text(st.sampled_from("ab \n\r\tü\U0001f600\x0b\u2028"), max_size=300
 @given(TEXTS, st.data())
 def test_a_position_leads_back_to_its_character(text: str, data: st.DataObject) -> None:
     offset = data.draw(st.integers(0, len(text)))
-    lines = Lines(None, text)
+    lines = TextLines(None, text)
     line, column = lines.position(offset)
     found = (lines.line(line) + "\n")[column]
     expected = text[offset] if offset < len(text) else "\n"
@@ -25,7 +25,7 @@ def test_a_position_leads_back_to_its_character(text: str, data: st.DataObject) 
 @given(TEXTS, st.lists(st.integers(0, 320), max_size=8))
 def test_lines_are_the_same_in_any_order_of_asking(text: str, asked: list[int]) -> None:
     parts = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    lines = Lines(None, text)
+    lines = TextLines(None, text)
     assert [lines.line(i) for i in asked] == [parts[i] if i < len(parts) else "" for i in asked]
     assert [lines.is_last(i) for i in asked] == [not "".join(parts[i + 1 :]).strip() for i in asked]
 
@@ -42,4 +42,4 @@ def test_lines_are_the_same_in_any_order_of_asking(text: str, asked: list[int]) 
     ],
 )
 def test_what_is_underlined(columns: tuple[int, int | None], expected: tuple[int, int]) -> None:
-    assert Lines("f", "x\nabcd \n").location(1, *columns) == Location("f", 2, *expected, "abcd ")
+    assert TextLines("f", "x\nabcd \n").location(1, *columns) == Location("f", 2, *expected, "abcd ")

@@ -11,8 +11,7 @@ from pathlib import Path
 import pytest
 
 from scenecc.diagnostics.codes import CODES
-from scenecc.source.paths import AssetScope, Resolved, asset_roots, resolve, resolve_named
-from scenecc.source.uris import Refusal
+from scenecc.source.paths import AssetScope, Refusal, ResolvedFile, asset_roots, resolve_asset_reference, resolve_path
 
 
 @pytest.fixture
@@ -29,14 +28,14 @@ def tree(tmp_path: Path) -> Path:
     return scene
 
 
-def refused(found: Resolved | Refusal) -> Refusal:
+def refused(found: ResolvedFile | Refusal) -> Refusal:
     assert isinstance(found, Refusal), found
     assert found.code in CODES
     return found
 
 
-def file_of(found: Resolved | Refusal) -> Resolved:
-    assert isinstance(found, Resolved), found
+def file_of(found: ResolvedFile | Refusal) -> ResolvedFile:
+    assert isinstance(found, ResolvedFile), found
     assert found.path.is_absolute()
     assert found.path.is_file()
     return found
@@ -44,23 +43,23 @@ def file_of(found: Resolved | Refusal) -> Resolved:
 
 def test_relative_to_the_naming_file(tree: Path) -> None:
     scope = AssetScope(root=tree)
-    assert file_of(resolve("meshes/Bowl.obj", base=tree, scope=scope)).uri == "meshes/Bowl.obj"
-    assert file_of(resolve("Bowl.obj", base=tree / "meshes", scope=scope)).uri == "meshes/Bowl.obj"
-    assert file_of(resolve("../Bowl.obj", base=tree / "meshes" / "textures", scope=scope)).uri == "meshes/Bowl.obj"
-    assert file_of(resolve(str(tree / "meshes" / "Bowl.obj"), base=tree, scope=scope)).uri == "meshes/Bowl.obj"
+    assert file_of(resolve_path("meshes/Bowl.obj", base=tree, scope=scope)).uri == "meshes/Bowl.obj"
+    assert file_of(resolve_path("Bowl.obj", base=tree / "meshes", scope=scope)).uri == "meshes/Bowl.obj"
+    assert file_of(resolve_path("../Bowl.obj", base=tree / "meshes" / "textures", scope=scope)).uri == "meshes/Bowl.obj"
+    assert file_of(resolve_path(str(tree / "meshes" / "Bowl.obj"), base=tree, scope=scope)).uri == "meshes/Bowl.obj"
 
 
 @pytest.mark.parametrize("uri", ["../secret.obj", "meshes/../../secret.obj", "../scene2/bowl.obj", "/etc/passwd"])
 def test_paths_that_climb_out(tree: Path, uri: str) -> None:
-    assert refused(resolve(uri, base=tree, scope=AssetScope(root=tree))).code == "SC402"
-    found = file_of(resolve(uri, base=tree, scope=AssetScope(root=tree, allow_outside=True)))
+    assert refused(resolve_path(uri, base=tree, scope=AssetScope(root=tree))).code == "SC402"
+    found = file_of(resolve_path(uri, base=tree, scope=AssetScope(root=tree, allow_outside=True)))
     assert found.uri == os.path.realpath(tree / uri)
 
 
 def test_whether_a_file_outside_exists_is_not_told(tree: Path) -> None:
     scope = AssetScope(root=tree)
-    there = refused(resolve("../secret.obj", base=tree, scope=scope))
-    absent = refused(resolve("../nothing.obj", base=tree, scope=scope))
+    there = refused(resolve_path("../secret.obj", base=tree, scope=scope))
+    absent = refused(resolve_path("../nothing.obj", base=tree, scope=scope))
     assert there == Refusal(absent.code, absent.message.replace("nothing", "secret"), absent.hint)
 
 
@@ -70,23 +69,23 @@ def test_links_are_followed_before_judging(tree: Path) -> None:
     (tree / "in.obj").symlink_to(tree / "meshes" / "Bowl.obj")
     (tree / "loop").symlink_to(tree / "loop")
     scope = AssetScope(root=tree)
-    assert refused(resolve("out.obj", base=tree, scope=scope)).code == "SC402"
-    assert refused(resolve("up/secret.obj", base=tree, scope=scope)).code == "SC402"
-    assert refused(resolve("loop", base=tree, scope=scope)).code == "SC407"
+    assert refused(resolve_path("out.obj", base=tree, scope=scope)).code == "SC402"
+    assert refused(resolve_path("up/secret.obj", base=tree, scope=scope)).code == "SC402"
+    assert refused(resolve_path("loop", base=tree, scope=scope)).code == "SC407"
     # The link's own name stays: an OBJ's MTL is sought beside it.
-    assert file_of(resolve("in.obj", base=tree, scope=scope)).uri == "in.obj"
+    assert file_of(resolve_path("in.obj", base=tree, scope=scope)).uri == "in.obj"
 
 
 def test_a_root_that_is_a_link(tree: Path, tmp_path: Path) -> None:
     (tmp_path / "alias").symlink_to(tree)
     scope = AssetScope(root=tmp_path / "alias")
-    assert file_of(resolve("meshes/Bowl.obj", base=tmp_path / "alias", scope=scope)).uri == "meshes/Bowl.obj"
+    assert file_of(resolve_path("meshes/Bowl.obj", base=tmp_path / "alias", scope=scope)).uri == "meshes/Bowl.obj"
 
 
 def test_without_a_root_the_current_folder_is_it(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tree)
-    assert file_of(resolve("meshes/Bowl.obj", base=Path(), scope=AssetScope())).uri == "meshes/Bowl.obj"
-    assert refused(resolve("../secret.obj", base=Path(), scope=AssetScope())).code == "SC402"
+    assert file_of(resolve_path("meshes/Bowl.obj", base=Path(), scope=AssetScope())).uri == "meshes/Bowl.obj"
+    assert refused(resolve_path("../secret.obj", base=Path(), scope=AssetScope())).code == "SC402"
 
 
 @pytest.mark.parametrize(
@@ -115,21 +114,21 @@ def test_without_a_root_the_current_folder_is_it(tree: Path, monkeypatch: pytest
 )
 def test_what_is_no_path_at_all(tree: Path, uri: str) -> None:
     scope = AssetScope(root=tree, asset_roots=(tree,), allow_outside=True)
-    assert refused(resolve(uri, base=tree, scope=scope)).code == "SC403"
+    assert refused(resolve_path(uri, base=tree, scope=scope)).code == "SC403"
 
 
 def test_only_regular_files(tree: Path) -> None:
     scope = AssetScope(root=tree, allow_outside=True)
     os.mkfifo(tree / "pipe.obj")
     for uri in ("meshes", "meshes/", ".", "..", "pipe.obj", "/dev/zero"):
-        assert refused(resolve(uri, base=tree, scope=scope)).code == "SC404", uri
-    assert refused(resolve("meshes/Bowl.obj/", base=tree, scope=scope)).code in {"SC401", "SC404"}
+        assert refused(resolve_path(uri, base=tree, scope=scope)).code == "SC404", uri
+    assert refused(resolve_path("meshes/Bowl.obj/", base=tree, scope=scope)).code in {"SC401", "SC404"}
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
 def test_permissions(tree: Path) -> None:
     (tree / "meshes" / "Bowl.obj").chmod(0)
-    found = refused(resolve("meshes/Bowl.obj", base=tree, scope=AssetScope(root=tree)))
+    found = refused(resolve_path("meshes/Bowl.obj", base=tree, scope=AssetScope(root=tree)))
     assert found.code == "SC407"
 
 
@@ -145,34 +144,40 @@ def test_permissions(tree: Path) -> None:
     ],
 )
 def test_a_missing_file_suggests_the_nearest(tree: Path, uri: str, meant: str) -> None:
-    found = refused(resolve(uri, base=tree, scope=AssetScope(root=tree)))
+    found = refused(resolve_path(uri, base=tree, scope=AssetScope(root=tree)))
     assert found.code == "SC401"
     assert found.hint == f"did you mean `{meant}`?"
 
 
 def test_a_missing_file_with_nothing_like_it(tree: Path) -> None:
     scope = AssetScope(root=tree)
-    assert refused(resolve("quux.dae", base=tree, scope=scope)).hint is None
+    assert refused(resolve_path("quux.dae", base=tree, scope=scope)).hint is None
     assert (
-        refused(resolve("zzz/quux.dae", base=tree, scope=scope)).hint == f"there is no folder {tree.resolve() / 'zzz'}"
+        refused(resolve_path("zzz/quux.dae", base=tree, scope=scope)).hint
+        == f"there is no folder {tree.resolve() / 'zzz'}"
     )
-    assert refused(resolve("x" * 5000, base=tree, scope=scope)).code == "SC401"
-    assert refused(resolve("meshes/Bowl.obj/deeper", base=tree, scope=scope)).code == "SC401"
+    assert refused(resolve_path("x" * 5000, base=tree, scope=scope)).code == "SC401"
+    assert refused(resolve_path("meshes/Bowl.obj/deeper", base=tree, scope=scope)).code == "SC401"
 
 
 def test_asset_roots_are_searched_in_order(tree: Path, tmp_path: Path) -> None:
     other = tmp_path / "scene2"
     first = AssetScope(root=tree, asset_roots=(tree / "meshes", other))
-    assert file_of(resolve("asset://Bowl.obj", base=tree, scope=first)).path == (tree / "meshes" / "Bowl.obj").resolve()
-    found = file_of(resolve("asset://bowl.obj", base=tree, scope=first))
+    assert (
+        file_of(resolve_path("asset://Bowl.obj", base=tree, scope=first)).path
+        == (tree / "meshes" / "Bowl.obj").resolve()
+    )
+    found = file_of(resolve_path("asset://bowl.obj", base=tree, scope=first))
     assert (found.path, found.uri) == ((other / "bowl.obj").resolve(), "asset://bowl.obj")
-    assert refused(resolve("asset://../secret.obj", base=tree, scope=first)).code == "SC402"
-    missing = refused(resolve("asset://bowl.stl", base=tree, scope=first))
+    assert refused(resolve_path("asset://../secret.obj", base=tree, scope=first)).code == "SC402"
+    missing = refused(resolve_path("asset://bowl.stl", base=tree, scope=first))
     assert (missing.code, missing.hint) == ("SC401", "did you mean `Bowl.obj`?")
     assert str(other) in missing.message
-    assert refused(resolve("asset://bowl.obj", base=tree, scope=AssetScope(root=tree))).code == "SC406"
+    assert refused(resolve_path("asset://bowl.obj", base=tree, scope=AssetScope(root=tree))).code == "SC406"
     # What lies in an asset root may be named by a plain path too.
-    assert file_of(resolve("../scene2/bowl.obj", base=tree, scope=first)).uri == str((other / "bowl.obj").resolve())
+    assert file_of(resolve_path("../scene2/bowl.obj", base=tree, scope=first)).uri == str(
+        (other / "bowl.obj").resolve()
+    )
 
 
 def test_asset_roots_from_the_environment() -> None:
@@ -197,8 +202,10 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_packages_are_found_and_not_imported(tree: Path, packages: Path) -> None:
     scope = AssetScope(root=tree)
-    found = file_of(resolve("pkg://robot_pkg/inner/arm.obj", base=tree, scope=scope))
-    assert found == Resolved((packages / "robot_pkg" / "inner" / "arm.obj").resolve(), "pkg://robot_pkg/inner/arm.obj")
+    found = file_of(resolve_path("pkg://robot_pkg/inner/arm.obj", base=tree, scope=scope))
+    assert found == ResolvedFile(
+        (packages / "robot_pkg" / "inner" / "arm.obj").resolve(), "pkg://robot_pkg/inner/arm.obj"
+    )
     assert "robot_pkg" not in sys.modules
 
 
@@ -222,33 +229,33 @@ def test_packages_are_found_and_not_imported(tree: Path, packages: Path) -> None
 )
 def test_packages_that_are_not(tree: Path, packages: Path, uri: str, code: str) -> None:
     del packages
-    assert refused(resolve(uri, base=tree, scope=AssetScope(root=tree))).code == code
+    assert refused(resolve_path(uri, base=tree, scope=AssetScope(root=tree))).code == code
     assert not {"robot_pkg", "single_module"} & set(sys.modules)
 
 
 def test_files_that_an_asset_names(tree: Path, packages: Path) -> None:
     scope = AssetScope(root=tree)
-    bowl = file_of(resolve("meshes/Bowl.obj", base=tree, scope=scope))
+    bowl = file_of(resolve_path("meshes/Bowl.obj", base=tree, scope=scope))
 
-    def named(reference: str, owner: Resolved = bowl) -> Resolved | Refusal:
-        return resolve_named(reference, owner=owner.path, owner_uri=owner.uri, scope=scope)
+    def named(reference: str, owner: ResolvedFile = bowl) -> ResolvedFile | Refusal:
+        return resolve_asset_reference(reference, owner=owner.path, owner_uri=owner.uri, scope=scope)
 
     assert file_of(named("textures/oak.png")).uri == "meshes/textures/oak.png"
     assert refused(named("../../secret.obj")).code == "SC402"
     assert refused(named(str(bowl.path))).code == "SC402"
     for scheme in ("http", "file", "pkg", "asset"):
         assert refused(named(f"{scheme}://robot_pkg/arm.obj")).code == "SC403"
-    arm = file_of(resolve("pkg://robot_pkg/inner/arm.obj", base=tree, scope=scope))
+    arm = file_of(resolve_path("pkg://robot_pkg/inner/arm.obj", base=tree, scope=scope))
     assert file_of(named("../arm.obj", arm)).path == (packages / "robot_pkg" / "arm.obj").resolve()
     assert refused(named("../../plain_folder/arm.obj", arm)).code == "SC402"
 
 
 def test_an_answer_is_remembered_for_one_compilation(tree: Path) -> None:
     scope = AssetScope(root=tree)
-    assert refused(resolve("late.obj", base=tree, scope=scope)).code == "SC401"
+    assert refused(resolve_path("late.obj", base=tree, scope=scope)).code == "SC401"
     (tree / "late.obj").write_text("")
-    assert refused(resolve("late.obj", base=tree, scope=scope)).code == "SC401"
-    assert file_of(resolve("late.obj", base=tree, scope=AssetScope(root=tree))).uri == "late.obj"
+    assert refused(resolve_path("late.obj", base=tree, scope=scope)).code == "SC401"
+    assert file_of(resolve_path("late.obj", base=tree, scope=AssetScope(root=tree))).uri == "late.obj"
 
 
 def test_ten_thousand_slips_in_a_full_folder(tree: Path) -> None:
@@ -257,7 +264,7 @@ def test_ten_thousand_slips_in_a_full_folder(tree: Path) -> None:
     scope = AssetScope(root=tree)
     start = time.process_time()
     for i in range(10_000):
-        refused(resolve(f"part-{i:05d}-of-the-machine.stl", base=tree, scope=scope))
+        refused(resolve_path(f"part-{i:05d}-of-the-machine.stl", base=tree, scope=scope))
     assert time.process_time() - start < 10
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from scenecc.source.plain import read_plain
+from scenecc.source.fast_reader import read_fast
 
 READ: dict[str, Any] = {
     "a: 1": {"a": 1},
@@ -29,7 +29,7 @@ READ: dict[str, Any] = {
 
 @pytest.mark.parametrize("text", READ)
 def test_plain_text_is_read(text: str) -> None:
-    assert repr(read_plain(text, 100)) == repr(READ[text])
+    assert repr(read_fast(text, 100)) == repr(READ[text])
 
 
 @pytest.mark.parametrize(
@@ -90,13 +90,13 @@ def test_plain_text_is_read(text: str) -> None:
     ],
 )
 def test_the_rest_is_left_to_the_parser(text: str) -> None:
-    assert read_plain(text, 100) is None
+    assert read_fast(text, 100) is None
 
 
 def test_the_last_levels_below_the_limit_are_left_to_the_parser() -> None:
     text = "".join(f"{' ' * level}a:\n" for level in range(11)) + " " * 11 + "a: 1"
-    assert read_plain(text, 20) is not None
-    assert read_plain(text, 19) is None
+    assert read_fast(text, 20) is not None
+    assert read_fast(text, 19) is None
 
 
 def test_no_two_places_have_one_list(read: Callable[..., Any]) -> None:

@@ -14,11 +14,11 @@ from plugins.diagnostics import TakingSink
 from scenecc import compile_scene, validate
 from scenecc.diagnostics import Origin
 from scenecc.source import Document, Limits, read_file, read_text
-from scenecc.source.text import read_some
+from scenecc.source.text import read_from_stream
 
 
 def read_stream(stream: IO[str] | IO[bytes], name: str | None, sink: TakingSink, limits: Limits) -> Document | None:
-    content = read_some(stream, name, sink, limits)
+    content = read_from_stream(stream, name, sink, limits)
     return None if content is None else read_text(content, name, sink, limits)
 
 

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from scenecc.source.scalars import PlainKeys, PlainValues, resolve
+from scenecc.source.scalars import PlainKeys, PlainValues, resolve_scalar
 
 VALUES = {
     "true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False,
@@ -30,7 +30,7 @@ STRINGS = [
 
 @pytest.mark.parametrize(("text", "value"), VALUES.items())
 def test_what_the_core_schema_knows(text: str, value: object) -> None:
-    for found in (resolve(text), PlainValues()[text]):
+    for found in (resolve_scalar(text), PlainValues()[text]):
         assert type(found) is type(value)
         assert found == value
         assert math.copysign(1, found or 0) == math.copysign(1, value or 0)  # pyright: ignore[reportArgumentType]
@@ -38,28 +38,28 @@ def test_what_the_core_schema_knows(text: str, value: object) -> None:
 
 @pytest.mark.parametrize("text", [".nan", ".NaN", ".NAN"])
 def test_not_a_number(text: str) -> None:
-    value = resolve(text)
+    value = resolve_scalar(text)
     assert isinstance(value, float)
     assert math.isnan(value)
 
 
 @pytest.mark.parametrize("text", STRINGS)
 def test_everything_else_is_a_string(text: str) -> None:
-    assert resolve(text) == PlainValues()[text] == text
+    assert resolve_scalar(text) == PlainValues()[text] == text
 
 
 @pytest.mark.parametrize("text", ["1e400", "-1e400", "9" * 400 + ".5", "1" * 101, "0x" + "f" * 101, "1" * 100_000])
 def test_numbers_that_cannot_be_held(text: str) -> None:
     with pytest.raises(OverflowError):
-        resolve(text)
+        resolve_scalar(text)
     assert PlainValues()[text] is None
     assert PlainKeys()[text] is None
 
 
 def test_numbers_of_great_length_that_can_be_held() -> None:
-    assert resolve("0." + "3" * 10_000) == 1 / 3
-    assert resolve("1" * 100) == int("1" * 100)
-    assert resolve("1e-999") == 0.0
+    assert resolve_scalar("0." + "3" * 10_000) == 1 / 3
+    assert resolve_scalar("1" * 100) == int("1" * 100)
+    assert resolve_scalar("1e-999") == 0.0
 
 
 @pytest.mark.parametrize("text", ["12", "1.5", "true", "~", "", "<<", ".inf"])

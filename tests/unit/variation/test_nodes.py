@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter
 
-from scenecc.plan import recipe_shape
+from scenecc.plan import recipes
 from scenecc.spec.draws import Draw
 from scenecc.spec.schema import json_schema
 from scenecc.variation import evaluation, forms, node_bounds
@@ -38,7 +38,7 @@ from scenecc.variation.template import Template
 
 @pytest.mark.parametrize(
     "table",
-    [evaluation.EVALUATORS, node_bounds.NODE_BOUNDS, recipe_shape._TABLE],
+    [evaluation.EVALUATORS, node_bounds.NODE_BOUNDS, recipes._NODE_SHAPES],
     ids=["evaluate", "support_rules", "recipe_shape"],
 )
 def test_every_node_has_a_row(table: Any) -> None:

@@ -18,7 +18,7 @@ from scenecc.backends.sapien.columns import plain_row
 from scenecc.backends.sapien.joints import FORCE_LIMIT, JOINT_KNOBS, NO_LIMITS
 from scenecc.backends.sapien.knobs import ARTICULATION_KNOBS, ROOT_KNOBS
 from scenecc.backends.sapien.turn import Part
-from scenecc.plan.pose import IDENTITY_POSE
+from scenecc.geometry.rotations import IDENTITY_POSE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

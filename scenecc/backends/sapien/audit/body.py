@@ -14,7 +14,7 @@ from scenecc.backends.sapien.audit.visuals import VisualAudit
 from scenecc.backends.sapien.columns import plain_row, poses
 from scenecc.backends.sapien.engine import physx, render
 from scenecc.backends.sapien.knobs import BODY_KNOBS
-from scenecc.plan.bounds import FARTHEST
+from scenecc.plan.properties import MAX_BODY_OFFSET
 
 if TYPE_CHECKING:
     from scenecc.backends.sapien.audit.defaults import Defaults
@@ -92,7 +92,7 @@ class BodyAudit:
         if misses(reference.mass, weight):
             self._sweep.tell(place, "mass", shown(weight[0]), shown(reference.mass), fault(weight[0]))
         centre = reference.cmass_local_pose.p
-        if structure.body_type != "kinematic" and not np.abs(centre).max() <= FARTHEST:
+        if structure.body_type != "kinematic" and not np.abs(centre).max() <= MAX_BODY_OFFSET:
             self._sweep.tell(place, "cmass_local_pose.p", "a place within 10 km", shown(centre), LOST)
         if structure.mass is not None:
             mass = structure.mass.row(row)

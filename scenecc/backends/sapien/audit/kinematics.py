@@ -8,7 +8,7 @@ import numpy as np
 
 from scenecc.backends.sapien.columns import taken
 from scenecc.geometry.rotation_arrays import compose
-from scenecc.plan.pose import IDENTITY_POSE
+from scenecc.geometry.rotations import IDENTITY_POSE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -10,7 +10,7 @@ import numpy as np
 from scenecc.backends.sapien.audit.difference import CODE
 from scenecc.backends.sapien.columns import taken
 from scenecc.plan import Box, Capsule, ConvexMesh, ConvexParts, Cylinder, Plane, Sphere, TriangleMesh
-from scenecc.plan.bounds import LARGEST
+from scenecc.plan.properties import FLOAT32_MAX
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -70,7 +70,7 @@ def misses(found: NDArray[Any], expected: NDArray[np.float64]) -> NDArray[np.boo
 
 def fault(expected: float) -> str:
     """The code of a mass that differs: what a mesh weighs is known only now, of all else a check has told it."""
-    return "SC511" if expected < FLOOR else CODE if expected <= LARGEST else LOST
+    return "SC511" if expected < FLOOR else CODE if expected <= FLOAT32_MAX else LOST
 
 
 def _density(shape: CollisionShape, rows: NDArray[np.intp]) -> NDArray[np.float64]:

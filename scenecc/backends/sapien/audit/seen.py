@@ -12,6 +12,7 @@ import numpy as np
 from scenecc.backends.sapien.audit.difference import Difference, same, shown, tell
 from scenecc.backends.sapien.audit.visuals import sampled
 from scenecc.backends.sapien.engine import render
+from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import (
     AreaLight,
     Camera,
@@ -23,8 +24,7 @@ from scenecc.plan import (
     SpotLight,
     TexturedLight,
 )
-from scenecc.plan.pose import IDENTITY_POSE
-from scenecc.plan.shadows import shadow_numbers
+from scenecc.plan.rendering import shadow_parameters
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -131,7 +131,7 @@ def _light(plan: ScenePlan, light: Light, component: Any, row: int) -> Iterator[
     if type(component) is not kind:
         yield Difference("type", kind.__name__, type(component).__name__)
         return
-    expected = {"color": light.color, **shadow_numbers(light)}
+    expected = {"color": light.color, **shadow_parameters(light)}
     match light.light:
         case SpotLight(inner, outer) | TexturedLight(inner, outer):
             expected |= {"inner_fov": inner, "outer_fov": outer}

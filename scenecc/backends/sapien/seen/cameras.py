@@ -10,7 +10,7 @@ from scenecc.backends.sapien.failure import EngineFailure
 from scenecc.backends.sapien.machine import traces_rays
 from scenecc.backends.sapien.seen.hold import hold
 from scenecc.plan import Intrinsic, Orthographic, Perspective
-from scenecc.plan.camera import RAY_TRACED
+from scenecc.plan.camera import RAY_TRACING_SHADERS
 
 if TYPE_CHECKING:
     from scenecc.backends.sapien.standing import Standing
@@ -23,7 +23,7 @@ def build_camera(camera: Camera, standing: Standing) -> list[Any]:
     Raises:
         EngineFailure: the renderer cannot make it, or the device cannot trace the rays that it asks for.
     """
-    if camera.shader in RAY_TRACED and not traces_rays():
+    if camera.shader in RAY_TRACING_SHADERS and not traces_rays():
         raise EngineFailure(
             "SC807",
             f"'{camera.name}' traces rays, and the render device cannot",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.backends.sapien.engine import physx, render
-from scenecc.plan.pictured import COLLISION_COLORS
+from scenecc.plan.rendering import COLLISION_COLORS
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -15,8 +15,8 @@ from scenecc.backends.sapien.seen.framing import HEIGHT, NAME, WIDTH, default_ca
 from scenecc.backends.sapien.seen.hold import hold, pose_of
 from scenecc.backends.sapien.seen.lights import build_environment, build_light, has_light
 from scenecc.plan import literal
-from scenecc.plan.fields import PIXELS
-from scenecc.plan.rig import AMBIENT, DIRECTIONS, is_unlit
+from scenecc.plan.rendering import DEFAULT_AMBIENT_LIGHT, DEFAULT_LIGHT_DIRECTIONS, is_unlit
+from scenecc.plan.schema import PIXEL_BOUNDS
 from scenecc.variation.errors import DrawError
 from scenecc.variation.per_scene_arrays import to_field_rows
 
@@ -83,8 +83,8 @@ class Dress:
         scene = self._standing.scenes[self._standing.scene_idxs.index(index)]
         if has_light(scene):
             return
-        scene.set_ambient_light(AMBIENT)
-        for direction in DIRECTIONS:
+        scene.set_ambient_light(DEFAULT_AMBIENT_LIGHT)
+        for direction in DEFAULT_LIGHT_DIRECTIONS:
             scene.add_directional_light(direction, [1, 1, 1])
 
     def _camera(self, camera: Camera, objs: list[Any] | None) -> CameraBatch:
@@ -99,8 +99,8 @@ class Dress:
             ValueError: no renderer makes pictures of this size [px].
         """
         for size in (width, height):
-            if not PIXELS.allow(size):
-                raise ValueError(f"a picture has {PIXELS.low} to {PIXELS.high} pixels a side, not {size}")
+            if not PIXEL_BOUNDS.allow(size):
+                raise ValueError(f"a picture has {PIXEL_BOUNDS.low} to {PIXEL_BOUNDS.high} pixels a side, not {size}")
         camera = default_camera(self._plan.num_scenes, width, height)
         present = self._present(camera)
         found = CameraBatch(

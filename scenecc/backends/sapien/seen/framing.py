@@ -9,9 +9,9 @@ import numpy as np
 
 from scenecc.backends.sapien.engine import render
 from scenecc.geometry import rotation_arrays
+from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import Camera, Perspective, literal
-from scenecc.plan.pictured import FLAT, TOWARDS
-from scenecc.plan.pose import IDENTITY_POSE
+from scenecc.plan.rendering import FLAT_THICKNESS, FRAMING_DIRECTION
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -47,7 +47,7 @@ def framing(scene: Any, width: int = WIDTH, height: int = HEIGHT) -> tuple[NDArr
     middle, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 0.05)
     half = FOVY / 2 if width >= height else atan(tan(FOVY / 2) * width / height)
     distance = SPARE * radius / sin(half)
-    back = np.array(TOWARDS) / np.linalg.norm(TOWARDS)
+    back = np.array(FRAMING_DIRECTION) / np.linalg.norm(FRAMING_DIRECTION)
     q, _ = rotation_arrays.looking(-back[None])
     pose = np.concatenate([middle + distance * back, q[0]])
     return pose, max(0.01, 0.01 * (distance - radius)), 100 * (distance + radius)
@@ -56,7 +56,7 @@ def framing(scene: Any, width: int = WIDTH, height: int = HEIGHT) -> tuple[NDArr
 def _bounds(bodies: Iterable[Any]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     boxes = [np.asarray(body.compute_global_aabb_tight(), np.float64) for body in bodies if _has_bounds(body)]
     boxes = [box for box in boxes if np.isfinite(box).all()]
-    solid = [box for box in boxes if (box[1] - box[0]).min() > FLAT] or boxes
+    solid = [box for box in boxes if (box[1] - box[0]).min() > FLAT_THICKNESS] or boxes
     if not solid:
         return np.full(3, -0.5), np.full(3, 0.5)
     corners = np.stack(solid)

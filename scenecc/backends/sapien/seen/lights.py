@@ -16,7 +16,7 @@ from scenecc.plan import (
     SpotLight,
     TexturedLight,
 )
-from scenecc.plan.shadows import shadow_numbers
+from scenecc.plan.rendering import shadow_parameters
 
 if TYPE_CHECKING:
     from scenecc.backends.sapien.resources import Resources
@@ -45,7 +45,7 @@ def build_light(light: Light, standing: Standing, resources: Resources) -> list[
     Raises:
         EngineFailure: its picture cannot be loaded.
     """
-    shadow = shadow_numbers(light)
+    shadow = shadow_parameters(light)
     rows = {index: row for row, index in enumerate(light.scene_idxs)}
     made: list[Any] = []
     for number, index in enumerate(standing.scene_idxs):

@@ -1,7 +1,7 @@
-"""What the engine holds of a plan's bodies once they are built, for those who write a scene for another program.
+"""What the engine holds of a plan's bodies after they are built, for exporters to other formats.
 
-Masses follow from densities, hulls from meshes and poses of links from joints: the engine has computed them, and here
-they stand as plain numbers. What is seen, lights and cameras are not measured; the plan has them.
+Masses follow from densities, hulls from meshes and link poses from joints: the engine has computed them, and here
+they are plain numbers. Visuals, lights and cameras are not measured; the plan has them.
 """
 
 from __future__ import annotations
@@ -15,10 +15,11 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from scenecc.geometry.rotations import Pose7
     from scenecc.plan.articulation import ArticulationStructure, DriveMode, Joint, JointType
     from scenecc.plan.body import BodyStructure, BodyType, CollisionShape
-    from scenecc.plan.pose import Pose7
     from scenecc.plan.scene import Entity
+
 
 Vec3 = tuple[float, float, float]
 
@@ -177,7 +178,7 @@ class MeasuredScene:
 
 
 @frozen
-class Measured:
+class EngineSnapshot:
     """Some scenes of a plan as built, ascending by index; one at least."""
 
     scenes: tuple[MeasuredScene, ...]

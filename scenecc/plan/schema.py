@@ -1,7 +1,8 @@
-"""What each field of the plan holds, read off its dataclasses: shared by the writer and the reader of its JSON.
+"""The kind of each field of the plan, derived from its dataclasses. The reader and the writer of the JSON and the diff
+share it.
 
-Only what a type hint cannot say stands in a table here: the dtype and item shape of each `Value`, the
-tables that indices point into, and the range of each number.
+Only what a type hint cannot say is in a table here: the dtype and item shape of each `Value`, the tables that
+indices refer to, and the range of each number.
 """
 
 from __future__ import annotations
@@ -19,22 +20,23 @@ import numpy as np
 from scenecc import plan as _plan
 from scenecc.diagnostics import Origin
 from scenecc.plan import physics as _physics
-from scenecc.plan.bounds import (
+from scenecc.plan.properties import (
     ANY,
-    AT_LEAST_0,
     COUNT,
-    LARGEST,
+    FLOAT32_MAX,
+    FLOAT32_MIN,
+    NON_NEGATIVE,
     POSITION_ITERATIONS,
     POSITIVE,
-    SMALLEST,
-    UNIT,
+    PROPERTIES,
+    UNIT_INTERVAL,
     VELOCITY_ITERATIONS,
     Bounds,
 )
-from scenecc.plan.knobs import KNOBS
 
 Dtype = type[np.float64] | type[np.int64] | type[np.bool_]
-Table = Literal["files", "physical_materials", "visual_materials"]
+
+TableName = Literal["files", "physical_materials", "visual_materials"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,14 +50,14 @@ class Quantity:
     dtype: Dtype = np.float64
     shape: tuple[int, ...] = ()
     bounds: Bounds = ANY
-    table: Table | None = None
+    table: TableName | None = None
     pose: bool = False
     reset: bool = False
     infinite: bool = False
 
 
 @dataclass(frozen=True, slots=True)
-class Plain:
+class ScalarKind:
     """A flag, number or string that is the same in every scene."""
 
     type: type[bool | int | float | str]
@@ -63,14 +65,14 @@ class Plain:
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class ChoiceKind:
     """One of some words."""
 
     options: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Numbers:
+class VectorKind:
     """A fixed count of numbers."""
 
     count: int
@@ -78,26 +80,26 @@ class Numbers:
 
 
 @dataclass(frozen=True, slots=True)
-class Selection:
+class SceneSelectionKind:
     """Ascending scene indices."""
 
 
 @dataclass(frozen=True, slots=True)
-class Many:
+class ListKind:
     """Any count of one kind."""
 
-    item: Kind
+    item: FieldKind
 
 
 @dataclass(frozen=True, slots=True)
-class Node:
+class ObjectKind:
     """A dataclass of the plan."""
 
     cls: type
 
 
 @dataclass(frozen=True, slots=True)
-class OneOf:
+class UnionKind:
     """One of several dataclasses, told apart by `type`; `untyped` is the one that has no such key."""
 
     by_type: tuple[tuple[str, type], ...]
@@ -105,39 +107,61 @@ class OneOf:
 
 
 @dataclass(frozen=True, slots=True)
-class Draws:
+class SharedDrawsKind:
     """The shared draws, in order."""
 
 
-Kind = Quantity | Plain | Choice | Numbers | Selection | Many | Node | OneOf | Draws
+FieldKind = (
+    Quantity
+    | ScalarKind
+    | ChoiceKind
+    | VectorKind
+    | SceneSelectionKind
+    | ListKind
+    | ObjectKind
+    | UnionKind
+    | SharedDrawsKind
+)
 
 
 @dataclass(frozen=True, slots=True)
-class Slot:
+class PlanField:
     """One field of a dataclass. `nullable`: it may be None, which the JSON leaves out."""
 
     name: str
-    kind: Kind
+    kind: FieldKind
     required: bool
     nullable: bool
 
 
 _POSE = Quantity(shape=(7,), pose=True)
+
 _NUMBER = Quantity()
+
 _POSITIVE = Quantity(bounds=POSITIVE)
-_AT_LEAST_0 = Quantity(bounds=AT_LEAST_0)
-_MIRRORING = Quantity(shape=(3,), bounds=Bounds(-LARGEST, LARGEST, nonzero=True))
+
+_NON_NEGATIVE = Quantity(bounds=NON_NEGATIVE)
+
+_MIRRORING = Quantity(shape=(3,), bounds=Bounds(-FLOAT32_MAX, FLOAT32_MAX, nonzero=True))
+
+
 _POSITIVE3 = Quantity(shape=(3,), bounds=POSITIVE)
+
+
 _POSITIVE2 = Quantity(shape=(2,), bounds=POSITIVE)
-_UNIT = Quantity(bounds=UNIT)
+
+_UNIT = Quantity(bounds=UNIT_INTERVAL)
+
 _FILE = Quantity(np.int64, table="files")
+
 _RESET = Quantity(reset=True)
-_ANGLE = Quantity(bounds=Bounds(SMALLEST, pi))
+
+_ANGLE = Quantity(bounds=Bounds(FLOAT32_MIN, pi))
 
 _DTYPES: dict[str, Dtype] = {"float64": np.float64, "int64": np.int64, "bool": np.bool_}
 
 QUANTITIES: dict[str, Quantity] = {
-    **{knob.field: Quantity(_DTYPES[knob.dtype], knob.shape, knob.bounds, reset=knob.reset) for knob in KNOBS},
+    **{knob.field: Quantity(_DTYPES[knob.dtype], knob.shape, knob.bounds, reset=knob.reset) for knob in PROPERTIES},
     "pose": _POSE,
     "Entity.pose": Quantity(shape=(7,), pose=True, reset=True),
     "Camera.pose": Quantity(shape=(7,), pose=True, reset=True),
@@ -147,26 +171,26 @@ QUANTITIES: dict[str, Quantity] = {
     "pose_in_child": _POSE,
     "limits": Quantity(shape=(2,), bounds=Bounds(), infinite=True),
     "Distance.limits": Quantity(shape=(2,), bounds=Bounds(0), infinite=True),
-    "friction": _AT_LEAST_0,
-    "armature": _AT_LEAST_0,
+    "friction": _NON_NEGATIVE,
+    "armature": _NON_NEGATIVE,
     "max_velocity": _POSITIVE,
-    "stiffness": _AT_LEAST_0,
-    "damping": _AT_LEAST_0,
-    "force_limit": _AT_LEAST_0,
+    "stiffness": _NON_NEGATIVE,
+    "damping": _NON_NEGATIVE,
+    "force_limit": _NON_NEGATIVE,
     "qpos": _RESET,
     "qvel": _RESET,
     "drive_target": _RESET,
     "drive_velocity_target": _RESET,
-    "multiplier": Quantity(bounds=Bounds(-LARGEST, LARGEST, nonzero=True)),
+    "multiplier": Quantity(bounds=Bounds(-FLOAT32_MAX, FLOAT32_MAX, nonzero=True)),
     "offset": _NUMBER,
-    "ratio": Quantity(bounds=Bounds(-LARGEST, LARGEST, nonzero=True)),
+    "ratio": Quantity(bounds=Bounds(-FLOAT32_MAX, FLOAT32_MAX, nonzero=True)),
     "target": Quantity(shape=(7,), pose=True, reset=True),
     "linear_velocity_target": Quantity(shape=(3,), reset=True),
     "angular_velocity_target": Quantity(shape=(3,), reset=True),
-    "inv_mass_scales": Quantity(shape=(2,), bounds=AT_LEAST_0),
-    "inv_inertia_scales": Quantity(shape=(2,), bounds=AT_LEAST_0),
-    "color": Quantity(shape=(3,), bounds=AT_LEAST_0),
-    "ambient_light": Quantity(shape=(3,), bounds=AT_LEAST_0),
+    "inv_mass_scales": Quantity(shape=(2,), bounds=NON_NEGATIVE),
+    "inv_inertia_scales": Quantity(shape=(2,), bounds=NON_NEGATIVE),
+    "color": Quantity(shape=(3,), bounds=NON_NEGATIVE),
+    "ambient_light": Quantity(shape=(3,), bounds=NON_NEGATIVE),
     "inner_fov": _ANGLE,
     "outer_fov": _ANGLE,
     "half_width": _POSITIVE,
@@ -202,33 +226,35 @@ QUANTITIES: dict[str, Quantity] = {
     "VisualShape.material": Quantity(np.int64, table="visual_materials"),
     "inertia": _POSITIVE3,
     "pick": Quantity(np.int64, bounds=COUNT),
-    "static_friction": _AT_LEAST_0,
-    "dynamic_friction": _AT_LEAST_0,
+    "static_friction": _NON_NEGATIVE,
+    "dynamic_friction": _NON_NEGATIVE,
     "restitution": _UNIT,
-    "base_color": Quantity(shape=(4,), bounds=UNIT),
-    "emission": Quantity(shape=(4,), bounds=AT_LEAST_0),
+    "base_color": Quantity(shape=(4,), bounds=UNIT_INTERVAL),
+    "emission": Quantity(shape=(4,), bounds=NON_NEGATIVE),
     "specular": _UNIT,
     "roughness": _UNIT,
     "metallic": _UNIT,
     "transmission": _UNIT,
     "transmission_roughness": _UNIT,
-    "ior": Quantity(bounds=Bounds(1, LARGEST)),
+    "ior": Quantity(bounds=Bounds(1, FLOAT32_MAX)),
 }
+
+
 """`Value` fields by name; `Class.field` goes before `field`."""
 
-PIXELS = Bounds(1, 16384)
+PIXEL_BOUNDS = Bounds(1, 16384)
 
-BOUNDS: dict[str, Bounds] = {
+SCALAR_BOUNDS: dict[str, Bounds] = {
     "num_scenes": Bounds(1),
     "seed": Bounds(0),
     "CoacdParams.seed": COUNT,
-    "static_friction": AT_LEAST_0,
-    "dynamic_friction": AT_LEAST_0,
-    "restitution": UNIT,
+    "static_friction": NON_NEGATIVE,
+    "dynamic_friction": NON_NEGATIVE,
+    "restitution": UNIT_INTERVAL,
     "timestep": POSITIVE,
-    "bounce_threshold": AT_LEAST_0,
+    "bounce_threshold": NON_NEGATIVE,
     "contact_offset": POSITIVE,
-    "sleep_threshold": AT_LEAST_0,
+    "sleep_threshold": NON_NEGATIVE,
     "scene_spacing": POSITIVE,
     "spacing": POSITIVE,
     "solver_position_iterations": POSITION_ITERATIONS,
@@ -238,23 +264,29 @@ BOUNDS: dict[str, Bounds] = {
     "cpu_workers": Bounds(0, 256),
     "num_threads_for_construction": Bounds(1, 256),
     "max_convex_hull": Bounds(-1, 2**31 - 1),
-    "width": PIXELS,
-    "height": PIXELS,
+    "width": PIXEL_BOUNDS,
+    "height": PIXEL_BOUNDS,
 }
+
+
 """Ranges of plain numbers by field; a plain integer that is not here is a count (0 to 2³¹ - 1)."""
 
 _Row = TypeVar("_Row")
 
-_SPECIAL: dict[str, Kind] = {"scene_idxs": Selection(), "draws": Draws()}
+_KINDS_BY_NAME: dict[str, FieldKind] = {"scene_idxs": SceneSelectionKind(), "draws": SharedDrawsKind()}
+
 _TYPE_NAMES = {
     "VisualPlane": "plane",
     "ArticulationStructure": "articulation",
     **{f"{word}Light": word.lower() for word in ("Directional", "Point", "Spot", "Area", "Textured")},
 }
-_UNTYPED: frozenset[type] = frozenset((_plan.BodyStructure,))
+
+_CLASSES_WITHOUT_TYPE_KEY: frozenset[type] = frozenset((_plan.BodyStructure,))
+
+
 """What was there before others could stand in its place."""
 
-_HINT_NAMES: dict[str, Any] = {
+_TYPE_HINT_NAMES: dict[str, Any] = {
     **{name: getattr(_plan, name) for name in _plan.__all__},
     **vars(_physics),
     "Origin": Origin,
@@ -265,11 +297,11 @@ _HINT_NAMES: dict[str, Any] = {
 
 
 @cache
-def slots(cls: type) -> tuple[Slot, ...]:
+def plan_fields(cls: type) -> tuple[PlanField, ...]:
     """The fields of a dataclass of the plan, without those outside its identity (origins, where a file was found)."""
-    hints = get_type_hints(cls, localns=_HINT_NAMES)
+    hints = get_type_hints(cls, localns=_TYPE_HINT_NAMES)
     return tuple(
-        _slot(cls, item.name, hints[item.name], required=item.default is MISSING)
+        _plan_field(cls, item.name, hints[item.name], required=item.default is MISSING)
         for item in fields(cls)
         if item.compare
     )
@@ -281,43 +313,43 @@ def type_name(cls: type) -> str:
     return _TYPE_NAMES.get(cls.__name__) or re.sub(r"(?<=[a-z])(?=[A-Z])", "_", cls.__name__).lower()
 
 
-def _slot(cls: type, name: str, hint: Any, *, required: bool) -> Slot:
+def _plan_field(cls: type, name: str, hint: Any, *, required: bool) -> PlanField:
     members = get_args(hint) if get_origin(hint) in {Union, types.UnionType} else (hint,)
     some = tuple(member for member in members if member is not type(None))
-    kind = _one_of(some) if len(some) > 1 else _SPECIAL.get(name) or _kind(cls, name, next(iter(some)))
-    return Slot(name, kind, required, nullable=len(some) < len(members))
+    kind = _union_kind(some) if len(some) > 1 else _KINDS_BY_NAME.get(name) or _field_kind(cls, name, next(iter(some)))
+    return PlanField(name, kind, required, nullable=len(some) < len(members))
 
 
-def _one_of(classes: tuple[type, ...]) -> OneOf:
-    untyped = next((member for member in classes if member in _UNTYPED), None)
-    return OneOf(tuple((type_name(member), member) for member in classes if member is not untyped), untyped)
+def _union_kind(classes: tuple[type, ...]) -> UnionKind:
+    untyped = next((member for member in classes if member in _CLASSES_WITHOUT_TYPE_KEY), None)
+    return UnionKind(tuple((type_name(member), member) for member in classes if member is not untyped), untyped)
 
 
-def _kind(cls: type, name: str, hint: Any) -> Kind:
-    kind: Kind
+def _field_kind(cls: type, name: str, hint: Any) -> FieldKind:
+    kind: FieldKind
     if hint is _plan.Value:
-        kind = _row(QUANTITIES, cls, name)
+        kind = _lookup(QUANTITIES, cls, name)
     elif hint in {bool, str, int, float}:
-        kind = _plain(cls, name, hint)
+        kind = _scalar_kind(cls, name, hint)
     elif get_origin(hint) is Literal:
-        kind = Choice(get_args(hint))
+        kind = ChoiceKind(get_args(hint))
     elif get_origin(hint) is tuple and get_args(hint)[1] is ...:
-        kind = Many(_kind(cls, name, get_args(hint)[0]))
+        kind = ListKind(_field_kind(cls, name, get_args(hint)[0]))
     elif get_origin(hint) is tuple:
-        kind = Numbers(len(get_args(hint)), _row(BOUNDS, cls, name, default=ANY))
+        kind = VectorKind(len(get_args(hint)), _lookup(SCALAR_BOUNDS, cls, name, default=ANY))
     elif get_origin(hint) in {Union, types.UnionType}:
-        kind = _one_of(get_args(hint))
+        kind = _union_kind(get_args(hint))
     else:
-        kind = Node(hint)
+        kind = ObjectKind(hint)
     return kind
 
 
-def _plain(cls: type, name: str, hint: type[bool | int | float | str]) -> Plain:
-    return Plain(hint, _row(BOUNDS, cls, name, default=COUNT if hint is int else ANY))
+def _scalar_kind(cls: type, name: str, hint: type[bool | int | float | str]) -> ScalarKind:
+    return ScalarKind(hint, _lookup(SCALAR_BOUNDS, cls, name, default=COUNT if hint is int else ANY))
 
 
-def _row(table: dict[str, _Row], cls: type, name: str, *, default: _Row | None = None) -> _Row:
+def _lookup(table: dict[str, _Row], cls: type, name: str, *, default: _Row | None = None) -> _Row:
     row = table.get(f"{cls.__name__}.{name}", table.get(name, default))
     if row is None:
-        raise KeyError(f"{cls.__name__}.{name} is in no table of scenecc.plan.fields")
+        raise KeyError(f"{cls.__name__}.{name} is in no table of scenecc.plan.schema")
     return row

@@ -1,4 +1,4 @@
-"""Python data to the plain data that a text would have given."""
+"""Copies Python data to plain data as a text would give it, and rejects JSON objects that repeat a key."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ from typing import TYPE_CHECKING, Any, NoReturn, cast
 
 from scenecc.diagnostics import Origin, Path, Sink
 from scenecc.diagnostics.frozen import frozen
-from scenecc.source.scalars import MAX_INTEGER_CHARS, NULL_IN_KEY, RESERVED, SCENE_KEYED
+from scenecc.source.scalars import MAX_INTEGER_CHARS, RESERVED_CHARACTER, RESERVED_IN_KEY_MESSAGE, SCENE_KEYED_FIELD
 
 if TYPE_CHECKING:
     from scenecc.source.limits import Limits
+
 
 _MAX_INTEGER = 10**MAX_INTEGER_CHARS
 
 
 @frozen
-class _Copy:
+class _CopiedValue:
     """A container that was copied: the copy, and its nodes and height with shared parts unfolded."""
 
     value: Any
@@ -26,15 +27,17 @@ class _Copy:
     height: int
 
 
-_NOTHING = _Copy(None, 1, 0)
+_INVALID = _CopiedValue(None, 1, 0)
+
+
 """The copy of what was reported."""
 
 
-class _Stopped(Exception):
+class _LimitReached(Exception):
     """A limit was reached."""
 
 
-def plain_mapping(data: Mapping[str, Any], sink: Sink, limits: Limits) -> dict[str, Any] | None:
+def copy_mapping(data: Mapping[str, Any], sink: Sink, limits: Limits) -> dict[str, Any] | None:
     """A copy of a mapping as plain dicts, lists and scalars; None, reported, if no scene can hold it.
 
     A part that the input shares is one object in the copy too, copied once.
@@ -42,7 +45,7 @@ def plain_mapping(data: Mapping[str, Any], sink: Sink, limits: Limits) -> dict[s
     copier = _Copier(sink, limits)
     try:
         copy = copier.copy(data, ())
-    except _Stopped:
+    except _LimitReached:
         return None
     except RecursionError:
         sink.report("SC602", "the dict is deeper than Python's stack allows", Origin(None))
@@ -57,33 +60,33 @@ class _Copier:
         self.failed = False
         self._open: set[int] = set()
         # id → copy, and the original, which must live as long as its id means it.
-        self._copies: dict[int, tuple[_Copy, object]] = {}
+        self._copies: dict[int, tuple[_CopiedValue, object]] = {}
 
-    def copy(self, value: Any, path: Path) -> _Copy:
+    def copy(self, value: Any, path: Path) -> _CopiedValue:
         """The copy of any value; None, reported, of what no scene can hold."""
         if isinstance(value, (Mapping, list, tuple)):
             return self._shared(value, path)
         numpy = sys.modules.get("numpy")
         if numpy is not None and isinstance(value, (numpy.ndarray, numpy.generic)):
             return self._array(value, path)
-        return _Copy(self._scalar(value, path), 1, 0)
+        return _CopiedValue(self._scalar(value, path), 1, 0)
 
-    def _array(self, array: Any, path: Path) -> _Copy:
+    def _array(self, array: Any, path: Path) -> _CopiedValue:
         if array.dtype.kind not in "biufU":
             self._refuse(f"a numpy value of dtype {array.dtype}", path)
-            return _NOTHING
+            return _INVALID
         value = array.tolist()
         if isinstance(value, list):
             return self._container(value, path)
-        return _Copy(self._scalar(value, path), 1, 0)
+        return _CopiedValue(self._scalar(value, path), 1, 0)
 
-    def _shared(self, value: Any, path: Path) -> _Copy:
+    def _shared(self, value: Any, path: Path) -> _CopiedValue:
         known = self._copies.get(id(value))
         if known is not None:
             copy = known[0]
         elif id(value) in self._open:
             self._report("SC010", "this dict or list holds itself", path)
-            return _NOTHING
+            return _INVALID
         else:
             self._open.add(id(value))
             copy = self._container(value, path)
@@ -93,7 +96,7 @@ class _Copier:
             self._too_deep(path)
         return copy
 
-    def _container(self, value: Any, path: Path) -> _Copy:
+    def _container(self, value: Any, path: Path) -> _CopiedValue:
         if len(path) >= self._limits.depth:
             self._too_deep(path)
         if isinstance(value, Mapping):
@@ -106,16 +109,16 @@ class _Copier:
         nodes = 1 + sum(child.nodes for child in children)
         if nodes > self._limits.text_bytes:
             self._too_long(path)
-        return _Copy(result, nodes, 1 + max((child.height for child in children), default=0))
+        return _CopiedValue(result, nodes, 1 + max((child.height for child in children), default=0))
 
-    def _entries(self, mapping: Mapping[Any, Any], path: Path) -> Iterable[tuple[str, _Copy]]:
+    def _entries(self, mapping: Mapping[Any, Any], path: Path) -> Iterable[tuple[str, _CopiedValue]]:
         for key, value in mapping.items():
-            name = _key(key, path)
+            name = _text_key(key, path)
             if name is None:
-                self._report("SC005", f"the key {_shown(key)} is not a string", path, hint="keys are strings")
+                self._report("SC005", f"the key {_format_key(key)} is not a string", path, hint="keys are strings")
                 continue
-            if RESERVED in name:
-                self._report("SC017", NULL_IN_KEY, (*path, name))
+            if RESERVED_CHARACTER in name:
+                self._report("SC017", RESERVED_IN_KEY_MESSAGE, (*path, name))
                 continue
             below = (*path, name)
             self._check_text(name, below)
@@ -138,7 +141,7 @@ class _Copier:
                 hint = "give it a value or take it away: what is left out has its default"
                 self._report("SC006", "None is not a value of any key", path, hint=hint)
             case _:
-                self._refuse(_article(type(value).__qualname__), path)
+                self._refuse(_with_article(type(value).__qualname__), path)
         return None
 
     def _in_range(self, value: int, path: Path) -> int:
@@ -167,26 +170,43 @@ class _Copier:
         message = f"more than {self._limits.depth} dicts and lists inside one another (limit depth)"
         hint = "`limits={'depth': N}` raises the limit"
         self._report("SC602", message, path[:8], hint=hint)
-        raise _Stopped
+        raise _LimitReached
 
     def _too_long(self, path: Path) -> NoReturn:
         message = f"more than {self._limits.text_bytes} values, shared ones counted each time (limit text_bytes)"
         hint = "`limits={'text_bytes': N}` raises the limit"
         self._report("SC601", message, path, hint=hint)
-        raise _Stopped
+        raise _LimitReached
 
 
-def _key(key: object, path: Path) -> str | None:
+def _text_key(key: object, path: Path) -> str | None:
     """A key as a text would give it; None if it is no string."""
-    if isinstance(key, int) and not isinstance(key, bool) and path[-1:] == (SCENE_KEYED,):
+    if isinstance(key, int) and not isinstance(key, bool) and path[-1:] == (SCENE_KEYED_FIELD,):
         return str(int.__int__(key))
     return str.__str__(key) if isinstance(key, str) else None
 
 
-def _article(name: str) -> str:
+def _with_article(name: str) -> str:
     return f"{'an' if name[:1].lower() in tuple('aeiou') else 'a'} {name}"
 
 
-def _shown(key: object) -> str:
+def _format_key(key: object) -> str:
     """A key as Python writes it, if that is short and harmless."""
-    return repr(key)[:40] if isinstance(key, (int, float, bytes, type(None))) else _article(type(key).__qualname__)
+    return repr(key)[:40] if isinstance(key, (int, float, bytes, type(None))) else _with_article(type(key).__qualname__)
+
+
+class RepeatedKeyError(ValueError):
+    """A key that stands twice in one object. Its words are the key."""
+
+
+def reject_repeated_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An `object_pairs_hook`.
+
+    Raises:
+        RepeatedKeyError: a key stands twice.
+    """
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        seen: set[str] = set()
+        raise RepeatedKeyError(next(repr(key[:80]) for key, _ in pairs if key in seen or seen.add(key)))
+    return found

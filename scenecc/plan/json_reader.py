@@ -1,51 +1,68 @@
-"""Plain data to the dataclasses of the plan, by the kinds of their fields."""
+"""Reads a plan from JSON, which may be hostile: every field is checked and every error is reported."""
 
 from __future__ import annotations
 
 import difflib
+import json
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeGuard
 
-from scenecc.diagnostics import Origin, Sink
+from scenecc.diagnostics import Location, Origin, Sink
 from scenecc.diagnostics import Path as Keys
 from scenecc.plan.articulation import ArticulationStructure, Joint, Link, Mimic
 from scenecc.plan.body import BodyStructure, CollisionShape, VisualShape
 from scenecc.plan.camera import Camera
 from scenecc.plan.constraint import Constraint, Drive
-from scenecc.plan.decode_links import articulation_faults, axis_faults, joint_faults, link_faults, structure_faults
-from scenecc.plan.decode_mounts import mount_faults, name_faults
-from scenecc.plan.decode_numbers import Fault, is_list, is_object, read_number, read_rows, shown
-from scenecc.plan.decode_scenes import check_materials, check_pick, object_count, read_selection
-from scenecc.plan.fields import (
-    Choice,
-    Draws,
-    Kind,
-    Many,
-    Node,
-    Numbers,
-    OneOf,
-    Plain,
-    Quantity,
-    Selection,
-    slots,
+from scenecc.plan.json_rules import (
+    check_articulation,
+    check_axes,
+    check_joint,
+    check_link,
+    check_materials,
+    check_mounts,
+    check_names,
+    check_pick,
+    check_structures,
+    count_objects,
+    read_selection,
 )
+from scenecc.plan.json_values import JsonProblem, describe_json, is_list, is_object, read_number, read_rows
+from scenecc.plan.json_writer import PLAN_VERSION
 from scenecc.plan.light import Environment, Light
 from scenecc.plan.material import AssetFile
 from scenecc.plan.physics import Physics
 from scenecc.plan.scene import Entity, ScenePlan
+from scenecc.plan.schema import (
+    ChoiceKind,
+    FieldKind,
+    ListKind,
+    ObjectKind,
+    Quantity,
+    ScalarKind,
+    SceneSelectionKind,
+    SharedDrawsKind,
+    UnionKind,
+    VectorKind,
+    plan_fields,
+)
 from scenecc.plan.value import Value, recalled
+from scenecc.source.plain_data import RepeatedKeyError, reject_repeated_keys
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scenecc.plan.recipe_shape import Shape
+    from scenecc.plan.recipes import Shape
     from scenecc.variation.nodes import Node as RecipeNode
 
-BAD: Final = object()
+
+INVALID: Final = object()
+
+
 """What a reader returns for data that it has reported."""
 
-_WITH_ORIGIN = {
+_CLASSES_WITH_ORIGIN = {
     ScenePlan,
     Physics,
     Entity,
@@ -60,22 +77,27 @@ _WITH_ORIGIN = {
     Environment,
     Camera,
 }
-_IN_SCENES = {Entity, Constraint, Light, Camera}
+
+_CLASSES_WITH_SCENES = {Entity, Constraint, Light, Camera}
+
+
 """What says in which scenes it is; an environment has a row for every scene."""
 
-_RULES: Final[dict[type, Callable[[dict[str, Any]], Iterator[Fault]]]] = {
-    Entity: structure_faults,
-    ArticulationStructure: articulation_faults,
-    Link: link_faults,
-    Joint: joint_faults,
-    Drive: axis_faults,
+_RULES: Final[dict[type, Callable[[dict[str, Any]], Iterator[JsonProblem]]]] = {
+    Entity: check_structures,
+    ArticulationStructure: check_articulation,
+    Link: check_link,
+    Joint: check_joint,
+    Drive: check_axes,
 }
+
+
 """Rules over several fields of one object, once each of them is read."""
 
-_LONGEST_STRING = 100_000
+_MAX_STRING_LENGTH = 100_000
 
 
-class Decoder:
+class PlanDecoder:
     """Reads one plan. A fault is reported and the rest is read on."""
 
     def __init__(
@@ -103,7 +125,7 @@ class Decoder:
         """What is being read; its scenes are counted before its shapes are read."""
 
     def plan(self, data: dict[str, Any]) -> object:
-        """The plan, or `BAD`."""
+        """The plan, or `INVALID`."""
         for table in ("files", "physical_materials", "visual_materials"):
             items = data.get(table)
             self._table_sizes[table] = len(items) if is_list(items) else 0
@@ -114,20 +136,20 @@ class Decoder:
         self._num_scenes = num_scenes if type(num_scenes) is int and num_scenes > 0 else None
         self._read_draws(data.get("draws", {}))
         plan = self._node(ScenePlan, data, ())
-        if self._told(name_faults(data), ()) or not isinstance(plan, ScenePlan) or self._told(mount_faults(plan), ()):
-            return BAD
+        if self._told(check_names(data), ()) or not isinstance(plan, ScenePlan) or self._told(check_mounts(plan), ()):
+            return INVALID
         wrong = check_materials(plan)
         return plan if wrong is None else self._fault(wrong[0].code, wrong[0].message, wrong[1])
 
-    def _told(self, faults: Iterator[Fault], path: Keys) -> bool:
+    def _told(self, faults: Iterator[JsonProblem], path: Keys) -> bool:
         """Whether there are any."""
         return bool([self._fault(fault.code, fault.message, (*path, *fault.keys)) for fault in faults])
 
     def _read_draws(self, data: object) -> None:
         """Ahead of all else, since recipes name them; each may read those before it."""
         for name, item in data.items() if is_object(data) else ():
-            read = _recipe(item, self._draw_shapes)
-            if isinstance(read, Fault):
+            read = _read_recipe(item, self._draw_shapes)
+            if isinstance(read, JsonProblem):
                 self._draws_hold = False
                 self._fault(read.code, read.message, ("draws", name[:80], *read.keys))
                 # What reads it is not told to be wrong, too.
@@ -136,52 +158,52 @@ class Decoder:
                 node, self._draw_shapes[name] = read
                 self._draws.append((name, node))
 
-    def _read(self, kind: Kind, data: object, path: Keys) -> object:
+    def _read(self, kind: FieldKind, data: object, path: Keys) -> object:
         read: object
         match kind:
             case Quantity():
                 read = self._value(kind, data, path)
-            case Plain():
+            case ScalarKind():
                 read = self._plain(kind, data, path)
-            case Choice():
+            case ChoiceKind():
                 read = self._choice(kind, data, path)
-            case Numbers():
+            case VectorKind():
                 rows = self._rows(Quantity(shape=(kind.count,), bounds=kind.bounds), [data], path, in_list=False)
                 read = tuple(rows.data[0].tolist()) if isinstance(rows, Value) else rows
-            case Selection():
+            case SceneSelectionKind():
                 read = self._selection(data, path)
-            case Draws() if is_object(data):
-                read = tuple(self._draws) if self._draws_hold else BAD
-            case Draws():
-                read = self._fault("SC705", f"an object is wanted here, not {shown(data)}", path)
-            case Many():
+            case SharedDrawsKind() if is_object(data):
+                read = tuple(self._draws) if self._draws_hold else INVALID
+            case SharedDrawsKind():
+                read = self._fault("SC705", f"an object is wanted here, not {describe_json(data)}", path)
+            case ListKind():
                 read = self._many(kind, data, path)
-            case Node():
+            case ObjectKind():
                 read = self._node(kind.cls, data, path)
-            case OneOf():
+            case UnionKind():
                 read = self._one_of(kind, data, path)
         return read
 
-    def _choice(self, kind: Choice, data: object, path: Keys) -> object:
+    def _choice(self, kind: ChoiceKind, data: object, path: Keys) -> object:
         if data in kind.options:
             return data
         words = ", ".join(f'"{option}"' for option in kind.options)
-        return self._fault("SC705", f"{shown(data)} is none of {words}", path)
+        return self._fault("SC705", f"{describe_json(data)} is none of {words}", path)
 
-    def _many(self, kind: Many, data: object, path: Keys) -> object:
+    def _many(self, kind: ListKind, data: object, path: Keys) -> object:
         if not is_list(data):
-            return self._fault("SC705", f"a list is wanted here, not {shown(data)}", path)
+            return self._fault("SC705", f"a list is wanted here, not {describe_json(data)}", path)
         items = [self._read(kind.item, item, (*path, index)) for index, item in enumerate(data)]
-        return BAD if any(item is BAD for item in items) else tuple(items)
+        return INVALID if any(item is INVALID for item in items) else tuple(items)
 
     def _node(self, cls: type, data: object, path: Keys) -> object:
         if not is_object(data):
-            return self._fault("SC705", f"an object is wanted here, not {shown(data)}", path)
-        if cls in _IN_SCENES:
+            return self._fault("SC705", f"an object is wanted here, not {describe_json(data)}", path)
+        if cls in _CLASSES_WITH_SCENES:
             self._entity = data
         elif cls is Environment:
             self._row_count = self._num_scenes
-        its_slots = slots(cls)
+        its_slots = plan_fields(cls)
         unknown = data.keys() - {slot.name for slot in its_slots}
         for key in sorted(unknown):
             self._unknown_key(key, [slot.name for slot in its_slots], path)
@@ -192,21 +214,21 @@ class Decoder:
                 read[slot.name] = self._read(slot.kind, data[slot.name], (*path, slot.name))
             elif slot.required:
                 read[slot.name] = self._fault("SC704", f"the key `{slot.name}` is missing", path)
-        if cls in _IN_SCENES or cls is Environment:
+        if cls in _CLASSES_WITH_SCENES or cls is Environment:
             self._row_count = None
-        if unknown or any(item is BAD for item in read.values()):
-            return BAD
+        if unknown or any(item is INVALID for item in read.values()):
+            return INVALID
         return self._made(cls, read, path)
 
     def _made(self, cls: type, read: dict[str, Any], path: Keys) -> object:
         if cls is AssetFile:
             found = self._resolve(read["uri"], self._origin((*path, "uri")))
-            return BAD if found is None else AssetFile(path=found, **read)
+            return INVALID if found is None else AssetFile(path=found, **read)
         if cls in _RULES and self._told(_RULES[cls](read), path):
-            return BAD
+            return INVALID
         if cls is Entity and not self._pick_holds(read, path):
-            return BAD
-        if cls in _WITH_ORIGIN:
+            return INVALID
+        if cls in _CLASSES_WITH_ORIGIN:
             read["origin"] = self._origin(path)
         return cls(**read)
 
@@ -216,11 +238,11 @@ class Decoder:
         if pick is None or fault is None:
             return True
         where = ("per_scene", *fault.keys) if pick.varies else ()
-        return self._fault(fault.code, fault.message, (*path, "pick", *where)) is not BAD
+        return self._fault(fault.code, fault.message, (*path, "pick", *where)) is not INVALID
 
-    def _one_of(self, kind: OneOf, data: object, path: Keys) -> object:
+    def _one_of(self, kind: UnionKind, data: object, path: Keys) -> object:
         if not is_object(data):
-            return self._fault("SC705", f"an object is wanted here, not {shown(data)}", path)
+            return self._fault("SC705", f"an object is wanted here, not {describe_json(data)}", path)
         by_type = dict(kind.by_type)
         if "type" not in data and kind.untyped is not None:
             return self._node(kind.untyped, data, path)
@@ -229,7 +251,7 @@ class Decoder:
         name = data["type"]
         if not isinstance(name, str) or name not in by_type:
             words = ", ".join(f'"{word}"' for word in by_type)
-            return self._fault("SC705", f"{shown(name)} is none of {words}", (*path, "type"))
+            return self._fault("SC705", f"{describe_json(name)} is none of {words}", (*path, "type"))
         return self._node(by_type[name], {key: item for key, item in data.items() if key != "type"}, path)
 
     def _value(self, kind: Quantity, data: object, path: Keys) -> object:
@@ -251,42 +273,42 @@ class Decoder:
         return read if recipe is None else self._with_recipe(read, recipe, kind, (*path, "recipe"))
 
     def _with_recipe(self, value: object, recipe: object, kind: Quantity, path: Keys) -> object:
-        read = _recipe(recipe, self._draw_shapes, kind.shape)
-        if isinstance(read, Fault):
+        read = _read_recipe(recipe, self._draw_shapes, kind.shape)
+        if isinstance(read, JsonProblem):
             return self._fault(read.code, read.message, (*path, *read.keys))
-        return recalled(value.data, read[0]) if isinstance(value, Value) else BAD
+        return recalled(value.data, read[0]) if isinstance(value, Value) else INVALID
 
     def _rows(self, kind: Quantity, rows: list[Any], path: Keys, *, in_list: bool) -> object:
         size = self._table_sizes[kind.table] if kind.table is not None else None
         read = read_rows(kind, rows, size)
-        if not isinstance(read, Fault):
+        if not isinstance(read, JsonProblem):
             return read
         return self._fault(read.code, read.message, (*path, *(read.keys if in_list else read.keys[1:])))
 
-    def _plain(self, kind: Plain, data: object, path: Keys) -> object:
+    def _plain(self, kind: ScalarKind, data: object, path: Keys) -> object:
         if kind.type is str or kind.type is bool:
             if type(data) is not kind.type:
                 word = "a string" if kind.type is str else "true or false"
-                return self._fault("SC705", f"{word} is wanted here, not {shown(data)}", path)
-            if isinstance(data, str) and len(data) > _LONGEST_STRING:
+                return self._fault("SC705", f"{word} is wanted here, not {describe_json(data)}", path)
+            if isinstance(data, str) and len(data) > _MAX_STRING_LENGTH:
                 return self._fault("SC712", f"this string has {len(data)} characters", path)
             return data
         read = read_number(kind, data)
-        return self._fault(read.code, read.message, path) if isinstance(read, Fault) else read
+        return self._fault(read.code, read.message, path) if isinstance(read, JsonProblem) else read
 
     def _selection(self, data: object, path: Keys) -> object:
         found = read_selection(data, self._num_scenes if self._num_scenes is not None else self._scene_limit)
-        if isinstance(found, Fault):
+        if isinstance(found, JsonProblem):
             return self._fault(found.code, found.message, path)
         self._row_count = len(found)
         before = self._object_count
-        self._object_count += object_count(self._entity, len(found))
+        self._object_count += count_objects(self._entity, len(found))
         if self._object_count > self._object_limit:
             # What comes after is counted, and no tuple made of it.
             if before <= self._object_limit:
                 message = f"objects summed over their scenes are more than {self._object_limit}"
                 self._fault("SC712", message, path)
-            return BAD
+            return INVALID
         return self._shared(data, found)
 
     def _shared(self, data: object, found: Sequence[int]) -> tuple[int, ...]:
@@ -301,17 +323,130 @@ class Decoder:
     def _unknown_key(self, key: str, known: list[str], path: Keys) -> None:
         near = difflib.get_close_matches(key[:80], known, n=1)
         hint = f"did you mean `{near[0]}`?" if near else None
-        self._sink.report("SC703", f"unknown key {shown(key)}", self._origin((*path, key[:80])), at="key", hint=hint)
+        self._sink.report(
+            "SC703", f"unknown key {describe_json(key)}", self._origin((*path, key[:80])), at="key", hint=hint
+        )
 
     def _origin(self, path: Keys) -> Origin:
         return Origin(self._file, path)
 
     def _fault(self, code: str, message: str, path: Keys) -> object:
         self._sink.report(code, message, self._origin(path))
-        return BAD
+        return INVALID
 
 
-def _recipe(data: object, draws: dict[str, Shape], shape: Shape = None) -> tuple[RecipeNode, Shape] | Fault:
-    from scenecc.plan.decode_recipe import read_recipe  # noqa: PLC0415 - most plans have no recipes
+def _read_recipe(data: object, draws: dict[str, Shape], shape: Shape = None) -> tuple[RecipeNode, Shape] | JsonProblem:
+    from scenecc.plan.recipes import read_recipe  # noqa: PLC0415 - most plans have no recipes
 
     return read_recipe(data, draws, shape)
+
+
+Resolver = Callable[[str, Origin], Path | None]
+
+
+"""Finds the file that a uri names; where it cannot, it reports why and returns None."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanLimits:
+    """What the JSON of a plan may ask for.
+
+    Attributes:
+        characters: of text.
+        scenes: `num_scenes`.
+        objects: entities, each counted as often as it has shapes, summed over the scenes that they are in.
+    """
+
+    characters: int = 512 * 2**20
+    scenes: int = 65_536
+    objects: int = 10_000_000
+
+
+def plan_from_json(
+    text: str,
+    *,
+    base: Path,
+    sink: Sink,
+    resolve: Resolver | None = None,
+    file: str | None = None,
+    limits: PlanLimits | None = None,
+) -> ScenePlan | None:
+    """Reads what `plan_to_json` wrote; None if anything is wrong, which `sink` then tells.
+
+    Ranges of single values are checked here. Rules over several values (friction order, the inertia's triangle) are
+    checks on the plan, and so is whether files exist unless `resolve` asks for it.
+
+    Args:
+        text: the JSON.
+        base: folder that relative uris start from.
+        sink: takes diagnostics of band 7 and those of `resolve`.
+        resolve: asked for every uri of the table of files; without it relative uris are joined to `base` and
+            `pkg://` and `asset://` are errors.
+        file: name of the document for diagnostics, and for the origins in the plan.
+        limits: None takes the defaults of `PlanLimits`.
+    """
+    bounds = limits if limits is not None else PlanLimits()
+    if len(text) > bounds.characters:
+        message = f"the plan has {len(text)} characters, more than {bounds.characters}"
+        sink.report("SC712", message, Location(file))
+        return None
+    data = _parse_json(text, sink, file)
+    if data is _UNPARSED or not _is_plan(data, sink, Origin(file)):
+        return None
+    del data["scenecc_plan"]
+    decoder = PlanDecoder(
+        sink, file, bounds.scenes, bounds.objects, resolve or _RelativeFileResolver(base, sink).resolve
+    )
+    plan = decoder.plan(data)
+    return plan if isinstance(plan, ScenePlan) else None
+
+
+_UNPARSED: Final = object()
+
+
+def _parse_json(text: str, sink: Sink, file: str | None) -> object:
+    try:
+        return json.loads(text.removeprefix("\ufeff"), object_pairs_hook=reject_repeated_keys)
+    except json.JSONDecodeError as error:
+        lines = text.splitlines()
+        line = lines[error.lineno - 1] if error.lineno <= len(lines) else None
+        place = Location(file, error.lineno, error.colno, error.colno + 1, line)
+        sink.report("SC701", f"this is not JSON: {error.msg}", place)
+    except RepeatedKeyError as error:
+        sink.report("SC713", f"the key {error} stands twice in one object", Location(file))
+    except RecursionError:
+        sink.report("SC712", "the plan is nested too deeply", Location(file))
+    except ValueError:  # an integer of more digits than Python reads
+        sink.report("SC701", "the plan holds a number with thousands of digits", Location(file))
+    return _UNPARSED
+
+
+def _is_plan(data: object, sink: Sink, origin: Origin) -> TypeGuard[dict[str, Any]]:
+    if not is_object(data) or "scenecc_plan" not in data:
+        sink.report("SC702", "this is not a plan: it has no key `scenecc_plan`", origin)
+        return False
+    version: object = data["scenecc_plan"]
+    if type(version) is int and version in (1, PLAN_VERSION):
+        return True
+    message = f"this plan has version {_format_version(version)}; versions 1 and {PLAN_VERSION} are read here"
+    sink.report("SC702", message, origin.child("scenecc_plan"))
+    return False
+
+
+def _format_version(item: object) -> str:
+    text = json.dumps(item)
+    return text if len(text) <= 40 else text[:40] + "…"
+
+
+@dataclass(frozen=True, slots=True)
+class _RelativeFileResolver:
+    """Finds relative uris only."""
+
+    base: Path
+    sink: Sink
+
+    def resolve(self, uri: str, origin: Origin) -> Path | None:
+        if "://" not in uri and "\0" not in uri:
+            return self.base.absolute() / uri
+        self.sink.report("SC711", f"nothing here can find `{uri[:200]}`", origin)
+        return None

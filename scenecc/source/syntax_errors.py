@@ -1,4 +1,4 @@
-"""What the parser says about bad YAML, in words that help."""
+"""Errors in YAML text: the reporter at parser marks, and advice for each problem that the parser names."""
 
 from __future__ import annotations
 
@@ -9,16 +9,105 @@ from typing import TYPE_CHECKING
 from yaml import MarkedYAMLError, YAMLError
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.source.text import control_character
+from scenecc.source.text import find_control_character, report_character
 
 if TYPE_CHECKING:
-    from scenecc.source.faults import Faults
-    from scenecc.source.lines import Lines
-    from scenecc.source.parsing import Mark
+    from scenecc.diagnostics import Location, Path, Sink
+    from scenecc.source.events import Event, Mark
+    from scenecc.source.text import TextLines
+
+
+MAX_ERRORS = 1000
+
+
+"""A text of nothing but errors (`- ` a million times) must not fill the memory with reports."""
+
+
+class ReadAborted(Exception):
+    """The rest of the text is not read: a limit was reached, or too much is wrong."""
+
+
+class SourceReporter:
+    """Reports at the marks of a parser.
+
+    Attributes:
+        lines: the text that is read.
+        any: whether anything was reported.
+    """
+
+    def __init__(self, lines: TextLines, sink: Sink) -> None:
+        self.lines = lines
+        self.any = False
+        self._count = 0
+        self._sink = sink
+
+    def at(
+        self,
+        code: str,
+        message: str,
+        event: Event,
+        *,
+        path: Path = (),
+        hint: str | None = None,
+        related: tuple[tuple[str, Location], ...] = (),
+    ) -> None:
+        """Reports an error at what an event names.
+
+        Raises:
+            Stopped: too many errors so far.
+        """
+        self.report(code, message, self.span(event.start_mark, event.end_mark), path=path, hint=hint, related=related)
+        self.admit(event)
+
+    def admit(self, event: Event) -> None:
+        """Counts an error at an event.
+
+        Raises:
+            Stopped: it is one too many.
+        """
+        self._count += 1
+        if self._count >= MAX_ERRORS:
+            self.report(
+                "SC016",
+                f"reading stopped after {MAX_ERRORS} errors",
+                self.span(event.start_mark, event.end_mark),
+                hint="mend these first; the rest of the file was not looked at",
+            )
+            raise ReadAborted
+
+    def report(
+        self,
+        code: str,
+        message: str,
+        location: Location,
+        *,
+        path: Path = (),
+        hint: str | None = None,
+        related: tuple[tuple[str, Location], ...] = (),
+    ) -> None:
+        """Reports an error at a place."""
+        self.any = True
+        self._sink.report(
+            code, message, location, path=path, hint=hint, related=[(text, place, "value") for text, place in related]
+        )
+
+    def character(self, offset: int) -> None:
+        """Reports a character that must not stand in a scene file."""
+        self.any = True
+        report_character(self.lines, offset, self._sink)
+
+    def span(self, start: Mark, end: Mark) -> Location:
+        """The place from one mark to another, as far as it is on the first one's line."""
+        return self.lines.location(start.line, start.column, end.column if end.line == start.line else None)
+
 
 _EXPRESSION = re.compile(r"\$\{[^}]*\}?")
+
 _KEY_WITHOUT_BLANK = re.compile(r"\s*(?:- +)*(?P<key>[A-Za-z_][\w.-]*):[^\s:/]")
+
 _MAX_KEY = 1024
+
+
 """Characters before the colon of a key, by YAML's rule for keys without `? `."""
 
 
@@ -26,7 +115,7 @@ _MAX_KEY = 1024
 class _Problem:
     """What went wrong, and where: as the parser says it, and with the text at hand."""
 
-    lines: Lines
+    lines: TextLines
     problem: str
     mark: Mark
     context: Mark | None
@@ -65,18 +154,18 @@ class _Advice:
     """A message about the place at which the parser's context began."""
 
 
-def report_syntax(error: YAMLError, faults: Faults) -> None:
+def report_syntax(error: YAMLError, faults: SourceReporter) -> None:
     """Reports what ended the parser."""
     lines = faults.lines
     if not isinstance(error, MarkedYAMLError) or error.problem_mark is None:
-        offset = control_character(lines.text)
+        offset = find_control_character(lines.text)
         if offset is None:
             faults.report("SC003", f"bad YAML: {error}", lines.location(0, 0, 1))
         else:
             faults.character(offset)
         return
     problem = _Problem(lines, error.problem or "bad YAML", error.problem_mark, error.context_mark)
-    advice = _advice(problem)
+    advice = _find_advice(problem)
     line = problem.mark.line if advice.line is None else advice.line
     column = problem.mark.column if advice.column is None else advice.column
     context = problem.context
@@ -90,8 +179,8 @@ def report_syntax(error: YAMLError, faults: Faults) -> None:
     faults.report("SC003", advice.message, place, hint=advice.hint, related=related)
 
 
-def _advice(problem: _Problem) -> _Advice:
-    for beginning, advise in _ADVICE.items():
+def _find_advice(problem: _Problem) -> _Advice:
+    for beginning, advise in _ADVICE_BY_PROBLEM.items():
         if problem.problem.startswith(beginning):
             return _tab(problem) or advise(problem)
     return _tab(problem) or _Advice(f"bad YAML: {problem.problem}")
@@ -127,7 +216,7 @@ def _brackets(problem: _Problem) -> _Advice:
 def _colon(problem: _Problem) -> _Advice:
     """A colon where no key can be."""
     line, column = problem.mark.line, problem.mark.column
-    above = _above(problem)
+    above = _line_above(problem)
     if above is not None:
         match = _KEY_WITHOUT_BLANK.match(problem.lines.line(above))
         if match is not None:
@@ -160,7 +249,7 @@ def _no_blank(match: re.Match[str], line: int) -> _Advice:
     )
 
 
-def _above(problem: _Problem) -> int | None:
+def _line_above(problem: _Problem) -> int | None:
     """The last line before the problem's that holds more than blanks and a comment."""
     for line in range(problem.mark.line - 1, max(problem.mark.line - 100, -1), -1):
         text = problem.lines.line(line).strip()
@@ -242,7 +331,7 @@ def _after_end(problem: _Problem) -> _Advice:
     return _Advice("something follows the end of the document", hint, length=problem.rest_length)
 
 
-_ADVICE: dict[str, Callable[[_Problem], _Advice]] = {
+_ADVICE_BY_PROBLEM: dict[str, Callable[[_Problem], _Advice]] = {
     "did not find expected ',' or": _brackets,
     "mapping values are not allowed": _colon,
     "could not find expected ':'": _no_colon,
@@ -258,4 +347,6 @@ _ADVICE: dict[str, Callable[[_Problem], _Advice]] = {
     "did not find expected hexdecimal number": _escape,
     "did not find expected <document start>": _after_end,
 }
+
+
 """How the problems that libyaml names begin → what to say of them."""

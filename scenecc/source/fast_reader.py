@@ -1,9 +1,10 @@
-"""The plain part of YAML, read a line at a time: what a long scene file is made of.
+"""The fast reader of YAML: one line at a time, for the plain subset that long scene files use.
 
 PyYAML's parser makes four objects of every scalar and every bracket, which takes six times as long as the parsing
 itself. This reader knows one way of writing each thing and declines everything else: comments, indented mappings
 and lists, `key: value`, `- value`, `- key: value`, and values that begin and end on their line. A text that it
-reads is one that the parser reads without fault and to the same data, and whatever is wrong is for the parser to find.
+accepts is one that the parser reads without error and to the same data. The parser reports everything that is
+wrong.
 """
 
 from __future__ import annotations
@@ -14,54 +15,80 @@ from typing import Any
 from scenecc.source.scalars import PlainKeys, PlainValues
 
 _KEY = r"[A-Za-z_][A-Za-z0-9_./-]{0,99}"
+
 _FIRST = r"(?:[A-Za-z0-9_./+]|-(?=[A-Za-z0-9_./+-]))"
+
 _WITHIN = r"[A-Za-z0-9_./+%*()=$@^~-]|:(?=[A-Za-z0-9_/])"
+
 _WORD = rf"{_FIRST}(?:{_WITHIN})*"
+
+
 """A plain scalar without blanks, which means the same inside of brackets and outside."""
 
 _TEXT = rf"{_FIRST}(?:{_WITHIN}|[,;']| (?=[A-Za-z0-9_./+%*()=$@^~,;'-]))*"
+
+
 """A plain scalar outside of brackets: words with one blank between them."""
 
 _NOT_PRINTED = r"\x00-\x1f\x7f-\x9f"
+
 _DOUBLE = rf'"([^"\\{_NOT_PRINTED}]*)"'
+
 _SINGLE = rf"'([^'{_NOT_PRINTED}]*)'"
+
 _TAIL = rf" *(?:(?<![^ ])#[^{_NOT_PRINTED}]*)?"
 
-_ODD = "[\u2028\u2029\ud800-\udfff\ufeff-\uffff]"
+_UNUSUAL_CHARACTER = "[\u2028\u2029\ud800-\udfff\ufeff-\uffff]"
+
+
 """What is not printed either, or ends a line for the parser alone. Looked for in the whole text, and only where one is
 not ASCII: as a part of the patterns it would take each of them milliseconds to be made."""
 
 _LINE = re.compile(
     rf"( *)(- +)?(?:({_KEY}):(?: +|$))?(?:(?:({_TEXT})|{_DOUBLE}|{_SINGLE})?{_TAIL}|([\[{{][^{_NOT_PRINTED}]*))"
 ).fullmatch
+
 _DECIMAL = r"-?[0-9]{1,20}\.[0-9]{1,20}"
+
 _DECIMALS = re.compile(rf"\[ *({_DECIMAL}(?: *, *{_DECIMAL})*) *\]{_TAIL}").fullmatch
+
 _WORDS = re.compile(rf"\[ *({_WORD}(?: *, *{_WORD})*) *\]{_TAIL}").fullmatch
+
 _TOKEN = re.compile(rf" *(?:([\[\]{{}},])|({_KEY}): +|({_WORD})|{_DOUBLE}|{_SINGLE})").match
+
 _REST = re.compile(_TAIL).fullmatch
+
 _KEY_TOKEN, _WORD_TOKEN = 2, 3
 
 _Line = tuple[int, int, "str | None", Any]
+
+
 """Column of the dash or else of the key, column of the key, the key, the value: None where none is on the line."""
 
-
 _MAX_LINE = 1000
+
 _MAX_LINES = 1_000_000
+
+
 """Longer lines and more of them, which no person writes, cost the parser less."""
 
 _KEPT_LINES = 10_000
+
+
 """Lines that come again come early: `shapes:`, `- type: box`. The others would only fill the memory."""
 
 _FLOW_DEPTH = 8
+
+
 """How many brackets this reader follows inside one another; deeper is for the parser, as are the last levels of
 mappings and lists below the limit."""
 
 
-class _Declined(Exception):
+class _UnsupportedSyntax(Exception):
     """This is for the parser."""
 
 
-def read_plain(text: str, depth: int) -> dict[str, Any] | None:
+def read_fast(text: str, depth: int) -> dict[str, Any] | None:
     """The mapping that a text holds; None where this reader does not know, which says nothing about the text.
 
     Args:
@@ -70,14 +97,14 @@ def read_plain(text: str, depth: int) -> dict[str, Any] | None:
     """
     try:
         return _read(text, depth - _FLOW_DEPTH)
-    except _Declined:
+    except _UnsupportedSyntax:
         return None
 
 
 def _read(text: str, depth: int) -> dict[str, Any]:
-    if text.count("\n") > _MAX_LINES or (not text.isascii() and re.search(_ODD, text)):
-        raise _Declined
-    parse = _Lines()
+    if text.count("\n") > _MAX_LINES or (not text.isascii() and re.search(_UNUSUAL_CHARACTER, text)):
+        raise _UnsupportedSyntax
+    parse = _LineParser()
     top: Any = {}
     # The open containers with the columns of their entries. A list may begin in the column of the mapping around
     # it; otherwise what is inside begins further right.
@@ -92,14 +119,14 @@ def _read(text: str, depth: int) -> dict[str, Any]:
         kind: Any = dict if inner == column else list
         if waiting is not None:
             if column < columns[-1] + (kind is dict):
-                raise _Declined
+                raise _UnsupportedSyntax
             new = kind()
             top[waiting] = new
             top, waiting = new, None
             open_.append(top)
             columns.append(column)
         elif columns[-1] != column or type(top) is not kind:
-            top = _closed(open_, columns, column, kind)
+            top = _close_containers(open_, columns, column, kind)
         if kind is list:
             if key is None:
                 top.append(value)
@@ -110,27 +137,27 @@ def _read(text: str, depth: int) -> dict[str, Any]:
             open_.append(top)
             columns.append(inner)
         if key in top or len(open_) > depth:
-            raise _Declined
+            raise _UnsupportedSyntax
         if value is None:
             waiting = key
         else:
             top[key] = value
     if waiting is not None or not open_[0]:
-        raise _Declined
+        raise _UnsupportedSyntax
     return open_[0]
 
 
-def _closed(open_: list[Any], columns: list[int], column: int, kind: type) -> Any:
+def _close_containers(open_: list[Any], columns: list[int], column: int, kind: type) -> Any:
     """Closes what ends above a line, and gives the dict or list that goes on there."""
     while columns and (columns[-1] > column or (columns[-1] == column and type(open_[-1]) is not kind)):
         columns.pop()
         open_.pop()
     if not columns or columns[-1] != column:
-        raise _Declined
+        raise _UnsupportedSyntax
     return open_[-1]
 
 
-class _Lines(dict[str, "_Line | None"]):
+class _LineParser(dict[str, "_Line | None"]):
     """A line → what it says; None for one that says nothing."""
 
     def __init__(self) -> None:
@@ -145,18 +172,18 @@ class _Lines(dict[str, "_Line | None"]):
         """
         match = _LINE(line) if len(line) <= _MAX_LINE else None
         if match is None:
-            raise _Declined
+            raise _UnsupportedSyntax
         blanks, dash, key, text, double, single, brackets = match.groups()
         value = self._plain[text] if text is not None else double if double is not None else single
         if brackets is not None:
             value = self._in_brackets(brackets)
         if key is None and value is None:
             if dash or text is not None:
-                raise _Declined
+                raise _UnsupportedSyntax
             self[line] = None
             return None
         if (key is None and not dash) or (key is not None and self._keys[key] is None) or (text and value is None):
-            raise _Declined
+            raise _UnsupportedSyntax
         column = len(blanks)
         said = (column, column + len(dash or ""), key, value)
         if brackets is None and len(self) < _KEPT_LINES:  # with brackets two places would have one list
@@ -171,72 +198,72 @@ class _Lines(dict[str, "_Line | None"]):
         if words is None:
             value, end = self._value(text, 0, _FLOW_DEPTH)
             if _REST(text, end) is None:
-                raise _Declined
+                raise _UnsupportedSyntax
             return value
         plain = self._plain
         value = [plain[word] for word in words[1].replace(" ", "").split(",")]
         if None in value:
-            raise _Declined
+            raise _UnsupportedSyntax
         return value
 
     def _value(self, text: str, start: int, depth: int) -> tuple[Any, int]:
         """The value that begins at an offset, and the offset of its end."""
         token = _TOKEN(text, start)
         if token is None:
-            raise _Declined
+            raise _UnsupportedSyntax
         kind, end = token.lastindex, token.end()
         if kind == _WORD_TOKEN:
             value = self._plain[token[kind]]
             if value is None:
-                raise _Declined
+                raise _UnsupportedSyntax
             return value, end
         if kind == _KEY_TOKEN or kind is None:
-            raise _Declined
+            raise _UnsupportedSyntax
         if token[1] is None:
             return token[kind], end
         if not depth:
-            raise _Declined
+            raise _UnsupportedSyntax
         if token[1] == "[":
             return self._list(text, end, depth - 1)
         if token[1] == "{":
             return self._mapping(text, end, depth - 1)
-        raise _Declined
+        raise _UnsupportedSyntax
 
     def _list(self, text: str, start: int, depth: int) -> tuple[list[Any], int]:
         node: list[Any] = []
-        mark, end = _empty(text, start, "]") or (",", start)
+        mark, end = _match_closing(text, start, "]") or (",", start)
         while mark == ",":
             value, end = self._value(text, end, depth)
             node.append(value)
-            mark, end = _mark(text, end)
+            mark, end = _next_mark(text, end)
         if mark != "]":
-            raise _Declined
+            raise _UnsupportedSyntax
         return node, end
 
     def _mapping(self, text: str, start: int, depth: int) -> tuple[dict[str, Any], int]:
         node: dict[str, Any] = {}
-        mark, end = _empty(text, start, "}") or (",", start)
+        mark, end = _match_closing(text, start, "}") or (",", start)
         while mark == ",":
             token = _TOKEN(text, end)
             key = token and token[_KEY_TOKEN]
             if not token or not key or key in node or self._keys[key] is None:
-                raise _Declined
+                raise _UnsupportedSyntax
             node[key], end = self._value(text, token.end(), depth)
-            mark, end = _mark(text, end)
+            mark, end = _next_mark(text, end)
         if mark != "}":
-            raise _Declined
+            raise _UnsupportedSyntax
         return node, end
 
 
-def _empty(text: str, start: int, bracket: str) -> tuple[str, int] | None:
+def _match_closing(text: str, start: int, bracket: str) -> tuple[str, int] | None:
     """The bracket that closes what has just been opened, and the offset after it; None where there is more."""
     token = _TOKEN(text, start)
     return (bracket, token.end()) if token is not None and token[1] == bracket else None
 
 
-def _mark(text: str, start: int) -> tuple[str | None, int]:
+def _next_mark(text: str, start: int) -> tuple[str | None, int]:
     """The comma or bracket that follows, and the offset after it."""
     token = _TOKEN(text, start)
     if token is None:
-        raise _Declined
+        raise _UnsupportedSyntax
     return token[1], token.end()

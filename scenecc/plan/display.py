@@ -1,0 +1,286 @@
+"""How fields and values of a plan are written for people: paths as in a scene file, and short texts for values and for
+pairs of them.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from scenecc.diagnostics.origin import dotted
+from scenecc.plan.articulation import ArticulationStructure
+from scenecc.plan.body import BodyStructure, CollisionShape, VisualShape
+from scenecc.variation.bounds import ValueBounds
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from scenecc.diagnostics import Origin
+    from scenecc.plan.scene import ScenePlan
+    from scenecc.plan.value import Value
+
+
+SPEC_FIELD_NAMES: Final = {
+    "disable_gravity": "gravity",
+    "locked_motion_axes": "locked_axes",
+    "collision_groups": "collision_bits",
+}
+
+
+"""Fields of a plan that a scene file calls otherwise."""
+
+_INLINED_FIELDS: Final = frozenset(
+    {
+        ("Link", "body"),
+        ("Constraint", "joint"),
+        ("AxisLimit", "limits"),
+        ("Light", "light"),
+        ("Camera", "lens"),
+    }
+)
+
+
+"""Fields whose own fields a scene file has where they stand, by the dataclass that has them."""
+
+_SHAPE_LISTS: Final = ("shapes", "collisions", "visuals")
+
+
+def shape_path(origin: Origin | None, otherwise: str) -> str:
+    """A shape's place below its entity, as in the file that it was compiled from; `otherwise` where there is none."""
+    path = () if origin is None else origin.path[2:]
+    return dotted(path) if path and path[0] in {*_SHAPE_LISTS, "variants"} else otherwise
+
+
+def link_shape_path(above: str, origin: Origin | None, otherwise: str) -> str:
+    """A shape's place below its link, likewise: a link of a file's own tree has shapes as a body has."""
+    path = () if origin is None else origin.path
+    last = max((place for place, key in enumerate(path) if place > 1 and key in _SHAPE_LISTS), default=None)
+    return otherwise if last is None else f"{above.rpartition('.')[0]}.{dotted(path[last:])}"
+
+
+def field_path(above: str, name: str, holder: type | None = None) -> str:
+    """A field below what it stands in: a geometry's are its shape's, and a lens's are its camera's.
+
+    Args:
+        above: where the dataclass is that has it.
+        name: of the field.
+        holder: the type of that dataclass.
+    """
+    if name in {"geometry", "structures"} or (holder is not None and (holder.__name__, name) in _INLINED_FIELDS):
+        return above
+    name = SPEC_FIELD_NAMES.get(name, name)
+    return f"{above}.{name}" if above else name
+
+
+def name_suffix(name: str) -> str:
+    """What follows a list whose items are found by name."""
+    return dotted(("", name))[len('[""]') :]
+
+
+def item_path(above: str, index: int, item: Any, *, count: int) -> str:
+    """An item of a list below the list, `count` being how many there are: a single structure is the entity's own."""
+    if isinstance(item, BodyStructure | ArticulationStructure):
+        return "" if count == 1 else f"variants[{index}]"
+    place = f"{above}[{index}]"
+    if not isinstance(item, CollisionShape | VisualShape):
+        return place
+    return link_shape_path(above, item.origin, place) if "links." in above else shape_path(item.origin, place)
+
+
+_MAX_ALTERNATIVES: Final = 4
+
+
+"""So many alternatives are written out."""
+
+_MAX_ALTERNATIVES_WIDTH: Final = 60
+
+
+"""And no more characters than these."""
+
+DIGITS: Final = 5
+
+
+"""So many digits of a number, where no more are needed to tell it from another."""
+
+_MORE_DIGITS: Final = (DIGITS, 8, 12, 17)
+
+
+def format_value_bounds(support: ValueBounds) -> str:
+    """Alternatives (`0.1 | 0.5`), bounds (`0.1 … 0.5`), or what can be said without."""
+    alternatives = support.alternatives
+    if alternatives is None:
+        return _format_range(support.low, support.high) if support.low is not None else "by an expression"
+    return join_alternatives([format_item(item) for item in alternatives]) or (
+        f"{len(alternatives)} values, {_format_range(support.low, support.high)}"
+        if support.low is not None
+        else f"{len(alternatives)} values"
+    )
+
+
+def slice_value_bounds(support: ValueBounds, start: int, end: int) -> ValueBounds:
+    """Some components of a vector."""
+    if support.alternatives is not None:
+        return ValueBounds.of(item[start:end] for item in support.alternatives)
+    return ValueBounds(None, support.low[start:end], support.high[start:end], support.exact)
+
+
+def is_any_rotation(q: ValueBounds) -> bool:
+    """Whether a quaternion may be any: its bounds say little, unless they leave out an axis."""
+    return q.alternatives is None and q.low == (-1, -1, -1, -1) and q.high == (1, 1, 1, 1)
+
+
+def join_alternatives(items: Sequence[str]) -> str | None:
+    """Alternatives side by side; None where they are too many or too long."""
+    text = " | ".join(items)
+    return text if len(items) <= _MAX_ALTERNATIVES and len(text) <= _MAX_ALTERNATIVES_WIDTH else None
+
+
+def format_item(item: Any, digits: int = DIGITS) -> str:
+    """A number to so many digits, truth value, text or vector."""
+    if isinstance(item, bool):
+        return "true" if item else "false"
+    if isinstance(item, tuple):
+        return f"[{', '.join(format_item(one, digits) for one in cast('tuple[Any, ...]', item))}]"
+    return f"{item:.{digits}g}" if isinstance(item, int | float) else str(item)
+
+
+def format_color(item: tuple[float, ...], digits: int = DIGITS) -> str:
+    """A colour as files have it, `#rrggbb[aa]`, where its components are of 255 parts."""
+    parts = [component * 255 for component in item]
+    if not all(0 <= part <= 255 and math.isclose(part, round(part), abs_tol=1e-9) for part in parts):
+        return format_item(item, digits)
+    text = "".join(f"{round(part):02x}" for part in parts)
+    return f"#{text.removesuffix('ff') if len(parts) == 4 else text}"
+
+
+def format_pair(a: Sequence[Any], b: Sequence[Any], show: Callable[[Any, int], str] = format_item) -> tuple[str, str]:
+    """Two sets of items that occur, with as many digits as it takes to tell one from the other."""
+    first, second = _unique_items(a), _unique_items(b)
+    both = ("", "")
+    for digits in _MORE_DIGITS:
+        both = _format_set(first, digits, show), _format_set(second, digits, show)
+        if both[0] != both[1]:
+            break
+    return both
+
+
+def format_set(items: Sequence[Any], show: Callable[[Any, int], str] = format_item) -> str:
+    """A set of items that occur."""
+    return _format_set(_unique_items(items), DIGITS, show)
+
+
+def _unique_items(items: Sequence[Any]) -> list[Any]:
+    return list({repr(item): item for item in items}.values())
+
+
+def _format_set(items: list[Any], digits: int, show: Callable[[Any, int], str]) -> str:
+    text = join_alternatives([show(item, digits) for item in items])
+    if text is not None or not _are_numbers(items):
+        return text or (show(items[0], digits) if len(items) == 1 else f"{len(items)} values")
+    if not isinstance(items[0], tuple):
+        return _format_range(min(items), max(items), digits)
+    columns = list(zip(*items, strict=True))
+    return _format_range(tuple(map(min, columns)), tuple(map(max, columns)), digits)
+
+
+def _are_numbers(items: list[Any]) -> bool:
+    """Whether they are numbers, or vectors of these of one length."""
+    if not isinstance(items[0], tuple):
+        return all(isinstance(item, int | float) and not isinstance(item, bool) for item in items)
+    vectors = cast("list[tuple[Any, ...]]", [item for item in items if isinstance(item, tuple)])
+    lengths = {len(vector) for vector in vectors}
+    return len(vectors) == len(items) and len(lengths) == 1 and all(_are_numbers([*vector]) for vector in vectors)
+
+
+def _format_range(low: Any, high: Any, digits: int = DIGITS) -> str:
+    if not isinstance(low, tuple):
+        first = format_item(low, digits)
+        return first if low == high else f"{first} … {format_item(high, digits)}"
+    parts = [_format_range(a, b, digits) for a, b in zip(cast("tuple[Any, ...]", low), high, strict=True)]
+    if len(set(parts)) == 1 and low != high:
+        return f"{parts[0]} each"
+    return f"[{', '.join(parts)}]"
+
+
+_MAX_TEXT_WIDTH: Final = 120
+
+_COLOR_FIELDS: Final = frozenset({"base_color", "emission"})
+
+
+def truncate(text: str) -> str:
+    """At most a line of it."""
+    return text if len(text) <= _MAX_TEXT_WIDTH else text[: _MAX_TEXT_WIDTH - 1] + "…"
+
+
+def format_row_pair(
+    path: str,
+    a: NDArray[Any],
+    b: NDArray[Any],
+    scenes: NDArray[np.int64],
+    name: Callable[[int], str] | None = None,
+) -> tuple[str, str]:
+    """Two arrays of rows (B, …) that differ in each of the scenes (B,). `name`: what an index stands for."""
+    show = _item_formatter(path, name)
+    first, second = ([_to_tuples(row) for row in rows.tolist()] for rows in (a, b))
+    words = format_pair(first, second, show)
+    if words[0] == words[1] and len(scenes) > 1:
+        # The same values in other scenes: the first of these tells them apart.
+        one = format_pair(first[:1], second[:1], show)
+        words = (f"{one[0]} in scene {scenes[0]}, …", f"{one[1]} in scene {scenes[0]}, …")
+    return words
+
+
+def format_rows(path: str, rows: NDArray[Any], name: Callable[[int], str] | None = None) -> str:
+    """An array of rows (B, …) of which the other plan has nothing."""
+    return format_set([_to_tuples(row) for row in rows.tolist()], _item_formatter(path, name))
+
+
+def _item_formatter(path: str, name: Callable[[int], str] | None) -> Callable[[Any, int], str]:
+    if name is not None:
+        return lambda index, _: name(int(index))
+    if path.rpartition(".")[2] == "gravity":
+        return lambda disabled, _: format_item(not disabled)
+    return format_item
+
+
+def format_material_pair(field: str, a: list[Any], b: list[Any], files: Sequence[str]) -> tuple[str | None, str | None]:
+    """What materials hold in a field, of which None is nothing. `files`: names by number."""
+    shown: Callable[[Any, int], str] = format_color if field in _COLOR_FIELDS else format_item
+    if field.endswith(".file"):
+        shown = lambda number, _: str(files[number])  # noqa: E731
+
+    def show(item: Any, digits: int) -> str:
+        return "left out" if item is None else shown(item, digits)
+
+    words = format_pair(list(map(_to_tuples, a)), list(map(_to_tuples, b)), show)
+    nothing = [all(item is None for item in items) for items in (a, b)]
+    return None if nothing[0] else words[0], None if nothing[1] else words[1]
+
+
+def format_reset_pair(
+    values: tuple[Value, Value], plans: tuple[ScenePlan, ScenePlan], part: slice | None
+) -> tuple[str, str]:
+    """What resets can give in two plans that are the same as built. `part`: of each row."""
+    first, second = (_format_reset(value, plan, part) for value, plan in zip(values, plans, strict=True))
+    return first, f"{second}, drawn otherwise" if first == second else second
+
+
+def _format_reset(value: Value, plan: ScenePlan, part: slice | None) -> str:
+    from scenecc.variation.node_bounds import find_bounds  # noqa: PLC0415 - most plans have no recipes
+
+    if value.recipe is None:
+        return "as built"
+    found = find_bounds(value.recipe, dict(plan.draws), num_scenes=plan.num_scenes)
+    if part is not None and found.low is not None:
+        found = slice_value_bounds(found, part.start, part.stop)
+        if part.start and is_any_rotation(found):
+            return "any rotation at reset"
+    within = "" if found.exact or found.alternatives is not None or found.low is None else "within "
+    return f"{within}{format_value_bounds(found)} at reset"
+
+
+def _to_tuples(item: Any) -> Any:
+    return tuple(map(_to_tuples, item)) if isinstance(item, list) else item  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]

@@ -1,0 +1,142 @@
+"""Properties of a body and of a collision shape beyond the geometry, one row a field, and the ranges of numbers.
+
+The language's keys, the rules, the backends and the emitters read this table, so that a new field is a row here, a
+field of the dataclass and a key of the language.
+"""
+
+from __future__ import annotations
+
+from math import inf
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+if TYPE_CHECKING:
+    Part = Literal["mass", "body", "groups", "look", "shape"]
+    Dtype = Literal["float64", "int64", "bool"]
+
+
+class Bounds(NamedTuple):
+    """The numbers that are allowed, both ends included. `nonzero`: 0 is not."""
+
+    low: float = -inf
+    high: float = inf
+    nonzero: bool = False
+
+    def __str__(self) -> str:
+        low = "" if self.low == -inf else f"at least {self.low:g}"
+        high = "" if self.high == inf else f"at most {self.high:g}"
+        return " and ".join(filter(None, (low, high, "not 0" if self.nonzero else "")))
+
+    def allow(self, number: float) -> bool:
+        """Whether a number is one of them."""
+        return self.low <= number <= self.high and not (self.nonzero and number == 0)
+
+    def wanted(self, number: float) -> str:
+        """What a number that is none of them would have to be, as a person says it."""
+        if number == 0 and self.nonzero:
+            return "other than 0"
+        if number <= 0 and self.low == FLOAT32_MIN:
+            return "above 0"
+        if number < self.low:
+            return f"at least {self.low:g}"
+        return f"at most {self.high:g}"
+
+
+FLOAT32_MAX = 3.4028234663852886e38
+
+
+FLOAT32_MIN = 1.1754943508222875e-38
+
+
+"""The range of single precision, in which the engine computes; the language has the same."""
+
+MAX_BODY_OFFSET = 1e4
+
+
+"""How far a shape or the centre of mass of a body that moves is from it [m]: beyond, the engine moves the body by
+millimetres when it goes from the one to the other, and its inertia is noise."""
+
+ANY = Bounds(-FLOAT32_MAX, FLOAT32_MAX)
+
+POSITIVE = Bounds(FLOAT32_MIN, FLOAT32_MAX)
+
+NON_NEGATIVE = Bounds(0, FLOAT32_MAX)
+
+UNIT_INTERVAL = Bounds(0, 1)
+
+COUNT = Bounds(0, 2**31 - 1)
+
+POSITION_ITERATIONS = Bounds(1, 255)
+
+VELOCITY_ITERATIONS = Bounds(0, 255)
+
+
+class Property(NamedTuple):
+    """One field that holds a `Value`.
+
+    Attributes:
+        field: of `BodyStructure` or `CollisionShape`.
+        part: what of SAPIEN has it: "body", a property of a rigid dynamic component, which does nothing unless PhysX
+            moves it; "mass", likewise; "groups", every colliding shape of a body; "look", a render component; "shape",
+            a colliding shape.
+        key: in a scene file.
+        bounds, dtype, shape: of a row.
+        untouched: what a fresh object of SAPIEN's has whatever its settings; None: it depends on them.
+        reset: whether a reset may draw it anew.
+    """
+
+    field: str
+    part: Part
+    key: str
+    bounds: Bounds
+    dtype: Dtype = "float64"
+    shape: tuple[int, ...] = ()
+    untouched: Any = None
+    reset: bool = False
+
+
+def _same_key(field: str, part: Part, bounds: Bounds, dtype: Dtype = "float64", *, untouched: Any = None) -> Property:
+    """A number that is called the same everywhere."""
+    return Property(field, part, field, bounds, dtype, untouched=untouched)
+
+
+def _velocity(field: str) -> Property:
+    return Property(field, "body", field, ANY, shape=(3,), untouched=(0.0, 0.0, 0.0), reset=True)
+
+
+PROPERTIES: tuple[Property, ...] = (
+    _same_key("mass", "mass", POSITIVE),
+    Property("disable_gravity", "body", "gravity", ANY, "bool", untouched=False),
+    Property("locked_motion_axes", "body", "locked_axes", ANY, "bool", (6,), untouched=(False,) * 6),
+    _same_key("linear_damping", "body", NON_NEGATIVE),
+    _same_key("angular_damping", "body", NON_NEGATIVE),
+    _same_key("max_linear_velocity", "body", POSITIVE),
+    _same_key("max_angular_velocity", "body", POSITIVE),
+    _same_key("max_depenetration_velocity", "body", POSITIVE),
+    _same_key("max_contact_impulse", "body", POSITIVE),
+    _same_key("sleep_threshold", "body", NON_NEGATIVE),
+    _same_key("solver_position_iterations", "body", POSITION_ITERATIONS, "int64"),
+    _same_key("solver_velocity_iterations", "body", VELOCITY_ITERATIONS, "int64"),
+    _velocity("linear_velocity"),
+    _velocity("angular_velocity"),
+    Property("collision_groups", "groups", "collision_bits", Bounds(0, 2**32 - 1), "int64", (4,), (1, 1, 0, 0)),
+    _same_key("visibility", "look", UNIT_INTERVAL),
+    _same_key("shading_mode", "look", Bounds(0, 255), "int64"),
+    _same_key("density", "shape", NON_NEGATIVE, untouched=1000.0),
+    _same_key("patch_radius", "shape", NON_NEGATIVE, untouched=0.0),
+    _same_key("min_patch_radius", "shape", NON_NEGATIVE, untouched=0.0),
+    _same_key("contact_offset", "shape", POSITIVE),
+    _same_key("rest_offset", "shape", ANY),
+)
+
+
+"""In the order in which they are set: a body's once its shapes and its mass are there."""
+
+
+def properties_of(*parts: Part) -> tuple[Property, ...]:
+    """The rows of some parts, in the order of the table."""
+    return tuple(knob for knob in PROPERTIES if knob.part in parts)
+
+
+def property_fields(*parts: Part) -> tuple[str, ...]:
+    """The fields of some parts, in the order of the table."""
+    return tuple(knob.field for knob in properties_of(*parts))

@@ -1,0 +1,193 @@
+"""The events of PyYAML's parser (libyaml where it is compiled in), and the values of scalars and tags in them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import yaml
+from yaml.events import (
+    AliasEvent,
+    DocumentEndEvent,
+    DocumentStartEvent,
+    MappingEndEvent,
+    MappingStartEvent,
+    ScalarEvent,
+    SequenceEndEvent,
+    SequenceStartEvent,
+    StreamEndEvent,
+    StreamStartEvent,
+)
+
+from scenecc.source.scalars import Scalar, resolve_scalar
+
+
+class Mark(Protocol):
+    """A place in a text; both count characters from 0."""
+
+    line: int
+    column: int
+
+
+class Event(Protocol):
+    """What all events have in common; scalars, aliases and starts of collections have more."""
+
+    start_mark: Mark
+    end_mark: Mark
+
+
+class NodeEvent(Event, Protocol):
+    """A scalar, an alias or the start of a collection (what an event lacks is never asked of it).
+
+    `implicit` of a scalar is (plain and untagged, quoted and untagged); of a collection whether it is untagged.
+    """
+
+    anchor: str | None
+    tag: str | None
+    value: str
+    implicit: tuple[bool, bool]
+    flow_style: bool | None
+
+
+NextEvent = Callable[[], Any]
+
+
+"""Gives an event. Who asks tells them apart by their exact types, which is quicker than any other way."""
+
+
+def next_event(text: str) -> NextEvent:
+    """The function that gives a text's events one after another.
+
+    It raises `yaml.YAMLError` where the text is no YAML.
+    """
+    parser: Any = yaml.CSafeLoader(text) if yaml.__with_libyaml__ else yaml.SafeLoader(text)
+    return parser.get_event
+
+
+__all__ = [
+    "AliasEvent",
+    "DocumentEndEvent",
+    "DocumentStartEvent",
+    "Event",
+    "MappingEndEvent",
+    "MappingStartEvent",
+    "Mark",
+    "NextEvent",
+    "NodeEvent",
+    "ScalarEvent",
+    "SequenceEndEvent",
+    "SequenceStartEvent",
+    "StreamEndEvent",
+    "StreamStartEvent",
+    "next_event",
+]
+
+_CORE_TAG_PREFIX = "tag:yaml.org,2002:"
+
+_SCALAR_TAGS = ("str", "int", "float", "bool", "null")
+
+_TAG_HINT = "take the tag away: scene files know `!!str`, `!!int`, `!!float`, `!!bool`, `!!null`, `!!map` and `!!seq`"
+
+
+class NodeError(Exception):
+    """A node that cannot be read.
+
+    Attributes:
+        code, message, hint: what to report.
+    """
+
+    def __init__(self, code: str, message: str, hint: str) -> None:
+        super().__init__(message)
+        self.code = code
+        self.message = message
+        self.hint = hint
+
+
+def scalar_value(event: NodeEvent) -> Scalar | None:
+    """The value of any scalar. None is null.
+
+    Raises:
+        Refused: a tag that is unknown or does not fit, or a number that cannot be held.
+    """
+    if event.tag is not None:
+        return _tagged_scalar_value(event, event.tag)
+    if not event.implicit[0]:
+        return event.value
+    return _plain_scalar_value(event.value)
+
+
+def check_collection_tag(event: NodeEvent) -> None:
+    """Lets pass `!!map` on a mapping and `!!seq` on a list.
+
+    Raises:
+        Refused: any other tag.
+    """
+    is_list = isinstance(event, SequenceStartEvent)
+    if event.tag == _CORE_TAG_PREFIX + ("seq" if is_list else "map"):
+        return
+    tag = format_tag(event.tag or "")
+    if tag in ("!!seq", "!!map", *("!!" + name for name in _SCALAR_TAGS)):
+        raise NodeError("SC008", f"the tag `{tag}` stands on a {'list' if is_list else 'mapping'}", "take the tag away")
+    raise NodeError("SC008", f"the tag `{tag}` is not one of YAML's core schema", _TAG_HINT)
+
+
+def format_tag(tag: str) -> str:
+    """A tag as people write it: `!!int`, `!local`, `!<tag:example.org,2000:x>`."""
+    if tag.startswith(_CORE_TAG_PREFIX):
+        return "!!" + tag.removeprefix(_CORE_TAG_PREFIX)
+    return tag if tag.startswith("!") else f"!<{tag}>"
+
+
+def format_scalar(event: NodeEvent) -> str:
+    """The text of a scalar, cut where it is long."""
+    text = event.value if isinstance(event, ScalarEvent) else ""
+    return text if len(text) <= 40 else f"{text[:37]}..."
+
+
+def _plain_scalar_value(text: str) -> Scalar | None:
+    try:
+        return resolve_scalar(text)
+    except OverflowError as error:
+        shown = text if len(text) <= 40 else f"{text[:37]}..."
+        raise NodeError("SC014", f"the number {shown} is {error}", "quote it if it is meant as a string") from None
+
+
+def _tagged_scalar_value(event: NodeEvent, tag: str) -> Scalar | None:
+    """The value of a tagged scalar, read by the tag's own rule, quoted or not."""
+    shown, text = format_tag(tag), event.value
+    kind = tag.removeprefix(_CORE_TAG_PREFIX) if tag.startswith(_CORE_TAG_PREFIX) else ""
+    if kind == "str":
+        return text
+    if kind in ("map", "seq"):
+        raise NodeError("SC008", f"the tag `{shown}` stands on a single value", "take the tag away")
+    if kind not in _SCALAR_TAGS:
+        raise NodeError("SC008", f"the tag `{shown}` is not one of YAML's core schema", _TAG_HINT)
+    value = _plain_scalar_value(text)
+    if kind == "float" and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)  # at most 100 digits: always within the range of a double
+    fits = {
+        "int": isinstance(value, int) and not isinstance(value, bool),
+        "float": isinstance(value, float),
+        "bool": isinstance(value, bool),
+        "null": value is None,
+    }
+    if not fits[kind]:
+        raise NodeError("SC008", f"`{format_scalar(event)}` is not what the tag `{shown}` says", "take the tag away")
+    return value
+
+
+def describe_type(value: object) -> str:
+    """What a value is, in words."""
+    match value:
+        case None:
+            return "null"
+        case bool():
+            return "a boolean"
+        case int() | float():
+            return "a number"
+        case str():
+            return "a string"
+        case list():
+            return "a list"
+        case _:
+            return "a mapping"
