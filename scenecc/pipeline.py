@@ -472,11 +472,11 @@ def compiled_params(done: Compiled, limits: Limits) -> list[ParamRow]:
 
 def select_scenes(scenes: str, num_scenes: int, sink: Sink, option: str = "--scenes") -> tuple[int, ...] | None:
     """The scenes that an option selects, in the notation of a file; None where that was reported."""
-    from scenecc.spec.selection import select
+    from scenecc.spec.references import resolve_scene_idxs
 
     found = Sink()
     items = [int(item) if _INDEX.fullmatch(item) else item for item in scenes.split(",")]
-    chosen = select(items, num_scenes, Origin(None), found)
+    chosen = resolve_scene_idxs(items, num_scenes, Origin(None), found)
     for diagnostic in found.diagnostics():
         sink.report("SC908", diagnostic.message, Location(option), hint=diagnostic.hint)
     return chosen

@@ -315,7 +315,7 @@ def list_prefabs() -> list[PrefabRow]:
 
 def json_schema() -> dict[str, Any]:
     """The JSON Schema of scene files, for editors."""
-    from scenecc.spec.schema import json_schema as schema
+    from scenecc.spec.json_schema import json_schema as schema
 
     return schema()
 

@@ -10,9 +10,8 @@ from scenecc.diagnostics.messages import cut, nearest, suggest
 from scenecc.expand.contents import count_values, has_failed, is_varying, iterate_texts
 from scenecc.expand.expansion import ExpansionFrame, ExpansionWriter, SourceMark, scoped_name
 from scenecc.expand.params import form_key, varying_misfit
-from scenecc.spec.param_types import kind_of
-from scenecc.spec.plain import EXPRESSION, is_mapping, is_sequence
-from scenecc.spec.walk import step
+from scenecc.spec.nodes import EXPRESSION_START, child_at, is_mapping, is_sequence
+from scenecc.spec.params import infer_param_kind
 from scenecc.variation.errors import ExpressionError
 from scenecc.variation.forms import FORM_KEYS
 from scenecc.variation.template import Template
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
     from scenecc.expand.module_compiler import CompiledModule
     from scenecc.expand.params import Param
     from scenecc.source import Document
-    from scenecc.spec.param_types import Misfit, ParamType
+    from scenecc.spec.params import ParamIssue, ParamType
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +104,7 @@ def bind_params(
         if argument is None or param.kind is None:
             default = _default(param, values, failed, scope, parent, objects, sink)
             if default is not None and param.kind is None and not is_varying(default.value):
-                param = replace(param, kind=kind_of(default.value))
+                param = replace(param, kind=infer_param_kind(default.value))
             argument = argument or default
         if argument is None:
             _required(param, use, parent, sink)
@@ -172,7 +171,7 @@ def _declared(param: Param, argument: ParamArgument, parent: Origin | None) -> O
     return Origin(param.part.document.name, param.path, "", param.part.parent(parent))
 
 
-def _refuse(wanted: ParamType, argument: ParamArgument, wrong: Misfit, sink: Sink) -> None:
+def _refuse(wanted: ParamType, argument: ParamArgument, wrong: ParamIssue, sink: Sink) -> None:
     code, words = wrong
     related = [("the parameter", wanted.declared, "key")] if wanted.declared is not None else []
     message = f"the parameter `{cut(wanted.name)}` {words}"
@@ -320,12 +319,12 @@ def _at(node: Any, path: Path) -> Any:
     for segment in path:
         if not is_mapping(node) and not is_sequence(node):
             break
-        node = step(node, segment)
+        node = child_at(node, segment)
     return node
 
 
 def _names(text: str) -> frozenset[str]:
-    if EXPRESSION not in text:
+    if EXPRESSION_START not in text:
         return frozenset()
     try:
         return frozenset(Template.parse(text).names)

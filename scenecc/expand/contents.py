@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Origin
 from scenecc.spec.base import NOTE_PREFIX
-from scenecc.spec.plain import EXPRESSION, is_mapping, is_sequence
+from scenecc.spec.nodes import EXPRESSION_START, is_mapping, is_sequence
 from scenecc.variation.forms import FORM_KEYS
 from scenecc.variation.template import Template
 
@@ -193,7 +193,7 @@ def needs_expansion(data: dict[str, Any], text: str | None) -> bool:
                     return True
     # A backslash may stand for any character.
     if text is None or "\\" in text:
-        return any(EXPRESSION in one for one in iterate_texts(data)) or _repeats(entities)
+        return any(EXPRESSION_START in one for one in iterate_texts(data)) or _repeats(entities)
     # The word alone is no repetition: textures have it too.
     return "${" in text or ("repeat" in text and _repeats(entities))
 

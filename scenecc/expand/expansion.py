@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import RelatedPlace
     from scenecc.diagnostics.origin import At
     from scenecc.expand.documents import SceneDocument
-    from scenecc.spec.param_types import ParamType
+    from scenecc.spec.params import ParamType
     from scenecc.variation.errors import ExpressionError
 
 
@@ -116,8 +116,8 @@ class Expansion:
         data: what `scenecc.spec.parse.parse(..., expanded=True)` takes: no `params`, `include`, `repeat`, `if`, `use`;
             where a draw or `scene` is read there is a `scenecc.variation.template.Template`. `num_scenes` and `seed` in
             it are those that override the file's, where these are given.
-        scopes: entity, frame, camera, constraint or light, as `scenecc.spec.known.known_as` has it → scope, for those
-            inside an instance.
+        scopes: entity, frame, camera, constraint or light, as `scenecc.spec.references.qualified_name` has it → scope,
+            for those inside an instance.
         prefixes: scope → what stands before the names of its entities and frames.
         anchors: scope → the frame in which it stands.
         given: draws that stand for what a `with` says → the scope in which the `with` is written.

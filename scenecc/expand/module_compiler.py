@@ -23,7 +23,7 @@ from scenecc.expand.patterns import (
     check_new_name,
 )
 from scenecc.spec.base import NOTE_PREFIX
-from scenecc.spec.plain import is_mapping, is_sequence
+from scenecc.spec.nodes import is_mapping, is_sequence
 from scenecc.variation.errors import ExpressionError
 from scenecc.variation.template import Template
 

@@ -20,10 +20,9 @@ from scenecc.expand.expansion import (
 from scenecc.expand.module_compiler import find_named_materials
 from scenecc.expand.params import form_key
 from scenecc.expand.patterns import hoist_invariants
-from scenecc.spec.base import NAME_PATTERN, PREFIX_PATTERN, SPELLINGS
-from scenecc.spec.known import known_as
-from scenecc.spec.plain import is_mapping, is_sequence
-from scenecc.spec.selection import select
+from scenecc.spec.base import NAME_PATTERN, PATTERN_HINTS, PREFIX_PATTERN
+from scenecc.spec.nodes import is_mapping, is_sequence
+from scenecc.spec.references import qualified_name, resolve_scene_idxs
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
@@ -228,13 +227,13 @@ class ModuleExpander:
         frame.lists = {}
         node = unit.body.make(frame)
         if selection is not None:
-            self._output.selections[known_as(unit.section, full)] = selection
+            self._output.selections[qualified_name(unit.section, full)] = selection
             if "scene_idxs" in node:
                 node = {key: item for key, item in node.items() if key != "scene_idxs"}
         if scope.hidden and unit.section == "entities":
             node = {**node, "hidden": True}
         if self._output.add(unit.section, full, node, frame.mark(unit.body.path), frame.lists) and scope.name:
-            self._output.scopes[known_as(unit.section, full)] = scope.name
+            self._output.scopes[qualified_name(unit.section, full)] = scope.name
 
     def _selection(self, unit: UnitTemplate, scope: ModuleScope, frame: ExpansionFrame) -> Selection:
         """The scenes of what is inside an instance that narrows them; None where none does."""
@@ -327,7 +326,7 @@ def _checked_name(made: NodeTemplate, key: str, pattern: str, frame: ExpansionFr
     if is_varying(text):
         frame.report("SC203", f"`{key}` cannot read what differs from scene to scene", made.path)
     elif not isinstance(text, FailedValue):
-        frame.report("SC107", f"{show(text)} is not a name", made.path, hint=SPELLINGS[pattern])
+        frame.report("SC107", f"{show(text)} is not a name", made.path, hint=PATTERN_HINTS[pattern])
     return None
 
 
@@ -386,7 +385,7 @@ class SceneSelections:
     def _select(self, given: Any, place: Origin) -> Selection:
         # An expression may have given anything.
         if isinstance(given, str) or (is_sequence(given) and all(type(item) in _INDEX_TYPES for item in given)):
-            return select(given if isinstance(given, str) else list(given), self.count, place, self._sink)
+            return resolve_scene_idxs(given if isinstance(given, str) else list(given), self.count, place, self._sink)
         message = f'`scene_idxs` must be a list of indices, or a slice such as "0:8", not {show(given)}'
         self._sink.report("SC103", message, place)
         return None

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics import Location, Origin
 from scenecc.diagnostics.messages import cut
 from scenecc.spec.base import NOTE_PREFIX
+from scenecc.spec.nodes import is_mapping, is_sequence
 from scenecc.spec.parse import parse
-from scenecc.spec.plain import is_mapping, is_sequence
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import At, Path, Sink

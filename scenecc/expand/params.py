@@ -10,8 +10,8 @@ from scenecc.diagnostics import Origin
 from scenecc.diagnostics.messages import cut, show, suggest
 from scenecc.expand.contents import iterate_texts
 from scenecc.spec.base import NOTE_PREFIX
-from scenecc.spec.param_types import KINDS, RANGED, ParamType, is_number, kind_of, out_of_range
-from scenecc.spec.plain import EXPRESSION, is_mapping, is_sequence
+from scenecc.spec.nodes import EXPRESSION_START, is_mapping, is_sequence
+from scenecc.spec.params import PARAM_KINDS, RANGED_KINDS, ParamType, describe_range_error, infer_param_kind, is_number
 from scenecc.variation.forms import DISTRIBUTIONS, FORM_KEYS
 from scenecc.variation.template import Template
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from scenecc.expand.modules import ModulePart
     from scenecc.expand.patterns import Pattern, PatternCompiler
     from scenecc.source import Document
-    from scenecc.spec.param_types import Misfit
+    from scenecc.spec.params import ParamIssue
 
 
 _PARAM_KEYS = frozenset(("type", "default", "min", "max", "options", "description"))
@@ -35,7 +35,7 @@ class Param:
 
     Attributes:
         name: of it.
-        kind: its type, one of `KINDS`; None where that of the default's value will tell it.
+        kind: its type, one of `PARAM_KINDS`; None where that of the default's value will tell it.
         default: as written; None where it must be given.
         pattern: of a default that holds expressions.
         low, high: as written; a number, or one for each component of a vector.
@@ -93,9 +93,9 @@ def read_param(
         return None
     default = known.get("default")
     pattern = None if default is None else compiler.pattern(default, at)
-    kind = known["type"] if "type" in known else None if pattern is not None else kind_of(default)
-    if not (isinstance(kind, str) and kind in KINDS) and (kind is not None or pattern is None):
-        hint = suggest(kind, KINDS) if isinstance(kind, str) else f"give it a `type`: {', '.join(KINDS)}"
+    kind = known["type"] if "type" in known else None if pattern is not None else infer_param_kind(default)
+    if not (isinstance(kind, str) and kind in PARAM_KINDS) and (kind is not None or pattern is None):
+        hint = suggest(kind, PARAM_KINDS) if isinstance(kind, str) else f"give it a `type`: {', '.join(PARAM_KINDS)}"
         what = f"there is no type {show(kind)}" if kind is not None else f"the type of `{cut(name)}` is not told"
         frame.report("SC214", what, (*path, "type") if kind is not None else path, hint=hint)
         return None
@@ -116,14 +116,14 @@ def _is_sound(param: Param, frame: ExpansionFrame) -> bool:
     for key, bound in (("min", param.low), ("max", param.high)):
         if bound is None:
             continue
-        if param.kind not in RANGED:
+        if param.kind not in RANGED_KINDS:
             wrong = key, f"a {param.kind or 'parameter without a `type`'} has no `{key}`"
-        elif not KINDS["number"][0](bound) and not (param.kind == "vector" and KINDS["vector"][0](bound)):
+        elif not PARAM_KINDS["number"][0](bound) and not (param.kind == "vector" and PARAM_KINDS["vector"][0](bound)):
             wrong = key, f"`{key}` must be a number, not {show(bound)}"
         elif is_sequence(bound) and is_sequence(param.default) and len(bound) != len(param.default):
             wrong = key, f"`{key}` must have {len(param.default)} components, not {len(bound)}"
     if wrong is None and param.low is not None and param.high is not None:
-        beyond = out_of_range(param.high, param.low, None) if not is_sequence(param.low) else None
+        beyond = describe_range_error(param.high, param.low, None) if not is_sequence(param.low) else None
         if beyond is not None:
             wrong = "max", "`max` is below `min`"
     if (param.kind == "choice") is not bool(param.options):
@@ -149,7 +149,7 @@ def form_key(value: Any) -> str | None:
     return next((key for key in value if key in FORM_KEYS), None)
 
 
-def varying_misfit(value: Any, wanted: ParamType) -> Misfit | None:
+def varying_misfit(value: Any, wanted: ParamType) -> ParamIssue | None:
     """What is wrong with a value that varies; None where nothing is, as far as can be told without expressions."""
     if isinstance(value, Template):
         return None
@@ -165,11 +165,11 @@ def _has_varying_parts(value: Any) -> bool:
     return is_sequence(value) and any(isinstance(part, Template) or form_key(part) for part in value)
 
 
-def _parts_misfit(value: Any, wanted: ParamType) -> Misfit | None:
+def _parts_misfit(value: Any, wanted: ParamType) -> ParamIssue | None:
     """Of a list some of whose components vary."""
     numbers = _as_vector(wanted)
     if numbers is None:
-        return None if wanted.kind == "list" else ("SC211", f"must be {KINDS[wanted.kind][1]}, not a list")
+        return None if wanted.kind == "list" else ("SC211", f"must be {PARAM_KINDS[wanted.kind][1]}, not a list")
     return _length_misfit(value, wanted) or _components_misfit(value, numbers)
 
 
@@ -180,7 +180,7 @@ def _as_vector(wanted: ParamType) -> ParamType | None:
     return wanted if wanted.kind == "vector" else None
 
 
-def _length_misfit(value: Any, wanted: ParamType) -> Misfit | None:
+def _length_misfit(value: Any, wanted: ParamType) -> ParamIssue | None:
     if wanted.kind == "color" and len(value) not in {3, 4}:
         return "SC211", f"must have 3 or 4 components, not {len(value)}"
     if wanted.components not in {None, len(value)}:
@@ -188,7 +188,7 @@ def _length_misfit(value: Any, wanted: ParamType) -> Misfit | None:
     return None
 
 
-def _components_misfit(value: Any, vector: ParamType) -> Misfit | None:
+def _components_misfit(value: Any, vector: ParamType) -> ParamIssue | None:
     for index, part in enumerate(value):
         low, high = (_component(bound, index) for bound in (vector.low, vector.high))
         wrong = varying_misfit(part, replace(vector, kind="number", low=low, high=high))
@@ -204,17 +204,17 @@ def _component(bound: Any, index: int) -> Any:
     return bound[index] if index < len(bound) else None
 
 
-def _drawn_misfit(form: str, value: dict[str, Any], wanted: ParamType) -> Misfit | None:
+def _drawn_misfit(form: str, value: dict[str, Any], wanted: ParamType) -> ParamIssue | None:
     """Of a form that draws numbers: whether it is the type's, its bounds are, and they lie in the range."""
     drawn = DISTRIBUTIONS[form]
     if wanted.kind not in (_INTEGER_KINDS if drawn.whole else _NUMBER_KINDS):
-        return "SC211", f"must be {KINDS[wanted.kind][1]}, which `{form}` does not draw"
+        return "SC211", f"must be {PARAM_KINDS[wanted.kind][1]}, which `{form}` does not draw"
     bounds = value[form]
     if not is_sequence(bounds):
         return None
     limits = _as_vector(wanted) or replace(wanted, kind="number")
     if limits.kind == "vector" and all(map(is_number, bounds)):
-        return "SC211", f"must be {KINDS[wanted.kind][1]}: a bound of `{form}` must be a list of numbers"
+        return "SC211", f"must be {PARAM_KINDS[wanted.kind][1]}: a bound of `{form}` must be a list of numbers"
     if drawn.companion is None:
         return _first_bound_misfit(bounds, limits, wanted)
     wrong = _first_bound_misfit(bounds, replace(limits, low=None, high=None), wanted)
@@ -224,11 +224,11 @@ def _drawn_misfit(form: str, value: dict[str, Any], wanted: ParamType) -> Misfit
     return wrong or _first_bound_misfit(edges if is_sequence(edges) else (), limits, wanted)
 
 
-def _first_bound_misfit(bounds: Any, limits: ParamType, wanted: ParamType) -> Misfit | None:
+def _first_bound_misfit(bounds: Any, limits: ParamType, wanted: ParamType) -> ParamIssue | None:
     return next((wrong for bound in bounds if (wrong := _bound_misfit(bound, limits, wanted))), None)
 
 
-def _bound_misfit(bound: Any, limits: ParamType, wanted: ParamType) -> Misfit | None:
+def _bound_misfit(bound: Any, limits: ParamType, wanted: ParamType) -> ParamIssue | None:
     """Of a bound: a number; of a vector a list of one for each component, too. `limits`: `wanted` as numbers."""
     if isinstance(bound, Template):
         return None
@@ -278,7 +278,7 @@ def report_unused(documents: Sequence[Document], lowered: Collection[str], sink:
     read: set[str] = set()
     for document in documents:
         for text in iterate_texts(document.data):
-            if EXPRESSION in text:
+            if EXPRESSION_START in text:
                 # Every word of it: what is read is among them, and no expression need be taken apart again.
                 read.update(_WORD.findall(text))
     for section, name, file in declared:

@@ -15,7 +15,7 @@ from scenecc.diagnostics.messages import cut, show, suggest
 from scenecc.expand.contents import SHAPE_LISTS, FailedValue, count_added_objects, count_objects, has_failed, is_varying
 from scenecc.expand.expansion import ItemSpan, Loop
 from scenecc.spec.base import NOTE_PREFIX
-from scenecc.spec.plain import is_mapping, is_sequence
+from scenecc.spec.nodes import is_mapping, is_sequence
 from scenecc.variation.errors import ExpressionError
 from scenecc.variation.expression import RESERVED_NAMES
 from scenecc.variation.operations import SEQUENCES

@@ -11,12 +11,12 @@ from scenecc.lower.mounts import mounted_pose, read_pose
 from scenecc.plan import Camera, Intrinsic, Orthographic, Perspective, Value, literal
 
 if TYPE_CHECKING:
-    from scenecc.plan.body import Mount
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.frames import FrameGraph
     from scenecc.lower.mounts import MountLookup
-    from scenecc.spec.camera import Camera as CameraKeys
+    from scenecc.plan.body import Mount
+    from scenecc.spec.camera import CameraSpec as CameraKeys
 
 WIDTH, HEIGHT = 640, 480
 FOVY = radians(60)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.articulations.drafts import ArticulationDraft
     from scenecc.plan import BodyStructure
-    from scenecc.spec.places import CollisionGroup
+    from scenecc.spec.physics import CollisionGroup
 
 
 GROUPS = 31

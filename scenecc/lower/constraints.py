@@ -21,7 +21,7 @@ from scenecc.plan import (
     Weld,
     literal,
 )
-from scenecc.spec.constraint_types import (
+from scenecc.spec.constraint import (
     DRIVE_AXES,
     LIMIT_AXES,
     ConnectionConstraint,
@@ -30,7 +30,7 @@ from scenecc.spec.constraint_types import (
     GearConstraint,
     WeldConstraint,
 )
-from scenecc.spec.known import known_as
+from scenecc.spec.references import qualified_name
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -183,7 +183,7 @@ class ConstraintLowerer:
         return made
 
     def _constraint(self, name: str, written: Any, origin: Origin) -> Constraint | None:
-        scope = self._names.scopes.get(known_as("constraints", name), "")
+        scope = self._names.scopes.get(qualified_name("constraints", name), "")
         child = self._mount("child", written.child, scope, origin)
         parent = self._mount("parent", written.parent, scope, origin)
         if child is None or (parent is None and written.parent != WORLD):
@@ -223,7 +223,7 @@ class ConstraintLowerer:
     ) -> tuple[int, ...] | None:
         """The scenes of a constraint: those that it selects, or else those that its bodies are in."""
         selections = self._entities.selections
-        selected = selections.get(known_as("constraints", name))
+        selected = selections.get(qualified_name("constraints", name))
         if selected is not None and selected is not selections.get(self._names.anchors.get(scope, "")):
             return selected
         scenes = self._drawing.everywhere

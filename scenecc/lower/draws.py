@@ -12,7 +12,7 @@ from scenecc.lower.field_types import FieldType
 from scenecc.lower.fields import FieldLowerer
 from scenecc.lower.names import scope_of
 from scenecc.lower.variation import FieldPlace, VariationLowerer
-from scenecc.spec.param_types import KINDS
+from scenecc.spec.params import PARAM_KINDS
 from scenecc.variation.errors import DrawError
 from scenecc.variation.nodes import NODES, Const, Cycled
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.fields import SamplingContext
     from scenecc.lower.names import NameScopes
-    from scenecc.spec.param_types import Misfit, ParamType
+    from scenecc.spec.params import ParamIssue, ParamType
     from scenecc.variation.bounds import ValueBounds
     from scenecc.variation.nodes import Node
 
@@ -84,7 +84,7 @@ def check_argument_rows(argument: VaryingArgument, drawing: SamplingContext, sin
             return
 
 
-def _report_misfit(argument: VaryingArgument, wrong: Misfit, when: str, sink: Sink) -> None:
+def _report_misfit(argument: VaryingArgument, wrong: ParamIssue, when: str, sink: Sink) -> None:
     code, words = wrong
     declared = argument.wanted.declared
     message = f"the parameter `{cut(argument.wanted.name)}` {words}, {when}"
@@ -92,7 +92,7 @@ def _report_misfit(argument: VaryingArgument, wrong: Misfit, when: str, sink: Si
     sink.report(code, message, argument.origin, related=related)  # pyright: ignore[reportArgumentType]
 
 
-def _misfit(found: ValueBounds, wanted: ParamType) -> Misfit | None:
+def _misfit(found: ValueBounds, wanted: ParamType) -> ParamIssue | None:
     """What is wrong with the first of the alternatives that is wrong, or with bounds, each of which occurs."""
     if found.alternatives is not None:
         return next((wrong for item in found.alternatives if (wrong := wanted.drawn_misfit(item))), None)
@@ -101,7 +101,7 @@ def _misfit(found: ValueBounds, wanted: ParamType) -> Misfit | None:
     if wanted.kind == "color":
         wanted = replace(wanted, low=0, high=1)
     if not _has_shape(found.low, wanted):
-        return "SC211", f"must be {KINDS[wanted.kind][1]}, not {_described_bound(found.low)}"
+        return "SC211", f"must be {PARAM_KINDS[wanted.kind][1]}, not {_described_bound(found.low)}"
     return wanted.outside(found.low, found.high) if wanted.ranged else None
 
 

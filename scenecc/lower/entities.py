@@ -9,10 +9,9 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.field_types import FieldType
 from scenecc.lower.frames import FrameGraph
 from scenecc.plan import BodyStructure, Entity
-from scenecc.spec.body import Body
-from scenecc.spec.known import known_as
+from scenecc.spec.body import BodySpec
 from scenecc.spec.pose import PoseMapping
-from scenecc.spec.selection import select
+from scenecc.spec.references import qualified_name, resolve_scene_idxs
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -84,10 +83,10 @@ class EntityLowerer:
         for section in ("entities", "cameras", "constraints", "lights"):
             nodes: Mapping[str, Any] = getattr(self._scene, section)
             for name, node in nodes.items():
-                known = known_as(section, name)
+                known = qualified_name(section, name)
                 if node.scene_idxs is not None and known not in narrowed:
                     place = self._origin.child(section, name, "scene_idxs")
-                    selected = select(node.scene_idxs, self._drawing.num_scenes, place, self._sink)
+                    selected = resolve_scene_idxs(node.scene_idxs, self._drawing.num_scenes, place, self._sink)
                     if selected is not None:
                         selections[known] = selected
         return selections
@@ -125,7 +124,7 @@ class EntityLowerer:
             leaves = self.leaves(name) if name in self.selections or name in scopes else of_all
             pick = None
             structures: tuple[BodyStructure, ...]
-            if entity.__class__ is Body:
+            if entity.__class__ is BodySpec:
                 structures = (bodies.lower(entity, place, leaves),)
             elif "variants" not in entity.__class__.model_fields:
                 linked = linked or articulations()

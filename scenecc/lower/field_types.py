@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, Literal
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.spec.param_types import Rgba, is_color_text, rgba
+from scenecc.spec.params import Rgba, is_color_text, to_rgba
 from scenecc.variation import forms
 
 if TYPE_CHECKING:
@@ -87,19 +87,19 @@ def _components(bound: Any) -> int | None:
 
 
 def read_color(color: Any) -> Rgba | None:
-    """As `rgba`, of a value that no model has looked at."""
+    """As `to_rgba`, of a value that no model has looked at."""
     if isinstance(color, str):
         if not is_color_text(color):
             return None
     elif not _are_numbers(color) or len(color) not in {3, 4}:
         return None
-    return rgba(color)
+    return to_rgba(color)
 
 
 def read_light_color(color: Any) -> tuple[float, float, float] | None:
     """Three numbers; "#rrggbb" are bytes over 255, without gamma."""
     if isinstance(color, str):
-        return rgba(color)[:3] if len(color) == 7 and is_color_text(color) else None
+        return to_rgba(color)[:3] if len(color) == 7 and is_color_text(color) else None
     return tuple(color) if _are_numbers(color) and len(color) == 3 else None
 
 

@@ -71,7 +71,7 @@ class Follower:
 class FrameGraph:
     """World poses of what a document places, composed in float64.
 
-    Names are those of `scenecc.spec.known.known_as`.
+    Names are those of `scenecc.spec.references.qualified_name`.
 
     Args:
         sections: name → section → what has a `pose` there; of cameras those that are mounted on nothing.
@@ -156,7 +156,7 @@ class FrameGraph:
         Its own pose stays as it is built; what it stands relative to need not, and is followed at a reset.
 
         Args:
-            key: what it is known as, as `scenecc.spec.known.known_as` has it.
+            key: what it is known as, as `scenecc.spec.references.qualified_name` has it.
             relative_to: as written.
             local: seven numbers, or a node.
             reading: of them.

@@ -17,7 +17,7 @@ from scenecc.plan import (
     TexturedLight,
     literal,
 )
-from scenecc.spec.known import known_as
+from scenecc.spec.references import qualified_name
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
@@ -129,7 +129,7 @@ class LightLowerer:
         stand = self._stand(light, leaves, origin)
         if light.mount is not None:
             return mounted_pose(stand, "a light", origin, leaves)
-        key = known_as("lights", name)
+        key = qualified_name("lights", name)
         return self._places.follow(key, stand.relative_to, stand.item, stand.reading, leaves, origin)
 
     def _stand(self, light: Any, leaves: FieldLowerer, origin: Origin) -> MountPose:

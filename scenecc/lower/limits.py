@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.spec.body import Body
-from scenecc.spec.selection import count
+from scenecc.spec.body import BodySpec
+from scenecc.spec.references import count_scene_idxs
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -45,11 +45,12 @@ def check_limits(
     if not _check_limit("SC604", "objects", objects, bounds.objects, origin.child("entities"), sink):
         return False
     built = sum(
-        shapes[name] * (len(selections[name]) if name in selections else count(entity.scene_idxs, num_scenes))
+        shapes[name]
+        * (len(selections[name]) if name in selections else count_scene_idxs(entity.scene_idxs, num_scenes))
         for name, entity in scene.entities.items()
     )
     # Of an instance that is in some scenes only, what is fastened counts as if it were in all.
-    built += sum(count(other.scene_idxs, num_scenes) for other in others)
+    built += sum(count_scene_idxs(other.scene_idxs, num_scenes) for other in others)
     place = origin.child("num_scenes")
     return _check_limit("SC606", "objects times scenes", built, bounds.objects_times_scenes, place, sink)
 
@@ -118,7 +119,7 @@ def _description_size(description: Description) -> int:
 
 
 def _entity_size(entity: Any) -> int:
-    if entity.__class__ is Body:
+    if entity.__class__ is BodySpec:
         return max(1, _shape_count(entity))
     if "variants" in entity.__class__.model_fields:
         # The largest is in every scene at worst.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from scenecc.spec.param_types import ParamType
+    from scenecc.spec.params import ParamType
 
 WORLD = "world"
 

@@ -9,8 +9,7 @@ from scenecc.lower.field_types import LIGHT_COLOR
 from scenecc.lower.mounts import MountLookup
 from scenecc.lower.variation import SELECTORS
 from scenecc.plan import CubeMap, Environment, SkyMap
-from scenecc.spec.environment import CubeMap as Faces
-from scenecc.spec.known import known_as
+from scenecc.spec.references import qualified_name
 from scenecc.variation.forms import SceneMap
 
 if TYPE_CHECKING:
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from scenecc.lower.references import PlanTables
     from scenecc.plan import Camera, Entity, Light
     from scenecc.spec.document import SceneFile
-    from scenecc.spec.environment import Environment as EnvironmentKeys
+    from scenecc.spec.light import EnvironmentSpec as EnvironmentKeys
 
 
 @frozen
@@ -69,7 +68,7 @@ def lower_render_objects(
 
         lowering = LightLowerer(mounts, entities.places, materials, sink)
         for name, light in scene.lights.items():
-            leaves = entities.leaves(known_as("lights", name))
+            leaves = entities.leaves(qualified_name("lights", name))
             lights.append(lowering.lower(name, light, leaves, origin.child("lights", name)))
     if scene.cameras:
         from scenecc.lower.cameras import CameraLowerer  # noqa: PLC0415 - likewise
@@ -99,7 +98,7 @@ def lower_environment(given: EnvironmentKeys, tables: PlanTables, leaves: FieldL
 def _map(given: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> SkyMap | CubeMap | None:
     if given is None:
         return None
-    if isinstance(given, Faces):
+    if _are_faces(given):
         faces = [tables.files_of(getattr(given, face), origin.child(face), leaves) for face in FACES]
         found = [face for face in faces if face is not None]
         return CubeMap(*found) if len(found) == len(FACES) else None
@@ -111,9 +110,14 @@ def _map(given: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -
     return None if file is None else SkyMap(file)
 
 
+def _are_faces(given: Any) -> bool:
+    """Whether it is the six pictures of a cube map, and not a file or a form of one."""
+    return hasattr(given, FACES[0])
+
+
 def _holds_faces(given: Any) -> bool:
     if given.__class__ not in SELECTORS:
-        return isinstance(given, Faces)
+        return _are_faces(given)
     if isinstance(given, SceneMap):
         return any(_holds_faces(one) for _, one in given.items) or _holds_faces(given.default)
     return any(map(_holds_faces, given.items))

@@ -20,7 +20,7 @@ from scenecc.lower.names import WORLD, NameScopes
 from scenecc.lower.references import FileResolver, PlanTables
 from scenecc.lower.shapes import ShapeLowerer
 from scenecc.plan import Friction, GpuMemory, Physics, ScenePlan, SdfConfig
-from scenecc.spec.known import SHARED_NAMES, known_as
+from scenecc.spec.references import SHARED_NAMESPACE, qualified_name
 from scenecc.variation.compute_limit import COMPUTE_LIMIT_HINT
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from scenecc.lower.render_objects import RenderObjects
     from scenecc.plan import Constraint, Entity
     from scenecc.spec.document import SceneFile
-    from scenecc.spec.physics import Physics as PhysicsKeys
+    from scenecc.spec.physics import PhysicsSpec as PhysicsKeys
 
 
 @frozen
@@ -149,7 +149,9 @@ def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:
     recipes = RecipeBuilder(drawing, lowered.places)
     entities = tuple(map(recipes.entity, lowered.plan.entities))
     plan = lowered.plan
-    lights = tuple(replace(one, pose=recipes.follower(known_as("lights", one.name), one.pose)) for one in plan.lights)
+    lights = tuple(
+        replace(one, pose=recipes.follower(qualified_name("lights", one.name), one.pose)) for one in plan.lights
+    )
     cameras = tuple(replace(one, pose=recipes.follower(one.name, one.pose)) for one in plan.cameras)
     constraints = tuple(map(recipes.constraint, plan.constraints))
     return replace(
@@ -225,7 +227,7 @@ def _check_names(scene: SceneFile, origin: Origin, sink: Sink) -> None:
     for section, names in sections.items():
         if WORLD in names:
             sink.report("SC306", "`world` is the world's own name", origin.child(section, WORLD), at="key")
-    for first, second in combinations(SHARED_NAMES, 2):
+    for first, second in combinations(SHARED_NAMESPACE, 2):
         for name in sections[first].keys() & sections[second].keys():
             sink.report(
                 "SC305",

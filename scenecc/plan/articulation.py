@@ -16,25 +16,17 @@ if TYPE_CHECKING:
 
 
 JointType = Literal["fixed", "revolute", "revolute_unwrapped", "prismatic"]
-
-
 """SAPIEN's. A URDF's `continuous` is a `revolute` without limits, as SAPIEN's own loader has it."""
 
 DriveMode = Literal["force", "acceleration"]
 
 MAX_LINKS = 255
-
-
 """Of an articulation on the CPU, where PhysX counts links in eight bits: with 257 it counts none."""
 
 VELOCITY_FIELDS = ("linear_velocity", "angular_velocity")
-
-
 """Fields of a body and of an articulation, of which a reset sets what they say anew."""
 
 JOINT_STATE_FIELDS = ("qpos", "qvel", "drive_target", "drive_velocity_target")
-
-
 """Fields of a joint, likewise."""
 
 

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
 
 BodyType = Literal["dynamic", "kinematic", "static", "none", "link"]
-
-
 """A "link" is part of an articulation, never an entity of its own."""
 
 
@@ -142,8 +140,6 @@ class Mount:
 
 
 COLLISION_ID_BITS = 0xFFFF
-
-
 """The bits of the fourth integer within which those of the third count."""
 
 

@@ -67,8 +67,6 @@ class FieldDifference:
 
 
 _ITEM_KEYS: dict[type, str] = {Link: "name", Mimic: "joint", AxisLimit: "axis", AxisDrive: "axis"}
-
-
 """By which of their fields items of lists are found."""
 
 

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 Side = Literal[0, 1]
 
 _HASH_DIGITS = 12
-
-
 """Digits of a hash that people are shown."""
 
 
@@ -108,8 +106,6 @@ def _uri_with_hashes(file: AssetFile) -> str:
 MIN_SEEDS: Final = 4
 
 MIN_DRAWS: Final = 256
-
-
 """So many seeds at least, and so many draws of each value over all scenes: one that is seldom another shows."""
 
 _FIRST_SEED: Final = 0x5CE9E

@@ -28,8 +28,6 @@ SPEC_FIELD_NAMES: Final = {
     "locked_motion_axes": "locked_axes",
     "collision_groups": "collision_bits",
 }
-
-
 """Fields of a plan that a scene file calls otherwise."""
 
 _INLINED_FIELDS: Final = frozenset(
@@ -41,8 +39,6 @@ _INLINED_FIELDS: Final = frozenset(
         ("Camera", "lens"),
     }
 )
-
-
 """Fields whose own fields a scene file has where they stand, by the dataclass that has them."""
 
 _SHAPE_LISTS: Final = ("shapes", "collisions", "visuals")
@@ -91,18 +87,12 @@ def item_path(above: str, index: int, item: Any, *, count: int) -> str:
 
 
 _MAX_ALTERNATIVES: Final = 4
-
-
 """So many alternatives are written out."""
 
 _MAX_ALTERNATIVES_WIDTH: Final = 60
-
-
 """And no more characters than these."""
 
 DIGITS: Final = 5
-
-
 """So many digits of a number, where no more are needed to tell it from another."""
 
 _MORE_DIGITS: Final = (DIGITS, 8, 12, 17)

@@ -29,8 +29,6 @@ _SOLIDS: Final[dict[type, Callable[[Any, int], tuple[Solid, tuple[float, ...]]]]
     VisualPlane: lambda g, row: ("box", (0.0, *g.half_size.row(row))),
     TiledPlane: lambda g, row: ("box", (*g.half_size.row(row), 0.0)),
 }
-
-
 """What a shape is and its sizes [m]; types that are not here have none without reading a file, or no end."""
 
 

@@ -58,8 +58,6 @@ if TYPE_CHECKING:
 
 
 INVALID: Final = object()
-
-
 """What a reader returns for data that it has reported."""
 
 _CLASSES_WITH_ORIGIN = {
@@ -79,8 +77,6 @@ _CLASSES_WITH_ORIGIN = {
 }
 
 _CLASSES_WITH_SCENES = {Entity, Constraint, Light, Camera}
-
-
 """What says in which scenes it is; an environment has a row for every scene."""
 
 _RULES: Final[dict[type, Callable[[dict[str, Any]], Iterator[JsonProblem]]]] = {
@@ -90,8 +86,6 @@ _RULES: Final[dict[type, Callable[[dict[str, Any]], Iterator[JsonProblem]]]] = {
     Joint: check_joint,
     Drive: check_axes,
 }
-
-
 """Rules over several fields of one object, once each of them is read."""
 
 _MAX_STRING_LENGTH = 100_000
@@ -342,8 +336,6 @@ def _read_recipe(data: object, draws: dict[str, Shape], shape: Shape = None) -> 
 
 
 Resolver = Callable[[str, Origin], Path | None]
-
-
 """Finds the file that a uri names; where it cannot, it reports why and returns None."""
 
 

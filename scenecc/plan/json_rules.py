@@ -27,11 +27,7 @@ if TYPE_CHECKING:
     from scenecc.plan.material import PhysicalMaterial, VisualMaterial
     from scenecc.plan.scene import Entity, ScenePlan
     from scenecc.plan.value import Value
-
-
 """Fields of a body that the articulation has in its links' place, or nothing has."""
-
-
 """Fields of the degree of freedom that a fixed joint has not."""
 
 
@@ -125,13 +121,9 @@ def _check_unique(above: str, key: str, names: Iterable[tuple[int, str]]) -> Ite
 
 
 NAMESPACES = (("entities", "cameras"), ("constraints",), ("lights",))
-
-
 """Sections whose objects have different names."""
 
 _MOUNT_KEYS = (("constraints", "child"), ("constraints", "parent"), ("lights", "mount"), ("cameras", "mount"))
-
-
 """Sections whose objects hold on to something, and under which key."""
 
 

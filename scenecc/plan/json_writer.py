@@ -32,13 +32,9 @@ if TYPE_CHECKING:
 
 
 PLAN_VERSION = 2
-
-
 """The value of a plan's `scenecc_plan` key. In version 1, which is read too, files have no hashes."""
 
 _OMITTED_WHEN_EMPTY = frozenset(("constraints", "lights", "cameras", "draws", "mimics", "hidden", "names"))
-
-
 """Lists that are left out where they are empty, and a flag where it is false."""
 
 _WIDTH = 100
@@ -46,8 +42,6 @@ _WIDTH = 100
 _INDENT = "  "
 
 _ESCAPED = re.compile("[\x80-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
-
-
 """Half a surrogate pair, which UTF-8 cannot hold, and what breaks, reorders or steers lines where the text is shown."""
 
 

@@ -81,8 +81,6 @@ SCENE_CONFIG_FIELDS = (
     "enable_enhanced_determinism",
     "enable_friction_every_iteration",
 )
-
-
 """Properties of `physx.get_scene_config()`; the number of workers is an argument of its setter alone."""
 
 _SHAPE_CONFIG_FIELDS = ("contact_offset", "rest_offset")
@@ -94,13 +92,9 @@ SDF_CONFIG_NAMES = {
     "subgrid_size": "subgridSize",
     "num_threads_for_construction": "num_threads_for_construction",
 }
-
-
 """The plan's names and SAPIEN's."""
 
 CONFIG_KINDS = ("scene", "shape", "body", "sdf")
-
-
 """`physx.get_…_config()` and `physx.set_…_config()` of each."""
 
 

@@ -45,13 +45,9 @@ FLOAT32_MAX = 3.4028234663852886e38
 
 
 FLOAT32_MIN = 1.1754943508222875e-38
-
-
 """The range of single precision, in which the engine computes; the language has the same."""
 
 MAX_BODY_OFFSET = 1e4
-
-
 """How far a shape or the centre of mass of a body that moves is from it [m]: beyond, the engine moves the body by
 millimetres when it goes from the one to the other, and its inertia is noise."""
 
@@ -127,8 +123,6 @@ PROPERTIES: tuple[Property, ...] = (
     _same_key("contact_offset", "shape", POSITIVE),
     _same_key("rest_offset", "shape", ANY),
 )
-
-
 """In the order in which they are set: a body's once its shapes and its mass are there."""
 
 

@@ -46,8 +46,6 @@ if TYPE_CHECKING:
 
 
 Shape = tuple[int, ...] | None
-
-
 """None: only evaluating it could tell; with -1 in it: no numbers, or not of one shape."""
 
 NO_NUMBERS: Final = (-1,)
@@ -154,8 +152,6 @@ _NODE_SHAPES: Final[dict[type[Any], Callable[[Any, Shapes], Shape]]] = {
 }
 
 _DRAWN = frozenset(("kind", "operands"))
-
-
 """Fields of a draw that are written by its distribution."""
 
 
@@ -203,8 +199,6 @@ def _item_to_data(item: Any) -> Any:
 
 
 MAX_RECIPE_DEPTH = 100
-
-
 """How deeply nodes and lists may be nested; evaluating them goes as deep."""
 
 _MAX_COMPONENTS = 4096
@@ -463,6 +457,4 @@ _FIELD_READERS: Final[dict[str, Callable[[_RecipeReader, object, int], Any]]] = 
     "weights": _read_weights,
     "scene_idxs": _read_scene_idxs,
 }
-
-
 """Fields by name; those that are not here hold an item."""

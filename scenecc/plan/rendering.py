@@ -25,18 +25,12 @@ COLLISION_COLORS: Final = {
     "static": (0.3231, 0.3231, 0.3231, 1.0),
     "link": (0.1001, 0.3564, 0.0782, 1.0),
 }
-
-
 """What collides, by type of body, wherever it is drawn: blue, orange, grey, green as linear RGBA."""
 
 FRAMING_DIRECTION: Final = (1.0, 0.75, 0.75)
-
-
 """Where a camera that frames a scene stands from the middle of it: before it, to the left and above."""
 
 FLAT_THICKNESS: Final = 1e-4
-
-
 """What is thinner than this [m] is ground, or paint: it counts for such a camera where there is nothing else."""
 
 
@@ -96,8 +90,6 @@ def _remove_body_visuals(body: BodyStructure) -> BodyStructure:
 DEFAULT_AMBIENT_LIGHT: Final = (0.3, 0.3, 0.3)
 
 DEFAULT_LIGHT_DIRECTIONS: Final = ((1.0, 1.0, -1.0), (0.0, 0.0, -1.0))
-
-
 """Ambient light, and where two white directional lights without shadows shine to: as in ManiSkill's tasks."""
 
 

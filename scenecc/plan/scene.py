@@ -86,8 +86,6 @@ class ScenePlan:
 
 
 MAX_COMPOSED_POSES = 16
-
-
 """How many poses one recipe composes before it goes on from a shared one: what is nested more cannot be read back."""
 
 _POSE_SUFFIX = ".pose"

@@ -238,8 +238,6 @@ QUANTITIES: dict[str, Quantity] = {
     "transmission_roughness": _UNIT,
     "ior": Quantity(bounds=Bounds(1, FLOAT32_MAX)),
 }
-
-
 """`Value` fields by name; `Class.field` goes before `field`."""
 
 PIXEL_BOUNDS = Bounds(1, 16384)
@@ -267,8 +265,6 @@ SCALAR_BOUNDS: dict[str, Bounds] = {
     "width": PIXEL_BOUNDS,
     "height": PIXEL_BOUNDS,
 }
-
-
 """Ranges of plain numbers by field; a plain integer that is not here is a count (0 to 2³¹ - 1)."""
 
 _Row = TypeVar("_Row")
@@ -282,8 +278,6 @@ _TYPE_NAMES = {
 }
 
 _CLASSES_WITHOUT_TYPE_KEY: frozenset[type] = frozenset((_plan.BodyStructure,))
-
-
 """What was there before others could stand in its place."""
 
 _TYPE_HINT_NAMES: dict[str, Any] = {

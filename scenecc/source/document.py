@@ -29,13 +29,9 @@ if TYPE_CHECKING:
 
 
 Span = tuple[int, int, int | None]
-
-
 """0-based line, first column, column after the last one (None: to the line's end)."""
 
 Place = tuple[int, int]
-
-
 """0-based line and column."""
 
 

@@ -50,8 +50,6 @@ class NodeEvent(Event, Protocol):
 
 
 NextEvent = Callable[[], Any]
-
-
 """Gives an event. Who asks tells them apart by their exact types, which is quicker than any other way."""
 
 

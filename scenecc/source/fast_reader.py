@@ -21,13 +21,9 @@ _FIRST = r"(?:[A-Za-z0-9_./+]|-(?=[A-Za-z0-9_./+-]))"
 _WITHIN = r"[A-Za-z0-9_./+%*()=$@^~-]|:(?=[A-Za-z0-9_/])"
 
 _WORD = rf"{_FIRST}(?:{_WITHIN})*"
-
-
 """A plain scalar without blanks, which means the same inside of brackets and outside."""
 
 _TEXT = rf"{_FIRST}(?:{_WITHIN}|[,;']| (?=[A-Za-z0-9_./+%*()=$@^~,;'-]))*"
-
-
 """A plain scalar outside of brackets: words with one blank between them."""
 
 _NOT_PRINTED = r"\x00-\x1f\x7f-\x9f"
@@ -39,8 +35,6 @@ _SINGLE = rf"'([^'{_NOT_PRINTED}]*)'"
 _TAIL = rf" *(?:(?<![^ ])#[^{_NOT_PRINTED}]*)?"
 
 _UNUSUAL_CHARACTER = "[\u2028\u2029\ud800-\udfff\ufeff-\uffff]"
-
-
 """What is not printed either, or ends a line for the parser alone. Looked for in the whole text, and only where one is
 not ASCII: as a part of the patterns it would take each of them milliseconds to be made."""
 
@@ -61,25 +55,17 @@ _REST = re.compile(_TAIL).fullmatch
 _KEY_TOKEN, _WORD_TOKEN = 2, 3
 
 _Line = tuple[int, int, "str | None", Any]
-
-
 """Column of the dash or else of the key, column of the key, the key, the value: None where none is on the line."""
 
 _MAX_LINE = 1000
 
 _MAX_LINES = 1_000_000
-
-
 """Longer lines and more of them, which no person writes, cost the parser less."""
 
 _KEPT_LINES = 10_000
-
-
 """Lines that come again come early: `shapes:`, `- type: box`. The others would only fill the memory."""
 
 _FLOW_DEPTH = 8
-
-
 """How many brackets this reader follows inside one another; deeper is for the parser, as are the last levels of
 mappings and lists below the limit."""
 

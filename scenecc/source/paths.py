@@ -138,8 +138,6 @@ class NameSuggestions:
 
 
 ASSET_PATH_VARIABLE = "SCENECC_ASSET_PATH"
-
-
 """Environment variable with asset roots, separated by `os.pathsep`; they come after `--asset-root`."""
 
 _OUTSIDE_HINT = (

@@ -28,8 +28,6 @@ class _CopiedValue:
 
 
 _INVALID = _CopiedValue(None, 1, 0)
-
-
 """The copy of what was reported."""
 
 

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
 
 MAX_ERRORS = 1000
-
-
 """A text of nothing but errors (`- ` a million times) must not fill the memory with reports."""
 
 
@@ -106,8 +104,6 @@ _EXPRESSION = re.compile(r"\$\{[^}]*\}?")
 _KEY_WITHOUT_BLANK = re.compile(r"\s*(?:- +)*(?P<key>[A-Za-z_][\w.-]*):[^\s:/]")
 
 _MAX_KEY = 1024
-
-
 """Characters before the colon of a key, by YAML's rule for keys without `? `."""
 
 
@@ -347,6 +343,4 @@ _ADVICE_BY_PROBLEM: dict[str, Callable[[_Problem], _Advice]] = {
     "did not find expected hexdecimal number": _escape,
     "did not find expected <document start>": _after_end,
 }
-
-
 """How the problems that libyaml names begin → what to say of them."""

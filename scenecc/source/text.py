@@ -75,13 +75,9 @@ def _unify_line_breaks(text: str) -> str:
 
 
 _CONTROL_CHARACTERS = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufffe\uffff]")
-
-
 """What YAML may not hold (section 5.1 of its specification)."""
 
 _SEPARATORS = re.compile("[\x85\u2028\u2029]")
-
-
 """Line breaks to YAML 1.1's parsers, and so to libyaml, but neither to YAML 1.2 nor to editors."""
 
 _TAG_DIRECTIVE = re.compile(r"(?:^|[\r\n])%TAG")

@@ -1,32 +1,201 @@
-"""Articulations: links and joints, from a robot's file or written in the scene file."""
+"""Articulations: links, joints and drives, from a robot's file or as a tree in the scene file."""
 
+from math import inf
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field, Strict, Tag, WithJsonSchema
+from typing_extensions import TypeAliasType
 
-from scenecc.spec.articulation_maps import DriveKeys, JointKeys, JointNumbers, LinkKeys, Pattern
-from scenecc.spec.base import Maybe, Name, Text, key
-from scenecc.spec.body import EntityKeys
-from scenecc.spec.copies import Copies
-from scenecc.spec.later import Later
-from scenecc.spec.leaf import Fixed, Leaf
+from scenecc.spec.base import (
+    MAPPING_KEY,
+    Finite,
+    Iterations,
+    Maybe,
+    Name,
+    NonNegative,
+    Positive,
+    SpecModel,
+    Text,
+    Unit,
+    Vec3,
+    VelocityIterations,
+    custom_error,
+    key,
+)
+from scenecc.spec.body import CollisionBits, EntityKeys
+from scenecc.spec.lazy_types import LazyType
 from scenecc.spec.material import MaterialRef
-from scenecc.spec.scalars import Iterations, NonNegative, Positive, Unit, Vec3, VelocityIterations
-from scenecc.spec.shape_types.convex_parts import CoacdKeys
+from scenecc.spec.nodes import COMPONENTS, MAPPING, union_by_kind
+from scenecc.spec.pose import Direction, Pose
+from scenecc.spec.references import PatternError, compile_name_pattern
+from scenecc.spec.repetition import RepeatKeys
+from scenecc.spec.shapes import CollisionSpec, ShapeSpec, VisualSpec
+from scenecc.spec.values import Fixed, Leaf
 
 if TYPE_CHECKING:
-    from scenecc.spec.articulation_tree import TreeLink
-
-    Root = TreeLink
+    from scenecc.spec.mesh_shapes import CoacdKeys
+    from scenecc.spec.physics import InertialSpec
 else:
-    Root = Annotated[Any, Later("scenecc.spec.articulation_tree", "TreeLink")]
+    CoacdKeys = Annotated[Any, LazyType("scenecc.spec.mesh_shapes", "CoacdKeys")]
+    InertialSpec = Annotated[Any, LazyType("scenecc.spec.physics", "InertialSpec")]
+
+_PATTERN_HINT = (
+    "letters, `.`, `[…]`, `|`, groups, `?`, `*`, `+` and `{m,n}`; what is repeated repeats nothing itself; "
+    "it matches whole names"
+)
 
 
-def _nothing() -> dict[str, Any]:
+def _check_pattern(text: str) -> str:
+    if not text.startswith("x-"):
+        try:
+            compile_name_pattern(text)
+        except PatternError as error:
+            raise custom_error("SC323", str(error), at="key", hint=_PATTERN_HINT) from error
+    return text
+
+
+Pattern = Annotated[str, AfterValidator(_check_pattern), MAPPING_KEY]
+"""A regular expression that matches whole names."""
+
+_Limit = Annotated[float, Field(ge=-inf, allow_inf_nan=True)]
+
+LimitPair = Annotated[tuple[_Limit, _Limit], Strict(strict=False)]
+
+Limits = TypeAliasType("Limits", Leaf[LimitPair])
+"""[lowest, highest]; `-.inf` and `.inf` where there is none."""
+
+MAX_JOINTS = 4096
+"""More than any articulation has."""
+
+JointNumbers = TypeAliasType(
+    "JointNumbers",
+    Leaf[
+        Annotated[
+            Annotated[list[Finite], Field(min_length=0, max_length=MAX_JOINTS), Tag(COMPONENTS)]
+            | Annotated[dict[str, Leaf[Finite]], Tag(MAPPING)],
+            union_by_kind("a list of one number for each joint that moves, or a mapping of their names"),
+        ]
+    ],
+)
+"""One number for each joint that moves, in SAPIEN's order, or by their names."""
+
+
+class LinkKeys(SpecModel):
+    """What may be said of a link."""
+
+    material: Maybe[MaterialRef] = key("Of its shapes.")
+    density: Maybe[Leaf[NonNegative]] = key("Of its shapes [kg/m³].")
+    patch_radius: Maybe[Leaf[NonNegative]] = key("Of its shapes, for torsional friction [m].", default=0)
+    min_patch_radius: Maybe[Leaf[NonNegative]] = key("Of its shapes, likewise [m].", default=0)
+    gravity: Maybe[Leaf[bool]] = key("false: gravity does not pull it.", default=True)
+    collision_group: Maybe[Fixed[Name]] = key("A name from `collision_groups`.")
+    collision_bits: Maybe[Fixed[CollisionBits]] = key(
+        "SAPIEN's four integers, as they are; not with `collision_group`.", default=[1, 1, 0, 0]
+    )
+    linear_damping: Maybe[Leaf[NonNegative]] = key("[1/s]", default=0.05)
+    angular_damping: Maybe[Leaf[NonNegative]] = key("[1/s]", default=0.05)
+    max_linear_velocity: Maybe[Leaf[Positive]] = key("[m/s]")
+    max_angular_velocity: Maybe[Leaf[Positive]] = key("[rad/s]")
+    max_depenetration_velocity: Maybe[Leaf[Positive]] = key("Fastest way out of an overlap [m/s].")
+    max_contact_impulse: Maybe[Leaf[Positive]] = key("[N·s]")
+    mass: Maybe[Leaf[Positive]] = key("Mass [kg]; scales the inertia that it has otherwise.")
+    inertial: Maybe[InertialSpec] = key("Mass properties, given; not with `mass`.")
+    visibility: Maybe[Leaf[Unit]] = key("Of the render body, 0 to 1.", default=1)
+
+
+class JointKeys(SpecModel):
+    """What may be said of joints."""
+
+    friction: Maybe[Leaf[NonNegative]] = key("Friction.", default=0.05)
+    armature: Maybe[Leaf[NonNegative]] = key("Inertia of the drive itself [kg or kg·m²].", default=0)
+    limits: Maybe[Limits] = key("Lowest and highest position [m or rad].", examples=[[-1.57, 1.57]])
+    limits_deg: Maybe[Limits] = key("The same in degrees.", examples=[[-90, 90]])
+    max_velocity: Maybe[Leaf[Positive]] = key("Fastest [m/s or rad/s].")
+
+
+class DriveKeys(SpecModel):
+    """What may be said of the drives of joints. In place of the damping that a joint has by itself."""
+
+    stiffness: Maybe[Leaf[NonNegative]] = key("Force for each metre or radian off the target.", default=0)
+    damping: Maybe[Leaf[NonNegative]] = key("Force against each metre or radian a second off the target.", default=0)
+    force_limit: Maybe[Leaf[NonNegative]] = key("The most that it exerts [N or N·m]. Left out: a URDF's effort.")
+    mode: Maybe[Fixed[Literal["force", "acceleration"]]] = key("What stiffness and damping are of.", default="force")
+    target: Maybe[Leaf[Finite]] = key("Where to. Left out: where the joint starts, again at every reset.")
+    velocity_target: Maybe[Leaf[Finite]] = key("How fast.", default=0)
+
+
+TreeJointType = Literal["fixed", "revolute", "revolute_unwrapped", "continuous", "prismatic"]
+
+
+def _empty_list() -> list[Any]:
+    return []
+
+
+class MimicKeys(SpecModel):
+    """A joint that moves as another one does."""
+
+    joint: Fixed[Name] = Field(description="The other joint.")
+    multiplier: Maybe[Leaf[Finite]] = key("Of its position.", default=1)
+    offset: Maybe[Leaf[Finite]] = key("Added to that [m or rad].", default=0)
+
+
+class TreeJoint(SpecModel):
+    """The joint between a link and its parent."""
+
+    name: Maybe[Fixed[Name]] = key("What `qpos`, `joints` and `drives` call it.")
+    type: Fixed[TreeJointType] = Field(
+        description="fixed; revolute, revolute_unwrapped, continuous (no limits): about the axis; prismatic: along it."
+    )
+    origin: Maybe[Pose] = key("Of the link in its parent's frame, where the joint is at 0.", default=[0, 0, 0])
+    axis: Maybe[Leaf[Direction]] = key("In the link's frame: [x, y, z] or one of x, y, z.", default="x")
+    pose_in_parent: Maybe[Pose] = key("Of the joint's frame, in place of `origin`; its x is the axis.")
+    pose_in_child: Maybe[Pose] = key("Of the joint's frame, in place of `axis`; its x is the axis.")
+    limits: Maybe[Limits] = key("Lowest and highest position [m or rad]. Left out: none.", examples=[[0, 1.57]])
+    limits_deg: Maybe[Limits] = key("The same in degrees.", examples=[[0, 90]])
+    friction: Maybe[Leaf[NonNegative]] = key("Friction.", default=0.05)
+    damping: Maybe[Leaf[NonNegative]] = key("Damping [N·s/m or N·m·s/rad]; `drives` replaces it.", default=0)
+    armature: Maybe[Leaf[NonNegative]] = key("Inertia of the drive itself [kg or kg·m²].", default=0)
+    mimic: Maybe[MimicKeys] = key("The joint that it follows.")
+
+
+if TYPE_CHECKING:
+    Children = list["TreeLink"]
+else:
+    Children = list[
+        Annotated[Any, LazyType("scenecc.spec.articulation", "TreeLink"), WithJsonSchema({"x-ref": "TreeLink"})]
+    ]
+
+
+class TreeLink(LinkKeys):
+    """A link, and those that hang on it."""
+
+    name: Fixed[Name] = Field(description="What `links` and mounts call it.")
+    joint: Maybe[TreeJoint] = key("To the link that it hangs on; of all links but the root.")
+    shapes: list[ShapeSpec] = Field(
+        default_factory=_empty_list, description="Shapes that collide and are seen.", json_schema_extra={"default": []}
+    )
+    collisions: list[CollisionSpec] = Field(
+        default_factory=_empty_list, description="Shapes that only collide.", json_schema_extra={"default": []}
+    )
+    visuals: list[VisualSpec] = Field(
+        default_factory=_empty_list, description="Shapes that are only seen.", json_schema_extra={"default": []}
+    )
+    children: Children = Field(
+        default_factory=_empty_list, description="The links that hang on it.", json_schema_extra={"default": []}
+    )
+
+
+if TYPE_CHECKING:
+    RootLink = TreeLink
+else:
+    RootLink = Annotated[Any, LazyType("scenecc.spec.articulation", "TreeLink")]
+
+
+def _empty_dict() -> dict[str, Any]:
     return {}
 
 
-class ArticulationKeys(EntityKeys, Copies):
+class ArticulationKeys(EntityKeys, RepeatKeys):
     """Keys of any articulation."""
 
     fix_root_link: Maybe[Leaf[bool]] = key("Whether the root stays where it is. true for a file, false for a `root`.")
@@ -59,13 +228,13 @@ class ArticulationKeys(EntityKeys, Copies):
     sleep_threshold: Maybe[Leaf[NonNegative]] = key("Energy per mass below which it sleeps [m²/s²].", default=0.005)
     visibility: Maybe[Leaf[Unit]] = key("Of its links, 0 to 1.", default=1)
     links: dict[Pattern, LinkKeys] = Field(
-        default_factory=_nothing, description="Pattern of names → what such links have."
+        default_factory=_empty_dict, description="Pattern of names → what such links have."
     )
     joints: dict[Pattern, JointKeys] = Field(
-        default_factory=_nothing, description="Pattern of names → what such joints have."
+        default_factory=_empty_dict, description="Pattern of names → what such joints have."
     )
     drives: dict[Pattern, DriveKeys] = Field(
-        default_factory=_nothing,
+        default_factory=_empty_dict,
         description="Pattern of names → the drives of such joints.",
         examples=[{"panda_joint.*": {"stiffness": 1000, "damping": 100, "force_limit": 100}}],
     )
@@ -99,4 +268,4 @@ class Mjcf(ArticulationKeys):
 class Tree(ArticulationKeys):
     """An articulation that is written as a tree of links."""
 
-    root: Root = Field(description="The root link, with all that hangs on it.")
+    root: RootLink = Field(description="The root link, with all that hangs on it.")

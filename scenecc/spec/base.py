@@ -1,45 +1,179 @@
-"""What all models of the language share: strictness, keys that may be left out, and scalars."""
+"""What all models share: the base model, optional keys, names, numeric types and custom errors."""
 
 from __future__ import annotations
 
+import math
 import re
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, StringConstraints, ValidationError
 from pydantic_core import PydanticCustomError, core_schema
 
-from scenecc.spec.plain import EXPRESSION
-from scenecc.spec.unions import EXPANDED, KEY, NOT_MEANT, VALUE, in_order, labelled, plain_json
+from scenecc.spec.nodes import (
+    EXPANDED,
+    EXPRESSION_START,
+    KEY,
+    NOT_MEANT,
+    VALUE,
+    ordered_union,
+    plain_json_schema,
+    with_label,
+)
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic.json_schema import JsonSchemaValue
-    from pydantic_core import CoreSchema
+    from pydantic_core import CoreSchema, ErrorDetails, InitErrorDetails
+
+    from scenecc.diagnostics import At, PathKey
+
+
+FLOAT32_MAX = 3.4028234663852886e38
+
+
+FLOAT32_MIN = 1.1754943508222875e-38
+"""The largest and the smallest normal number of single precision, in which the engine computes: beyond
+them a length becomes infinite or zero there."""
+
+Finite = Annotated[float, Field(ge=-FLOAT32_MAX, le=FLOAT32_MAX, allow_inf_nan=False)]
+
+Positive = Annotated[float, Field(gt=0, ge=FLOAT32_MIN, le=FLOAT32_MAX, allow_inf_nan=False)]
+
+NonNegative = Annotated[float, Field(ge=0, le=FLOAT32_MAX, allow_inf_nan=False)]
+
+ExtendedFloat = Annotated[float, Field(ge=-math.inf, allow_inf_nan=True)]
+"""Infinite ones too; what is no number at all is less than nothing."""
+
+Unit = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
+
+PositiveInt = Annotated[int, Field(ge=1)]
+
+NonNegativeInt = Annotated[int, Field(ge=0)]
+
+
+INT32_MAX = 2**31 - 1
+"""The engine's integers have 32 bits."""
+
+
+PositiveInt32 = Annotated[int, Field(ge=1, le=INT32_MAX)]
+
+
+NonNegativeInt32 = Annotated[int, Field(ge=0, le=INT32_MAX)]
+
+OpeningAngle = Annotated[float, Field(gt=0, ge=FLOAT32_MIN, lt=math.pi)]
+
+OpeningDegrees = Annotated[float, Field(gt=0, ge=FLOAT32_MIN, lt=180)]
+"""Angles of views and of cones of light [rad], [degrees]."""
+
+
+# YAML gives lists; strict tuples would refuse them.
+Vec3 = Annotated[tuple[Finite, Finite, Finite], Strict(strict=False)]
+
+
+Vec4 = Annotated[tuple[Finite, Finite, Finite, Finite], Strict(strict=False)]
+
+
+NonNegative2 = Annotated[tuple[NonNegative, NonNegative], Strict(strict=False)]
+
+
+NonNegative3 = Annotated[tuple[NonNegative, NonNegative, NonNegative], Strict(strict=False)]
+
+
+Positive2 = Annotated[tuple[Positive, Positive], Strict(strict=False)]
+
+
+Positive3 = Annotated[tuple[Positive, Positive, Positive], Strict(strict=False)]
+
+Iterations = Annotated[int, Field(ge=1, le=255)]
+
+VelocityIterations = Annotated[int, Field(ge=0, le=255)]
+"""PhysX takes 1 to 255 position iterations and 0 to 255 velocity iterations (PxRigidDynamic)."""
+
+CUSTOM_ERROR = "#told"
+"""The error type of a mistake that brings its own diagnostic in its context."""
+
+VALUE_NAME = "{this}"
+"""Stands in such a message for what the value at the mistake's place is called."""
+
+
+def custom_error(
+    code: str, message: str, *, at: At = "value", hint: str | None = None, span: tuple[int, int] | None = None
+) -> PydanticCustomError:
+    """A mistake as it is to be told.
+
+    Args:
+        code: a row of the table of codes.
+        message: of the diagnostic; `VALUE_NAME` in it is replaced.
+        at: which half of the entry is meant.
+        hint: of the diagnostic.
+        span: the part of a text that is meant (characters, end exclusive); None: all of it.
+    """
+    return PydanticCustomError(
+        CUSTOM_ERROR, "{message}", {"code": code, "message": message, "at": at, "hint": hint, "span": span}
+    )
+
+
+class ErrorCollector:
+    """The errors of one validator, raised together."""
+
+    def __init__(self) -> None:
+        self._lines: list[InitErrorDetails] = []
+
+    def add(self, error: PydanticCustomError, found: Any, *loc: PathKey) -> None:
+        """Adds one.
+
+        Args:
+            error: what is wrong.
+            found: the value.
+            loc: where it is in the value that is validated.
+        """
+        self._lines.append({"type": error, "loc": loc, "input": found})
+
+    def take(self, problem: ValidationError, *loc: PathKey) -> None:
+        """Adds the errors of a validator that was called for a part of the value."""
+        self._lines += [_copy_error(error, loc) for error in problem.errors(include_url=False)]
+
+    def stop(self) -> None:
+        """Raises what there is.
+
+        Raises:
+            ValidationError: there was a mistake.
+        """
+        if self._lines:
+            raise ValidationError.from_exception_data("value", self._lines)
+
+
+def _copy_error(error: ErrorDetails, loc: tuple[PathKey, ...]) -> InitErrorDetails:
+    kind, context = error["type"], error.get("ctx", {})
+    again: Any = PydanticCustomError(kind, error["msg"], context) if kind.startswith("#") else kind  # pyright: ignore[reportArgumentType]
+    return {"type": again, "loc": (*loc, *error["loc"]), "input": error["input"], "ctx": context}
+
 
 NOTE_PREFIX = "x-"
 """Keys that start so are carried and ignored."""
 
 NAME_PATTERN = r"^[A-Za-z_][A-Za-z0-9_.-]*$"
 
-
 VARIABLE_PATTERN = r"^[A-Za-z_][A-Za-z0-9_]*$"
+
 PREFIX_PATTERN = r"^(?:[A-Za-z_][A-Za-z0-9_.-]*(?:/[A-Za-z_][A-Za-z0-9_.-]*)*/?)?$"
-SPELLINGS = {
+
+PATTERN_HINTS = {
     NAME_PATTERN: "a name starts with a letter or `_` and goes on with letters, digits, `_`, `.` and `-`",
     VARIABLE_PATTERN: "a name in expressions starts with a letter or `_` and goes on with letters, digits and `_`",
     PREFIX_PATTERN: '"" leaves the names inside as they are; anything else is the start of a name',
 }
 """What may stand where a text does not fit its pattern."""
 
-NOTES = {"^x-": {"description": "A note or an anchor; ignored."}}
+NOTE_SCHEMA = {"^x-": {"description": "A note or an anchor; ignored."}}
 """Keys that may stand in any mapping, for the JSON Schema."""
 
 
 def _allow_notes(schema: dict[str, Any]) -> None:
-    schema["patternProperties"] = NOTES
+    schema["patternProperties"] = NOTE_SCHEMA
 
 
-class Model(BaseModel):
+class SpecModel(BaseModel):
     """A mapping of the language: unknown keys refused, nothing coerced, nothing changed later."""
 
     # Deferred: a document is one model, and what builds it builds all that it holds. Each for itself as well, and
@@ -50,7 +184,7 @@ class Model(BaseModel):
     )
 
 
-class _LeftOut:
+class _NotNullable:
     """Makes `T | None` mean that the key may be left out, not that it may be null."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
@@ -59,7 +193,8 @@ class _LeftOut:
 
 
 T = TypeVar("T")
-Maybe = Annotated[T | None, _LeftOut()]
+
+Maybe = Annotated[T | None, _NotNullable()]
 """A key that may be left out: then None, and the engine's own default stands."""
 
 
@@ -75,9 +210,9 @@ def key(description: str, *, default: Any = None, examples: list[Any] | None = N
     return Field(default=None, description=description, examples=examples, json_schema_extra=extra)
 
 
-def _literal(text: str) -> str:
+def _check_literal(text: str) -> str:
     """Refuses an expression where any text is right: it would be taken as it is written."""
-    if EXPRESSION in text and not EXPANDED.get():
+    if EXPRESSION_START in text and not EXPANDED.get():
         raise PydanticCustomError(NOT_MEANT, "a text without `${{`")
     return text
 
@@ -89,13 +224,13 @@ class _MappingKey:
     """The annotation of what is a mapping's key. Pydantic marks its errors by `[key]`, which itself may be a key."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return labelled(handler(source), KEY)
+        return with_label(handler(source), KEY)
 
 
 MAPPING_KEY = _MappingKey()
 
 
-class Scoped:
+class ScopedName:
     """The annotation of names that an expanded document may have with slashes in them.
 
     Args:
@@ -111,23 +246,24 @@ class Scoped:
                 return node
             raise PydanticCustomError(NOT_MEANT, "a name as written")
 
-        return in_order([(handler(source), VALUE)], core_schema.no_info_plain_validator_function(otherwise))
+        return ordered_union([(handler(source), VALUE)], core_schema.no_info_plain_validator_function(otherwise))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        return plain_json(schema, handler)
+        return plain_json_schema(schema, handler)
 
 
 Name = Annotated[str, StringConstraints(pattern=NAME_PATTERN)]
 """What names something of the file's own."""
 
-NewName = Annotated[Name, Scoped(), MAPPING_KEY]
+NewName = Annotated[Name, ScopedName(), MAPPING_KEY]
 """What something is called from here on."""
 
 Reference = Annotated[str, StringConstraints(pattern=REFERENCE_PATTERN)]
 """What names an entity or a frame, which may be inside an instance."""
 
-GivenName = Annotated[Name, Scoped(whole=True)]
+MaterialName = Annotated[Name, ScopedName(whole=True)]
 """What names something that a prefab may be given by the file that uses it."""
 
-AnyText = Annotated[str, AfterValidator(_literal)]
-Text = Annotated[str, StringConstraints(min_length=1), AfterValidator(_literal)]
+AnyText = Annotated[str, AfterValidator(_check_literal)]
+
+Text = Annotated[str, StringConstraints(min_length=1), AfterValidator(_check_literal)]

@@ -4,19 +4,30 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, Strict, Tag
 
-from scenecc.spec.base import Maybe, Model, Name, Text, key
-from scenecc.spec.later import Later
-from scenecc.spec.leaf import Fixed, Leaf
+from scenecc.spec.base import (
+    Iterations,
+    Maybe,
+    Name,
+    NonNegative,
+    Positive,
+    SpecModel,
+    Text,
+    Unit,
+    Vec3,
+    VelocityIterations,
+    key,
+)
+from scenecc.spec.lazy_types import LazyType
 from scenecc.spec.material import Color, MaterialRef
+from scenecc.spec.nodes import LIST, NUMBER, WORD, union_by_kind
 from scenecc.spec.pose import Pose
-from scenecc.spec.scalars import Iterations, NonNegative, Positive, Unit, Vec3, VelocityIterations
 from scenecc.spec.shapes import CollisionSpec, ShapeSpec, VisualSpec
-from scenecc.spec.unions import LIST, NUMBER, WORD, by_kind
+from scenecc.spec.values import Fixed, Leaf
 
 if TYPE_CHECKING:
-    from scenecc.spec.inertial import Inertial
+    from scenecc.spec.physics import InertialSpec
 else:
-    Inertial = Annotated[Any, Later("scenecc.spec.inertial", "Inertial")]
+    InertialSpec = Annotated[Any, LazyType("scenecc.spec.physics", "InertialSpec")]
 
 BodyTypeName = Literal["dynamic", "kinematic", "static", "none"]
 MotionAxis = Literal["x", "y", "z", "rx", "ry", "rz"]
@@ -28,18 +39,20 @@ CollisionBits = Annotated[tuple[_Bits, _Bits, _Bits, _Ids], Strict(strict=False)
 
 
 SceneItem = Fixed[
-    Annotated[Annotated[int, Tag(NUMBER)] | Annotated[Text, Tag(WORD)], by_kind('an index or a slice such as "0:8"')]
+    Annotated[
+        Annotated[int, Tag(NUMBER)] | Annotated[Text, Tag(WORD)], union_by_kind('an index or a slice such as "0:8"')
+    ]
 ]
 SceneIdxs = Fixed[
     Annotated[
         Annotated[list[SceneItem], Tag(LIST)] | Annotated[Text, Tag(WORD)],
-        by_kind('a list of indices, or a slice such as "0:8"'),
+        union_by_kind('a list of indices, or a slice such as "0:8"'),
     ]
 ]
 """[0, 2], a slice ("0:8", "::2", "4:"), or a list of both."""
 
 
-class EntityKeys(Model):
+class EntityKeys(SpecModel):
     """Keys of any entity."""
 
     pose: Maybe[Pose] = key("In the world, or in the frame of `relative_to`: [x, y, z] or a mapping.")
@@ -50,7 +63,7 @@ class EntityKeys(Model):
     hidden: Fixed[bool] = Field(default=False, description="Whether only people see it, and no camera of the file.")
 
 
-class BodyKnobs(Model):
+class RigidBodyKeys(SpecModel):
     """The knobs of a rigid body component."""
 
     gravity: Maybe[Leaf[bool]] = key("false: gravity does not pull it.", default=True)
@@ -70,12 +83,12 @@ class BodyKnobs(Model):
     solver_velocity_iterations: Maybe[Leaf[VelocityIterations]] = key("0 to 255.", default=1)
 
 
-def _none() -> list[Any]:
+def _empty_list() -> list[Any]:
     # `default=[]` would be copied in depth for every body.
     return []
 
 
-class BodyKeys(BodyKnobs):
+class BodyKeys(RigidBodyKeys):
     """Keys of a body: shapes, mass, knobs."""
 
     body_type: Fixed[BodyTypeName] = Field(
@@ -83,19 +96,19 @@ class BodyKeys(BodyKnobs):
         description="dynamic: moved by forces; kinematic: moved by you; static: never moves; none: only seen.",
     )
     shapes: list[ShapeSpec] = Field(
-        default_factory=_none, description="Shapes that collide and are seen.", json_schema_extra={"default": []}
+        default_factory=_empty_list, description="Shapes that collide and are seen.", json_schema_extra={"default": []}
     )
     collisions: list[CollisionSpec] = Field(
-        default_factory=_none, description="Shapes that only collide.", json_schema_extra={"default": []}
+        default_factory=_empty_list, description="Shapes that only collide.", json_schema_extra={"default": []}
     )
     visuals: list[VisualSpec] = Field(
-        default_factory=_none, description="Shapes that are only seen.", json_schema_extra={"default": []}
+        default_factory=_empty_list, description="Shapes that are only seen.", json_schema_extra={"default": []}
     )
     material: Maybe[MaterialRef] = key("For the shapes that name none.")
     color: Maybe[Color] = key("Base colour of the shapes that name none.")
     density: Maybe[Leaf[NonNegative]] = key("For the shapes whose material gives none either [kg/m³].", default=1000)
     mass: Maybe[Leaf[Positive]] = key("Mass [kg]; scales what follows from the densities.")
-    inertial: Maybe[Inertial] = key("Mass properties, given; not with `mass`.")
+    inertial: Maybe[InertialSpec] = key("Mass properties, given; not with `mass`.")
     collision_group: Maybe[Fixed[Name]] = key("A name from `collision_groups`.")
     collision_bits: Maybe[Fixed[CollisionBits]] = key(
         "SAPIEN's four integers; not with `collision_group`.", default=[1, 1, 0, 0]
@@ -104,5 +117,5 @@ class BodyKeys(BodyKnobs):
     shading_mode: Maybe[Leaf[Annotated[int, Field(ge=0, le=255)]]] = key("Of the render body.", default=0)
 
 
-class Body(EntityKeys, BodyKeys):
+class BodySpec(EntityKeys, BodyKeys):
     """One rigid body a scene: shapes, mass, knobs."""

@@ -1,11 +1,147 @@
-"""Constraints, by their types."""
+"""The section `constraints`: SAPIEN's joints between two bodies, or a body and the world."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
-from scenecc.spec.copies import Repeated
-from scenecc.spec.later import ByType
+from pydantic import Field, Strict
+
+from scenecc.spec.base import ExtendedFloat, Finite, Maybe, NonNegative, NonNegative2, SpecModel, Text, Vec3, key
+from scenecc.spec.body import SceneIdxs
+from scenecc.spec.lazy_types import LazyUnion
+from scenecc.spec.pose import Pose
+from scenecc.spec.repetition import REPEATABLE, RepeatKeys
+from scenecc.spec.values import Fixed, Leaf
+
+DriveModeName = Literal["force", "acceleration"]
+
+LimitAxisName = Literal["x", "y", "z", "twist"]
+
+DriveAxisName = Literal["x", "y", "z", "twist", "swing", "slerp"]
+
+LIMIT_AXES: tuple[LimitAxisName, ...] = ("x", "y", "z", "twist")
+
+DRIVE_AXES: tuple[DriveAxisName, ...] = ("x", "y", "z", "twist", "swing", "slerp")
+
+AxisRange = Annotated[tuple[ExtendedFloat, ExtendedFloat], Strict(strict=False)]
+
+
+class ConstraintKeys(RepeatKeys):
+    """Keys of every constraint."""
+
+    parent: Fixed[Text] = Field(
+        description="ENTITY, ENTITY/LINK or `world`: what it is fastened to.", examples=["world", "robot/hand"]
+    )
+    child: Fixed[Text] = Field(description="ENTITY or ENTITY/LINK: the body that carries it.", examples=["cube"])
+    pose_in_parent: Maybe[Pose] = key(
+        "Its frame in the parent's (the world's); left out: where the child's frame is at the start."
+    )
+    pose_in_child: Maybe[Pose] = key("Its frame in the child's.", default=[0, 0, 0])
+    scene_idxs: Maybe[SceneIdxs] = key(
+        'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: those that both of its '
+        "bodies are in."
+    )
+
+
+class WeldConstraint(ConstraintKeys):
+    """Keeps both frames together: a drive whose six axes are all locked."""
+
+    type: Literal["weld"]
+
+
+class ConnectionConstraint(ConstraintKeys):
+    """Keeps the origins of both frames together; rotation is free: `Scene.create_connection`."""
+
+    type: Literal["connection"]
+
+
+class DistanceConstraint(ConstraintKeys):
+    """Keeps the distance of the origins of both frames within limits: `sapien.physx.PhysxDistanceJointComponent`."""
+
+    type: Literal["distance"]
+    limits: Leaf[NonNegative2] = Field(description="[least, most] [m].")
+    stiffness: Maybe[Leaf[NonNegative]] = key("Of the spring at the limits; 0: they are hard [N/m].", default=0)
+    damping: Maybe[Leaf[NonNegative]] = key("Of that spring [N·s/m].", default=0)
+
+
+class GearConstraint(ConstraintKeys):
+    """Ties the turning of two bodies about the x axes of its frames: `sapien.physx.PhysxGearComponent`."""
+
+    type: Literal["gear"]
+    ratio: Leaf[Finite] = Field(description="How fast the parent turns, in turns of the child; not 0.")
+    enable_hinges: Maybe[Fixed[bool]] = key("Whether SAPIEN's own hinges are part of it.", default=False)
+
+
+class SpringKeys(SpecModel):
+    """A spring in place of a hard stop."""
+
+    stiffness: Maybe[Leaf[NonNegative]] = key("Force beyond the limit [N/m; N·m/rad].", default=0)
+    damping: Maybe[Leaf[NonNegative]] = key("Force against motion beyond it [N·s/m; N·m·s/rad].", default=0)
+
+
+class AxisDriveKeys(SpringKeys):
+    """The drive of an axis."""
+
+    stiffness: Maybe[Leaf[NonNegative]] = key("Force off the target [N/m; N·m/rad].", default=0)
+    damping: Maybe[Leaf[NonNegative]] = key("Force off the velocity of the target [N·s/m; N·m·s/rad].", default=0)
+    force_limit: Maybe[Leaf[NonNegative]] = key("The most that it exerts [N or N·m]. Left out: none.")
+    mode: Maybe[Fixed[DriveModeName]] = key("What stiffness and damping are of.", default="force")
+
+
+class VelocityTarget(SpecModel):
+    """How fast the child's frame is driven, in the parent's."""
+
+    linear: Maybe[Leaf[Vec3]] = key("[m/s]", default=[0, 0, 0])
+    angular: Maybe[Leaf[Vec3]] = key("[rad/s]", default=[0, 0, 0])
+
+
+class AxisLimits(SpecModel):
+    """Limits of each axis: [lowest, highest], `-.inf` and `.inf` where there is none."""
+
+    x: Maybe[Leaf[AxisRange]] = key("Along x of the parent's frame [m].")
+    y: Maybe[Leaf[AxisRange]] = key("Along y [m].")
+    z: Maybe[Leaf[AxisRange]] = key("Along z [m].")
+    twist: Maybe[Leaf[AxisRange]] = key("About x [rad].")
+
+
+class AxisSprings(SpecModel):
+    """Springs of limits."""
+
+    x: Maybe[SpringKeys] = key("Of the limits along x.")
+    y: Maybe[SpringKeys] = key("Of the limits along y.")
+    z: Maybe[SpringKeys] = key("Of the limits along z.")
+    twist: Maybe[SpringKeys] = key("Of the limits of the turn about x.")
+
+
+class AxisDrives(SpecModel):
+    """Drives of axes."""
+
+    x: Maybe[AxisDriveKeys] = key("Along x of the parent's frame.")
+    y: Maybe[AxisDriveKeys] = key("Along y.")
+    z: Maybe[AxisDriveKeys] = key("Along z.")
+    twist: Maybe[AxisDriveKeys] = key("About x.")
+    swing: Maybe[AxisDriveKeys] = key("About y and z.")
+    slerp: Maybe[AxisDriveKeys] = key("About all three, along the shortest way; in place of `twist` and `swing`.")
+
+
+class DriveConstraint(ConstraintKeys):
+    """A joint of six degrees of freedom, all free unless limited: `Scene.create_drive`."""
+
+    type: Literal["drive"]
+    limits: Maybe[AxisLimits] = key("Of its axes; an axis without any is free.", examples=[{"x": [0, 0]}])
+    limit_springs: Maybe[AxisSprings] = key("Springs in place of hard stops, of the same axes.")
+    drive: Maybe[AxisDrives] = key(
+        "What pulls its axes to the target.", examples=[{"x": {"stiffness": 100, "damping": 10}}]
+    )
+    target: Maybe[Pose] = key(
+        "Where the child's frame is driven to, in the parent's; left out: onto it.", default=[0, 0, 0]
+    )
+    velocity_target: Maybe[VelocityTarget] = key("How fast it is driven.")
+    inv_mass_scales: Maybe[Leaf[NonNegative2]] = key(
+        "What 1 / mass of the parent and of the child is multiplied by for this constraint.", default=[1, 1]
+    )
+    inv_inertia_scales: Maybe[Leaf[NonNegative2]] = key("Likewise of their inertias.", default=[1, 1])
+
 
 CONSTRAINT_TYPES = ("weld", "connection", "distance", "gear", "drive")
 
-Constraint = Annotated[Any, ByType("Constraint", CONSTRAINT_TYPES, "scenecc.spec.constraint_types"), Repeated]
+Constraint = Annotated[Any, LazyUnion("Constraint", {"constraint": CONSTRAINT_TYPES}), REPEATABLE]
 """What stands under `constraints`."""

@@ -4,32 +4,30 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, WithJsonSchema
 
-from scenecc.spec.base import AnyText, Maybe, Model, NewName, Text, key
-from scenecc.spec.copies import NewVariable, Variable
+from scenecc.spec.base import AnyText, Maybe, NewName, NonNegativeInt, PositiveInt, SpecModel, Text, key
 from scenecc.spec.entities import Entity
-from scenecc.spec.later import Later
-from scenecc.spec.leaf import Fixed
-from scenecc.spec.scalars import NonNegativeInt, PositiveInt
+from scenecc.spec.lazy_types import LazyType
+from scenecc.spec.repetition import NewVariable, Variable
+from scenecc.spec.values import Fixed
 
 if TYPE_CHECKING:
-    from scenecc.spec.camera import Camera
+    from scenecc.spec.camera import CameraSpec
     from scenecc.spec.constraint import Constraint
-    from scenecc.spec.draws import Draw
-    from scenecc.spec.environment import Environment
-    from scenecc.spec.light import Light
+    from scenecc.spec.light import EnvironmentSpec, Light
     from scenecc.spec.material import Material
-    from scenecc.spec.physics import Physics
-    from scenecc.spec.places import CollisionGroup, Frame
+    from scenecc.spec.params import Draw
+    from scenecc.spec.physics import CollisionGroup, PhysicsSpec
+    from scenecc.spec.pose import FrameSpec
 else:
-    Camera = Annotated[Any, Later("scenecc.spec.camera", "Camera")]
-    Constraint = Annotated[Any, Later("scenecc.spec.constraint", "Constraint")]
-    Environment = Annotated[Any, Later("scenecc.spec.environment", "Environment")]
-    Light = Annotated[Any, Later("scenecc.spec.light", "Light")]
-    Draw = Annotated[Any, Later("scenecc.spec.draws", "Draw")]
-    Material = Annotated[Any, Later("scenecc.spec.material", "Material")]
-    Physics = Annotated[Any, Later("scenecc.spec.physics", "Physics")]
-    CollisionGroup = Annotated[Any, Later("scenecc.spec.places", "CollisionGroup")]
-    Frame = Annotated[Any, Later("scenecc.spec.places", "Frame")]
+    CameraSpec = Annotated[Any, LazyType("scenecc.spec.camera", "CameraSpec")]
+    Constraint = Annotated[Any, LazyType("scenecc.spec.constraint", "Constraint")]
+    EnvironmentSpec = Annotated[Any, LazyType("scenecc.spec.light", "EnvironmentSpec")]
+    Light = Annotated[Any, LazyType("scenecc.spec.light", "Light")]
+    Draw = Annotated[Any, LazyType("scenecc.spec.params", "Draw")]
+    Material = Annotated[Any, LazyType("scenecc.spec.material", "Material")]
+    PhysicsSpec = Annotated[Any, LazyType("scenecc.spec.physics", "PhysicsSpec")]
+    CollisionGroup = Annotated[Any, LazyType("scenecc.spec.physics", "CollisionGroup")]
+    FrameSpec = Annotated[Any, LazyType("scenecc.spec.pose", "FrameSpec")]
 
 Param = Annotated[Any, WithJsonSchema({"x-ref": "Parameter"})]
 """A default or a mapping; expansion judges it, with what it is given."""
@@ -38,7 +36,7 @@ Param = Annotated[Any, WithJsonSchema({"x-ref": "Parameter"})]
 Version = Annotated[int, Field(ge=1, le=1), WithJsonSchema({"const": 1})]
 
 
-class SceneFile(Model):
+class SceneFile(SpecModel):
     """A batch of parallel SAPIEN scenes.
 
     Units are SI, angles radians unless a key ends in `_deg`, quaternions [w, x, y, z], the world z-up.
@@ -58,13 +56,13 @@ class SceneFile(Model):
     include: list[Fixed[Text]] = Field(
         default_factory=list, description="Files merged in ahead of this one, in order.", examples=[["common.yaml"]]
     )
-    physics: Maybe[Physics] = key("Settings of the simulation.")
-    environment: Maybe[Environment] = key("Light from everywhere, and what is seen where there is nothing.")
+    physics: Maybe[PhysicsSpec] = key("Settings of the simulation.")
+    environment: Maybe[EnvironmentSpec] = key("Light from everywhere, and what is seen where there is nothing.")
     materials: dict[NewName, Material] = Field(default_factory=dict, description="Named materials.")
     collision_groups: dict[NewName, CollisionGroup] = Field(
         default_factory=dict, description="Groups of bodies that may ignore one another."
     )
-    frames: dict[NewName, Frame] = Field(default_factory=dict, description="Places with no body.")
+    frames: dict[NewName, FrameSpec] = Field(default_factory=dict, description="Places with no body.")
     entities: dict[NewName, Entity] = Field(
         default_factory=dict, description="What is in the scenes, in the order in which it is built."
     )
@@ -72,6 +70,6 @@ class SceneFile(Model):
         default_factory=dict, description="What ties two bodies together, or a body to the world."
     )
     lights: dict[NewName, Light] = Field(default_factory=dict, description="Lights; left out: a default rig.")
-    cameras: dict[NewName, Camera] = Field(
+    cameras: dict[NewName, CameraSpec] = Field(
         default_factory=dict, description="Cameras; left out: one that sees the whole scene."
     )

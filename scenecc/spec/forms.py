@@ -1,41 +1,283 @@
-"""The forms of variation as they are written, to those of `scenecc.variation.forms`."""
+"""Expressions, per-scene lists and distributions, from plain data to `scenecc.variation.forms`.
+
+The bounds of a distribution are checked against the range of the value that it replaces.
+"""
 
 from __future__ import annotations
 
 import math
 import re
+from contextlib import suppress
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 from pydantic_core import PydanticCustomError
 
 from scenecc.diagnostics.messages import cut, show
-from scenecc.spec.base import NOTE_PREFIX
-from scenecc.spec.drawn import read_drawn
-from scenecc.spec.expressions import written
-from scenecc.spec.mistakes import THIS, Mistakes, told
-from scenecc.spec.plain import is_mapping, is_sequence
-from scenecc.spec.unions import EXPANDED, any_varying, is_varying
+from scenecc.spec.base import NOTE_PREFIX, VALUE_NAME, ErrorCollector, custom_error
+from scenecc.spec.nodes import EXPANDED, any_varying, is_mapping, is_sequence, is_varying
+from scenecc.spec.params import to_rgba
+from scenecc.spec.pose import AXES
+from scenecc.spec.values import Domain
 from scenecc.variation import forms
-from scenecc.variation.distributions import DISTRIBUTIONS
+from scenecc.variation.distributions import DISTRIBUTIONS, WIDEST_INTEGERS
+from scenecc.variation.errors import ExpressionError
 from scenecc.variation.forms import FORM_KEYS
 from scenecc.variation.template import Template
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from scenecc.diagnostics import PathKey
-    from scenecc.spec.domain import Domain
+    from scenecc.variation.distributions import Distribution
 
     Loc = tuple[PathKey, ...]
     Validate = Callable[[Any], Any]
+
+
+def read_fixed_expression(node: Any) -> Template:
+    """An expression in a document as written; anything else that varies is a mistake.
+
+    Raises:
+        PydanticCustomError: it is one.
+    """
+    if is_mapping(node):
+        form = next(key for key in node if key in FORM_KEYS)
+        raise custom_error("SC116", f"{VALUE_NAME} cannot differ from scene to scene: `{form}` has no place here")
+    if isinstance(node, Template):
+        raise custom_error(
+            "SC116", f"{VALUE_NAME} reads {quote_names(node)} and so would differ from scene to scene, which it cannot"
+        )
+    return parse_template(node)
+
+
+def parse_template(text: str) -> Template:
+    """The template of a text in a document as written.
+
+    Raises:
+        PydanticCustomError: it cannot be read.
+    """
+    try:
+        return Template.parse(text)
+    except ExpressionError as problem:
+        raise custom_error("SC118", problem.message, hint=problem.hint, span=(problem.start, problem.end)) from None
+
+
+def quote_names(template: Template) -> str:
+    """The names that a template reads, as a message has them."""
+    return " and ".join(f"`{name}`" for name in sorted(template.names))
+
+
+def read_distribution(
+    reader: FormReader, key: str, node: dict[str, Any], domain: Domain, plain: Validate, loc: Loc
+) -> Any:
+    """One of the forms that draw numbers; None where that was a mistake.
+
+    Args:
+        reader: of the value.
+        key: the form's.
+        node: the mapping with the form.
+        domain: the numbers that the value may consist of.
+        plain: validates the value where it does not vary.
+        loc: of the mapping in the value that is validated.
+    """
+    at = (*loc, key)
+    if not domain.of_numbers:
+        hint = "of other values `per_scene`, `cycle` and `choice` take one"
+        return reader.mistake("SC116", f"`{key}` draws numbers, and nothing else", node, at, hint)
+    drawn = DISTRIBUTIONS[key]
+    if domain.whole and not drawn.whole:
+        hint = f"write `integers: {show(node[key])}`" if key == "uniform" else "`integers: [low, high]` does"
+        return reader.mistake("SC116", f"`{key}` draws no whole numbers", node, at, hint)
+    of_role = {"value": domain, "mean": domain.means, "deviation": domain.deviations}
+    names = f"[{', '.join(drawn.operands)}]"
+    operands = _operands(reader, node[key], [of_role[role] for role in drawn.roles], plain, at, names)
+    edges = _edges(reader, drawn, node, domain, plain, loc, told=operands is None)
+    if operands is None:
+        return None
+    if drawn.whole:
+        operands = tuple(_convert_to_integers(reader, bound, (*at, i)) for i, bound in enumerate(operands))
+    for condition in drawn.holding(len(operands)):
+        if condition.strict and condition.less is None:
+            _check_positive(reader, operands[condition.greater], condition.because, (*at, condition.greater))
+    if not _check_equal_lengths(reader, (*operands, *edges), drawn.listed, at):
+        return None
+    for condition in drawn.holding(len(operands)):
+        if condition.less is not None:
+            _check_order(reader, operands[condition.less], operands[condition.greater], domain, at, whole=drawn.whole)
+    return forms.DrawForm(key, (*operands, *edges))
+
+
+def _edges(
+    reader: FormReader,
+    drawn: Distribution,
+    node: dict[str, Any],
+    domain: Domain,
+    plain: Validate,
+    loc: Loc,
+    *,
+    told: bool,
+) -> tuple[Any, ...]:
+    """The edges of the key beside the form; none where it is left out, or wrong. `told`: the form is wrong itself."""
+    if drawn.companion is None:
+        return ()
+    if drawn.companion in node:
+        place = (*loc, drawn.companion)
+        edges = _operands(reader, node[drawn.companion], [domain, domain], plain, place, "[low, high]") or ()
+        if edges and _check_equal_lengths(reader, edges, "both bounds", place):
+            _check_order(reader, edges[0], edges[1], domain, place)
+        return edges
+    if domain.bounded and not told:
+        message = f"`{drawn.key}` without `{drawn.companion}` can leave the range of {VALUE_NAME}"
+        reader.mistake("SC120", message, node, loc, f"add `{drawn.companion}: [low, high]`")
+    return ()
+
+
+def _operands(
+    reader: FormReader, node: Any, domains: list[Domain], plain: Validate, loc: Loc, names: str
+) -> tuple[Any, ...] | None:
+    if not is_sequence(node):
+        return reader.mistake("SC103", f"{VALUE_NAME} must be {names}", node, loc)
+    count, first = len(domains), domains[0]
+    if len(node) != count:
+        return reader.mistake("SC106", f"{VALUE_NAME} must have {count} values, {names}, not {len(node)}", node, loc)
+    if _have_wrong_length(node, first):
+        needed = first.least if first.least == first.most else f"{first.least} to {first.most}"
+        return reader.mistake(
+            "SC106", f"a bound of {VALUE_NAME} must have {needed} values, not {len(node[0])}", node, loc
+        )
+    return tuple(_read_bound(reader, node[i], domains[i], plain, (*loc, i)) for i in range(count))
+
+
+def _have_wrong_length(bounds: Any, domain: Domain) -> bool:
+    """Whether all are lists of one length that the value does not have: one mistake."""
+    lengths = {len(bound) if is_sequence(bound) else None for bound in bounds}
+    length = lengths.pop()
+    return not lengths and length is not None and domain.item is not None and not domain.least <= length <= domain.most
+
+
+def _read_bound(reader: FormReader, node: Any, domain: Domain, plain: Validate, loc: Loc) -> Any:
+    """A bound: a number, or a list of one for each component. A number stands for all components of a vector."""
+    if _is_plain_vector(node, domain):
+        with suppress(ValidationError):  # which is told of each component below
+            return tuple(domain.validate_numbers(node))
+    if reader.varies(node, domain):
+        return reader.leaf(node, domain, plain, loc)
+    if isinstance(node, str) and domain.number is None:
+        # A colour or an axis. It stays as it is written, since a colour may leave its alpha to the field.
+        return reader.plain(node, plain, loc)
+    if isinstance(node, str) or is_mapping(node) or (is_sequence(node) and domain.item is None):
+        found = f", not the text {show(node)}" if isinstance(node, str) else ""
+        return reader.mistake("SC103", f"{VALUE_NAME} must be a number{found}", node, loc)
+    if is_sequence(node):
+        return reader.vector(node, domain, loc)
+    number = reader.plain(node, domain.scalar.validate_number, loc)
+    # Of a list of any length it is broadcast once that is known.
+    as_it_is = domain.number is not None or number is None or not domain.least
+    return number if as_it_is else (number,) * domain.least
+
+
+def _is_plain_vector(node: Any, domain: Domain) -> bool:
+    item = domain.item
+    return (
+        node.__class__ is list
+        and item is not None
+        and item.number is not None
+        and _NUMBER_TYPES.issuperset(map(type, node))
+    )
+
+
+_NUMBER_TYPES = frozenset((float, int))
+
+
+def _bound_components(bound: Any) -> tuple[Any, ...]:
+    if isinstance(bound, forms.Vector):
+        return bound.items
+    if isinstance(bound, str):
+        return AXES[bound] if bound in AXES else to_rgba(bound)
+    return tuple(bound) if is_sequence(bound) else (bound,)
+
+
+def _is_number(part: Any) -> bool:
+    return isinstance(part, int | float)
+
+
+def _convert_to_integers(reader: FormReader, bound: Any, loc: Loc) -> Any:
+    """The same bound with integers for its numbers."""
+
+    def whole(part: Any) -> Any:
+        """One number as an integer; as it was, reported, where it is none, and what is no number untouched."""
+        if not _is_number(part):
+            return part
+        if not float(part).is_integer():
+            reader.mistake("SC104", f"{VALUE_NAME} must be whole, not {show(part)}", part, loc)
+        elif abs(part) > WIDEST_INTEGERS:
+            reader.mistake(
+                "SC104", f"{VALUE_NAME} must be at most {WIDEST_INTEGERS} (2⁵³) in size, not {show(part)}", part, loc
+            )
+        else:
+            return int(part)
+        return part
+
+    parts = tuple(map(whole, _bound_components(bound)))
+    if isinstance(bound, str):
+        return bound
+    if not is_sequence(bound) and not isinstance(bound, forms.Vector):
+        return parts[0]
+    return parts if is_sequence(bound) else forms.Vector(parts)
+
+
+def _check_positive(reader: FormReader, bound: Any, because: str, loc: Loc) -> None:
+    if any(_is_number(part) and part <= 0 for part in _bound_components(bound)):
+        reader.mistake("SC104", f"{VALUE_NAME} must be greater than 0{because}", bound, loc)
+
+
+def _pair_components(low: Any, high: Any) -> Iterator[tuple[Any, Any]]:
+    """The components of two bounds, side by side."""
+    lows, highs = _bound_components(low), _bound_components(high)
+    if len(lows) == 1 or len(highs) == 1:
+        count = max(len(lows), len(highs))
+        lows, highs = lows * (count // len(lows)), highs * (count // len(highs))
+    # Only a colour may be shorter than the other: its alpha is 1.
+    yield from zip_longest(lows, highs, fillvalue=1.0)
+
+
+def _check_equal_lengths(reader: FormReader, bounds: tuple[Any, ...], what: str, loc: Loc) -> bool:
+    """Whether those of the bounds that are lists are of one length; otherwise that is a mistake."""
+    lengths = [
+        len(_bound_components(bound)) for bound in bounds if is_sequence(bound) or isinstance(bound, forms.Vector)
+    ]
+    if len(set(lengths)) <= 1:
+        return True
+    listed = " and ".join(map(str, dict.fromkeys(lengths)))
+    reader.mistake("SC106", f"{what} must have as many values, not {listed}", bounds, loc)
+    return False
+
+
+def _check_order(reader: FormReader, low: Any, high: Any, domain: Domain, loc: Loc, *, whole: bool = False) -> None:
+    for a, b in _pair_components(low, high):
+        if not (_is_number(a) and _is_number(b)):
+            continue
+        if whole and WIDEST_INTEGERS <= b - a <= 2 * WIDEST_INTEGERS:
+            reader.mistake("SC104", f"{VALUE_NAME} must be among fewer than {WIDEST_INTEGERS} (2⁵³) integers", low, loc)
+            return
+        if a > b:
+            reader.mistake("SC119", f"the lower bound {show(a)} is above the upper bound {show(b)}", low, loc)
+            return
+        if domain.nonzero and a <= 0 <= b:
+            hint = "for both signs write `choice: [{uniform: [-2, -1]}, {uniform: [1, 2]}]`"
+            reader.mistake("SC120", f"{VALUE_NAME} cannot be 0, which lies between the bounds", low, loc, hint)
+            return
+
 
 COMPANIONS = {"choice": "weights", **{key: one.companion for key, one in DISTRIBUTIONS.items() if one.companion}}
 """Form → the key that may stand beside it."""
 
 DEFAULT = "default"
 
-_OF_POSES = frozenset(("p", "q", "rpy", "rpy_deg", "axis_angle", "look_at", "relative_to"))
+_POSE_KEYS = frozenset(("p", "q", "rpy", "rpy_deg", "axis_angle", "look_at", "relative_to"))
+
 _INDEX = re.compile(r"0|[1-9][0-9]{0,17}")
 
 
@@ -47,13 +289,13 @@ class FormReader:
         refused: why no form may stand here, though an expression may; None: forms may.
     """
 
-    def __init__(self, mistakes: Mistakes, refused: str | None = None) -> None:
+    def __init__(self, mistakes: ErrorCollector, refused: str | None = None) -> None:
         self._mistakes = mistakes
         self._refused = refused
 
     def mistake(self, code: str, message: str, found: Any, loc: Loc, hint: str | None = None) -> None:
         """Adds a mistake."""
-        self._mistakes.add(told(code, message, hint=hint), found, *loc)
+        self._mistakes.add(custom_error(code, message, hint=hint), found, *loc)
 
     def leaf(self, node: Any, domain: Domain, plain: Validate, loc: Loc) -> Any:
         """A value that may vary; None where that was a mistake.
@@ -82,7 +324,7 @@ class FormReader:
         if isinstance(node, Template):
             return node
         try:
-            return written(node)
+            return parse_template(node)
         except PydanticCustomError as mistake:
             self._mistakes.add(mistake, node, *loc)
             return None
@@ -98,7 +340,7 @@ class FormReader:
         item = domain.item
         assert item is not None
         if not domain.least <= len(node) <= domain.most:
-            self._mistakes.add(wrong_length(domain, len(node)), node, *loc)
+            self._mistakes.add(wrong_length_error(domain, len(node)), node, *loc)
             return None
         parts = self.components(node, item, loc)
         return forms.Vector(parts) if any(self.varies(part, item) for part in node) else parts
@@ -114,7 +356,7 @@ class FormReader:
 
         def row(node: Any) -> Any:
             if not is_sequence(node):
-                self._mistakes.add(told("SC103", f"{THIS} must be a list of numbers"), node, *loc, i)
+                self._mistakes.add(custom_error("SC103", f"{VALUE_NAME} must be a list of numbers"), node, *loc, i)
                 return None
             return self.vector(node, item, (*loc, i))
 
@@ -126,14 +368,14 @@ class FormReader:
             return self.mistake("SC116", f"`{key}` has no place here", node, (*loc, key), self._refused)
         for other in others:
             message = f"`{key}` and `{other}` exclude each other: one form gives the value"
-            self._mistakes.add(told("SC111", message, at="key"), node, *loc, other)
+            self._mistakes.add(custom_error("SC111", message, at="key"), node, *loc, other)
         for other in node:
             if other not in FORM_KEYS and other != COMPANIONS.get(key) and not other.startswith(NOTE_PREFIX):
-                self._mistakes.add(_beside(other, key), node, *loc, other)
+                self._mistakes.add(_misplaced_key_error(other, key), node, *loc, other)
         if others:
             return None
         if key in DISTRIBUTIONS and not self._is_expression(node[key]):
-            return read_drawn(self, key, node, domain, plain, loc)
+            return read_distribution(self, key, node, domain, plain, loc)
         return self._listed(key, node, domain, plain, loc)
 
     def _listed(self, key: str, node: dict[str, Any], domain: Domain, plain: Validate, loc: Loc) -> Any:
@@ -154,15 +396,15 @@ class FormReader:
     def _list(self, node: Any, loc: Loc) -> Any:
         """An expression in place of a form's list or of a weight: judged once it has its value."""
         if EXPANDED.get() or is_mapping(node):
-            return self.mistake("SC116", f"{THIS} cannot differ from scene to scene", node, loc)
+            return self.mistake("SC116", f"{VALUE_NAME} cannot differ from scene to scene", node, loc)
         return self._template(node, loc)
 
     def _items(self, node: Any, domain: Domain, plain: Validate, loc: Loc) -> tuple[Any, ...]:
         if not is_sequence(node):
-            self._mistakes.add(told("SC103", f"{THIS} must be a list of values"), node, *loc)
+            self._mistakes.add(custom_error("SC103", f"{VALUE_NAME} must be a list of values"), node, *loc)
             return ()
         if not node:
-            self._mistakes.add(told("SC106", f"{THIS} must have at least 1 value, not 0"), node, *loc)
+            self._mistakes.add(custom_error("SC106", f"{VALUE_NAME} must have at least 1 value, not 0"), node, *loc)
         return tuple(self.leaf(item, domain, plain, (*loc, i)) for i, item in enumerate(node))
 
     def _per_scene(self, node: Any, domain: Domain, plain: Validate, loc: Loc) -> Any:
@@ -181,9 +423,9 @@ class FormReader:
             else:
                 message = f"`{cut(key)}` is no scene"
                 hint = "a scene's index (0, 1, …) or `default`"
-                self._mistakes.add(told("SC117", message, at="key", hint=hint), item, *loc, key)
+                self._mistakes.add(custom_error("SC117", message, at="key", hint=hint), item, *loc, key)
         if not node:
-            self._mistakes.add(told("SC106", f"{THIS} must have at least 1 value, not 0"), node, *loc)
+            self._mistakes.add(custom_error("SC106", f"{VALUE_NAME} must have at least 1 value, not 0"), node, *loc)
         return forms.SceneMap(tuple(items), default)
 
     def _weights(self, node: dict[str, Any], count: int, loc: Loc) -> Any:
@@ -193,37 +435,39 @@ class FormReader:
         if is_varying(weights):
             return self._list(weights, at)
         if not is_sequence(weights):
-            self._mistakes.add(told("SC103", f"{THIS} must be a list of numbers"), weights, *at)
+            self._mistakes.add(custom_error("SC103", f"{VALUE_NAME} must be a list of numbers"), weights, *at)
             return None
         found = [self._weight(weight, (*at, i)) for i, weight in enumerate(weights)]
         if len(weights) != count:
-            self._mistakes.add(told("SC106", f"{THIS} must have {count} values, one a choice"), weights, *at)
+            self._mistakes.add(
+                custom_error("SC106", f"{VALUE_NAME} must have {count} values, one a choice"), weights, *at
+            )
         elif found == [0.0] * count:
-            self._mistakes.add(told("SC104", f"{THIS} must not all be 0"), weights, *at)
+            self._mistakes.add(custom_error("SC104", f"{VALUE_NAME} must not all be 0"), weights, *at)
         return tuple(found)
 
     def _weight(self, node: Any, loc: Loc) -> Any:
         if is_varying(node):
             return self._list(node, loc)
         if isinstance(node, bool) or not isinstance(node, int | float):
-            self._mistakes.add(told("SC103", f"{THIS} must be a number, not {show(node)}"), node, *loc)
+            self._mistakes.add(custom_error("SC103", f"{VALUE_NAME} must be a number, not {show(node)}"), node, *loc)
             return None
         if not (math.isfinite(node) and node >= 0):
-            message = f"{THIS} must be finite and at least 0, not {show(node)}"
-            self._mistakes.add(told("SC104", message), node, *loc)
+            message = f"{VALUE_NAME} must be finite and at least 0, not {show(node)}"
+            self._mistakes.add(custom_error("SC104", message), node, *loc)
         return float(node)
 
 
-def wrong_length(domain: Domain, count: int) -> PydanticCustomError:
+def wrong_length_error(domain: Domain, count: int) -> PydanticCustomError:
     """A list of a wrong length."""
     most = str(domain.most) if domain.least == domain.most else f"{domain.least} to {domain.most}"
-    return told("SC106", f"{THIS} must have {most} values, not {count}")
+    return custom_error("SC106", f"{VALUE_NAME} must have {most} values, not {count}")
 
 
-def _beside(other: str, key: str) -> PydanticCustomError:
+def _misplaced_key_error(other: str, key: str) -> PydanticCustomError:
     """A key that has no place beside a form's."""
     for form, companion in COMPANIONS.items():
         if other == companion:
-            return told("SC117", f"`{other}` stands beside `{form}` only", at="key")
-    hint = f"a pose that has more than a position is a mapping: `p: {{{key}: …}}`" if other in _OF_POSES else None
-    return told("SC117", f"`{cut(other)}` has no place beside `{key}`", at="key", hint=hint)
+            return custom_error("SC117", f"`{other}` stands beside `{form}` only", at="key")
+    hint = f"a pose that has more than a position is a mapping: `p: {{{key}: …}}`" if other in _POSE_KEYS else None
+    return custom_error("SC117", f"`{cut(other)}` has no place beside `{key}`", at="key", hint=hint)

@@ -1,35 +1,65 @@
-"""What was probably meant by mistakes that people often make."""
+"""Hints for common mistakes: unknown keys, misplaced keys, and values of a wrong kind."""
 
 from __future__ import annotations
 
+import re
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics.messages import cut, nearest
+from scenecc.spec.nodes import is_mapping
+from scenecc.variation.forms import FORM_KEYS
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from scenecc.diagnostics import Path
+
+
 _SHAPE = "a shape stands in one of the lists `shapes`, `collisions` and `visuals`: `shapes: [{type: box, …}]`"
+
 _PHYSICAL = "it stands under `physical`: `material: {physical: {…}}`"
+
 _VISUAL = "it stands under `visual`: `material: {visual: {…}}`"
 
-_USED = "it stands beside `use`: `{use: FILE, with: {…}}`"
+_USE_ARGUMENTS = "it stands beside `use`: `{use: FILE, with: {…}}`"
+
 _USE = "did you mean `use`?"
-_PICKED = "it stands beside `variants`: `{variants: [{…}, {…}], pick: …}`"
+
+_PICK = "it stands beside `variants`: `{variants: [{…}, {…}], pick: …}`"
 
 _ROBOT = "articulations are no variants; of a robot the file may vary: `urdf: {cycle: [a.urdf, b.urdf]}`"
+
 _ONE_OF = "an articulation has one of `urdf`, `mjcf` and `root`"
+
 _OF_LINKS = "a tree's links have shapes: `root: {shapes: […]}`; a file brings its own, and is an entity by itself"
+
 _LINK = "it is said of links: `links: {NAME: {…: …}}`"
-_FIXED = "did you mean `fix_root_link`?"
+
+_FIX_ROOT_LINK = "did you mean `fix_root_link`?"
+
 _DRIVE = "it is said of drives: `drives: {JOINT: {stiffness: …, damping: …}}`"
+
 _AGENT = (
     "a robot is its file, `urdf: …` or `mjcf: …`; ManiSkill's come with `{use: scenecc:table_scene, with: {robot: …}}`"
 )
+
 _POSE = "did you mean `pose`?"
-_AIMED = "it stands in the pose: `pose: {p: […], look_at: […]}`"
-_HALF = "did you mean `half_length`? it is half of that"
-_COMMON = "it stands beside `variants`, for all of them"
 
-ALTERNATIVES = "what differs in structure from scene to scene is written as `variants` of the entity"
-PARTS = "what may differ are the numbers, files, colours and materials in it, each alone"
-SETTINGS = "the scenes share one simulation: nothing under `physics` differs between them"
+_LOOK_AT = "it stands in the pose: `pose: {p: […], look_at: […]}`"
 
-EACH_ITS_OWN = "declare an entity for each value, with `scene_idxs` of its own"
-OF_A_WHOLE_ROBOT = frozenset(
+_HALF_LENGTH = "did you mean `half_length`? it is half of that"
+
+_COMMON_TO_VARIANTS = "it stands beside `variants`, for all of them"
+
+VARIANTS_HINT = "what differs in structure from scene to scene is written as `variants` of the entity"
+
+PARTS_HINT = "what may differ are the numbers, files, colours and materials in it, each alone"
+
+PHYSICS_HINT = "the scenes share one simulation: nothing under `physics` differs between them"
+
+SEPARATE_ENTITIES_HINT = "declare an entity for each value, with `scene_idxs` of its own"
+
+SHARED_ROBOT_KEYS = frozenset(
     (
         "beyond_limits",
         "disable_self_collisions",
@@ -41,7 +71,7 @@ OF_A_WHOLE_ROBOT = frozenset(
 )
 """Keys of an articulation that are the same in all of its scenes."""
 
-FORM_WORDS = {
+FORM_SYNONYMS = {
     **dict.fromkeys(("range", "random", "rand", "between", "min", "low"), "uniform: [low, high]"),
     **dict.fromkeys(("randint", "integer", "int"), "integers: [low, high]"),
     **dict.fromkeys(("gauss", "gaussian", "mean"), "normal: [mean, std]"),
@@ -50,41 +80,47 @@ FORM_WORDS = {
 }
 """What other languages call the forms of variation."""
 
-WRITTEN_AS: dict[str, str] = {
+SYNTAX_HINTS: dict[str, str] = {
     "include": "the files stand in a list: `include: [FILE]`",
     "repeat": "a number of copies is `{i: {count: 4}}`",
 }
 """Key → how what stands there is written."""
 
-LACKING: dict[str, str] = {
+MISSING_KEY_HINTS: dict[str, str] = {
     "pick": "it says which variant each scene has: `pick: {cycle: [0, 1]}`, or any form over their indices",
 }
 """Missing key → what it is for."""
 
-RENAMED = {"filename": "file", "color": "base_color", "position": "p", "quaternion": "q", "friction": "static_friction"}
+KEY_SYNONYMS = {
+    "filename": "file",
+    "color": "base_color",
+    "position": "p",
+    "quaternion": "q",
+    "friction": "static_friction",
+}
 """Unknown key → what it is called here, where letters alone would not tell."""
 
-MISPLACED: dict[str, tuple[tuple[str, str], ...]] = {
+MISPLACED_KEY_HINTS: dict[str, tuple[tuple[str, str], ...]] = {
     **dict.fromkeys(("type", "half_size", "radius", "half_length"), (("body_type", _SHAPE),)),
-    **dict.fromkeys(("with", "prefix"), (("body_type", _USED),)),
+    **dict.fromkeys(("with", "prefix"), (("body_type", _USE_ARGUMENTS),)),
     **dict.fromkeys(("uses", "using", "prefab"), (("body_type", _USE),)),
-    "pick": (("body_type", _PICKED),),
+    "pick": (("body_type", _PICK),),
     **dict.fromkeys(("urdf", "mjcf", "root"), (("body_type", _ROBOT), ("fix_root_link", _ONE_OF))),
     **dict.fromkeys(("shapes", "collisions", "visuals"), (("fix_root_link", _OF_LINKS),)),
     **dict.fromkeys(("mass", "inertial", "linear_damping", "angular_damping"), (("fix_root_link", _LINK),)),
-    **dict.fromkeys(("fix_base", "fixed_base", "fixed", "use_fixed_base"), (("fix_root_link", _FIXED),)),
+    **dict.fromkeys(("fix_base", "fixed_base", "fixed", "use_fixed_base"), (("fix_root_link", _FIX_ROOT_LINK),)),
     **dict.fromkeys(("stiffness", "damping", "force_limit"), (("fix_root_link", _DRIVE), ("armature", _DRIVE))),
     **dict.fromkeys(("uid", "robot", "robot_uid", "robot_uids"), (("body_type", _AGENT), ("fix_root_link", _AGENT))),
     **dict.fromkeys(("position", "initial_pose"), (("body_type", _POSE), ("fix_root_link", _POSE))),
-    "look_at": (("fovy", _AIMED),),
-    **dict.fromkeys(("height", "length"), (("half_length", _HALF),)),
-    **dict.fromkeys(("pose", "scene_idxs", "repeat", "if"), (("body_type", _COMMON),)),
+    "look_at": (("fovy", _LOOK_AT),),
+    **dict.fromkeys(("height", "length"), (("half_length", _HALF_LENGTH),)),
+    **dict.fromkeys(("pose", "scene_idxs", "repeat", "if"), (("body_type", _COMMON_TO_VARIANTS),)),
     **dict.fromkeys(("static_friction", "dynamic_friction", "restitution"), (("physical", _PHYSICAL),)),
     **dict.fromkeys(("base_color", "roughness", "metallic", "specular", "emission"), (("visual", _VISUAL),)),
 }
 """Unknown key → a key that is known where it stands, and what to say there."""
 
-LISTED_ELSEWHERE: dict[str, str] = {
+SHAPE_LIST_HINTS: dict[str, str] = {
     "mesh": "a `mesh` is only seen: write it under `visuals`; a convex_mesh, convex_parts or triangle_mesh collides",
     "tiled_plane": "a `tiled_plane` is only seen: write it under `visuals`",
     "convex_parts": "`convex_parts` always collide: write them under `shapes` or `collisions`; a `mesh` is only seen",
@@ -92,7 +128,7 @@ LISTED_ELSEWHERE: dict[str, str] = {
 }
 """Shape type → where it may stand, for the lists that do not have it."""
 
-ANGLES = frozenset(("fovy", "fovx", "inner_fov", "outer_fov"))
+ANGLE_KEYS = frozenset(("fovy", "fovx", "inner_fov", "outer_fov"))
 """Keys in radians that have a twin in degrees, and a bound that degrees are beyond."""
 
 LENGTH_HINTS: dict[tuple[str, int], str] = {
@@ -102,3 +138,79 @@ LENGTH_HINTS: dict[tuple[str, int], str] = {
     ("half_size", 1): "one number an axis: [x, y, z]",
 }
 """Key and the number of its values → what they were probably meant to be."""
+
+
+def kind_hint(expected: str, path: Path, found: Any) -> str | None:
+    """A hint; None where nothing is known.
+
+    Args:
+        expected: what a user may write there, as the message has it.
+        path: of the value in the document.
+        found: the value.
+    """
+    if is_mapping(found):
+        return _form_hint(expected, found)
+    if path[-1:] == ("repeat",) or (path[-2:-1] == ("repeat",) and isinstance(found, int)):
+        return SYNTAX_HINTS["repeat"]
+    if found.__class__ in {int, float} and path:
+        # A number alone is meant as a list of one.
+        return LENGTH_HINTS.get((str(path[-1]), 1))
+    return _text_hint(expected, path, found) if isinstance(found, str) else None
+
+
+def _text_hint(expected: str, path: Path, text: str) -> str | None:
+    if expected in {"a number", "a whole number"} and _reads_as_number(text):
+        return "take the quotes off"
+    if expected == "true or false":
+        is_condition = path[-1:] == ("if",)
+        expression = f"an expression is written `${{{cut(text)}}}`"
+        return expression if is_condition else "YAML 1.2 has only `true` and `false`, without quotes"
+    if len(text) <= _MAX_EXPRESSION_LENGTH and (other := _FOREIGN_EXPRESSION.fullmatch(text)):
+        return f'an expression is written `"${{{cut(next(filter(None, other.groups())))}}}"`'
+    if len(path) == 2 and path[0] == "entities":
+        return f"another scene file is used by `{{use: {cut(text)}}}`"
+    return SYNTAX_HINTS["include"] if path == ("include",) else None
+
+
+_MAX_EXPRESSION_LENGTH = 200
+
+_FOREIGN_EXPRESSION = re.compile(r"\$([A-Za-z_]\w*)|\{\{ *([^{}]*[^{} ]) *\}\}|\$\(([^()]+)\)")
+"""How other languages write expressions."""
+
+
+def _form_hint(expected: str, found: Mapping[str, Any]) -> str | None:
+    """What form of variation an unknown mapping was probably meant to be."""
+    near = next((near for key in found if (near := nearest(key, FORM_KEYS))), None)
+    if near is not None:
+        return f"did you mean `{near}`?"
+    other = next((FORM_SYNONYMS[key] for key in found if key in FORM_SYNONYMS), None)
+    if other is not None:
+        return f"did you mean `{{{other}}}`?"
+    if expected in {"a number", "a whole number", "true or false"} or expected.startswith("["):
+        return f"what differs from scene to scene is one of the forms {', '.join(sorted(FORM_KEYS))}"
+    return None
+
+
+def _reads_as_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    # Python reads 1_000, YAML does not.
+    return "_" not in text
+
+
+UNSUPPORTED_KEYS: dict[str, str] = {
+    "tendons": "tendons",
+    "stereo": "stereo depth sensors",
+    "point_clouds": "point clouds",
+    "point_cloud": "point clouds",
+    "vertices": "vertices in the file",
+    "triangles": "vertices in the file",
+    "faces": "vertices in the file",
+    "properties": "render properties by name",
+    "cone": "cone limits (SAPIEN records them and never applies them)",
+    "pyramid": "pyramid limits (SAPIEN records them and never applies them)",
+    "is_trigger": "triggers (SAPIEN records `is_trigger` and never applies it)",
+    "trigger": "triggers (SAPIEN records `is_trigger` and never applies it)",
+}

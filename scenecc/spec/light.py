@@ -1,11 +1,164 @@
-"""Lights, by their types."""
+"""The sections `lights` and `environment`: SAPIEN's lights, ambient light and the environment map."""
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from scenecc.spec.copies import Repeated
-from scenecc.spec.later import ByType
+from pydantic import Field, StringConstraints, Tag
+from typing_extensions import TypeAliasType
+
+from scenecc.spec.base import (
+    Finite,
+    Maybe,
+    NonNegative3,
+    OpeningAngle,
+    OpeningDegrees,
+    Positive,
+    SpecModel,
+    Text,
+    Vec3,
+    key,
+)
+from scenecc.spec.body import SceneIdxs
+from scenecc.spec.lazy_types import LazyType, LazyUnion
+from scenecc.spec.material import Texture
+from scenecc.spec.nodes import COMPONENTS, MAPPING, WORD, union_by_kind
+from scenecc.spec.pose import Pose
+from scenecc.spec.repetition import REPEATABLE, RepeatKeys
+from scenecc.spec.values import Fixed, Leaf
+
+LIGHT_COLOR_TEXT = r"^#[0-9A-Fa-f]{6}$"
+
+LightColor = TypeAliasType(
+    "LightColor",
+    Leaf[
+        Annotated[
+            Annotated[str, StringConstraints(pattern=LIGHT_COLOR_TEXT), Tag(WORD)]
+            | Annotated[NonNegative3, Tag(COMPONENTS)],
+            union_by_kind('three numbers, or "#rrggbb"'),
+        ]
+    ],
+)
+"""Three numbers, linear and of any brightness, or "#rrggbb"."""
+
+_MapSize = Annotated[int, Field(ge=1, le=16384)]
+
+
+class LightKeys(RepeatKeys):
+    """Keys of every light."""
+
+    color: LightColor = Field(description='Colour times brightness: linear RGB, which may exceed 1, or "#rrggbb".')
+    pose: Maybe[Pose] = key(
+        "It shines along x of this pose: in the world, in the frame of `relative_to`, or in that of `mount`."
+    )
+    mount: Maybe[Fixed[Text]] = key("ENTITY or ENTITY/LINK that it is fastened to.", examples=["robot/hand"])
+    scene_idxs: Maybe[SceneIdxs] = key(
+        'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: every scene.'
+    )
+
+
+class PositionKeys(SpecModel):
+    """Where a light stands, in place of a pose."""
+
+    position: Maybe[Leaf[Vec3]] = key("In place of `pose` [m].", default=[0, 0, 0])
+
+
+class DirectionKeys(PositionKeys):
+    """Where a light stands and shines to, in place of a pose."""
+
+    direction: Maybe[Leaf[Vec3]] = key("Where it shines to, of any length; in place of `pose`.")
+
+
+class ShadowKeys(SpecModel):
+    """Keys of lights that may throw shadows."""
+
+    shadow: Maybe[Leaf[bool]] = key("Whether it throws shadows.", default=False)
+    shadow_near: Maybe[Leaf[Positive]] = key("Distance from the light at which shadows begin [m].", default=0.1)
+    shadow_far: Maybe[Leaf[Positive]] = key("Where they end [m].", default=10)
+    shadow_map_size: Maybe[Leaf[_MapSize]] = key("Edge of the map of distances [px].", default=2048)
+
+
+class ConeKeys(SpecModel):
+    """The cone of a light."""
+
+    inner_fov: Maybe[Leaf[OpeningAngle]] = key("Angle of the cone of full brightness [rad]; this or `inner_fov_deg`.")
+    inner_fov_deg: Maybe[Leaf[OpeningDegrees]] = key("The same [degrees].")
+    outer_fov: Maybe[Leaf[OpeningAngle]] = key(
+        "Angle of the cone beyond which it is dark [rad]; this or `outer_fov_deg`."
+    )
+    outer_fov_deg: Maybe[Leaf[OpeningDegrees]] = key("The same [degrees].")
+
+
+class DirectionalLightSpec(LightKeys, DirectionKeys, ShadowKeys):
+    """Parallel light from far away: `Scene.add_directional_light`."""
+
+    type: Literal["directional"]
+    # It stands nowhere, so what lies behind it may throw shadows too.
+    shadow_near: Maybe[Leaf[Finite]] = key(  # pyright: ignore[reportIncompatibleVariableOverride]
+        "Where shadows begin, along the light from its position [m].", default=-10
+    )
+    shadow_far: Maybe[Leaf[Finite]] = key("Where they end [m].", default=10)  # pyright: ignore[reportIncompatibleVariableOverride]
+    shadow_scale: Maybe[Leaf[Positive]] = key("Half of the edge of the square that has shadows [m].", default=10)
+
+
+class PointLightSpec(LightKeys, PositionKeys, ShadowKeys):
+    """Light in all directions: `Scene.add_point_light`."""
+
+    type: Literal["point"]
+
+
+class SpotLightSpec(LightKeys, DirectionKeys, ShadowKeys, ConeKeys):
+    """A cone of light: `Scene.add_spot_light`."""
+
+    type: Literal["spot"]
+
+
+class AreaLightSpec(LightKeys):
+    """A rectangle that shines, seen by ray tracing alone: `Scene.add_area_light_for_ray_tracing`."""
+
+    type: Literal["area"]
+    half_width: Leaf[Positive] = Field(description="Along y of its pose [m].")
+    half_height: Leaf[Positive] = Field(description="Along z of its pose [m].")
+
+
+class TexturedLightSpec(LightKeys, DirectionKeys, ShadowKeys, ConeKeys):
+    """A cone of light that throws a picture: `sapien.render.RenderTexturedLightComponent`."""
+
+    type: Literal["textured"]
+    texture: Texture = Field(description="The picture: a file, or a mapping with `file`.")
+
 
 LIGHT_TYPES = ("directional", "point", "spot", "area", "textured")
 
-Light = Annotated[Any, ByType("Light", LIGHT_TYPES, "scenecc.spec.light_types"), Repeated]
+Light = Annotated[Any, LazyUnion("LightSpec", {"light": LIGHT_TYPES}), REPEATABLE]
 """What stands under `lights`."""
+
+
+class CubeMapKeys(SpecModel):
+    """Six pictures around the scene, each seen along one of the axes."""
+
+    px: Leaf[Text] = Field(description="Picture towards +x.")
+    nx: Leaf[Text] = Field(description="Picture towards -x.")
+    py: Leaf[Text] = Field(description="Picture towards +y.")
+    ny: Leaf[Text] = Field(description="Picture towards -y.")
+    pz: Leaf[Text] = Field(description="Picture towards +z.")
+    nz: Leaf[Text] = Field(description="Picture towards -z.")
+
+
+if TYPE_CHECKING:
+    _LazyCubeMap = CubeMapKeys
+else:
+    _LazyCubeMap = Annotated[Any, LazyType("scenecc.spec.light", "CubeMapKeys")]
+
+EnvironmentMap = Leaf[
+    Annotated[
+        Annotated[Text, Tag(WORD)] | Annotated[_LazyCubeMap, Tag(MAPPING)],
+        union_by_kind("a file, or a mapping with px, nx, py, ny, pz, nz"),
+    ]
+]
+"""A file, or six."""
+
+
+class EnvironmentSpec(SpecModel):
+    """Light from everywhere, and what is seen where there is nothing."""
+
+    ambient_light: Maybe[LightColor] = key('Linear RGB, which may exceed 1, or "#rrggbb".', default=[0, 0, 0])
+    map: Maybe[EnvironmentMap] = key("The surroundings: a file, or six pictures.")

@@ -5,12 +5,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, StringConstraints, Tag
 from typing_extensions import TypeAliasType
 
-from scenecc.spec.base import GivenName, Maybe, Model, Text, key
-from scenecc.spec.later import Later
-from scenecc.spec.leaf import Fixed, Leaf
-from scenecc.spec.param_types import COLOR_TEXT
-from scenecc.spec.scalars import NonNegative, Unit
-from scenecc.spec.unions import COMPONENTS, MAPPING, WORD, by_kind
+from scenecc.spec.base import MaterialName, Maybe, NonNegative, SpecModel, Text, Unit, key
+from scenecc.spec.lazy_types import LazyType
+from scenecc.spec.nodes import COMPONENTS, MAPPING, WORD, union_by_kind
+from scenecc.spec.params import COLOR_TEXT
+from scenecc.spec.values import Fixed, Leaf
 
 ColorText = Annotated[str, StringConstraints(pattern=COLOR_TEXT)]
 ColorList = Annotated[list[Unit], Field(min_length=3, max_length=4)]
@@ -19,7 +18,7 @@ Color = TypeAliasType(
     Leaf[
         Annotated[
             Annotated[ColorText, Tag(WORD)] | Annotated[ColorList, Tag(COMPONENTS)],
-            by_kind('three or four numbers, or "#rrggbb" or "#rrggbbaa"'),
+            union_by_kind('three or four numbers, or "#rrggbb" or "#rrggbbaa"'),
         ]
     ],
 )
@@ -27,12 +26,12 @@ Color = TypeAliasType(
 
 Radiance = Annotated[
     Annotated[ColorText, Tag(WORD)] | Annotated[list[NonNegative], Field(min_length=3, max_length=4), Tag(COMPONENTS)],
-    by_kind('three or four numbers, or "#rrggbb" or "#rrggbbaa"'),
+    union_by_kind('three or four numbers, or "#rrggbb" or "#rrggbbaa"'),
 ]
 """A colour that may be brighter than 1."""
 
 
-class Physical(Model):
+class Physical(SpecModel):
     """How a surface rubs and bounces, and how heavy what it covers is."""
 
     static_friction: Maybe[Leaf[NonNegative]] = key("Coefficient of static friction.", default=0.3)
@@ -43,7 +42,7 @@ class Physical(Model):
     density: Maybe[Leaf[NonNegative]] = key("Density [kg/m³] of shapes that give none.", default=1000)
 
 
-class TextureMapping(Model):
+class TextureMapping(SpecModel):
     """An image and how it is sampled."""
 
     file: Leaf[Text] = Field(description="The image.")
@@ -54,22 +53,22 @@ class TextureMapping(Model):
 
 
 if TYPE_CHECKING:
-    _Sampled = TextureMapping
+    _LazyTextureMapping = TextureMapping
 else:
-    _Sampled = Annotated[Any, Later("scenecc.spec.material", "TextureMapping")]
+    _LazyTextureMapping = Annotated[Any, LazyType("scenecc.spec.material", "TextureMapping")]
 
 Texture = TypeAliasType(
     "Texture",
     Leaf[
         Annotated[
-            Annotated[Text, Tag(WORD)] | Annotated[_Sampled, Tag(MAPPING)],
-            by_kind("a file, or a mapping with `file`"),
+            Annotated[Text, Tag(WORD)] | Annotated[_LazyTextureMapping, Tag(MAPPING)],
+            union_by_kind("a file, or a mapping with `file`"),
         ]
     ],
 )
 
 
-class Visual(Model):
+class Visual(SpecModel):
     """How a surface looks: `sapien.render.RenderMaterial`."""
 
     base_color: Maybe[Color] = key("Base colour, linear RGB or RGBA.", default=[1, 1, 1, 1])
@@ -88,7 +87,7 @@ class Visual(Model):
     transmission_texture: Maybe[Texture] = key("Image of the transmission.")
 
 
-class Material(Model):
+class Material(SpecModel):
     """A surface: how it rubs (`physical`) and how it looks (`visual`)."""
 
     physical: Maybe[Physical] = key("How it rubs and bounces, and its density.")
@@ -96,16 +95,16 @@ class Material(Model):
 
 
 if TYPE_CHECKING:
-    _Inline = Material
+    _LazyMaterial = Material
 else:
-    _Inline = Annotated[Any, Later("scenecc.spec.material", "Material")]
+    _LazyMaterial = Annotated[Any, LazyType("scenecc.spec.material", "Material")]
 
 MaterialRef = TypeAliasType(
     "MaterialRef",
     Leaf[
         Annotated[
-            Annotated[GivenName, Tag(WORD)] | Annotated[_Inline, Tag(MAPPING)],
-            by_kind("a name from `materials`, or a mapping with `physical` or `visual`"),
+            Annotated[MaterialName, Tag(WORD)] | Annotated[_LazyMaterial, Tag(MAPPING)],
+            union_by_kind("a name from `materials`, or a mapping with `physical` or `visual`"),
         ]
     ],
 )

@@ -1,4 +1,7 @@
-"""Plain data to the models of the language."""
+"""Validation of a document: plain data to the models of the language.
+
+A document with very many errors is validated in a truncated copy first, since pydantic lists all errors or none.
+"""
 
 from __future__ import annotations
 
@@ -7,21 +10,61 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from scenecc.diagnostics.diagnostic import MAX_REPORTS
-from scenecc.spec.base import NOTE_PREFIX
+from scenecc.spec.base import NOTE_PREFIX, SpecModel
 from scenecc.spec.document import SceneFile
-from scenecc.spec.leaf import SEEN
-from scenecc.spec.plain import is_mapping, is_sequence
-from scenecc.spec.unions import EXPANDED
+from scenecc.spec.nodes import EXPANDED, is_mapping, is_sequence
+from scenecc.spec.values import READ_VALUES
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
 
-_NAMED = (
+
+_MAX_UNCUT_ITEMS = 100
+"""Items of a list or mapping that is never cut: more than any of the language's own has."""
+
+
+class TruncatedDocument:
+    """A copy of a document without what follows its first nodes.
+
+    Attributes:
+        data: the copy. Lists and mappings of names are cut; no key that a mapping may have is lost.
+        whole: whether nothing was left out.
+    """
+
+    def __init__(self, data: dict[str, Any], nodes: int) -> None:
+        self._left = nodes
+        self._known = _model_keys(SpecModel)
+        self.whole = True
+        self.data: dict[str, Any] = self._copy(data)
+
+    def _copy(self, node: Any) -> Any:
+        self._left -= 1
+        if is_mapping(node):
+            return {key: self._copy(item) for key, item in node.items() if self._kept(node, key)}
+        if is_sequence(node):
+            return [self._copy(item) for item in node if self._kept(node, None)]
+        return node
+
+    def _kept(self, container: Any, key: str | None) -> bool:
+        if self._left > 0 or len(container) <= _MAX_UNCUT_ITEMS or key in self._known:
+            return True
+        self.whole = False
+        return False
+
+
+def _model_keys(model: type[SpecModel]) -> set[str]:
+    keys = {field.alias or name for name, field in model.model_fields.items()}
+    for special in model.__subclasses__():
+        keys |= _model_keys(special)
+    return keys
+
+
+_NAME_SECTIONS = (
     "entities", "materials", "frames", "collision_groups", "params", "draws", "constraints", "lights", "cameras",
 )  # fmt: skip
 """Mappings whose keys are names, so that a note among them would read as an entry."""
 
-MOST_ERRORS = 6 * MAX_REPORTS
+MAX_PYDANTIC_ERRORS = 6 * MAX_REPORTS
 """Errors of pydantic's among which there are as many mistakes as are told: each branch of a union has its own."""
 
 
@@ -34,49 +77,48 @@ def parse(data: dict[str, Any], origin: Origin, sink: Sink, *, expanded: bool = 
         sink: takes the diagnostics.
         expanded: it is an expanded document: `${` in a text is literal, and a `Template` is what is left of one.
     """
-    token, seen = EXPANDED.set(expanded), SEEN.set({} if expanded else None)
+    token, seen = EXPANDED.set(expanded), READ_VALUES.set({} if expanded else None)
     try:
-        return _parsed(data, origin, sink)
+        return _validate(data, origin, sink)
     finally:
         EXPANDED.reset(token)
-        SEEN.reset(seen)
+        READ_VALUES.reset(seen)
 
 
-def _parsed(data: dict[str, Any], origin: Origin, sink: Sink) -> SceneFile | None:
-    if any(key.startswith(NOTE_PREFIX) for name in _NAMED for key in _keys(data.get(name))):
-        data = without_notes(data)
+def _validate(data: dict[str, Any], origin: Origin, sink: Sink) -> SceneFile | None:
+    if any(key.startswith(NOTE_PREFIX) for name in _NAME_SECTIONS for key in _keys(data.get(name))):
+        data = strip_notes(data)
     try:
         return SceneFile.model_validate(data)
     except ValidationError as problem:
-        many = problem.error_count() > MOST_ERRORS
+        many = problem.error_count() > MAX_PYDANTIC_ERRORS
         errors = [] if many else problem.errors(include_url=False)
     if many:
-        clean = without_notes(data)
-        return None if _report_first(clean, origin, sink) else SceneFile.model_validate(clean)
+        clean = strip_notes(data)
+        return None if _report_first_errors(clean, origin, sink) else SceneFile.model_validate(clean)
     if any(_is_note(segment) for error in errors for segment in error["loc"]):
         # Only a file that holds notes pays for their removal.
-        return _parsed(without_notes(data), origin, sink)
-    from scenecc.spec.errors import report_errors
+        return _validate(strip_notes(data), origin, sink)
+    from scenecc.spec.validation_errors import report_errors
 
     report_errors(errors, data, origin, sink)
     return None
 
 
-def _report_first(data: dict[str, Any], origin: Origin, sink: Sink) -> bool:
+def _report_first_errors(data: dict[str, Any], origin: Origin, sink: Sink) -> bool:
     """Reports the first of very many errors, if there are any without the notes.
 
     Pydantic lists all or none, and takes a kilobyte for each.
     """
-    from scenecc.spec.errors import report_errors
-    from scenecc.spec.start import Start
+    from scenecc.spec.validation_errors import report_errors
 
     nodes = 4 * MAX_REPORTS
     while True:
-        start = Start(data, nodes)
+        start = TruncatedDocument(data, nodes)
         try:
             SceneFile.model_validate(start.data)
         except ValidationError as problem:
-            if start.whole or problem.error_count() >= MOST_ERRORS:
+            if start.whole or problem.error_count() >= MAX_PYDANTIC_ERRORS:
                 report_errors(problem.errors(include_url=False), start.data, origin, sink)
                 if not start.whole:
                     hint = "mend these first; the rest of the file was not looked at"
@@ -96,8 +138,8 @@ def _is_note(segment: object) -> bool:
     return isinstance(segment, str) and segment.startswith(NOTE_PREFIX)
 
 
-def without_notes(node: Any) -> Any:
+def strip_notes(node: Any) -> Any:
     """A copy without the keys that start with `x-`, at any depth."""
     if is_mapping(node):
-        return {key: without_notes(item) for key, item in node.items() if not key.startswith(NOTE_PREFIX)}
-    return [without_notes(item) for item in node] if is_sequence(node) else node
+        return {key: strip_notes(item) for key, item in node.items() if not key.startswith(NOTE_PREFIX)}
+    return [strip_notes(item) for item in node] if is_sequence(node) else node

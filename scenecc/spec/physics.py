@@ -1,18 +1,31 @@
-"""Settings of the simulation."""
+"""Settings of the simulation, collision groups, and mass properties of bodies."""
 
 from typing import Annotated
 
 from pydantic import Field
 
-from scenecc.spec.base import Maybe, Model, key
-from scenecc.spec.leaf import Fixed
-from scenecc.spec.scalars import Count, Finite, Iterations, NonNegative, Positive, Vec3, VelocityIterations
+from scenecc.spec.base import (
+    Finite,
+    Iterations,
+    Maybe,
+    Name,
+    NonNegative,
+    Positive,
+    Positive3,
+    PositiveInt32,
+    SpecModel,
+    Vec3,
+    VelocityIterations,
+    key,
+)
+from scenecc.spec.pose import Pose
+from scenecc.spec.values import Fixed, Leaf
 
-THREADS = 256
+MAX_THREADS = 256
 """More would only exhaust the machine: each is a thread of the process."""
 
 
-class DefaultMaterial(Model):
+class DefaultMaterial(SpecModel):
     """The material of shapes that name none."""
 
     static_friction: Fixed[NonNegative] = Field(description="Coefficient of static friction.")
@@ -20,30 +33,30 @@ class DefaultMaterial(Model):
     restitution: Fixed[NonNegative] = Field(description="Coefficient of restitution, 0 to 1.")
 
 
-class Sdf(Model):
+class SdfKeys(SpecModel):
     """How signed distance fields are cooked: `sapien.physx.set_sdf_config`."""
 
     spacing: Maybe[Fixed[Positive]] = key("Distance between samples [m].", default=0.01)
-    subgrid_size: Maybe[Fixed[Count]] = key("Cells along an edge of a subgrid.", default=6)
-    num_threads_for_construction: Maybe[Fixed[Annotated[int, Field(ge=1, le=THREADS)]]] = key(
+    subgrid_size: Maybe[Fixed[PositiveInt32]] = key("Cells along an edge of a subgrid.", default=6)
+    num_threads_for_construction: Maybe[Fixed[Annotated[int, Field(ge=1, le=MAX_THREADS)]]] = key(
         "Threads that cook.", default=4
     )
 
 
-class GpuMemory(Model):
+class GpuMemoryKeys(SpecModel):
     """Capacities of PhysX on the GPU: `sapien.physx.set_gpu_memory_config`."""
 
-    temp_buffer_capacity: Maybe[Fixed[Count]] = key("[bytes]", default=2**24)
-    max_rigid_contact_count: Maybe[Fixed[Count]] = key("Contacts.", default=2**19)
-    max_rigid_patch_count: Maybe[Fixed[Count]] = key("Contact patches.", default=81920)
-    heap_capacity: Maybe[Fixed[Count]] = key("[bytes]", default=2**26)
-    found_lost_pairs_capacity: Maybe[Fixed[Count]] = key("Pairs.", default=2**18)
-    found_lost_aggregate_pairs_capacity: Maybe[Fixed[Count]] = key("Pairs.", default=1024)
-    total_aggregate_pairs_capacity: Maybe[Fixed[Count]] = key("Pairs.", default=1024)
-    collision_stack_size: Maybe[Fixed[Count]] = key("[bytes]", default=2**22)
+    temp_buffer_capacity: Maybe[Fixed[PositiveInt32]] = key("[bytes]", default=2**24)
+    max_rigid_contact_count: Maybe[Fixed[PositiveInt32]] = key("Contacts.", default=2**19)
+    max_rigid_patch_count: Maybe[Fixed[PositiveInt32]] = key("Contact patches.", default=81920)
+    heap_capacity: Maybe[Fixed[PositiveInt32]] = key("[bytes]", default=2**26)
+    found_lost_pairs_capacity: Maybe[Fixed[PositiveInt32]] = key("Pairs.", default=2**18)
+    found_lost_aggregate_pairs_capacity: Maybe[Fixed[PositiveInt32]] = key("Pairs.", default=1024)
+    total_aggregate_pairs_capacity: Maybe[Fixed[PositiveInt32]] = key("Pairs.", default=1024)
+    collision_stack_size: Maybe[Fixed[PositiveInt32]] = key("[bytes]", default=2**22)
 
 
-class Physics(Model):
+class PhysicsSpec(SpecModel):
     """Settings of the simulation; what is left out is SAPIEN's."""
 
     timestep: Maybe[Fixed[Positive]] = key("Time of a step [s].", default=0.01)
@@ -56,7 +69,7 @@ class Physics(Model):
         "Results that do not depend on what else is in the scene.", default=False
     )
     enable_friction_every_iteration: Maybe[Fixed[bool]] = key("Friction in every solver iteration.", default=True)
-    cpu_workers: Maybe[Fixed[Annotated[int, Field(ge=0, le=THREADS)]]] = key(
+    cpu_workers: Maybe[Fixed[Annotated[int, Field(ge=0, le=MAX_THREADS)]]] = key(
         "Threads of a scene; 0: the caller's.", default=0
     )
     default_material: Maybe[DefaultMaterial] = key("The material of shapes that name none.")
@@ -65,6 +78,22 @@ class Physics(Model):
     solver_position_iterations: Maybe[Fixed[Iterations]] = key("Of bodies that name none.", default=10)
     solver_velocity_iterations: Maybe[Fixed[VelocityIterations]] = key("Of bodies that name none.", default=1)
     sleep_threshold: Maybe[Fixed[NonNegative]] = key("Of bodies that name none [m²/s²].", default=0.005)
-    sdf: Maybe[Sdf] = key("How signed distance fields are cooked.")
+    sdf: Maybe[SdfKeys] = key("How signed distance fields are cooked.")
     scene_spacing: Maybe[Fixed[Positive]] = key("Distance between scenes that share one GPU simulation [m].")
-    gpu_memory: Maybe[GpuMemory] = key("Capacities of PhysX on the GPU.")
+    gpu_memory: Maybe[GpuMemoryKeys] = key("Capacities of PhysX on the GPU.")
+
+
+class InertialSpec(SpecModel):
+    """Mass properties given instead of computed from shapes and densities."""
+
+    mass: Leaf[Positive] = Field(description="Mass [kg].")
+    com: Maybe[Pose] = key("Centre of mass and principal axes, in the body's frame.", default=[0, 0, 0])
+    inertia: Leaf[Positive3] = Field(description="Principal moments [ixx, iyy, izz] along the axes of `com` [kg·m²].")
+
+
+class CollisionGroup(SpecModel):
+    """Which groups this one does not collide with."""
+
+    ignore: list[Fixed[Name]] = Field(
+        default_factory=list, description="Names of groups, its own among them if so wished."
+    )

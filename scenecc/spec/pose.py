@@ -1,26 +1,25 @@
-"""Poses: where something is, and how it is turned."""
+"""Poses, and named frames."""
 
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, Strict, Tag
 from typing_extensions import TypeAliasType
 
-from scenecc.spec.base import Maybe, Model, Reference, key
-from scenecc.spec.later import Later
-from scenecc.spec.leaf import Computed, Fixed, Leaf
-from scenecc.spec.scalars import Finite, Vec3, Vec4
-from scenecc.spec.unions import COMPONENTS, MAPPING, WORD, by_kind
+from scenecc.spec.base import Finite, Maybe, Reference, SpecModel, Vec3, Vec4, key
+from scenecc.spec.lazy_types import LazyType
+from scenecc.spec.nodes import COMPONENTS, MAPPING, WORD, union_by_kind
+from scenecc.spec.values import ExpressionOnly, Fixed, Leaf
 
 AxisName = Literal["x", "y", "z"]
+
 AXES: dict[str, tuple[float, float, float]] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
-
 Direction = Annotated[
-    Annotated[Vec3, Tag(COMPONENTS)] | Annotated[AxisName, Tag(WORD)], by_kind("[x, y, z] or one of x, y, z")
+    Annotated[Vec3, Tag(COMPONENTS)] | Annotated[AxisName, Tag(WORD)], union_by_kind("[x, y, z] or one of x, y, z")
 ]
 
 
-class AxisAngle(Model):
+class AxisAngle(SpecModel):
     """A turn about one axis."""
 
     axis: Leaf[Direction] = Field(description="[x, y, z] (of any length) or one of x, y, z.")
@@ -31,23 +30,23 @@ class AxisAngle(Model):
 Matrix = Annotated[tuple[Vec4, Vec4, Vec4, Vec4], Strict(strict=False)]
 
 
-def _drawn(_word: str) -> Any:
+def _read_random_rotation(_word: str) -> Any:
     from scenecc.variation.forms import RandomRotation
 
     return RandomRotation()
 
 
 Quaternion = Annotated[
-    Annotated[Vec4, Tag(COMPONENTS)] | Annotated[Literal["uniform"], AfterValidator(_drawn), Tag(WORD)],
-    by_kind("[w, x, y, z], or `uniform`"),
+    Annotated[Vec4, Tag(COMPONENTS)] | Annotated[Literal["uniform"], AfterValidator(_read_random_rotation), Tag(WORD)],
+    union_by_kind("[w, x, y, z], or `uniform`"),
 ]
 
 
-class PoseMapping(Model):
+class PoseMapping(SpecModel):
     """A position and at most one rotation, or a matrix alone."""
 
     p: Maybe[Leaf[Vec3]] = key("Position [m].", default=[0, 0, 0])
-    q: Maybe[Computed[Quaternion]] = key(
+    q: Maybe[ExpressionOnly[Quaternion]] = key(
         "Rotation as a unit quaternion [w, x, y, z], or `uniform`: drawn, even over all rotations.",
         default=[1, 0, 0, 0],
     )
@@ -57,22 +56,28 @@ class PoseMapping(Model):
     look_at: Maybe[Leaf[Vec3]] = key(
         "A point in the frame of the pose that +x points to, +z as far up as it goes (SAPIEN's camera) [m]."
     )
-    matrix: Maybe[Computed[Matrix]] = key("A rigid 4×4 transformation, row by row; stands alone.")
+    matrix: Maybe[ExpressionOnly[Matrix]] = key("A rigid 4×4 transformation, row by row; stands alone.")
     relative_to: Maybe[Fixed[Reference]] = key("The entity, frame or camera in whose frame this pose stands.")
 
 
 if TYPE_CHECKING:
-    _Mapping = PoseMapping
+    _LazyPoseMapping = PoseMapping
 else:
-    _Mapping = Annotated[Any, Later("scenecc.spec.pose", "PoseMapping")]
+    _LazyPoseMapping = Annotated[Any, LazyType("scenecc.spec.pose", "PoseMapping")]
 
 Pose = TypeAliasType(
     "Pose",
     Leaf[
         Annotated[
-            Annotated[Vec3, Tag(COMPONENTS)] | Annotated[_Mapping, Tag(MAPPING)],
-            by_kind("[x, y, z] or a mapping with p, q, rpy, …"),
+            Annotated[Vec3, Tag(COMPONENTS)] | Annotated[_LazyPoseMapping, Tag(MAPPING)],
+            union_by_kind("[x, y, z] or a mapping with p, q, rpy, …"),
         ]
     ],
 )
 """[x, y, z] or a mapping."""
+
+
+class FrameSpec(SpecModel):
+    """A place with no body, to put others relative to."""
+
+    pose: Pose = Field(description="In the world, or in the frame of `relative_to`: [x, y, z] or a mapping.")

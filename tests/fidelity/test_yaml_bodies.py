@@ -11,8 +11,8 @@ from fidelity.compare import assert_same_scene, assert_same_trajectory
 from fidelity.yaml_cases import SCENES, assert_same, by_hand, compare, document, load
 from sapien import Pose, physx
 
-from scenecc.spec.body import Body
-from scenecc.spec.physics import Physics
+from scenecc.spec.body import BodySpec
+from scenecc.spec.physics import PhysicsSpec
 
 SHAPES = """
 shapes:
@@ -66,7 +66,7 @@ ELSEWHERE = {
 
 
 def test_every_key_of_a_body_is_compared() -> None:
-    assert set(KNOBS) | set(ELSEWHERE) == set(Body.model_fields)
+    assert set(KNOBS) | set(ELSEWHERE) == set(BodySpec.model_fields)
 
 
 @pytest.mark.parametrize("name", KNOBS)
@@ -192,7 +192,7 @@ def engine_defaults() -> Iterator[None]:
 
 
 def test_every_setting_is_compared() -> None:
-    assert set(SETTINGS) | set(NOT_HERE) == set(Physics.model_fields)
+    assert set(SETTINGS) | set(NOT_HERE) == set(PhysicsSpec.model_fields)
 
 
 @pytest.mark.parametrize("name", SETTINGS)

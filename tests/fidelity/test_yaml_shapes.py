@@ -13,7 +13,7 @@ from plugins.scene_models import all_keys
 from sapien import Pose, physx
 
 from scenecc.spec.document import SceneFile
-from scenecc.spec.shape_keys import CollisionKeys
+from scenecc.spec.shapes import CollisionKeys
 
 ASSETS = Path(__file__).resolve().parents[1] / "scenes/good/assets"
 TETRA, PAIR = str(ASSETS / "tetra.obj"), str(ASSETS / "pair.obj")

@@ -12,11 +12,11 @@ from pydantic.fields import FieldInfo
 from typing_extensions import TypeAliasType
 
 from scenecc.spec.articulation import Mjcf, Tree, Urdf
-from scenecc.spec.body import Body
+from scenecc.spec.body import BodySpec
 from scenecc.spec.entities import entity_model
-from scenecc.spec.later import ByType, Later
-from scenecc.spec.leaf import Varies
-from scenecc.spec.unions import BODY, COMPONENTS, LIST, any_varying, entity_kind, kind
+from scenecc.spec.lazy_types import LazyType, LazyUnion
+from scenecc.spec.nodes import BODY, COMPONENTS, LIST, any_varying, entity_kind, node_kind
+from scenecc.spec.values import VaryingAnnotation
 
 Key = tuple[type[BaseModel], str]
 """A key of a model: the name of its field."""
@@ -34,9 +34,9 @@ def parts(annotation: Any) -> tuple[Any, list[Any]]:
         elif typing.get_origin(annotation) is Annotated:
             annotation, *more = typing.get_args(annotation)
             for item in more:
-                if isinstance(item, Later):
+                if isinstance(item, LazyType):
                     annotation = item.type
-                elif isinstance(item, ByType):
+                elif isinstance(item, LazyUnion):
                     annotation = item
                 said += item.metadata if isinstance(item, FieldInfo) else [item]
         else:
@@ -46,7 +46,7 @@ def parts(annotation: Any) -> tuple[Any, list[Any]]:
 def branches(annotation: Any) -> list[Any]:
     """The branches of a union, without the None of a key that may be left out; empty for anything else."""
     annotation, _ = parts(annotation)
-    if isinstance(annotation, ByType):
+    if isinstance(annotation, LazyUnion):
         return [annotation.model(type_) for type_ in annotation.types()]
     if typing.get_origin(annotation) not in (typing.Union, types.UnionType):
         return []
@@ -73,7 +73,7 @@ def all_keys(*annotations: Any) -> set[Key]:
             new = {(bare, name) for name in fields} - found
             found |= new
             todo += [fields[name].annotation for _, name in new]
-        elif isinstance(bare, ByType):
+        elif isinstance(bare, LazyUnion):
             todo += branches(bare)
         else:
             todo += [arg for arg in typing.get_args(bare) if typing.get_origin(bare) is not typing.Literal]
@@ -89,7 +89,7 @@ def choices(*annotations: Any) -> set[tuple[Key, Any]]:
             bare, _ = parts(todo.pop())
             if typing.get_origin(bare) is typing.Literal:
                 found |= {((model, name), word) for word in typing.get_args(bare)}
-            elif not is_model(bare) and not isinstance(bare, ByType):
+            elif not is_model(bare) and not isinstance(bare, LazyUnion):
                 todo += typing.get_args(bare)
     return found
 
@@ -129,7 +129,7 @@ def leaves(annotation: Any, node: Any) -> Iterator[tuple[Any, Any, bool]]:
             field = bare.model_fields[field_of(bare, name)]
             option = branches(field.annotation)
             inner, said = parts(option[0] if len(option) == 1 else field.annotation)
-            if any(isinstance(item, Varies) and item.refused is None for item in [*said, *field.metadata]):
+            if any(isinstance(item, VaryingAnnotation) and item.refused is None for item in [*said, *field.metadata]):
                 yield node, name, inner is float or {parts(arg)[0] for arg in typing.get_args(inner)} == {float}
             else:
                 yield from leaves(field.annotation, value)
@@ -140,7 +140,7 @@ def leaves(annotation: Any, node: Any) -> Iterator[tuple[Any, Any, bool]]:
 
 def _meant(model: type[BaseModel], node: Any) -> type[BaseModel]:
     """The model that a node is read by: an entity is what its keys make of it."""
-    label = entity_kind(node) if model is Body else BODY
+    label = entity_kind(node) if model is BodySpec else BODY
     return model if label == BODY else entity_model(label)
 
 
@@ -156,7 +156,7 @@ def _branch(options: list[Any], node: Any) -> Any:
     for option in options:
         bare, said = parts(option)
         tags = [item.tag for item in said if isinstance(item, Tag)]
-        if tags and tags[0].replace(COMPONENTS, LIST) == kind(node):
+        if tags and tags[0].replace(COMPONENTS, LIST) == node_kind(node):
             return option
         if (
             not tags

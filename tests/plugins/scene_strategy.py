@@ -37,20 +37,18 @@ from plugins.scene_nodes import (
 from pydantic import StringConstraints
 
 from scenecc.checks.physics import LANGUAGE_KEYS, MOVING, SEEN
-from scenecc.spec.articulation import Mjcf, Tree, Urdf
-from scenecc.spec.articulation_tree import TreeJoint, TreeLink
+from scenecc.spec.articulation import Mjcf, Tree, TreeJoint, TreeLink, Urdf
 from scenecc.spec.base import NAME_PATTERN, REFERENCE_PATTERN
-from scenecc.spec.body import Body
-from scenecc.spec.copies import Copies
+from scenecc.spec.body import BodySpec
 from scenecc.spec.document import SceneFile
-from scenecc.spec.environment import CubeMap, Environment
-from scenecc.spec.inertial import Inertial
+from scenecc.spec.light import CubeMapKeys, EnvironmentSpec
 from scenecc.spec.material import Physical, TextureMapping
-from scenecc.spec.physics import DefaultMaterial, Physics
+from scenecc.spec.mesh_shapes import CoacdKeys
+from scenecc.spec.physics import DefaultMaterial, InertialSpec, PhysicsSpec
 from scenecc.spec.pose import AxisAngle, PoseMapping
-from scenecc.spec.shape_keys import CollisionKeys, FileKeys
-from scenecc.spec.shape_types.convex_parts import CoacdKeys
-from scenecc.spec.shape_types.plane import PlaneKeys
+from scenecc.spec.primitive_shapes import PlaneKeys
+from scenecc.spec.repetition import RepeatKeys
+from scenecc.spec.shapes import CollisionKeys, MeshFileKeys
 
 FOLDER = GOOD
 """The folder that the files of a document are relative to."""
@@ -121,15 +119,15 @@ NARROWER: dict[Key, Make] = {
     (SceneFile, "params"): _one_of({}, {"size": 1.5, "parts": {"type": "list", "default": []}}),
     (SceneFile, "draws"): _one_of({}, {"u": {"uniform": [0, 1]}, "v": "${2 * u}", "w": {"cycle": ["a", "b"]}}),
     (SceneFile, "include"): _one_of([]),
-    (Physics, "timestep"): _between(0.001, 0.02),
-    (Physics, "cpu_workers"): _one_of(0),
-    (Physics, "contact_offset"): _between(0.011, 0.05),
-    (Physics, "rest_offset"): _between(-0.01, 0.009),
+    (PhysicsSpec, "timestep"): _between(0.001, 0.02),
+    (PhysicsSpec, "cpu_workers"): _one_of(0),
+    (PhysicsSpec, "contact_offset"): _between(0.011, 0.05),
+    (PhysicsSpec, "rest_offset"): _between(-0.01, 0.009),
     (CollisionKeys, "contact_offset"): _between(0.011, 0.05),
     (CollisionKeys, "rest_offset"): _between(-0.01, 0.009),
     (Physical, "restitution"): _between(0, 1),
     (DefaultMaterial, "restitution"): _between(0, 1),
-    (Inertial, "inertia"): _three(_between(1, 2)),
+    (InertialSpec, "inertia"): _three(_between(1, 2)),
     (PoseMapping, "q"): _one_of(*_TURNS, "uniform"),
     (PoseMapping, "look_at"): lambda random: [random.uniform(20, 30), random.randint(-9, 9), random.uniform(-9, 9)],
     (PoseMapping, "matrix"): _one_of(
@@ -138,11 +136,11 @@ NARROWER: dict[Key, Make] = {
     ),
     (AxisAngle, "axis"): lambda random: random.choice(["x", "y", "z", _direction(random)]),
     (PlaneKeys, "normal"): _direction,
-    (FileKeys, "file"): _one_of(*MESHES),
+    (MeshFileKeys, "file"): _one_of(*MESHES),
     (TextureMapping, "file"): _one_of(*IMAGES),
     (CoacdKeys, "seed"): _one_of(0, 9),
-    (Copies, "repeat"): _one_of({"i": {"count": 2}}, {"i": [-1, 1]}, {"j": [0], "i": {"count": 3}}),
-    (Copies, "if_"): _one_of(True, False),
+    (RepeatKeys, "repeat"): _one_of({"i": {"count": 2}}, {"i": [-1, 1]}, {"j": [0], "i": {"count": 3}}),
+    (RepeatKeys, "if_"): _one_of(True, False),
     (Tree, "root"): _tree,
     (TreeLink, "children"): _one_of([]),
     **{(TreeLink, shapes): lambda random, of=shapes: _shape_list(random, of) for shapes in SHAPE_LISTS},
@@ -152,8 +150,8 @@ NARROWER: dict[Key, Make] = {
     (Urdf, "srdf"): _one_of("none"),
     (Urdf, "package_dir"): _one_of("articulations"),
     (Mjcf, "mjcf"): _one_of(*(file for file in articulation_rules.FILES if file.endswith("xml"))),
-    (Environment, "map"): lambda random: random.choice(["assets/sky.png", _model(random, CubeMap)]),
-    **{(CubeMap, face): _one_of(*IMAGES) for face in CubeMap.model_fields},
+    (EnvironmentSpec, "map"): lambda random: random.choice(["assets/sky.png", _model(random, CubeMapKeys)]),
+    **{(CubeMapKeys, face): _one_of(*IMAGES) for face in CubeMapKeys.model_fields},
 }
 """Where the type allows more than any scene can be built of, or not all that it allows is valid."""
 
@@ -178,8 +176,8 @@ def document(random: Random) -> dict[str, Any]:
 
 def _model(random: Random, model: Any) -> dict[str, Any]:
     """A mapping with all required keys and half of the others."""
-    if model is Body:
-        model = random.choice([Body, Body, Body, *ARTICULATIONS])
+    if model is BodySpec:
+        model = random.choice([BodySpec, BodySpec, BodySpec, *ARTICULATIONS])
     return {
         field.alias or name: _key(random, model, name)
         for name, field in model.model_fields.items()

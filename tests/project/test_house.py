@@ -42,10 +42,10 @@ def test_every_folder_of_the_package_says_what_it_is_for() -> None:
 
 
 def test_the_version_is_written_once() -> None:
-    from scenecc import VERSION
+    from scenecc import __version__
 
     text = (ROOT / "scenecc/version.py").read_text()
-    assert f'VERSION: Final = "{VERSION}"' in text
+    assert f'VERSION: Final = "{__version__}"' in text
     assert not re.search(r"^version\b", (ROOT / "pyproject.toml").read_text(), re.MULTILINE)
 
 

@@ -20,9 +20,9 @@ from plugins.scene_strategy import FOLDER, document
 from scenecc import validate
 from scenecc.diagnostics import Path as Steps
 from scenecc.diagnostics import dotted
-from scenecc.spec import unions
+from scenecc.spec import nodes
 
-LABELS = sorted(label for label in vars(unions).values() if isinstance(label, str) and label.startswith("\0"))
+LABELS = sorted(label for label in vars(nodes).values() if isinstance(label, str) and label.startswith("\0"))
 """What the compiler itself notes among the keys that pydantic tells."""
 
 OWN = ["[key]", *LABELS, *(label.replace("\0", "#") for label in LABELS)]

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from scenecc.lower.shapes import ShapeDefaults, ShapeLowerer
     from scenecc.plan import Inertial
     from scenecc.plan.articulation import JointType
-    from scenecc.spec.articulation_tree import TreeJoint, TreeLink
+    from scenecc.spec.articulation import TreeJoint, TreeLink
 
 
 Layer = tuple[Any, "Origin"]

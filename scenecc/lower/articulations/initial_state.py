@@ -14,8 +14,7 @@ from scenecc.lower.deferred_checks import MimicRelation, ResettableValue
 from scenecc.lower.field_types import FieldType, number
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import literal, per_scene, varying
-from scenecc.spec.base import NOTE_PREFIX
-from scenecc.spec.scalars import LARGEST
+from scenecc.spec.base import FLOAT32_MAX, NOTE_PREFIX
 from scenecc.variation import forms
 from scenecc.variation.bounds import ValueBounds, component_bounds, held_bounds
 from scenecc.variation.distributions import DISTRIBUTIONS
@@ -138,7 +137,7 @@ class InitialStateLowerer:
         """A position that is drawn, held within the limits, as each later one is."""
         leaves, limits = self._leaves, joint.limits
         plain = limits is None or limits.is_constant
-        low, high = _constant_limits(limits) if plain else (-LARGEST, LARGEST)
+        low, high = _constant_limits(limits) if plain else (-FLOAT32_MAX, FLOAT32_MAX)
         item = Held(given.item, given.index, low, high)
         value = leaves.finish(item, reading, _POSITION, given.origin, reset=True)
         if plain or limits is None or value.known:
@@ -262,7 +261,7 @@ class InitialStateLowerer:
 def _constant_limits(limits: Value | None) -> tuple[float, float]:
     """Limits that are the same in every scene, as numbers that a recipe may hold."""
     low, high = (-math.inf, math.inf) if limits is None else limits.numbers()
-    return max(low, -LARGEST), min(high, LARGEST)
+    return max(low, -FLOAT32_MAX), min(high, FLOAT32_MAX)
 
 
 def _limit_supports(limits: Value | None) -> tuple[ValueBounds, ValueBounds]:
@@ -283,7 +282,7 @@ def _clamped_support(support: ValueBounds, limits: Value) -> ValueBounds:
 
 def joint_value_node(given: JointValue) -> Any:
     """What is written for a joint as one number."""
-    return given.item if given.index < 0 else Held(given.item, given.index, -LARGEST, LARGEST)
+    return given.item if given.index < 0 else Held(given.item, given.index, -FLOAT32_MAX, FLOAT32_MAX)
 
 
 _NUMBERS = frozenset((float, int))

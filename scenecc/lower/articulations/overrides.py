@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.messages import cut, nearest
 from scenecc.lower.angles import lower_limits
 from scenecc.spec.base import NOTE_PREFIX
-from scenecc.spec.name_patterns import name_pattern
+from scenecc.spec.references import compile_name_pattern
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -46,7 +46,7 @@ class PatternMatcher:
         found = self._found.get((pattern, name))
         if found is None:
             self._left -= len(name) + 1
-            found = self._found[pattern, name] = self._left >= 0 and name_pattern(pattern).matches(name)
+            found = self._found[pattern, name] = self._left >= 0 and compile_name_pattern(pattern).matches(name)
         return found
 
 

@@ -13,7 +13,7 @@ from unit.lower.scenes import compiled, entity
 
 from scenecc.lower.bodies import BODY_FIELDS
 from scenecc.plan import CoacdParams, ConvexParts, VisualMaterial
-from scenecc.spec.body import MOTION_AXES, Body
+from scenecc.spec.body import MOTION_AXES, BodySpec
 
 SPHERE: dict[str, Any] = {"type": "sphere", "radius": 0.1}
 
@@ -138,7 +138,7 @@ KNOB_VALUES: dict[str, tuple[Any, Any]] = {
 
 
 def test_every_knob_has_a_value_here() -> None:
-    assert set(KNOB_VALUES) == set(BODY_FIELDS) <= set(Body.model_fields)
+    assert set(KNOB_VALUES) == set(BODY_FIELDS) <= set(BodySpec.model_fields)
 
 
 @pytest.mark.parametrize("name", KNOB_VALUES)

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from scenecc import validate
-from scenecc.spec.features import LEFT_OUT
+from scenecc.spec.hints import UNSUPPORTED_KEYS
 from scenecc.variation.forms import FORM_KEYS
 
 BALL: dict[str, Any] = {"type": "sphere", "radius": 0.1}
@@ -97,7 +97,7 @@ def test_where_nothing_is_near_the_known_keys_are_listed() -> None:
     )
 
 
-@pytest.mark.parametrize("key", LEFT_OUT)
+@pytest.mark.parametrize("key", UNSUPPORTED_KEYS)
 def test_a_key_that_the_language_leaves_out_is_refused_by_name(key: str) -> None:
     assert {only(document).code for document in ({key: {}}, body(**{key: 1}))} == {"SC110"}
 

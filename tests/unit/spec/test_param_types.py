@@ -9,7 +9,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from scenecc.lower.field_types import read_color
 from scenecc.spec.material import ColorText
-from scenecc.spec.param_types import ParamType, is_color
+from scenecc.spec.params import ParamType, is_color
 
 
 @pytest.mark.parametrize(

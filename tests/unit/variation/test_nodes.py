@@ -10,8 +10,8 @@ import pytest
 from pydantic import TypeAdapter
 
 from scenecc.plan import recipes
-from scenecc.spec.draws import Draw
-from scenecc.spec.schema import json_schema
+from scenecc.spec.json_schema import json_schema
+from scenecc.spec.params import Draw
 from scenecc.variation import evaluation, forms, node_bounds
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.enumeration import MAX_DRAWS_READ

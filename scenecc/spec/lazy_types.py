@@ -1,7 +1,6 @@
-"""Types whose module is loaded, and whose validator is built, when a document first has one of them.
+"""Types whose module is imported, and whose validator is built, when a document first uses them.
 
-A process that checks three lines needs a tenth of the language's models, and building all took longer than the rest of
-its work. Once built, a validator is called without a Python frame, so that a large document pays next to nothing.
+A small scene needs a tenth of the models. A validator that is built once is then called without a Python frame.
 """
 
 from __future__ import annotations
@@ -13,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel, ConfigDict
 from pydantic_core import core_schema
 
-from scenecc.spec.unions import TAGGED, TYPE, labelled
+from scenecc.spec.nodes import TAGGED, TYPE, with_label
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic.json_schema import JsonSchemaValue
@@ -24,10 +23,8 @@ if TYPE_CHECKING:
 
     Validate = Callable[[Any], Any]
 
-_SHAPES = "scenecc.spec.shape_types"
 
-
-class Later:
+class LazyType:
     """An annotation that stands for a type.
 
     Args:
@@ -92,18 +89,18 @@ class Later:
         return made
 
 
-class ByType:
+class LazyUnion:
     """An annotation that stands for a union of models by their key `type`, such as those of shapes.
 
     Args:
         role: what the names of the models end with: type `convex_mesh` is `ConvexMeshShape`.
-        types: the words that `type` may be.
-        module: that has the models; left out: each has one of its type's name among the shapes.
+        modules: of `scenecc.spec`, and the words of `type` of which each has the models.
     """
 
-    def __init__(self, role: str, types: tuple[str, ...], module: str | None = None) -> None:
+    def __init__(self, role: str, modules: Mapping[str, tuple[str, ...]]) -> None:
         self._branches = {
-            type_: Later(module or f"{_SHAPES}.{type_}", "".join(map(str.capitalize, type_.split("_"))) + role)
+            type_: LazyType(f"scenecc.spec.{module}", "".join(map(str.capitalize, type_.split("_"))) + role)
+            for module, types in modules.items()
             for type_ in types
         }
 
@@ -117,7 +114,7 @@ class ByType:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         choices = {type_: branch.schema() for type_, branch in self._branches.items()}
-        return labelled(core_schema.tagged_union_schema(choices, discriminator=TYPE), TAGGED)
+        return with_label(core_schema.tagged_union_schema(choices, discriminator=TYPE), TAGGED)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         return {"oneOf": [branch.json_schema(handler) for branch in self._branches.values()]}

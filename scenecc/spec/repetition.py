@@ -1,4 +1,4 @@
-"""Repetition and conditions: keys that say which shapes and entities there are. Expansion takes them out."""
+"""Repetition and conditions of entities and shapes: `repeat`, `if`, `name`. Expansion removes them."""
 
 from __future__ import annotations
 
@@ -9,56 +9,67 @@ from pydantic import Field, StringConstraints, Tag, ValidationError
 from pydantic_core import PydanticCustomError, core_schema
 from typing_extensions import TypeAliasType
 
-from scenecc.spec.base import MAPPING_KEY, VARIABLE_PATTERN, Maybe, Model, Name, Scoped, key
-from scenecc.spec.later import Later
-from scenecc.spec.leaf import Fixed
-from scenecc.spec.mistakes import Mistakes
-from scenecc.spec.plain import is_mapping
-from scenecc.spec.scalars import NonNegativeInt
-from scenecc.spec.unions import (
+from scenecc.spec.base import (
+    MAPPING_KEY,
+    VARIABLE_PATTERN,
+    ErrorCollector,
+    Maybe,
+    Name,
+    NonNegativeInt,
+    ScopedName,
+    SpecModel,
+    key,
+)
+from scenecc.spec.lazy_types import LazyType
+from scenecc.spec.nodes import (
     EXPANDED,
     LIST,
     MAPPING,
     NOT_MEANT,
     SHAPE,
     TYPE,
-    Validator,
-    by_kind,
-    in_order,
+    LazyValidator,
+    is_mapping,
     is_varying,
-    plain_json,
+    ordered_union,
+    plain_json_schema,
+    union_by_kind,
 )
+from scenecc.spec.values import Fixed
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
 
+
 _Variable = Annotated[str, StringConstraints(pattern=VARIABLE_PATTERN)]
+
 Variable = Annotated[_Variable, MAPPING_KEY]
 """The name of a parameter, a loop variable or a draw."""
 
-NewVariable = Annotated[_Variable, Scoped(), MAPPING_KEY]
+NewVariable = Annotated[_Variable, ScopedName(), MAPPING_KEY]
 """The same, which an expanded document may have inside an instance."""
 
 
-class Count(Model):
+class RepeatCount(SpecModel):
     """The numbers from 0 to count - 1."""
 
     count: Fixed[NonNegativeInt] = Field(description="How many.")
 
 
-Axis = Fixed[
+RepeatValues = Fixed[
     Annotated[
-        Annotated[list[Any], Tag(LIST)] | Annotated[Count, Tag(MAPPING)],
-        by_kind("a list of values or {count: n}"),
+        Annotated[list[Any], Tag(LIST)] | Annotated[RepeatCount, Tag(MAPPING)],
+        union_by_kind("a list of values or {count: n}"),
     ]
 ]
-Repeat = TypeAliasType("Repeat", Annotated[dict[Variable, Axis], Field(min_length=1)])
+
+Repeat = TypeAliasType("Repeat", Annotated[dict[Variable, RepeatValues], Field(min_length=1)])
 """Variable → its values, or {count: n}; the product of all, the last varying fastest."""
 
 
-class Copies(Model):
+class RepeatKeys(SpecModel):
     """Keys that say how often an entity is there."""
 
     repeat: Maybe[Repeat] = key(
@@ -73,42 +84,42 @@ class Copies(Model):
     )
 
 
-class _Repeated:
+class _Repeatable:
     """The annotation of a shape, which may be repeated, and whose type may be an expression."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         schema = handler(source)
-        read = partial(_shape, Validator(schema))
-        return in_order([(schema, SHAPE)], core_schema.no_info_plain_validator_function(read))
+        read = partial(_read_repeatable, LazyValidator(schema))
+        return ordered_union([(schema, SHAPE)], core_schema.no_info_plain_validator_function(read))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         is_open = {"properties": {TYPE: {"pattern": r"\$\{"}}, "required": [TYPE]}
-        return {"if": is_open, "then": {"type": "object"}, "else": plain_json(schema, handler)}
+        return {"if": is_open, "then": {"type": "object"}, "else": plain_json_schema(schema, handler)}
 
 
-Repeated = _Repeated()
+REPEATABLE = _Repeatable()
 
-_repeat = Later("scenecc.spec.copies", "Repeat")
+_REPEAT = LazyType("scenecc.spec.repetition", "Repeat")
 
 
-def _shape(plain: Validator, node: Any) -> Any:
+def _read_repeatable(plain: LazyValidator, node: Any) -> Any:
     """A shape as written that only expansion understands. What its type decides about is judged after that."""
     kind = node.get(TYPE) if is_mapping(node) else None
     is_open = is_varying(kind)
     if EXPANDED.get() or not is_mapping(node) or not (is_open or "repeat" in node):
         raise PydanticCustomError(NOT_MEANT, "a plain shape")
-    mistakes = Mistakes()
+    mistakes = ErrorCollector()
     if "repeat" in node:
         try:
-            _repeat.validate(node["repeat"])
+            _REPEAT.validate(node["repeat"])
         except ValidationError as problem:
             mistakes.take(problem, "repeat")
     shape: Any = None
     try:
         if is_open and isinstance(kind, str):
-            from scenecc.spec.expressions import written
+            from scenecc.spec.forms import parse_template
 
-            written(kind)
+            parse_template(kind)
         else:
             shape = plain.validate({key: item for key, item in node.items() if key != "repeat"})
     except PydanticCustomError as problem:

@@ -1,21 +1,18 @@
-"""Unions whose branches are tried in order, and which of their errors speaks of what was meant.
+"""Kinds of nodes in a document, and unions that try their branches in order.
 
-A plain value takes the first branch that fits, at no cost. Where none fits, pydantic gives the errors of all of them,
-each with its branch's label in its `loc`, among the keys and indices of the document. A label starts with what no key
-holds, so neither can be taken for the other. `is_meant` tells the errors that belong to the kind of node that is
-written there, so that a mistake gives one diagnostic.
+A plain value takes the first branch that fits. If none fits, pydantic returns the errors of all branches, each with
+its branch's label in `loc`; `is_meant` selects those of the kind of node that the document has there.
 """
 
 from __future__ import annotations
 
 from contextvars import ContextVar
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
 
 from pydantic_core import CoreConfig, PydanticCustomError, SchemaValidator, core_schema
 
 from scenecc.source.scalars import RESERVED_CHARACTER
-from scenecc.spec.plain import EXPRESSION, is_mapping, is_sequence
 from scenecc.variation.forms import FORM_KEYS
 
 if TYPE_CHECKING:
@@ -25,6 +22,25 @@ if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
     from pydantic_core.core_schema import UnionSchema
+
+    from scenecc.diagnostics import Path, PathKey
+
+
+EXPRESSION_START = "${"
+"""What a text holds that has an expression in it."""
+
+
+def is_mapping(node: Any) -> TypeGuard[dict[str, Any]]:
+    """Whether a node is a mapping; the reader lets no key through that is not a string."""
+    return isinstance(node, dict)
+
+
+def is_sequence(node: Any) -> TypeGuard[list[Any] | tuple[Any, ...]]:
+    """Whether a node is a list. (Pydantic reports some as the tuple that it made of one.)"""
+    return isinstance(node, list | tuple)
+
+
+"""Keys that version 1 of the language leaves out, and what they would be."""
 
 WRONG_KIND = "#wrong_kind"
 """The error type of a node that fits no branch; its message says what would."""
@@ -48,12 +64,14 @@ FLAG, NUMBER, WORD, LIST, MAPPING = (
 )
 """Labels: of the kinds of nodes."""
 
-KIND_KEYS: dict[str, str] = {key: f"{RESERVED_CHARACTER}{key}" for key in ("use", "variants", "urdf", "mjcf", "root")}
+ENTITY_LABELS: dict[str, str] = {
+    key: f"{RESERVED_CHARACTER}{key}" for key in ("use", "variants", "urdf", "mjcf", "root")
+}
 """Key of an entity that is no plain body → the entity's label."""
 
-_COPY_KEYS = frozenset(("repeat", "if", "name"))
+_REPETITION_KEYS = frozenset(("repeat", "if", "name"))
 
-_KINDS: dict[type, str] = {
+_NODE_KINDS: dict[type, str] = {
     bool: FLAG,
     int: NUMBER,
     float: NUMBER,
@@ -63,7 +81,6 @@ _KINDS: dict[type, str] = {
     dict: MAPPING,
 }
 
-
 TYPE = "type"
 """The key that tells the shapes apart."""
 
@@ -72,29 +89,29 @@ EXPANDED: ContextVar[bool] = ContextVar("EXPANDED", default=False)
 evaluate. (Pydantic's own context would have to be passed on by every validator that is called from another.)"""
 
 
-def kind(value: object) -> str | None:
+def node_kind(value: object) -> str | None:
     """The label of a node's kind. Documents hold plain data, so its exact type tells it."""
-    return _KINDS.get(type(value))
+    return _NODE_KINDS.get(type(value))
 
 
-_ALWAYS = frozenset((OTHERWISE, TAGGED, COPIES, *KIND_KEYS.values()))
+_ALWAYS_MEANT = frozenset((OTHERWISE, TAGGED, COPIES, *ENTITY_LABELS.values()))
 """Labels that only errors have that were meant."""
 
 
 def is_varying(node: object) -> bool:
     """Whether a node is an expression or a form, and no plain value."""
-    if node.__class__ in _NEVER_VARYING:
+    if node.__class__ in _PLAIN_TYPES:
         return False
     if isinstance(node, str):
-        return EXPRESSION in node and not EXPANDED.get()
+        return EXPRESSION_START in node and not EXPANDED.get()
     if is_mapping(node):
         # This way round it is no slower for a stranger's mapping of many keys.
         return not node.keys().isdisjoint(FORM_KEYS)
     # Documents hold plain data and, once expanded, templates.
-    return kind(node) is None and node is not None
+    return node_kind(node) is None and node is not None
 
 
-_NEVER_VARYING = frozenset((float, int, bool, list, tuple))
+_PLAIN_TYPES = frozenset((float, int, bool, list, tuple))
 
 
 def any_varying(node: object) -> bool:
@@ -108,62 +125,64 @@ def entity_kind(node: object) -> str:
     """What an entity is: `BODY`, or the label of another model."""
     if not is_mapping(node):
         return BODY
-    kinds = (label for key, label in KIND_KEYS.items() if key in node)
-    return next(kinds, BODY if node.keys().isdisjoint(_COPY_KEYS) else COPIES)
+    kinds = (label for key, label in ENTITY_LABELS.items() if key in node)
+    return next(kinds, BODY if node.keys().isdisjoint(_REPETITION_KEYS) else COPIES)
 
 
 def is_meant(label: str, node: object) -> bool:
     """Whether the errors of a branch speak of what is written at its place."""
-    if label in _ALWAYS:
+    if label in _ALWAYS_MEANT:
         return True
     if label == BODY:
         return entity_kind(node) == BODY
     if label == SHAPE:
         return EXPANDED.get() or not (is_mapping(node) and ("repeat" in node or is_varying(node.get(TYPE))))
     if label in {VECTOR, COMPONENTS}:
-        return not any_varying(node) and (label == VECTOR or kind(node) == LIST)
-    return not is_varying(node) and label in {VALUE, kind(node)}
+        return not any_varying(node) and (label == VECTOR or node_kind(node) == LIST)
+    return not is_varying(node) and label in {VALUE, node_kind(node)}
 
 
-class Branches(NamedTuple):
+class UnionBranches(NamedTuple):
     """The branches of a union by kind."""
 
     choices: list[tuple[CoreSchema, str]]
     expected: str | None
 
 
-def branches(schema: CoreSchema) -> Branches:
+def union_branches(schema: CoreSchema) -> UnionBranches:
     """The branches of a type: those of a union by kind, or itself alone. `expected` is None where it is alone."""
     expected = (schema.get("metadata") or {}).get("expected")
     if schema["type"] != "union" or expected is None:
-        return Branches([(schema, VALUE)], None)
+        return UnionBranches([(schema, VALUE)], None)
     choices: Any = schema["choices"][:-1]
-    return Branches(list(choices), expected)
+    return UnionBranches(list(choices), expected)
 
 
-def in_order(choices: Iterable[tuple[CoreSchema, str]], otherwise: CoreSchema) -> UnionSchema:
+def ordered_union(choices: Iterable[tuple[CoreSchema, str]], otherwise: CoreSchema) -> UnionSchema:
     """A union that tries its branches in order."""
     return core_schema.union_schema([*choices, (otherwise, OTHERWISE)], mode="left_to_right")
 
 
-def refusal(choices: Iterable[tuple[CoreSchema, str]], expected: str | None) -> Callable[[object], PydanticCustomError]:
+def make_refusal(
+    choices: Iterable[tuple[CoreSchema, str]], expected: str | None
+) -> Callable[[object], PydanticCustomError]:
     """What the last branch says to a node that is for none of the others."""
     labels = {LIST if label == COMPONENTS else label for _, label in choices}
 
     def refuse(node: object) -> PydanticCustomError:
-        if expected is None or kind(node) in labels:
+        if expected is None or node_kind(node) in labels:
             return PydanticCustomError(NOT_MEANT, "another branch was meant")
         return PydanticCustomError(WRONG_KIND, "{expected}", {"expected": expected})
 
     return refuse
 
 
-def labelled(schema: CoreSchema, label: str) -> UnionSchema:
+def with_label(schema: CoreSchema, label: str) -> UnionSchema:
     """The same schema, whose errors have a label in their `loc`."""
     return core_schema.union_schema([(schema, label)], mode="left_to_right", auto_collapse=False)
 
 
-class Validator:
+class LazyValidator:
     """A validator by itself, built when it is first asked for.
 
     Args:
@@ -179,8 +198,8 @@ class Validator:
         return SchemaValidator(self._schema, CoreConfig(strict=True)).validate_python
 
 
-class _ByKind:
-    """The annotation that `by_kind` makes."""
+class _UnionByKind:
+    """The annotation that `union_by_kind` makes."""
 
     def __init__(self, expected: str, *, nonzero: bool) -> None:
         self._expected = expected
@@ -189,20 +208,20 @@ class _ByKind:
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         union: Any = handler(source)
         choices: list[tuple[CoreSchema, str]] = union["choices"]
-        refuse = refusal(choices, self._expected)
+        refuse = make_refusal(choices, self._expected)
 
         def otherwise(node: object) -> Any:
             raise refuse(node)
 
-        schema = in_order(choices, core_schema.no_info_plain_validator_function(otherwise))
+        schema = ordered_union(choices, core_schema.no_info_plain_validator_function(otherwise))
         schema["metadata"] = {"expected": self._expected, "nonzero": self._nonzero}
         return schema
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        return plain_json(schema, handler)
+        return plain_json_schema(schema, handler)
 
 
-def plain_json(schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+def plain_json_schema(schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
     """The JSON Schema of a union's plain branches."""
     union: Any = schema
     choices: list[Any] = union.get("choices", [])
@@ -213,11 +232,25 @@ def plain_json(schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaV
     return handler(plain[0][0] if len(plain) == 1 else core_schema.union_schema(plain))
 
 
-def by_kind(expected: str, *, nonzero: bool = False) -> Any:
-    """A union whose branches carry the tags of `kind`, `COMPONENTS` for a list of numbers that may vary.
+def union_by_kind(expected: str, *, nonzero: bool = False) -> Any:
+    """A union whose branches carry the tags of `node_kind`, `COMPONENTS` for a list of numbers that may vary.
 
     Args:
         expected: what a user may write, as it stands in the message: "[x, y, z] or a mapping".
         nonzero: whether 0 is no value, though a branch takes it.
     """
-    return _ByKind(expected, nonzero=nonzero)
+    return _UnionByKind(expected, nonzero=nonzero)
+
+
+def child_at(node: Any, segment: PathKey) -> Any:
+    """One step down plain data; None where there is nothing."""
+    if isinstance(segment, str):
+        return node.get(segment) if is_mapping(node) else None
+    return node[segment] if is_sequence(node) and 0 <= segment < len(node) else None
+
+
+def value_at(node: Any, path: Path) -> Any:
+    """What stands at a path; None where there is nothing."""
+    for segment in path:
+        node = child_at(node, segment)
+    return node

@@ -1,18 +1,24 @@
-"""Types of parameters: what is one, what lies in a range, and what a parameter takes."""
+"""The sections `params` and `draws`: types of parameters, and shared draws."""
 
 from __future__ import annotations
 
 import math
 import re
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field, Tag, ValidatorFunctionWrapHandler, WrapValidator
+from typing_extensions import TypeAliasType
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import show
-from scenecc.spec.plain import is_mapping, is_sequence
+from scenecc.spec.base import AnyText, Finite
+from scenecc.spec.nodes import COMPONENTS, FLAG, NUMBER, WORD, is_mapping, is_sequence, union_by_kind
+from scenecc.spec.values import Leaf
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
+
 
 COLOR_TEXT = r"^#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{8})$"
 """What a colour is as a text: "#rrggbb" or "#rrggbbaa"."""
@@ -20,11 +26,10 @@ COLOR_TEXT = r"^#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{8})$"
 is_color_text = re.compile(COLOR_TEXT).fullmatch
 """Whether a text is a colour."""
 
-
 Rgba = tuple[float, float, float, float]
 
 
-def rgba(color: str | Sequence[float]) -> Rgba:
+def to_rgba(color: str | Sequence[float]) -> Rgba:
     """Four numbers: "#rrggbb" and "#rrggbbaa" are bytes over 255, without gamma; alpha is 1 if left out."""
     if isinstance(color, str):
         digits = color[1:]
@@ -74,7 +79,7 @@ def _is_scalar(value: Any) -> bool:
     return isinstance(value, str | bool) or is_number(value)
 
 
-KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
+PARAM_KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "number": (is_number, "a number"),
     "integer": (_is_whole, "a whole number"),
     "string": (_is_text, "a text"),
@@ -88,11 +93,11 @@ KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
 }
 """Type of a parameter → whether a value is of it, and what it takes in words."""
 
-RANGED = frozenset(("number", "integer", "vector"))
+RANGED_KINDS = frozenset(("number", "integer", "vector"))
 """Types that may have a `min` and a `max`."""
 
 
-def kind_of(default: Any) -> str | None:
+def infer_param_kind(default: Any) -> str | None:
     """The type of a parameter that is written as its default alone; None where it has none."""
     if type(default) is bool:
         return "boolean"
@@ -105,9 +110,9 @@ def kind_of(default: Any) -> str | None:
     return "list" if is_sequence(default) else None
 
 
-def out_of_range(value: Any, low: Any, high: Any) -> str | None:
+def describe_range_error(value: Any, low: Any, high: Any) -> str | None:
     """What is wrong with a number or vector that leaves a range, in words; a bound is one for each component or all."""
-    for bound, words, is_beyond in ((low, "at least", _below), (high, "at most", _above)):
+    for bound, words, is_beyond in ((low, "at least", _is_below), (high, "at most", _is_above)):
         if bound is None:
             continue
         bounds = bound if is_sequence(bound) else None
@@ -119,15 +124,15 @@ def out_of_range(value: Any, low: Any, high: Any) -> str | None:
     return None
 
 
-def _below(part: Any, limit: Any) -> bool:
+def _is_below(part: Any, limit: Any) -> bool:
     return part < limit
 
 
-def _above(part: Any, limit: Any) -> bool:
+def _is_above(part: Any, limit: Any) -> bool:
     return part > limit
 
 
-Misfit = tuple[str, str]
+ParamIssue = tuple[str, str]
 """A code, and what is wrong in words."""
 
 
@@ -137,7 +142,7 @@ class ParamType:
 
     Attributes:
         name: of the parameter.
-        kind: one of `KINDS`.
+        kind: one of `PARAM_KINDS`.
         low, high: the range; a number, or one for each component of a vector. None where there is no such bound.
         options: of a choice.
         components: of a vector; None: any number of them.
@@ -157,18 +162,18 @@ class ParamType:
         """Whether there are values of its kind that are out of its range."""
         return self.low is not None or self.high is not None
 
-    def misfit(self, value: Any) -> Misfit | None:
+    def misfit(self, value: Any) -> ParamIssue | None:
         """What is wrong with a plain value; None where it is good."""
-        fits, words = KINDS[self.kind]
+        fits, words = PARAM_KINDS[self.kind]
         if not fits(value):
             return "SC211", f"must be {words}, not {show(value)}"
-        if self.kind == "choice" and not any(_same(value, option) for option in self.options):
+        if self.kind == "choice" and not any(_is_same(value, option) for option in self.options):
             return "SC211", f"must be one of {', '.join(map(show, self.options))}, not {show(value)}"
         if self.kind == "vector" and self.components not in {None, len(value)}:
             return "SC211", f"must have {self.components} components, not {len(value)}"
-        return self.outside(value, value) if self.kind in RANGED else None
+        return self.outside(value, value) if self.kind in RANGED_KINDS else None
 
-    def drawn_misfit(self, value: Any) -> Misfit | None:
+    def drawn_misfit(self, value: Any) -> ParamIssue | None:
         """As `misfit`, of a value that a draw gives: alternatives of a draw are floats, however they are written."""
         if self.kind == "integer" and type(value) is float and value.is_integer():
             value = int(value)
@@ -176,11 +181,38 @@ class ParamType:
             value = next((option for option in self.options if is_number(option) and option == value), value)
         return self.misfit(value)
 
-    def outside(self, low: Any, high: Any) -> Misfit | None:
+    def outside(self, low: Any, high: Any) -> ParamIssue | None:
         """What is wrong with the least and the greatest of several values that leave the range."""
-        wrong = out_of_range(low, self.low, None) or out_of_range(high, None, self.high)
+        wrong = describe_range_error(low, self.low, None) or describe_range_error(high, None, self.high)
         return None if wrong is None else ("SC212", wrong)
 
 
-def _same(value: Any, option: Any) -> bool:
+def _is_same(value: Any, option: Any) -> bool:
     return type(value) is type(option) and value == option
+
+
+MAX_DRAW_COMPONENTS = 10_000
+"""Components of one drawn vector."""
+
+
+def _keep_integer(value: Any, validate: ValidatorFunctionWrapHandler) -> float:
+    """A whole number stays one: in a text it reads `1` and not `1.0`. What 64 bits do not hold is no index."""
+    number: float = validate(value)
+    return value if type(value) is int and -(2**63) <= value < 2**63 else number
+
+
+Number = Annotated[Finite, WrapValidator(_keep_integer)]
+
+Draw = TypeAliasType(
+    "Draw",
+    Leaf[
+        Annotated[
+            Annotated[Number, Tag(NUMBER)]
+            | Annotated[bool, Tag(FLAG)]
+            | Annotated[AnyText, Tag(WORD)]
+            | Annotated[list[Number], Field(min_length=1, max_length=MAX_DRAW_COMPONENTS), Tag(COMPONENTS)],
+            union_by_kind("a form, an expression, a number, true or false, a text or a list of numbers"),
+        ]
+    ],
+)
+"""A form, an expression or a plain value."""

@@ -1,7 +1,7 @@
-"""Patterns of names: regular expressions that match whole names, in time that grows with the name's length alone.
+"""How a document refers to its parts: qualified names, `scene_idxs`, and patterns of names.
 
-Python reads a pattern, and an automaton of ours matches: its own matcher goes back and tries again, which a pattern and
-a name made for each other turn into hours.
+Patterns are matched by an automaton of our own, in time that grows with the length of the name alone. Python's
+matcher backtracks, which takes hours for some pairs of pattern and name.
 """
 
 from __future__ import annotations
@@ -16,15 +16,123 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-LONGEST = 200
+    from scenecc.diagnostics import Origin, Sink
+
+
+SHARED_NAMESPACE = ("frames", "entities", "cameras")
+"""Sections whose names are one namespace."""
+
+
+def qualified_name(section: str, name: str) -> str:
+    """What a named node is known as among those of all sections: by its name, or with its section before it.
+
+    Args:
+        section: `frames`, `entities`, `cameras`, `constraints` or `lights`.
+        name: the full one. No name has a colon.
+    """
+    return name if section in SHARED_NAMESPACE else f"{section}:{name}"
+
+
+_SLICE = re.compile(r"^\s*(-?[0-9]{0,9})\s*:\s*(-?[0-9]{0,9})\s*(?::\s*(-?[0-9]{0,9})\s*)?$")
+
+
+def resolve_scene_idxs(
+    given: str | list[int | str] | None, num_scenes: int, origin: Origin, sink: Sink
+) -> tuple[int, ...] | None:
+    """Scene indices, ascending; None where the selection was reported.
+
+    Args:
+        given: as written; None selects every scene.
+        num_scenes: how many there are.
+        origin: of the `scene_idxs` key's value.
+        sink: takes the diagnostics.
+    """
+    if given is None:
+        return tuple(range(num_scenes))
+    first: dict[int, Origin] = {}
+    failed = False
+    # Of more items than scenes one repeats another or is wrong: what follows tells no more.
+    for i, item in enumerate([given] if isinstance(given, str) else given[: num_scenes + 1]):
+        place = origin if isinstance(given, str) else origin.child(i)
+        indices = _item_indices(item, num_scenes, place, sink)
+        if indices is None:
+            failed = True
+            continue
+        for index in indices:
+            if index in first:
+                failed = True
+                before = first[index]
+                message = f"scene {index} is selected twice"
+                sink.report("SC308", message, place, related=[("selected here already", before, "value")])
+                break
+            first[index] = place
+    if not first and not failed:
+        sink.report("SC309", "this selects no scene", origin, hint="leave `scene_idxs` out to select every scene")
+    return None if failed or not first else tuple(sorted(first))
+
+
+def count_scene_idxs(given: str | list[int | str] | None, num_scenes: int) -> int:
+    """How many scenes `resolve_scene_idxs` would select, at most; wrong items, which it reports, may count."""
+    if given is None:
+        return num_scenes
+    items = [given] if isinstance(given, str) else given[:num_scenes]
+    return min(num_scenes, sum(1 if isinstance(item, int) else _slice_length(item, num_scenes) for item in items))
+
+
+def _slice_length(text: str, num_scenes: int) -> int:
+    match = _SLICE.match(text)
+    if match is None:
+        return 0
+    start, stop, step = (int(part) if part else None for part in match.groups())
+    return 0 if step == 0 else len(range(num_scenes)[start:stop:step])
+
+
+def _item_indices(item: int | str, num_scenes: int, place: Origin, sink: Sink) -> range | None:
+    if isinstance(item, int):
+        if 0 <= item < num_scenes:
+            return range(item, item + 1)
+        _report_out_of_range(item, num_scenes, place, sink)
+        return None
+    match = _SLICE.match(item)
+    if match is None or match[3] in {"0", "-0"} or (match[3] and int(match[3]) == 0):
+        sink.report(
+            "SC310", f"{item[:60]!r} is not a slice", place, hint='write a number, "start:stop" or "start:stop:step"'
+        )
+        return None
+    start, stop, step = (int(part) if part else None for part in match.groups())
+    for bound in (start, stop):
+        # Python's slices clip; here a bound beyond the scenes is a mistake (stop may be one past the last).
+        if bound is not None and not -num_scenes <= bound <= num_scenes:
+            _report_out_of_range(bound, num_scenes, place, sink)
+            return None
+    indices = range(num_scenes)[start:stop:step]
+    if not indices:
+        sink.report("SC309", f"{item[:60]!r} selects none of the {num_scenes} scenes", place)
+        return None
+    return indices
+
+
+def _report_out_of_range(index: int, num_scenes: int, place: Origin, sink: Sink) -> None:
+    scenes = "the only scene is 0" if num_scenes == 1 else f"scenes are 0 to {num_scenes - 1}"
+    sink.report(
+        "SC307",
+        f"there is no scene {index}: {scenes}",
+        place,
+        hint="raise `num_scenes` in the file, or on the command line with --num-scenes",
+    )
+
+
+MAX_PATTERN_LENGTH = 200
 """Characters of a pattern."""
 
-MOST_STATES = 2000
+MAX_STATES = 2000
 """States of an automaton: a counted repetition has as many as it counts."""
 
 _PARSER: Any = import_module("re._parser" if sys.version_info >= (3, 11) else "sre_parse")
+
 _REPEATS = frozenset(("MAX_REPEAT", "MIN_REPEAT", "POSSESSIVE_REPEAT"))
-_REFUSED = {
+
+_UNSUPPORTED_OPS = {
     "GROUPREF": "a back-reference",
     "GROUPREF_EXISTS": "a back-reference",
     "ASSERT": "a look-around",
@@ -32,6 +140,7 @@ _REFUSED = {
     "ATOMIC_GROUP": "an atomic group",
     "POSSESSIVE_REPEAT": "a possessive repetition",
 }
+
 _CATEGORIES = {
     "CATEGORY_DIGIT": r"\d",
     "CATEGORY_NOT_DIGIT": r"\D",
@@ -40,7 +149,8 @@ _CATEGORIES = {
     "CATEGORY_WORD": r"\w",
     "CATEGORY_NOT_WORD": r"\W",
 }
-_EDGES: dict[str, Callable[[str, str], bool]] = {
+
+_ANCHORS: dict[str, Callable[[str, str], bool]] = {
     "AT_BEGINNING": lambda before, _after: not before,
     "AT_BEGINNING_STRING": lambda before, _after: not before,
     "AT_END": lambda _before, after: not after,
@@ -69,8 +179,8 @@ class NamePattern:
             PatternError: it is no regular expression, or one that is not taken here.
         """
         self.text = text
-        if len(text) > LONGEST:
-            raise PatternError(f"a pattern of {len(text)} characters is longer than {LONGEST}")
+        if len(text) > MAX_PATTERN_LENGTH:
+            raise PatternError(f"a pattern of {len(text)} characters is longer than {MAX_PATTERN_LENGTH}")
         try:
             tree = _PARSER.parse(text)
         except (re.error, OverflowError, RecursionError) as error:
@@ -101,13 +211,13 @@ class NamePattern:
             if state not in found:
                 found.add(state)
                 test = self._tests[state]
-                if test is None or (test[0] == "AT" and _EDGES[test[1]](before, after)):
+                if test is None or (test[0] == "AT" and _ANCHORS[test[1]](before, after)):
                     todo += self._moves[state]
         return found
 
     def _state(self, test: Any, *moves: int) -> int:
         """A new state: None tests nothing and leads on without a letter, as an edge does where it is one."""
-        if len(self._tests) >= MOST_STATES:
+        if len(self._tests) >= MAX_STATES:
             raise PatternError("this repeats too much for a pattern of names")
         self._tests.append(test)
         self._moves.append(moves)
@@ -119,8 +229,8 @@ class NamePattern:
         return after
 
     def _one(self, operation: str, argument: Any, after: int, *, repeated: bool) -> int:
-        if operation in _REFUSED:
-            raise PatternError(f"{_REFUSED[operation]} is not taken in a pattern of names")
+        if operation in _UNSUPPORTED_OPS:
+            raise PatternError(f"{_UNSUPPORTED_OPS[operation]} is not taken in a pattern of names")
         if operation in _REPEATS:
             least, most, inner = argument
             if (least, most) == (0, 1):
@@ -170,14 +280,14 @@ def _accepts(test: Any, letter: str) -> bool:
             return letter != "\n"
         case _:
             negated = bool(argument) and str(argument[0][0]) == "NEGATE"
-            return any(_in(item, letter) for item in argument[negated:]) is not negated
+            return any(_matches_set_item(item, letter) for item in argument[negated:]) is not negated
 
 
 def _is_word(letter: str) -> bool:
     return letter.isalnum() or letter == "_"
 
 
-def _in(item: Any, letter: str) -> bool:
+def _matches_set_item(item: Any, letter: str) -> bool:
     kind, argument = str(item[0]), item[1]
     if kind == "LITERAL":
         return ord(letter) == argument
@@ -187,7 +297,7 @@ def _in(item: Any, letter: str) -> bool:
 
 
 @lru_cache(maxsize=256)
-def name_pattern(text: str) -> NamePattern:
+def compile_name_pattern(text: str) -> NamePattern:
     """A pattern, read once.
 
     Raises:

@@ -1,0 +1,209 @@
+"""The JSON Schema of the language, for editors."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+from pydantic_core import core_schema
+
+from scenecc.spec.base import FLOAT32_MAX, FLOAT32_MIN, NOTE_SCHEMA
+from scenecc.spec.document import SceneFile
+from scenecc.spec.forms import COMPANIONS
+from scenecc.spec.nodes import is_mapping, is_sequence
+from scenecc.variation.distributions import DISTRIBUTIONS
+
+if TYPE_CHECKING:
+    from scenecc.variation.distributions import Distribution
+
+
+REF_KEY = "x-ref"
+"""Stands for `$ref` to one of `DEFINITIONS` until the schema is whole: pydantic's generator knows only its own."""
+
+EXPRESSION_REF = {REF_KEY: "Expression"}
+
+_LIST_FORMS: dict[str, Any] = {
+    "per_scene": {
+        "description": "One value for each scene that the entity is in, or by scene index with a `default`.",
+        "anyOf": [
+            {"type": "array", "minItems": 1},
+            {
+                "type": "object",
+                "minProperties": 1,
+                "properties": {"default": {"description": "Of all other scenes."}},
+                "patternProperties": {"^[0-9]+$": {}, **NOTE_SCHEMA},
+                "additionalProperties": False,
+            },
+            EXPRESSION_REF,
+        ],
+    },
+    "cycle": {
+        "description": "By scene index modulo the length.",
+        "anyOf": [{"type": "array", "minItems": 1}, EXPRESSION_REF],
+    },
+    "choice": {"description": "One of them, drawn.", "anyOf": [{"type": "array", "minItems": 1}, EXPRESSION_REF]},
+    "weights": {
+        "description": "How likely each choice is.",
+        "anyOf": [
+            {"type": "array", "items": {"anyOf": [{"type": "number", "minimum": 0}, EXPRESSION_REF]}},
+            EXPRESSION_REF,
+        ],
+    },
+}  # fmt: skip
+
+
+def _operands(description: str, count: int = 2) -> dict[str, Any]:
+    listed = {"type": "array", "minItems": count, "maxItems": count}
+    return {"description": description, "anyOf": [listed, EXPRESSION_REF]}
+
+
+def _drawn(drawn: Distribution) -> dict[str, Any]:
+    keys = {drawn.key: _operands(drawn.description, len(drawn.operands))}
+    return {**keys, drawn.companion: _operands(drawn.companion_description)} if drawn.companion else keys
+
+
+_NUMBER_FORMS = {key: schema for drawn in DISTRIBUTIONS.values() for key, schema in _drawn(drawn).items()}
+
+_INTEGER_FORMS = {drawn.key: _NUMBER_FORMS[drawn.key] for drawn in DISTRIBUTIONS.values() if drawn.whole}
+
+_COMPANIONS = {companion: form for form, companion in COMPANIONS.items()}
+
+
+def _form_schema(description: str, keys: dict[str, Any]) -> dict[str, Any]:
+    forms = [key for key in keys if key not in _COMPANIONS]
+    return {
+        "description": description,
+        "type": "object",
+        "properties": keys,
+        "patternProperties": NOTE_SCHEMA,
+        "additionalProperties": False,
+        "oneOf": [{"required": [key]} for key in forms],
+        "dependentRequired": {key: [form] for key, form in _COMPANIONS.items() if key in keys},
+    }
+
+
+def _varying_schema(form: str) -> dict[str, Any]:
+    return {"anyOf": [EXPRESSION_REF, {REF_KEY: form}]}
+
+
+_SCALAR = {"type": ["number", "string", "boolean", "array"]}
+
+DEFINITIONS: dict[str, Any] = {
+    "Expression": {
+        "description": "`${…}`: arithmetic over parameters, loop variables and draws.",
+        "type": "string",
+        "pattern": r"\$\{",
+    },
+    "NumberForm": _form_schema("Numbers that differ from scene to scene.", {**_LIST_FORMS, **_NUMBER_FORMS}),
+    "IntegerForm": _form_schema("Whole numbers that differ from scene to scene.", {**_LIST_FORMS, **_INTEGER_FORMS}),
+    "ValueForm": _form_schema("A value that differs from scene to scene.", _LIST_FORMS),
+    "VaryingNumber": _varying_schema("NumberForm"),
+    "VaryingInteger": _varying_schema("IntegerForm"),
+    "VaryingValue": _varying_schema("ValueForm"),
+    "Parameter": {
+        "description": "A default, from which the type follows, or a mapping.",
+        "anyOf": [
+            _SCALAR,
+            {
+                "type": "object",
+                "properties": {
+                    "type": {
+                        "description": "What it takes; left out: as the default is.",
+                        "enum": ["number", "integer", "string", "boolean", "vector", "color", "file", "material",
+                                 "choice", "list"],
+                    },
+                    "default": {"description": "Its value where none is given; left out: one must be."},
+                    "min": {"description": "The least number or components.", "type": ["number", "array"]},
+                    "max": {"description": "The greatest number or components.", "type": ["number", "array"]},
+                    "description": {"description": "For people.", "type": "string"},
+                    "options": {"description": "What a choice is among.", "type": "array", "minItems": 1},
+                },
+                "patternProperties": NOTE_SCHEMA,
+                "additionalProperties": False,
+            },
+        ],
+    },
+}  # fmt: skip
+
+
+def varying_json_schema(plain: dict[str, Any], varying: str, component: str) -> dict[str, Any]:
+    """The JSON Schema of a value that may vary.
+
+    Args:
+        plain: of one that does not.
+        varying: the definition of what may stand in its place.
+        component: the same for one number of a list.
+    """
+    branches: list[dict[str, Any]] = plain["anyOf"] if plain.keys() == {"anyOf"} else [plain]
+    if varying == "Expression" and any(branch.keys() <= {"type", "minLength"} and branch.get("type") == "string"
+                                       for branch in branches):  # fmt: skip
+        # Any text, an expression among them.
+        return plain
+    return {"anyOf": [*(_component_schema(branch, component) for branch in branches), {REF_KEY: varying}]}
+
+
+def _component_schema(plain: dict[str, Any], component: str) -> dict[str, Any]:
+    """A list of numbers, each of which may vary; anything else as it is."""
+    items: list[Any] = plain.get("prefixItems", [plain.get("items")])
+    if plain.get("type") != "array" or not is_mapping(items[0]) or any(item != items[0] for item in items):
+        return plain
+    if items[0].get("type") == "array":
+        each = _component_schema(items[0], component)
+    elif items[0].get("type") in {"number", "integer"}:
+        each = {"anyOf": [items[0], {REF_KEY: component}]}
+    else:
+        return plain
+    rest = {key: value for key, value in plain.items() if key != "prefixItems"}
+    return {**rest, "items": each}
+
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+class _SchemaGenerator(GenerateJsonSchema):
+    """Pydantic's generator, for people who write YAML."""
+
+    def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
+        """A key that may be left out has no default `null`: null is refused."""
+        if schema.get("default", ...) is None:
+            return self.generate_inner(schema["schema"])
+        return super().default_schema(schema)
+
+    def get_title_from_name(self, name: str) -> str:
+        """Keys are their own titles."""
+        return name
+
+
+def json_schema() -> dict[str, Any]:
+    """The JSON Schema of a scene file."""
+    schema = SceneFile.model_json_schema(schema_generator=_SchemaGenerator)
+    definitions = {**schema.pop("$defs"), **DEFINITIONS}
+    ordered = {name: definitions[name] for name in sorted(definitions)}
+    return {"$schema": DIALECT, "title": "scenecc scene", **_tidy(schema), "$defs": _tidy_definitions(ordered)}
+
+
+def _tidy_definitions(definitions: dict[str, Any]) -> dict[str, Any]:
+    return {name: _tidy(definition) for name, definition in definitions.items()}
+
+
+def _tidy(node: Any) -> Any:
+    """Without titles that repeat a key and the range of single precision, and with names checked as names."""
+    if is_mapping(node):
+        out = {key: _tidy(item) for key, item in node.items() if not _is_noise(key, item)}
+        if REF_KEY in out:
+            out["$ref"] = f"#/$defs/{out.pop(REF_KEY)}"
+        return _restrict_names(out) if "patternProperties" in out and "properties" not in out else out
+    return [_tidy(item) for item in node] if is_sequence(node) else node
+
+
+def _is_noise(key: str, item: Any) -> bool:
+    if key in {"minimum", "maximum"} and isinstance(item, (int, float)):
+        return abs(item) in {FLOAT32_MAX, FLOAT32_MIN}
+    return key == "title" and isinstance(item, str)
+
+
+def _restrict_names(mapping: dict[str, Any]) -> dict[str, Any]:
+    """A mapping whose keys are names: others are refused, and notes are no names."""
+    ((pattern, entry),) = mapping["patternProperties"].items()
+    patterns = {pattern.replace("^", "^(?!x-)", 1): entry, **NOTE_SCHEMA}
+    return {**mapping, "patternProperties": patterns, "additionalProperties": False}

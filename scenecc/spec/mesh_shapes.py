@@ -1,0 +1,93 @@
+"""Shapes from mesh files. Imported when a document has one."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from scenecc.spec.base import INT32_MAX, Maybe, NonNegativeInt32, PositiveInt32, SpecModel, key
+from scenecc.spec.shapes import CollisionKeys, MeshFileKeys, MirrorScale, Scale, ShapeBothKeys, VisualKeys
+from scenecc.spec.values import Fixed
+
+
+class ConvexMeshKeys(MeshFileKeys):
+    """The convex hull of a file collides; the mesh itself is seen."""
+
+    type: Literal["convex_mesh"]
+
+
+class ConvexMeshShape(ConvexMeshKeys, ShapeBothKeys):
+    """A convex hull that collides, and the mesh itself seen."""
+
+    scale: Scale = Field(default=1.0, description="One factor or [x, y, z].")
+
+
+class ConvexMeshCollision(ConvexMeshKeys, CollisionKeys):
+    """A convex hull that only collides."""
+
+    scale: Scale = Field(default=1.0, description="One factor or [x, y, z].")
+
+
+class ConvexMeshVisual(ConvexMeshKeys, VisualKeys):
+    """A mesh that is only seen."""
+
+    scale: MirrorScale = Field(default=1.0, description="One factor or [x, y, z]; negative mirrors.")
+
+
+class CoacdKeys(SpecModel):
+    """CoACD's arguments, as `sapien.wrapper.coacd.do_coacd` names them."""
+
+    threshold: Maybe[Fixed[Annotated[float, Field(ge=0.01, le=1)]]] = key("Concavity at which to stop.", default=0.05)
+    max_convex_hull: Maybe[Fixed[Annotated[int, Field(ge=-1, le=INT32_MAX)]]] = key(
+        "At most so many parts; -1: as many as it takes.", default=-1
+    )
+    preprocess_mode: Maybe[Fixed[Literal["auto", "on", "off"]]] = key("Make the mesh manifold first.", default="auto")
+    preprocess_resolution: Maybe[Fixed[PositiveInt32]] = key("Resolution of that.", default=30)
+    resolution: Maybe[Fixed[PositiveInt32]] = key("Samples for the concavity.", default=2000)
+    mcts_nodes: Maybe[Fixed[PositiveInt32]] = key("Child nodes of the search.", default=20)
+    mcts_iterations: Maybe[Fixed[PositiveInt32]] = key("Iterations of the search.", default=150)
+    mcts_max_depth: Maybe[Fixed[PositiveInt32]] = key("Depth of the search.", default=3)
+    pca: Maybe[Fixed[bool]] = key("Align to principal axes first.", default=False)
+    merge: Maybe[Fixed[bool]] = key("Merge parts afterwards.", default=True)
+    seed: Maybe[Fixed[NonNegativeInt32]] = key("Seed of the search.", default=0)
+
+
+class ConvexPartsKeys(MeshFileKeys):
+    """Several convex meshes of one file: SAPIEN's "multiple convex meshes"."""
+
+    type: Literal["convex_parts"]
+    scale: Scale = Field(default=1.0, description="One factor or [x, y, z].")
+    decomposition: Fixed[Literal["none", "coacd"]] = Field(
+        default="none", description="none: the file's own parts; coacd: cut by CoACD (extra `convex`)."
+    )
+    decomposition_params: Maybe[CoacdKeys] = key("CoACD's arguments.")
+
+
+class ConvexPartsShape(ConvexPartsKeys, ShapeBothKeys):
+    """Convex parts that collide, and the mesh itself seen."""
+
+
+class ConvexPartsCollision(ConvexPartsKeys, CollisionKeys):
+    """Convex parts that only collide."""
+
+
+class TriangleMeshKeys(MeshFileKeys):
+    """A non-convex mesh; on a dynamic body it needs `sdf: true`."""
+
+    type: Literal["triangle_mesh"]
+    scale: Scale = Field(default=1.0, description="One factor or [x, y, z].")
+    sdf: Fixed[bool] = Field(default=False, description="Cook a signed distance field, which a dynamic body needs.")
+
+
+class TriangleMeshShape(TriangleMeshKeys, ShapeBothKeys):
+    """A non-convex mesh that collides and is seen."""
+
+
+class TriangleMeshCollision(TriangleMeshKeys, CollisionKeys):
+    """A non-convex mesh that only collides."""
+
+
+class MeshVisual(MeshFileKeys, VisualKeys):
+    """What a file shows, with its own materials unless one is given."""
+
+    type: Literal["mesh"]
+    scale: MirrorScale = Field(default=1.0, description="One factor or [x, y, z]; negative mirrors.")

@@ -1,1 +1,0 @@
-"""Shapes, one module a type: loaded when a document has one."""

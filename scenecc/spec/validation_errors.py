@@ -1,0 +1,485 @@
+"""Pydantic's validation errors as diagnostics, one for each mistake.
+
+Pydantic's `loc` is traced to a path in the document and to the model whose keys are known there.
+"""
+
+from __future__ import annotations
+
+import types
+import typing
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import BaseModel, Tag
+from typing_extensions import TypeAliasType
+
+from scenecc.diagnostics.messages import cut, listed, nearest, show, suggest
+from scenecc.source.scalars import RESERVED_CHARACTER
+from scenecc.spec.base import CUSTOM_ERROR, FLOAT32_MAX, FLOAT32_MIN, NAME_PATTERN, PATTERN_HINTS, VALUE_NAME
+from scenecc.spec.body import BodySpec
+from scenecc.spec.document import SceneFile
+from scenecc.spec.entities import ENTITY_TYPES, entity_model
+from scenecc.spec.forms import quote_names
+from scenecc.spec.hints import (
+    ANGLE_KEYS,
+    KEY_SYNONYMS,
+    LENGTH_HINTS,
+    MISPLACED_KEY_HINTS,
+    MISSING_KEY_HINTS,
+    PARTS_HINT,
+    PHYSICS_HINT,
+    SEPARATE_ENTITIES_HINT,
+    SHAPE_LIST_HINTS,
+    SHARED_ROBOT_KEYS,
+    UNSUPPORTED_KEYS,
+    VARIANTS_HINT,
+    kind_hint,
+)
+from scenecc.spec.lazy_types import LazyType, LazyUnion
+from scenecc.spec.nodes import (
+    BODY,
+    KEY,
+    NOT_MEANT,
+    OTHERWISE,
+    SHAPE,
+    TAGGED,
+    VALUE,
+    VECTOR,
+    WRONG_KIND,
+    child_at,
+    is_mapping,
+    is_meant,
+    is_sequence,
+    is_varying,
+    value_at,
+)
+from scenecc.spec.repetition import Repeat, RepeatKeys
+from scenecc.spec.shapes import ShapeKeys
+from scenecc.variation.forms import FORM_KEYS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from pydantic_core import ErrorDetails
+
+    from scenecc.diagnostics import At, Origin, Path, PathKey, Sink
+
+
+def document_path(loc: tuple[PathKey, ...], data: Any) -> Path | None:
+    """Pydantic's `loc` as a path into the document; None where it leads through a branch that was not meant."""
+    if KEY in loc:
+        # Of a mapping's key; pydantic's own `[key]` stands between the two.
+        loc = loc[: loc.index(KEY) - 1]
+    path: list[PathKey] = []
+    node = data
+    segments = iter(loc)
+    for segment in segments:
+        if isinstance(segment, int) or not segment.startswith(RESERVED_CHARACTER):
+            path.append(segment)
+            node = child_at(node, segment)
+        elif not is_meant(segment, node):
+            return None
+        elif segment == TAGGED:
+            next(segments, None)
+    return tuple(path)
+
+
+_TRANSPARENT_LABELS = frozenset((VALUE, VECTOR, OTHERWISE, SHAPE, BODY, TAGGED))
+
+
+def find_model(root: type[BaseModel], loc: tuple[PathKey, ...]) -> type[BaseModel] | None:
+    """The model whose mapping holds the last segment of `loc`; None where any key may stand."""
+    annotation: Any = root
+    for segment in _skip_forms(loc[:-1]):
+        annotation = _descend(_unwrap_annotation(annotation), segment)
+    bare = _unwrap_annotation(annotation)
+    return bare if isinstance(bare, type) and issubclass(bare, BaseModel) else None
+
+
+def _skip_forms(loc: tuple[PathKey, ...]) -> Iterator[PathKey]:
+    """The same without the keys of forms and the places in them: an alternative is of the type of the whole."""
+    rest = iter(loc)
+    in_form = False
+    for segment in rest:
+        if in_form and segment in FORM_KEYS:
+            next(rest, None)
+        else:
+            in_form = segment == OTHERWISE
+            yield segment
+
+
+def _unwrap_annotation(annotation: Any) -> Any:
+    """Without aliases, `Annotated` and the None of a key that may be left out."""
+    while True:
+        if isinstance(annotation, TypeAliasType):
+            annotation = annotation.__value__
+        elif typing.get_origin(annotation) is Annotated:
+            annotation, *said = typing.get_args(annotation)
+            for item in said:
+                if isinstance(item, LazyUnion):
+                    return item
+                annotation = item.type if isinstance(item, LazyType) else annotation
+        elif _is_union(annotation) and len(_union_members(annotation)) == 1:
+            annotation = _union_members(annotation)[0]
+        else:
+            return annotation
+
+
+def _is_union(annotation: Any) -> bool:
+    return typing.get_origin(annotation) in (typing.Union, types.UnionType)
+
+
+def _union_members(union: Any) -> list[Any]:
+    return [arg for arg in typing.get_args(union) if arg is not type(None)]
+
+
+def _descend(annotation: Any, segment: PathKey) -> Any:
+    """One segment of `loc` down: a field, an item, a mapping's value or a branch of a union."""
+    if segment in _TRANSPARENT_LABELS:
+        return annotation
+    if segment in ENTITY_TYPES:
+        return entity_model(str(segment))
+    if isinstance(annotation, LazyUnion):
+        return Repeat if segment == "repeat" else annotation.model(str(segment))
+    if _is_union(annotation):
+        return next((branch for branch in _union_members(annotation) if _member_tag(branch) == segment), Any)
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        field = annotation.model_fields.get(str(segment))
+        return field.annotation if field else Any
+    args = typing.get_args(annotation)
+    # Of a mapping the values, of a list or tuple the items.
+    return args[-1 if typing.get_origin(annotation) is dict else 0] if args else Any
+
+
+def _member_tag(branch: Any) -> str | None:
+    if typing.get_origin(branch) is Annotated:
+        for item in typing.get_args(branch)[1:]:
+            if isinstance(item, Tag):
+                return item.tag
+    return None
+
+
+_ENTITY_KEY_DEPTH = 3
+"""How long the path of an entity's own key is."""
+
+_EXPECTED_KINDS: dict[str, str] = {
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "bool_type": "true or false",
+    "string_type": "a text",
+    "list_type": "a list",
+    "tuple_type": "a list",
+    "dict_type": "a mapping",
+    "model_type": "a mapping",
+    "model_attributes_type": "a mapping",
+}
+"""Pydantic's type errors and what was expected."""
+
+_BOUNDS: dict[str, tuple[str, str]] = {
+    "greater_than": ("greater than", "gt"),
+    "greater_than_equal": ("at least", "ge"),
+    "less_than": ("less than", "lt"),
+    "less_than_equal": ("at most", "le"),
+}
+
+_TYPED_SECTIONS = {"lights": "light", "constraints": "constraint"}
+"""Sections whose entries are told apart by `type`, and what these are; elsewhere they are shapes."""
+
+
+def report_error(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
+    """Reports an error.
+
+    Args:
+        error: pydantic's.
+        path: of the value in the document.
+        place: the same, as an origin.
+        sink: takes the diagnostic.
+    """
+    kind, found = error["type"], error["input"]
+    if kind == CUSTOM_ERROR:
+        _report_custom_error(error, path, place, sink)
+    elif path == ("scenecc",) and kind != "missing":
+        sink.report("SC100", f"this is scenecc 1; it does not read version {show(found)}", place)
+    elif kind == "extra_forbidden":
+        _report_unknown_key(error, str(path[-1]), place, sink)
+    elif kind == "missing":
+        _report_missing_key(path, place, sink)
+    elif kind in _BOUNDS:
+        _report_bound(error, path, place, sink)
+    elif kind == "finite_number":
+        sink.report("SC104", f"{value_name(path)} must be finite, not {show(found)}", place)
+    elif kind == "string_too_short":
+        sink.report("SC104", f"{value_name(path)} must not be empty", place)
+    elif kind in {"too_long", "too_short"}:
+        _report_length(error, path, place, sink)
+    elif kind in {"literal_error", "union_tag_invalid", "union_tag_not_found"}:
+        _report_choice(error, path, place, sink)
+    elif kind == "string_pattern_mismatch":
+        _report_pattern(error, place, sink)
+    else:
+        expected = error["msg"] if kind == WRONG_KIND else _EXPECTED_KINDS.get(kind, error["msg"])
+        _report_wrong_kind(expected, path, found, place, sink)
+
+
+def _report_custom_error(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
+    context = error.get("ctx", {})
+    message, hint = context["message"].replace(VALUE_NAME, value_name(path)), context["hint"]
+    if context["code"] == "SC116" and hint is None:
+        hint = _variation_hint(path)
+    sink.report(context["code"], message, place, at=context["at"], hint=hint, span=context["span"])
+
+
+def _variation_hint(path: Path) -> str | None:
+    """What to do of what cannot differ from scene to scene."""
+    if path[0] == "physics":
+        return PHYSICS_HINT
+    if path[0] == "entities" and len(path) == _ENTITY_KEY_DEPTH and path[-1] in SHARED_ROBOT_KEYS:
+        return SEPARATE_ENTITIES_HINT
+    return VARIANTS_HINT if path[-1] in {"type", "body_type"} else None
+
+
+def _report_bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
+    found, (words, bound) = error["input"], _BOUNDS[error["type"]]
+    limit = error["ctx"][bound]  # pyright: ignore[reportTypedDictNotRequiredAccess]
+    hint = None
+    if limit == FLOAT32_MIN and found <= 0:
+        words, limit = "greater than", 0
+    elif abs(limit) in {FLOAT32_MIN, FLOAT32_MAX}:
+        hint = "the engine computes in single precision, which ends there"
+    elif path and path[-1] in ANGLE_KEYS and found > limit:
+        hint = f"angles are radians; `{path[-1]}_deg` takes degrees"
+    sink.report(
+        "SC104",
+        f"{value_name(path)} must be {words} {limit if isinstance(limit, int) else f'{limit:g}'}, not {show(found)}",
+        place,
+        hint=hint,
+    )
+
+
+def _report_unknown_key(error: ErrorDetails, key: str, place: Origin, sink: Sink) -> None:
+    if key in UNSUPPORTED_KEYS:
+        sink.report("SC110", f"version 1 of the language leaves out {UNSUPPORTED_KEYS[key]}", place, at="key")
+        return
+    known = known_keys(error)
+    hint = next((hint for beside, hint in MISPLACED_KEY_HINTS.get(key, ()) if beside in known), None)
+    if hint is None:
+        near = suggest_key(key, known)
+        hint = f"did you mean `{near}`?" if near else listed(known)
+    sink.report("SC101", f"unknown key `{cut(key)}`", place, at="key", hint=hint)
+
+
+def suggest_key(key: str, known: tuple[str, ...]) -> str | None:
+    """The known key that an unknown one was probably meant to be."""
+    renamed = KEY_SYNONYMS.get(key)
+    return renamed if renamed in known else nearest(key, known)
+
+
+def known_keys(error: ErrorDetails) -> tuple[str, ...]:
+    """The keys that the mapping of an unknown one may have."""
+    model = find_model(SceneFile, error["loc"])
+    if model is None:
+        return ()
+    # A plain body becomes another model by the keys of copies.
+    models = (model, RepeatKeys) if model is BodySpec else (model,)
+    keys = [field.alias or name for known in models for name, field in known.model_fields.items()]
+    return (*keys, "repeat") if issubclass(model, ShapeKeys) else tuple(keys)
+
+
+def _report_missing_key(path: Path, place: Origin, sink: Sink) -> None:
+    parent = type(place)(place.file, place.path[:-1], place.copy, place.parent)
+    hint = "a scene file starts with `scenecc: 1`" if path == ("scenecc",) else MISSING_KEY_HINTS.get(str(path[-1]))
+    sink.report("SC102", f"{value_name(path[:-1])} lacks the key `{path[-1]}`", parent, at="key", hint=hint)
+
+
+def report_wrong_length(path: Path, must: int, count: int, place: Origin, sink: Sink) -> None:
+    """Reports a list of a wrong length.
+
+    Args:
+        path: of the list.
+        must: how many values it must have.
+        count: how many it has.
+        place: the same path, as an origin.
+        sink: takes the diagnostic.
+    """
+    hint = LENGTH_HINTS.get((str(path[-1]), count)) if path else None
+    sink.report("SC106", f"{value_name(path)} must have {must} values, not {count}", place, hint=hint)
+
+
+def _report_length(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
+    context = error.get("ctx", {})
+    if error["type"] == "too_long" and context.get("field_type") == "Tuple":
+        report_wrong_length(path, context["max_length"], len(error["input"]), place, sink)
+        return
+    bound = context.get("max_length", context.get("min_length"))
+    words = "at most" if "max_length" in context else "at least"
+    count = context.get("actual_length")
+    values = "value" if bound == 1 else "values"
+    sink.report("SC106", f"{value_name(path)} must have {words} {bound} {values}, not {count}", place)
+
+
+def _report_choice(error: ErrorDetails, path: Path, place: Origin, sink: Sink) -> None:
+    found, context = error["input"], error.get("ctx", {})
+    if error["type"] == "literal_error":
+        choices = [word.strip("'") for word in context["expected"].replace(" or ", ", ").split(", ")]
+        if not isinstance(found, str):
+            _report_wrong_kind("one of " + ", ".join(choices), path, found, place, sink)
+            return
+        sink.report("SC105", f"{value_name(path)} cannot be {show(found)}", place, hint=suggest(found, choices))
+        return
+    tag: Any = found.get("type") if is_mapping(found) else None
+    if not is_mapping(found):
+        _report_wrong_kind("a mapping", path, found, place, sink)
+    elif "type" not in found:
+        sink.report("SC102", f"{value_name(path)} lacks the key `type`", place)
+    elif is_varying(tag):
+        reads = "" if is_mapping(tag) else f": it reads {quote_names(tag)}"
+        message = f"`type` cannot differ from scene to scene{reads}"
+        sink.report("SC116", message, place.child("type"), hint=VARIANTS_HINT)
+    elif not isinstance(tag, str):
+        _report_wrong_kind("a text", (*path, "type"), tag, place.child("type"), sink)
+    else:
+        choices = [word.strip("'") for word in context["expected_tags"].split(", ")]
+        hint = SHAPE_LIST_HINTS.get(tag) or suggest(tag, choices)
+        kind = _TYPED_SECTIONS.get(str(path[0]), "shape")
+        sink.report("SC105", f"there is no {kind} type {show(tag)} here", place.child("type"), hint=hint)
+
+
+def _report_pattern(error: ErrorDetails, place: Origin, sink: Sink) -> None:
+    found = error["input"]
+    if error["ctx"]["pattern"].startswith("^#"):  # pyright: ignore[reportTypedDictNotRequiredAccess]
+        sink.report(
+            "SC108", f"{show(found)} is not a colour", place, hint='three or four numbers in 0..1, or "#rrggbb[aa]"'
+        )
+        return
+    at: At = "key" if KEY in error["loc"] else "value"
+    sink.report(
+        "SC107",
+        f"{show(found)} is not a name",
+        place,
+        at=at,
+        hint=PATTERN_HINTS.get(error["ctx"]["pattern"], PATTERN_HINTS[NAME_PATTERN]),  # pyright: ignore[reportTypedDictNotRequiredAccess]
+    )
+
+
+def _report_wrong_kind(expected: str, path: Path, found: Any, place: Origin, sink: Sink) -> None:
+    message = f"{value_name(path)} must be {expected}, not {describe_value(found)}"
+    sink.report("SC103", message, place, hint=kind_hint(expected, path, found))
+
+
+def describe_value(found: Any) -> str:
+    """A value with its kind, as a message names it."""
+    if isinstance(found, str):
+        return f"the text {show(found)}"
+    if isinstance(found, int | float) and not isinstance(found, bool):
+        return f"the number {show(found)}"
+    if is_sequence(found):
+        return f"a list of {len(found)}"
+    return "a mapping" if is_mapping(found) else show(found)
+
+
+def value_name(path: Path) -> str:
+    """What a message calls the value at a path: its key, or the item of a list."""
+    if not path:
+        return "the document"
+    last = path[-1]
+    if isinstance(last, str):
+        return f"`{cut(last)}`"
+    owner = next((key for key in reversed(path) if isinstance(key, str)), "")
+    return f"item {last} of `{owner}`"
+
+
+LocatedErrors = list[tuple["ErrorDetails", "Path"]]
+
+
+def report_errors(errors: Iterable[ErrorDetails], data: dict[str, Any], origin: Origin, sink: Sink) -> None:
+    """Reports each mistake at its place in the document.
+
+    Args:
+        errors: pydantic's.
+        data: the document.
+        origin: of its root.
+        sink: takes the diagnostics.
+    """
+    located: LocatedErrors = []
+    for error in errors:
+        path = document_path(error["loc"], data)
+        if path is not None and error["type"] != NOT_MEANT:
+            located.append((error, path))
+    misspelt = _find_misspelt_keys(located)
+    short = _find_short_lists(located)
+    formed = _find_misplaced_forms(located, data)
+    for error, path in located:
+        if sink.full:
+            return
+        if error["type"] == "missing" and path in misspelt:
+            # The unknown key beside it is told, with this one as its hint.
+            continue
+        owner = path[:-1] if error["type"] in {"extra_forbidden", "missing"} else path
+        if owner in formed:
+            if formed[owner] is not None:
+                _report_misplaced_form(owner, str(formed[owner]), origin.child(*owner), sink)
+                formed[owner] = None
+            continue
+        if error["type"] == "missing" and path[:-1] in short:
+            report_wrong_length(path[:-1], short[path[:-1]], len(error["input"]), origin.child(*path[:-1]), sink)
+            continue
+        report_error(error, path, origin.child(*path), sink)
+
+
+def _find_misplaced_forms(located: LocatedErrors, data: dict[str, Any]) -> dict[Path, str | None]:
+    """The mappings that are forms where none may stand, and their keys."""
+    formed: dict[Path, str | None] = {}
+    for error, path in located:
+        kind = error["type"]
+        if kind in {CUSTOM_ERROR, WRONG_KIND, "missing"} or KEY in error["loc"]:
+            continue
+        if kind == "extra_forbidden":
+            owner, form = path[:-1], str(path[-1])
+        else:
+            node = value_at(data, path)
+            # A shape without a type may have a normal.
+            forms = FORM_KEYS - {"normal"} if kind == "union_tag_not_found" else FORM_KEYS
+            owner, form = path, next((key for key in node if key in forms), "") if is_mapping(node) else ""
+        if form in FORM_KEYS and owner not in _NAME_MAPPING_PATHS:
+            formed.setdefault(owner, form)
+    return formed
+
+
+_NAME_MAPPING_PATHS: frozenset[Path] = frozenset(
+    (
+        (),
+        *((name,) for name in ("entities", "materials", "frames", "collision_groups", "params", "draws")),
+        *((name,) for name in ("constraints", "lights", "cameras")),
+    )
+)
+"""Mappings of names, and the document itself: what is in them may be called like a form."""
+
+
+def _report_misplaced_form(path: Path, form: str, place: Origin, sink: Sink) -> None:
+    whole = {"shapes", "collisions", "visuals"} & set(path[-2:])
+    hint = PHYSICS_HINT if path[0] == "physics" else VARIANTS_HINT if whole else PARTS_HINT
+    sink.report("SC116", f"{value_name(path)} cannot differ from scene to scene as a whole: `{form}`", place, hint=hint)
+
+
+def _find_short_lists(located: LocatedErrors) -> dict[Path, int]:
+    """The lists that are too short, and how many values they must have: each missing one is an error of its own."""
+    lengths: dict[Path, int] = {}
+    for error, path in located:
+        if error["type"] == "missing" and path and isinstance(path[-1], int):
+            lengths[path[:-1]] = max(lengths.get(path[:-1], 0), path[-1] + 1)
+    return lengths
+
+
+def _find_misspelt_keys(located: LocatedErrors) -> set[Path]:
+    """The paths of missing keys that unknown ones beside them were probably meant to be."""
+    missing: dict[Path, tuple[str, ...]] = {}
+    for error, path in located:
+        if error["type"] == "missing":
+            missing[path[:-1]] = (*missing.get(path[:-1], ()), str(path[-1]))
+    misspelt: set[Path] = set()
+    for error, path in located:
+        # Comparing letters takes its time, and most unknown keys are like none of the few that are missing.
+        if error["type"] == "extra_forbidden" and suggest_key(str(path[-1]), missing.get(path[:-1], ())):
+            near = suggest_key(str(path[-1]), known_keys(error))
+            misspelt.update([(*path[:-1], near)] if near else [])
+    return misspelt

@@ -1,0 +1,257 @@
+"""Values that may differ by scene, and values that may not: `Leaf[T]` and `Fixed[T]`.
+
+Both accept an expression in a file as written. In an expanded document a leaf may still be a template or a form;
+a fixed value is plain. `Domain` says which numbers a leaf may have.
+"""
+
+from __future__ import annotations
+
+from contextvars import ContextVar
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+
+from pydantic_core import core_schema
+
+from scenecc.spec.base import FLOAT32_MAX, ErrorCollector
+from scenecc.spec.nodes import (
+    COMPONENTS,
+    VALUE,
+    VECTOR,
+    LazyValidator,
+    any_varying,
+    is_varying,
+    make_refusal,
+    ordered_union,
+    plain_json_schema,
+    union_branches,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+    from pydantic.json_schema import JsonSchemaValue
+    from pydantic_core import CoreSchema, PydanticCustomError
+
+    from scenecc.variation.forms import Varying
+
+    Refuse = Callable[[object], PydanticCustomError]
+
+
+@dataclass(frozen=True)
+class Domain:
+    """The numbers that a value may consist of.
+
+    Attributes:
+        number: the schema of one number; None where a single number is no value.
+        item: of a list's components; None where a list is no value.
+        least, most: how many components.
+        nonzero: whether 0 is outside.
+    """
+
+    number: CoreSchema | None = None
+    item: Domain | None = None
+    least: int = 0
+    most: int = 0
+    nonzero: bool = False
+
+    @property
+    def of_numbers(self) -> bool:
+        """Whether numbers can be drawn for it."""
+        return self.number is not None or (self.item is not None and self.item.number is not None)
+
+    @property
+    def scalar(self) -> Domain:
+        """The domain of one number, or of one component of a list."""
+        return self if self.number is not None or self.item is None else self.item
+
+    @property
+    def whole(self) -> bool:
+        """Whether its numbers are integers."""
+        schema = self.scalar.number
+        return schema is not None and schema["type"] == "int"
+
+    @property
+    def bounded(self) -> bool:
+        """Whether a number may be out of its range (other than beyond single precision)."""
+        schema: Any = self.scalar.number or {}
+        bounds = [schema.get(name) for name in ("gt", "ge", "lt", "le")]
+        return self.nonzero or any(bound is not None and abs(bound) != FLOAT32_MAX for bound in bounds)
+
+    @cached_property
+    def means(self) -> Domain:
+        """The same shapes, of any numbers."""
+        return _with_numbers(self, core_schema.float_schema(ge=-FLOAT32_MAX, le=FLOAT32_MAX, allow_inf_nan=False))
+
+    @cached_property
+    def deviations(self) -> Domain:
+        """The same shapes, of numbers that are not negative."""
+        return _with_numbers(self, core_schema.float_schema(ge=0, le=FLOAT32_MAX, allow_inf_nan=False))
+
+    @cached_property
+    def validate_number(self) -> Callable[..., Any]:
+        """Validates a single number."""
+        assert self.number is not None
+        return LazyValidator(self.number).validate
+
+    @cached_property
+    def validate_numbers(self) -> Callable[..., list[Any]]:
+        """Validates a list of single numbers."""
+        assert self.item is not None
+        assert self.item.number is not None
+        schema = core_schema.list_schema(self.item.number, min_length=self.least, max_length=self.most)
+        return LazyValidator(schema).validate
+
+
+def _with_numbers(domain: Domain, schema: CoreSchema) -> Domain:
+    """The same shapes, of other numbers."""
+    number = None if domain.number is None else schema
+    return replace(domain, number=number, item=domain.item and _with_numbers(domain.item, schema), nonzero=False)
+
+
+def domain_of(schema: CoreSchema, resolve: Callable[[CoreSchema], CoreSchema]) -> Domain:
+    """The domain of a type; an empty one where it holds no numbers of its own.
+
+    Args:
+        schema: of the type.
+        resolve: finds what a reference refers to.
+    """
+    schema = resolve(schema)
+    nonzero = bool((schema.get("metadata") or {}).get("nonzero"))
+    found = Domain()
+    for choice, label in union_branches(schema).choices:
+        branch: Any = resolve(choice)
+        if branch["type"] == "function-wrap":  # numbers all the same
+            branch = resolve(branch["schema"])
+        match branch["type"]:
+            case "float" | "int":
+                found = Domain(branch, found.item, found.least, found.most, nonzero)
+            case "tuple":
+                items = branch["items_schema"]
+                found = Domain(found.number, domain_of(items[0], resolve), len(items), len(items), nonzero)
+            case "list" if label == COMPONENTS:
+                item = domain_of(branch["items_schema"], resolve)
+                found = Domain(found.number, item, branch["min_length"], branch["max_length"], nonzero)
+            case _:
+                pass
+    return found
+
+
+T = TypeVar("T")
+
+READ_VALUES: ContextVar[dict[tuple[int, int], tuple[Any, Any]] | None] = ContextVar("SEEN", default=None)
+"""What varies in an expanded document, as it was read: copies share what is the same in all of them. By the identities
+of the node, which is kept, and of the leaf's type."""
+
+ROTATION_HINT = "a rotation varies through `rpy`, `axis_angle` or `q: uniform`, or with its whole pose"
+
+
+class VaryingAnnotation:
+    """The annotation of a leaf.
+
+    Args:
+        refused: why no form may stand here, though an expression may; None: forms may.
+    """
+
+    def __init__(self, refused: str | None = None) -> None:
+        self.refused = refused
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        schema = handler(source)
+        choices, expected = union_branches(schema)
+        domain = domain_of(schema, handler.resolve_ref_schema)
+        if expected is None:
+            choices = [(schema, VECTOR if domain.item else VALUE)]
+        refuse = make_refusal(choices, expected)
+        plain = schema
+        if expected is not None:
+            plain = ordered_union(choices, core_schema.no_info_plain_validator_function(_make_refuser(refuse)))
+        read = _make_reader(domain, LazyValidator(plain), refuse, self.refused)
+        union = ordered_union(choices, core_schema.no_info_plain_validator_function(read))
+        union["metadata"] = {"expected": expected, "varying": self._varying(domain)}
+        return union
+
+    def _varying(self, domain: Domain) -> str:
+        """The definition of what may stand in the value's place, in the JSON Schema."""
+        if self.refused is not None:
+            return "Expression"
+        return "VaryingInteger" if domain.whole else "VaryingNumber" if domain.of_numbers else "VaryingValue"
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        from scenecc.spec.json_schema import varying_json_schema
+
+        varying: str = schema["metadata"]["varying"]  # pyright: ignore[reportTypedDictNotRequiredAccess]
+        component = "Expression" if varying == "Expression" else "VaryingNumber"
+        return varying_json_schema(plain_json_schema(schema, handler), varying, component)
+
+
+def _make_refuser(refuse: Refuse) -> Callable[[Any], Any]:
+    """The last choice where nothing but plain values is taken: what came so far is refused."""
+
+    def otherwise(node: Any) -> Any:
+        raise refuse(node)
+
+    return otherwise
+
+
+def _make_reader(domain: Domain, plain: LazyValidator, refuse: Refuse, refused: str | None) -> Callable[[Any], Any]:
+    """What reads a field's forms and expressions: the last choice, after the plain values.
+
+    A node that copies share is read once.
+    """
+    varies = any_varying if domain.item is not None else is_varying
+
+    def read(node: Any) -> Any:
+        """The value of a node that varies, as it was read before if it was; raises what pydantic takes for an error."""
+        seen = READ_VALUES.get()
+        known = None if seen is None else seen.get((id(node), id(refuse)))
+        if known is not None:
+            return known[1]
+        if not varies(node):
+            raise refuse(node)
+        from scenecc.spec.forms import FormReader
+
+        mistakes = ErrorCollector()
+        value = FormReader(mistakes, refused).leaf(node, domain, plain.validate, ())
+        mistakes.stop()
+        if seen is not None:
+            seen[id(node), id(refuse)] = node, value
+        return value
+
+    return read
+
+
+class _FixedAnnotation:
+    """The annotation of a value that cannot differ from scene to scene."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        schema = handler(source)
+        choices, expected = union_branches(schema)
+        refuse = make_refusal(choices, expected)
+
+        def read(node: Any) -> Any:
+            if not is_varying(node):
+                raise refuse(node)
+            from scenecc.spec.forms import read_fixed_expression
+
+            return read_fixed_expression(node)
+
+        union = ordered_union(choices, core_schema.no_info_plain_validator_function(read))
+        union["metadata"] = {"expected": expected}
+        return union
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        from scenecc.spec.json_schema import varying_json_schema
+
+        return varying_json_schema(plain_json_schema(schema, handler), "Expression", "Expression")
+
+
+if TYPE_CHECKING:
+    Leaf = T | Varying
+    ExpressionOnly = T | Varying
+    Fixed = T | T
+else:
+    Leaf = Annotated[T, VaryingAnnotation()]
+    ExpressionOnly = Annotated[T, VaryingAnnotation(ROTATION_HINT)]
+    Fixed = Annotated[T, _FixedAnnotation()]
