@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
     from scenecc.expand.expansion import Expansion
     from scenecc.lower.references import FileResolver, RobotReader, RobotRequest
-    from scenecc.robots.description import Description
-    from scenecc.robots.findings import ReadBudget
+    from scenecc.robots.description import RobotDescription
+    from scenecc.robots.files import ReadBudget
     from scenecc.source import Limits
 
 
@@ -91,10 +91,10 @@ class _Robots:
         self._limits = limits
         self._sink = sink
         self._expansion = expansion
-        self._known: dict[Any, tuple[Description | None, Origin, Origin]] = {}
+        self._known: dict[Any, tuple[RobotDescription | None, Origin, Origin]] = {}
         self._budget: ReadBudget | None = None
 
-    def read(self, request: RobotRequest, places: Mapping[str, Origin]) -> tuple[AssetFile, Description] | None:
+    def read(self, request: RobotRequest, places: Mapping[str, Origin]) -> tuple[AssetFile, RobotDescription] | None:
         """A `RobotReader`."""
         if self._sink.full or (self._budget is not None and self._budget.left < 0):
             # Which was reported.
@@ -130,10 +130,10 @@ class _Robots:
         srdf: Srdf,
         folder: tuple[str, Path] | None,
         origins: tuple[Origin, Origin],
-    ) -> Description | None:
+    ) -> RobotDescription | None:
         """What a file says. `origins`: of the nodes that name it and its SRDF."""
         origin, pairing = origins
-        from scenecc.robots.findings import ReadBudget
+        from scenecc.robots.files import ReadBudget
 
         self._budget = budget = self._budget or ReadBudget()
         if request.format == "mjcf":

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from scenecc.lower.references import RobotReader, RobotRequest
     from scenecc.options import Options
     from scenecc.plan import AssetFile, ScenePlan
-    from scenecc.robots.description import Description
+    from scenecc.robots.description import RobotDescription
     from scenecc.spec.document import SceneFile
 
 
@@ -322,7 +322,7 @@ def _robots(scope: AssetScope, limits: Limits, sink: Sink, expansion: Expansion 
     """Reads robots' files; loaded where there are any."""
     reader: RobotReader | None = None
 
-    def read(request: RobotRequest, places: Mapping[str, Origin]) -> tuple[AssetFile, Description] | None:
+    def read(request: RobotRequest, places: Mapping[str, Origin]) -> tuple[AssetFile, RobotDescription] | None:
         nonlocal reader
         if reader is None:
             from scenecc.named_files import robot_reader

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
-from scenecc.checks.judged import above_pairs, highest, lowest, waits
+from scenecc.checks.value_queries import highest, is_deferred, limit_pairs, lowest
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.plan.articulation import MAX_LINKS
 from scenecc.plan.tendons import why_no_tendon
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from scenecc.plan.articulation import Joint, Mimic
 
 
-_FARTHEST = 1e6
+_MAX_JOINT_DISTANCE = 1e6
 """How far a joint is from its links [m]: beyond, a simulation counts as diverged (SC820)."""
 
 
@@ -31,21 +31,21 @@ def check_articulation(structure: ArticulationStructure, name: str, origin: Orig
     """
     for link in structure.links:
         if link.joint is not None:
-            _limits(link.joint, origin, sink, drawn=drawn)
-            _is_near(link.joint, origin, sink, drawn=drawn)
+            _check_limits(link.joint, origin, sink, drawn=drawn)
+            _check_joint_distance(link.joint, origin, sink, drawn=drawn)
     if drawn:
         return
-    _few_links(structure, name, origin, sink)
-    _names(structure, origin, sink)
-    _mimics(structure, origin, sink)
-    _weights(structure, name, origin, sink)
+    _check_link_count(structure, name, origin, sink)
+    _check_names(structure, origin, sink)
+    _check_mimics(structure, origin, sink)
+    _check_masses(structure, name, origin, sink)
 
 
-def _limits(joint: Joint, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+def _check_limits(joint: Joint, origin: Origin, sink: Sink, *, drawn: bool) -> None:
     limits = joint.limits
-    if limits is None or waits([limits], drawn=drawn):
+    if limits is None or is_deferred([limits], drawn=drawn):
         return
-    wrong = next(((low, high) for low, high in above_pairs(limits) if low > high), None)
+    wrong = next(((low, high) for low, high in limit_pairs(limits) if low > high), None)
     if wrong is not None:
         low, high = wrong
         message = f"the lowest position of `{cut(joint.name)}`, {low:g}, is above the highest, {high:g}"
@@ -54,39 +54,41 @@ def _limits(joint: Joint, origin: Origin, sink: Sink, *, drawn: bool) -> None:
         sink.report("SC520", message, place, at=at, hint="limits are [lowest, highest]")
 
 
-def _is_near(joint: Joint, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+def _check_joint_distance(joint: Joint, origin: Origin, sink: Sink, *, drawn: bool) -> None:
     places = [pose for pose in (joint.pose_in_parent, joint.pose_in_child) if pose is not None]
-    if not places or waits(places, drawn=drawn):
+    if not places or is_deferred(places, drawn=drawn):
         return
     far = max(abs(number) for place in places for number in (*lowest(place)[:3], *highest(place)[:3]))
-    if far > _FARTHEST:
-        message = f"the joint `{cut(joint.name)}` is {far:.3g} m from a link of it, and {_FARTHEST:g} m is the most"
+    if far > _MAX_JOINT_DISTANCE:
+        message = (
+            f"the joint `{cut(joint.name)}` is {far:.3g} m from a link of it, and {_MAX_JOINT_DISTANCE:g} m is the most"
+        )
         sink.report("SC512", message, joint.origin or origin, hint="mend the coordinates: they are in metres")
 
 
-def _few_links(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink) -> None:
+def _check_link_count(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink) -> None:
     count = len(structure.links)
     if count > MAX_LINKS:
         message = f"`{name}` has {count} links, and PhysX holds {MAX_LINKS} of an articulation"
         sink.report("SC519", message, origin, at="key", hint="make one link of links that are fixed to one another")
 
 
-def _names(structure: ArticulationStructure, origin: Origin, sink: Sink) -> None:
+def _check_names(structure: ArticulationStructure, origin: Origin, sink: Sink) -> None:
     seen: dict[tuple[str, str], Origin] = {}
     for link in structure.links:
-        _once("link", link.name, link.body.origin or origin, seen, sink)
+        _check_unique_name("link", link.name, link.body.origin or origin, seen, sink)
         if link.joint is not None and link.joint.name:
-            _once("joint", link.joint.name, link.joint.origin or origin, seen, sink)
+            _check_unique_name("joint", link.joint.name, link.joint.origin or origin, seen, sink)
 
 
-def _once(what: str, name: str, place: Origin, seen: dict[tuple[str, str], Origin], sink: Sink) -> None:
+def _check_unique_name(what: str, name: str, place: Origin, seen: dict[tuple[str, str], Origin], sink: Sink) -> None:
     first = seen.setdefault((what, name), place)
     if first is not place:
         related = [(f"the first {what} of this name", first, "value")]
         sink.report("SC326", f"two {what}s are called `{cut(name)}`", place, related=related)  # pyright: ignore[reportArgumentType]
 
 
-def _mimics(structure: ArticulationStructure, origin: Origin, sink: Sink) -> None:
+def _check_mimics(structure: ArticulationStructure, origin: Origin, sink: Sink) -> None:
     joints = {link.joint.name for link in structure.links if link.joint is not None}
     follows = {mimic.joint: mimic.source for mimic in structure.mimics}
     for mimic in structure.mimics:
@@ -96,13 +98,13 @@ def _mimics(structure: ArticulationStructure, origin: Origin, sink: Sink) -> Non
             hint = suggest_name(mimic.source, sorted(joint for joint in joints if joint), sink)
             sink.report("SC521", message, place, hint=hint)
             continue
-        why = _why_not(mimic, structure, follows)
+        why = _mimic_obstacle(mimic, structure, follows)
         if why is not None:
             message = f"`{cut(mimic.joint)}` cannot follow `{cut(mimic.source)}`: {why}"
             sink.report("SC521", message, place, hint="leave `mimic` out, and drive both joints")
 
 
-def _why_not(mimic: Mimic, structure: ArticulationStructure, follows: dict[str, str]) -> str | None:
+def _mimic_obstacle(mimic: Mimic, structure: ArticulationStructure, follows: dict[str, str]) -> str | None:
     """Why PhysX cannot make one joint follow another; None where it can."""
     if any(factor == 0 for factor in mimic.multiplier.numbers()):
         return "a multiplier of 0 leaves nothing to follow"
@@ -115,7 +117,7 @@ def _why_not(mimic: Mimic, structure: ArticulationStructure, follows: dict[str, 
     return why_no_tendon(structure, mimic)
 
 
-def _weights(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink) -> None:
+def _check_masses(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink) -> None:
     """What moves, with all that it carries, weighs something."""
     links = structure.links
     weighs = [bool(link.body.collisions) or link.body.inertial is not None for link in links]

@@ -1,6 +1,6 @@
-"""Checks of the files that a plan uses: what SAPIEN would drop, build wrongly or fail on.
+"""Checks of the files that a plan uses: their content, their hashes and the environment map.
 
-Each file is read once, however many shapes use it, and reported at the first shape that its fault concerns.
+Each file is read once, however many shapes use it. An error is reported at the first shape it concerns.
 """
 
 from __future__ import annotations
@@ -15,43 +15,116 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 from urllib.parse import unquote
 
-from scenecc.checks.asset_image import IMAGE_SUFFIXES, check_image
-from scenecc.checks.image_size import Blocks
-from scenecc.checks.judged import indices
-from scenecc.checks.mesh_data import AssetError, MeshData, Reading, Reference, Total, TotalError
-from scenecc.checks.mesh_mtl import in_place_of, mtl_images
-from scenecc.checks.mesh_read import MESH_SUFFIXES, SEEN_SUFFIXES, read_mesh
-from scenecc.checks.mesh_rules import check_use
-from scenecc.checks.mesh_text import Budget
-from scenecc.checks.same_files import check_same
-from scenecc.checks.surroundings import check_surroundings
+from scenecc.checks.image_jpeg import JpegBlockBudget
+from scenecc.checks.images import IMAGE_SUFFIXES, check_image, image_size
+from scenecc.checks.mesh_data import (
+    AssetBudget,
+    AssetBudgetError,
+    AssetError,
+    AssetReference,
+    MeshBudget,
+    MeshData,
+    MeshReadContext,
+)
+from scenecc.checks.mesh_obj import fallback_materials, mtl_images
+from scenecc.checks.meshes import MESH_SUFFIXES, VISUAL_ONLY_SUFFIXES, check_mesh_use, read_mesh
+from scenecc.checks.value_queries import indices, rows
 from scenecc.diagnostics import Origin
 from scenecc.files import open_regular, state_of
-from scenecc.plan import (
-    ConvexMesh,
-    ConvexParts,
-    Mesh,
-    MeshGeometry,
-    NamedFile,
-    TexturedLight,
-    TriangleMesh,
-)
+from scenecc.plan import ConvexMesh, ConvexParts, CubeMap, Mesh, MeshGeometry, NamedFile, TexturedLight, TriangleMesh
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.files import State
-    from scenecc.plan import AssetFile, ScenePlan, VisualMaterial
+    from scenecc.plan import AssetFile, ScenePlan, SkyMap, VisualMaterial
 
-Use = Literal["hull", "parts", "triangles", "seen", "decomposed", "texture"]
+
+_DIGEST_CHARS = 12
+
+
+def check_unchanged(known: AssetFile, found: AssetFile, origin: Origin, sink: Sink) -> None:
+    """Reports a file that changed (SC716).
+
+    Args:
+        known: the file as the plan has it; without a hash it is taken as it is.
+        found: the same as it was read now.
+        origin: where it is named.
+        sink: takes the fault.
+    """
+    if known.sha256 is None:
+        return
+    before = {"": known.sha256} | {one.uri: one.sha256 for one in known.names}
+    after = {"": found.sha256} | {one.uri: one.sha256 for one in found.names}
+    for uri in dict.fromkeys([*before, *after]):
+        if before.get(uri) != after.get(uri):
+            name = f"{known.uri}: the file `{uri}`, which it names," if uri else f"{known.uri}: the file"
+            was, now = (_short_digest(hashes.get(uri)) for hashes in (before, after))
+            hint = "compile the scene again, or put the file back"
+            sink.report("SC716", f"{name} is not what it was: {now} now, {was} in the plan", origin, hint=hint)
+
+
+def _short_digest(digest: str | None) -> str:
+    return "nothing" if digest is None else f"SHA-256 {digest[:_DIGEST_CHARS]}…"
+
+
+def check_environment_map(plan: ScenePlan, sink: Sink) -> None:
+    """Reports pictures around the scenes that do not fit together; each alone was found to be one."""
+    if plan.environment is None or plan.environment.map is None:
+        return
+    place = (plan.environment.origin or plan.origin or Origin(None)).child("map")
+    if isinstance(plan.environment.map, CubeMap):
+        _check_cube_map(plan, plan.environment.map, place, sink)
+    else:
+        _check_sky_map(plan, plan.environment.map, place, sink)
+
+
+def _check_cube_map(plan: ScenePlan, surroundings: CubeMap, origin: Origin, sink: Sink) -> None:
+    """That six pictures make a cube in every scene: they have one size, and one kind of pixels."""
+    faces = [getattr(surroundings, item.name) for item in fields(surroundings)]
+    found = rows(faces)
+    # Of what is drawn any may meet any.
+    sides = [[index for face in faces for index in indices(face)]] if found is None else found
+    for side in sides:
+        numbers = [int(index[0]) if isinstance(index, tuple) else index for index in side]
+        sizes = {index: image_size(plan.files[index].path) for index in dict.fromkeys(numbers)}
+        few = next((index for index in numbers if not sizes[index].has_all_levels), None)
+        if few is not None:
+            message = f"a side of a cube has levels down to one pixel, or none, and {plan.files[few].uri} has fewer"
+            sink.report("SC553", message, origin)
+            return
+        first = numbers[0]
+        other = next((index for index in numbers if sizes[index] != sizes[first]), None)
+        if other is not None:
+            a, b = (f"{plan.files[index].uri} ({sizes[index]})" for index in (first, other))
+            sink.report("SC553", f"the sides of a cube are alike, and {a} and {b} are not", origin)
+            return
+
+
+def _check_sky_map(plan: ScenePlan, surroundings: SkyMap, origin: Origin, sink: Sink) -> None:
+    """That one picture holds the whole sphere: a turn from left to right, and half a one from top to bottom."""
+    for index in indices(surroundings.file):
+        size = image_size(plan.files[index].path)
+        if size.levels and not (size.sides == 6 and size.columns == size.rows and size.has_all_levels):
+            what = "a KTX of all directions has six square sides, and levels down to one pixel"
+            hint = "make it with its mipmaps, or take one picture in PNG, HDR or EXR"
+            sink.report("SC554", f"{what}; {plan.files[index].uri} has not", origin, hint=hint)
+            return
+        if not size.levels and size.columns != 2 * size.rows:
+            message = f"a map of all directions is twice as wide as it is high, and {plan.files[index].uri} is not"
+            sink.report("SC554", f"{message} ({size})", origin, hint="six pictures are written {px: …, nx: …, …}")
+            return
+
+
+AssetUse = Literal["hull", "parts", "triangles", "seen", "decomposed", "texture"]
 """What a file is for: a hull, the hulls of its parts, its triangles, a picture, a decomposition, a texture."""
 
 ResolveNamed = Callable[[str, "AssetFile"], "Path | tuple[str, str, str | None]"]
 """Finds a file that an asset names: its path, or why it may not be read (code, message, hint)."""
 
-_NAMED_BYTES = 4096
+_REFERENCE_COST = 4096
 """What a file counts for that a mesh names: it takes time to look for it."""
 
-_USD = (".usd", ".usda", ".usdc", ".usdz")
+_USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
 
 class _MissingError(AssetError):
@@ -59,7 +132,7 @@ class _MissingError(AssetError):
 
 
 @dataclass(frozen=True, slots=True)
-class _Checker:
+class _AssetChecker:
     """What is known of the files of one check.
 
     Attributes:
@@ -71,8 +144,8 @@ class _Checker:
     sink: Sink
     resolve_named: ResolveNamed
     max_bytes: int
-    total: Total
-    blocks: Blocks = field(default_factory=Blocks)
+    total: AssetBudget
+    blocks: JpegBlockBudget = field(default_factory=JpegBlockBudget)
     read: dict[Path, tuple[str, State]] = field(default_factory=dict["Path", "tuple[str, State]"])
     textures: dict[Path, AssetError | None] = field(default_factory=dict["Path", "AssetError | None"])
 
@@ -100,46 +173,46 @@ def check_assets(
     Returns:
         The plan's files with what was read of them: hashes, and those that they name in turn.
     """
-    checker = _Checker(sink, resolve_named, max_asset_bytes, Total(max_assets_bytes))
-    uses: dict[int, dict[Use, Origin]] = {}
-    for index, use, origin in _uses(plan, file_origins or {}):
+    checker = _AssetChecker(sink, resolve_named, max_asset_bytes, AssetBudget(max_assets_bytes))
+    uses: dict[int, dict[AssetUse, Origin]] = {}
+    for index, use, origin in _file_uses(plan, file_origins or {}):
         uses.setdefault(index, {}).setdefault(use, origin)
     files = list(plan.files)
     for index, by_use in uses.items():
         asset, first = files[index], next(iter(by_use.values()))
         if "texture" in by_use:
-            with _reporting(checker, asset, by_use.pop("texture")):
+            with _report_asset_errors(checker, asset, by_use.pop("texture")):
                 _check_texture(checker, asset.path)
         named = sorted(_check_mesh(checker, asset, by_use).items()) if by_use else []
         if asset.path in checker.read:
             digest, state = checker.read[asset.path]
             names = tuple(NamedFile(uri, checker.read[path][0], path, checker.read[path][1]) for uri, path in named)
             files[index] = replace(asset, sha256=digest, names=names, state=state)
-            check_same(asset, files[index], first, sink)
+            check_unchanged(asset, files[index], first, sink)
     if not sink.failed:
-        check_surroundings(plan, sink)
+        check_environment_map(plan, sink)
     return tuple(files)
 
 
-def _uses(plan: ScenePlan, origins: Mapping[int, Origin]) -> Iterator[tuple[int, Use, Origin]]:
+def _file_uses(plan: ScenePlan, origins: Mapping[int, Origin]) -> Iterator[tuple[int, AssetUse, Origin]]:
     """What every file is for, and where it is named."""
     top = plan.origin or Origin(None)
-    for file in _of_pictures(plan):
+    for file in _light_and_environment_files(plan):
         yield file, "texture", origins.get(file, top)
     for structure in (body for entity in plan.entities for body in entity.bodies):
         for shape in (*structure.collisions, *structure.visuals):
             geometry = shape.geometry
             if isinstance(geometry, MeshGeometry):
                 for index in indices(geometry.file):
-                    yield index, _use(geometry), (shape.origin or structure.origin or top).child("file")
+                    yield index, _mesh_use(geometry), (shape.origin or structure.origin or top).child("file")
         for shape in structure.visuals:
             for index in indices(shape.material) if shape.material is not None else ():
                 place = (shape.origin or structure.origin or top).child("material")
-                for file in _textures(plan.visual_materials[index]):
+                for file in _material_textures(plan.visual_materials[index]):
                     yield file, "texture", origins.get(file, place)
 
 
-def _of_pictures(plan: ScenePlan) -> Iterator[int]:
+def _light_and_environment_files(plan: ScenePlan) -> Iterator[int]:
     """The files of lights and of what surrounds the scenes."""
     surroundings = plan.environment and plan.environment.map
     if surroundings is not None:
@@ -150,7 +223,7 @@ def _of_pictures(plan: ScenePlan) -> Iterator[int]:
             yield from indices(light.light.texture.file)
 
 
-def _use(geometry: MeshGeometry) -> Use:
+def _mesh_use(geometry: MeshGeometry) -> AssetUse:
     match geometry:
         case ConvexMesh():
             return "hull"
@@ -162,98 +235,100 @@ def _use(geometry: MeshGeometry) -> Use:
             return "seen"
 
 
-def _textures(material: VisualMaterial) -> Iterator[int]:
+def _material_textures(material: VisualMaterial) -> Iterator[int]:
     for texture in material.textures().values():
         yield from indices(texture.file)
 
 
-def _check_mesh(checker: _Checker, asset: AssetFile, by_use: dict[Use, Origin]) -> dict[str, Path]:
+def _check_mesh(checker: _AssetChecker, asset: AssetFile, by_use: dict[AssetUse, Origin]) -> dict[str, Path]:
     """Checks a mesh for all its uses; the files that it names and a build opens, by the names that it has for them."""
     first = next(iter(by_use.values()))
     named: dict[str, Path] = {}
     try:
-        mesh = _read(checker, asset, named)
+        mesh = _read_mesh_asset(checker, asset, named)
     except AssetError as fault:
         _report(checker, asset, first, fault)
         return {}
-    _check_named(checker, asset, mesh, by_use, named)
+    _check_references(checker, asset, mesh, by_use, named)
     suffix = Path(asset.path).suffix.lower()
     told: set[str] = set()
     for use, origin in by_use.items():
-        if suffix in SEEN_SUFFIXES and use != "seen":
+        if suffix in VISUAL_ONLY_SUFFIXES and use != "seen":
             hint = f"convert it to one of {', '.join(MESH_SUFFIXES)}, or give a shape that collides a mesh of its own"
             _report(
                 checker, asset, origin, AssetError("SC410", f"a `{suffix}` is only seen, and does not collide", hint)
             )
             continue
-        for fault in check_use(mesh, use, suffix):
+        for fault in check_mesh_use(mesh, use, suffix):
             if fault.code not in told:
                 told.add(fault.code)
                 _report(checker, asset, origin, fault)
     return named
 
 
-def _read(checker: _Checker, asset: AssetFile, named: dict[str, Path]) -> MeshData:
+def _read_mesh_asset(checker: _AssetChecker, asset: AssetFile, named: dict[str, Path]) -> MeshData:
     """A mesh; the buffers that it names are added to `named`."""
     suffix = Path(asset.path).suffix.lower()
-    if suffix in _USD:
+    if suffix in _USD_SUFFIXES:
         raise AssetError(
             "SC411",
             "SAPIEN converts USD and writes the result beside the file",
             "convert it to GLB once, and name that",
         )
-    if suffix not in (*MESH_SUFFIXES, *SEEN_SUFFIXES):
+    if suffix not in (*MESH_SUFFIXES, *VISUAL_ONLY_SUFFIXES):
         kind = f"`{suffix}` is no mesh format" if suffix else "a file without a suffix is no mesh"
         raise AssetError("SC410", f"{kind} that is read", f"convert it to one of {', '.join(MESH_SUFFIXES)}")
 
-    def open_named(reference: Reference) -> bytes:
-        path = named[reference.uri] = _named(checker, asset, reference)
-        return _bytes(checker, path)
+    def open_named(reference: AssetReference) -> bytes:
+        path = named[reference.uri] = _resolve_reference(checker, asset, reference)
+        return _read_bytes(checker, path)
 
-    reading = Reading(open_named, checker.max_bytes, checker.total)
-    mesh = read_mesh(_bytes(checker, asset.path), suffix, reading)
-    checker.total.take(_NAMED_BYTES * len(mesh.references))
+    reading = MeshReadContext(open_named, checker.max_bytes, checker.total)
+    mesh = read_mesh(_read_bytes(checker, asset.path), suffix, reading)
+    checker.total.take(_REFERENCE_COST * len(mesh.references))
     return mesh
 
 
-def _check_named(
-    checker: _Checker, asset: AssetFile, mesh: MeshData, by_use: Mapping[Use, Origin], named: dict[str, Path]
+def _check_references(
+    checker: _AssetChecker, asset: AssetFile, mesh: MeshData, by_use: Mapping[AssetUse, Origin], named: dict[str, Path]
 ) -> None:
     """The files that an asset names: none may be outside. What a build opens of them is added to `named`."""
     seen = by_use.get("seen")
     origin = seen or next(iter(by_use.values()))
     waiting = list(mesh.references)
     for reference in waiting:  # which grows
-        with _reporting(checker, asset, origin):
+        with _report_asset_errors(checker, asset, origin):
             try:
-                path = _named(checker, asset, reference)
+                path = _resolve_reference(checker, asset, reference)
             except AssetError as fault:
                 missing = fault.code == "SC418" and (reference.kind == "image" or isinstance(fault, _MissingError))
                 if seen is not None or reference.kind == "buffer" or not missing:
                     raise
                 if reference.kind == "material":
-                    waiting.extend(Reference(uri, "instead") for uri in in_place_of(reference.uri, asset.path))
+                    waiting.extend(
+                        AssetReference(uri, "instead") for uri in fallback_materials(reference.uri, asset.path)
+                    )
                 continue
             if seen is not None and reference.kind == "image":
                 _check_texture(checker, path)
             elif reference.kind in {"material", "instead"} and any(use != "decomposed" for use in by_use):
                 # The engine reads it for what collides, too (and whatever it takes for one that is missing), and gives
                 # up where it cannot; images it opens for what is seen alone. A decomposition reads none of them.
-                images = mtl_images(_bytes(checker, path), Budget(checker.max_bytes, checker.total))
+                images = mtl_images(_read_bytes(checker, path), MeshBudget(checker.max_bytes, checker.total))
                 if seen is not None:
-                    checker.total.take(_NAMED_BYTES * len(images))
+                    checker.total.take(_REFERENCE_COST * len(images))
                     waiting.extend(images)
             elif reference.kind != "buffer" or path not in checker.read:
                 # Which nothing opens: an image of what only collides, a buffer that nothing reads.
                 continue
             named[reference.uri] = path
     for image in mesh.images if seen is not None else ():
-        with _reporting(checker, asset, origin):
+        with _report_asset_errors(checker, asset, origin):
             check_image(io.BytesIO(image), checker.max_bytes, blocks=checker.blocks)
 
 
 @contextmanager
-def _reporting(checker: _Checker, asset: AssetFile, origin: Origin) -> Generator[None, None, None]:
+def _report_asset_errors(checker: _AssetChecker, asset: AssetFile, origin: Origin) -> Generator[None, None, None]:
     """Reports the fault that is raised inside."""
     try:
         yield
@@ -261,7 +336,7 @@ def _reporting(checker: _Checker, asset: AssetFile, origin: Origin) -> Generator
         _report(checker, asset, origin, fault)
 
 
-def _named(checker: _Checker, asset: AssetFile, reference: Reference) -> Path:
+def _resolve_reference(checker: _AssetChecker, asset: AssetFile, reference: AssetReference) -> Path:
     """The path of a file that an asset names.
 
     Raises:
@@ -284,26 +359,26 @@ def _named(checker: _Checker, asset: AssetFile, reference: Reference) -> Path:
     return found
 
 
-def _check_texture(checker: _Checker, path: Path) -> None:
+def _check_texture(checker: _AssetChecker, path: Path) -> None:
     if path not in checker.textures:
         checker.textures[path] = None
         try:
-            _check_new_texture(checker, path)
+            _check_uncached_texture(checker, path)
         except AssetError as fault:
             checker.textures[path] = fault
     if (fault := checker.textures[path]) is not None:
         raise fault
 
 
-def _check_new_texture(checker: _Checker, path: Path) -> None:
+def _check_uncached_texture(checker: _AssetChecker, path: Path) -> None:
     suffix = path.suffix.lower()
     if suffix not in IMAGE_SUFFIXES:
         kind = f"`{suffix}` is no image format" if suffix else "a file without a suffix is no image"
         raise AssetError("SC410", f"{kind} that is read, in {path.name}", "save it as PNG or JPEG")
-    check_image(io.BytesIO(_bytes(checker, path)), checker.max_bytes, path.suffix, checker.blocks)
+    check_image(io.BytesIO(_read_bytes(checker, path)), checker.max_bytes, path.suffix, checker.blocks)
 
 
-def _bytes(checker: _Checker, path: Path) -> bytes:
+def _read_bytes(checker: _AssetChecker, path: Path) -> bytes:
     """The content of a file, whose hash and state are noted."""
     try:
         with open_regular(path) as file:
@@ -323,8 +398,8 @@ def _bytes(checker: _Checker, path: Path) -> bytes:
     return data
 
 
-def _report(checker: _Checker, asset: AssetFile, origin: Origin, fault: AssetError) -> None:
-    if isinstance(fault, TotalError) and checker.total.told:
+def _report(checker: _AssetChecker, asset: AssetFile, origin: Origin, fault: AssetError) -> None:
+    if isinstance(fault, AssetBudgetError) and checker.total.told:
         return  # one thing to mend, however many files come after
-    checker.total.told |= isinstance(fault, TotalError)
+    checker.total.told |= isinstance(fault, AssetBudgetError)
     checker.sink.report(fault.code, f"{asset.uri}: {fault.message}", origin, hint=fault.hint)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import isfinite, pi
 from typing import TYPE_CHECKING
 
-from scenecc.checks.judged import above_pairs, alternatives, waits
+from scenecc.checks.value_queries import alternatives, is_deferred, limit_pairs
 from scenecc.diagnostics import Origin
 from scenecc.diagnostics.messages import cut
 from scenecc.plan import ArticulationStructure, Distance, Drive, Gear
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from scenecc.plan import Constraint, Entity, ScenePlan, Value
     from scenecc.plan.body import Mount
 
-_TURNED_BY_SLERP = ("twist", "swing")
+_SLERP_AXES = ("twist", "swing")
 
 
 def check_constraints(plan: ScenePlan, sink: Sink, *, drawn: bool = False) -> None:
@@ -34,21 +34,21 @@ def check_constraints(plan: ScenePlan, sink: Sink, *, drawn: bool = False) -> No
     around = plan.origin or Origin(None)
     for constraint in plan.constraints:
         origin = constraint.origin or around.child("constraints", constraint.name)
-        for limits, place, turns in _limits(constraint, origin):
-            _in_order(limits, place, sink, turns=turns, drawn=drawn)
+        for limits, place, turns in _iterate_limits(constraint, origin):
+            _check_limits(limits, place, sink, turns=turns, drawn=drawn)
         if isinstance(constraint.joint, Gear):
-            _has_ratio(constraint.joint.ratio, origin.child("ratio"), sink, drawn=drawn)
+            _check_ratio(constraint.joint.ratio, origin.child("ratio"), sink, drawn=drawn)
         if drawn:
             continue
-        if _is_carried(constraint, entities, origin, sink):
-            _moves_something(constraint, entities, origin, sink)
+        if _check_ends(constraint, entities, origin, sink):
+            _check_movable(constraint, entities, origin, sink)
         if isinstance(constraint.joint, Drive):
-            _does_something(constraint.joint, constraint.name, origin, sink)
+            _check_drive(constraint.joint, constraint.name, origin, sink)
         elif isinstance(constraint.joint, Gear) and constraint.joint.enable_hinges:
-            _has_hinges(constraint, entities, origin, sink)
+            _check_hinges(constraint, entities, origin, sink)
 
 
-def _limits(constraint: Constraint, origin: Origin) -> Iterator[tuple[Value, Origin, bool]]:
+def _iterate_limits(constraint: Constraint, origin: Origin) -> Iterator[tuple[Value, Origin, bool]]:
     """The limits of a constraint, where they are written, and whether they are angles."""
     joint = constraint.joint
     if isinstance(joint, Distance):
@@ -58,10 +58,10 @@ def _limits(constraint: Constraint, origin: Origin) -> Iterator[tuple[Value, Ori
             yield limit.limits, origin.child("limits", limit.axis), limit.axis == "twist"
 
 
-def _in_order(limits: Value, place: Origin, sink: Sink, *, turns: bool, drawn: bool) -> None:
-    if waits([limits], drawn=drawn):
+def _check_limits(limits: Value, place: Origin, sink: Sink, *, turns: bool, drawn: bool) -> None:
+    if is_deferred([limits], drawn=drawn):
         return
-    pairs = above_pairs(limits)
+    pairs = limit_pairs(limits)
     wrong = next(((low, high) for low, high in pairs if low > high), None)
     if wrong is not None:
         message = f"the lowest must not be above the highest: {wrong[0]:g} is above {wrong[1]:g}"
@@ -73,24 +73,24 @@ def _in_order(limits: Value, place: Origin, sink: Sink, *, turns: bool, drawn: b
         sink.report("SC561", message, place, hint="write a limit within -π and π [rad], or ±.inf for none")
 
 
-def _has_ratio(ratio: Value, place: Origin, sink: Sink, *, drawn: bool) -> None:
-    if not waits([ratio], drawn=drawn) and (0.0,) in (alternatives(ratio) or ()):
+def _check_ratio(ratio: Value, place: Origin, sink: Sink, *, drawn: bool) -> None:
+    if not is_deferred([ratio], drawn=drawn) and (0.0,) in (alternatives(ratio) or ()):
         sink.report("SC104", "`ratio` must not be 0", place, hint="a gear of ratio 0 turns nothing")
 
 
-def _is_carried(constraint: Constraint, entities: Mapping[str, Entity], origin: Origin, sink: Sink) -> bool:
+def _check_ends(constraint: Constraint, entities: Mapping[str, Entity], origin: Origin, sink: Sink) -> bool:
     """Whether SAPIEN has components for both ends, which are two."""
     if constraint.parent == constraint.child:
         sink.report("SC562", f"`{cut(constraint.name)}` ties a body to itself", origin.child("child"))
         return False
     good = True
     for key, mount in (("child", constraint.child), ("parent", constraint.parent)):
-        kinds = _kinds(mount, entities) if mount is not None else frozenset[str]()
+        kinds = _motion_types(mount, entities) if mount is not None else frozenset[str]()
         if "none" in kinds:
-            message = f"`{cut(_shown(mount))}` is only seen: nothing can be tied to it"
+            message = f"`{cut(_mount_name(mount))}` is only seen: nothing can be tied to it"
             hint = "give it another body_type, or let it go with `relative_to`"
         elif key == "child" and "static" in kinds:
-            message = f"`{cut(_shown(mount))}` never moves, so it cannot carry a constraint"
+            message = f"`{cut(_mount_name(mount))}` never moves, so it cannot carry a constraint"
             hint = "exchange `parent` and `child`: SAPIEN hangs a constraint on a child that can move"
         else:
             continue
@@ -99,17 +99,17 @@ def _is_carried(constraint: Constraint, entities: Mapping[str, Entity], origin: 
     return good
 
 
-def _moves_something(constraint: Constraint, entities: Mapping[str, Entity], origin: Origin, sink: Sink) -> None:
+def _check_movable(constraint: Constraint, entities: Mapping[str, Entity], origin: Origin, sink: Sink) -> None:
     ends = [mount for mount in (constraint.child, constraint.parent) if mount is not None]
-    if any("dynamic" in _kinds(mount, entities) for mount in ends):
+    if any("dynamic" in _motion_types(mount, entities) for mount in ends):
         return
-    names = [f"`{cut(_shown(mount))}`" for mount in ends]
+    names = [f"`{cut(_mount_name(mount))}`" for mount in ends]
     moved = f"no force moves {names[0]}" if len(names) == 1 else f"forces move neither {names[0]} nor {names[1]}"
     message = f"`{cut(constraint.name)}` does nothing: {moved}"
     sink.report("SC564", message, origin, at="key", hint="one of both must be dynamic, or a link that can move")
 
 
-def _kinds(mount: Mount | None, entities: Mapping[str, Entity]) -> frozenset[str]:
+def _motion_types(mount: Mount | None, entities: Mapping[str, Entity]) -> frozenset[str]:
     """How the body moves in the scenes: a link that can move is dynamic, a fixed root static but may carry things."""
     assert mount is not None
     kinds: set[str] = set()
@@ -123,13 +123,13 @@ def _kinds(mount: Mount | None, entities: Mapping[str, Entity]) -> frozenset[str
     return frozenset(kinds)
 
 
-def _does_something(joint: Drive, name: str, origin: Origin, sink: Sink) -> None:
+def _check_drive(joint: Drive, name: str, origin: Origin, sink: Sink) -> None:
     axes = [drive.axis for drive in joint.drives]
     if not joint.limits and not axes:
         message = f"`{cut(name)}` does nothing: it has neither limits nor drives"
         sink.report("SC564", message, origin, at="key", hint="write `limits` or `drive`, or use type: weld")
         return
-    for axis in _TURNED_BY_SLERP:
+    for axis in _SLERP_AXES:
         if axis in axes and "slerp" in axes:
             message = f"`{axis}` does nothing beside `slerp`, which drives all turns"
             sink.report("SC115", message, origin.child("drive", axis), at="key", hint="leave one of the two out")
@@ -144,10 +144,10 @@ def _does_something(joint: Drive, name: str, origin: Origin, sink: Sink) -> None
             sink.report("SC115", message, origin.child(key), at="key", hint="write `drive`, or leave it out")
 
 
-def _has_hinges(constraint: Constraint, entities: Mapping[str, Entity], origin: Origin, sink: Sink) -> None:
+def _check_hinges(constraint: Constraint, entities: Mapping[str, Entity], origin: Origin, sink: Sink) -> None:
     for mount in (constraint.parent, constraint.child):
         if mount is None or not _is_hinged(mount, entities):
-            what = "the world" if mount is None else f"`{cut(_shown(mount))}`"
+            what = "the world" if mount is None else f"`{cut(_mount_name(mount))}`"
             message = f"`enable_hinges` does nothing: {what} is no link with a revolute joint"
             hint = "leave it out: the velocities of the two are held to the ratio without it"
             sink.report("SC115", message, origin.child("enable_hinges"), at="key", hint=hint)
@@ -163,6 +163,6 @@ def _is_hinged(mount: Mount, entities: Mapping[str, Entity]) -> bool:
     return True
 
 
-def _shown(mount: Mount | None) -> str:
+def _mount_name(mount: Mount | None) -> str:
     assert mount is not None
     return mount.entity if mount.link is None else f"{mount.entity}/{mount.link}"

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-import struct
 from itertools import chain
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scenecc.checks.judged import Row, alternatives, highest, lowest, rows, waits
+from scenecc.checks.value_queries import Row, alternatives, highest, is_deferred, lowest, rows
 from scenecc.plan import Box, Capsule, Cylinder, Sphere, literal
 from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN, MAX_BODY_OFFSET
 
@@ -17,16 +16,17 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import At, Origin, Sink
     from scenecc.plan import BodyStructure, Value
 
-DENSITY = 1000.0
+
+DEFAULT_DENSITY = 1000.0
 """SAPIEN's own [kg/m³]."""
 
-LIGHTEST = 1e-6
+MIN_MASS = 1e-6
 """What SAPIEN makes of a smaller mass [kg]."""
 
-MOVED = frozenset(("dynamic", "link"))
+DYNAMIC_TYPES = frozenset(("dynamic", "link"))
 """Bodies that PhysX moves by forces."""
 
-_WEIGHED = MOVED | {"kinematic"}
+_TYPES_WITH_MASS = DYNAMIC_TYPES | {"kinematic"}
 """Bodies that the engine computes a mass for."""
 
 _SIZES: dict[type, Callable[[Any], tuple[Value, ...]]] = {
@@ -37,7 +37,7 @@ _SIZES: dict[type, Callable[[Any], tuple[Value, ...]]] = {
 }
 """What a volume follows from; those of meshes are known once the engine has read them."""
 
-_VOLUME: dict[type, Callable[[list[Row]], float]] = {
+_VOLUMES: dict[type, Callable[[list[Row]], float]] = {
     Box: lambda sizes: 8 * math.prod(sizes[0]),
     Sphere: lambda sizes: 4 / 3 * math.pi * sizes[0][0] ** 3,
     Capsule: lambda sizes: math.pi * sizes[0][0] ** 2 * (2 * sizes[1][0] + 4 / 3 * sizes[0][0]),
@@ -45,12 +45,12 @@ _VOLUME: dict[type, Callable[[list[Row]], float]] = {
 }
 """Volumes [m³] of one row of each."""
 
-_SAPIEN = literal(DENSITY)
+_DEFAULT_DENSITY_VALUE = literal(DEFAULT_DENSITY)
 
 
-def mass_is_clear(body: BodyStructure, _name: str, origin: Origin, sink: Sink) -> None:
+def check_mass_unique(body: BodyStructure, _name: str, origin: Origin, sink: Sink) -> None:
     """A mass is given once."""
-    if body.mass is not None and body.inertial is not None and body.body_type in MOVED:
+    if body.mass is not None and body.inertial is not None and body.body_type in DYNAMIC_TYPES:
         sink.report(
             "SC111",
             "`mass` and `inertial` exclude each other",
@@ -60,49 +60,52 @@ def mass_is_clear(body: BodyStructure, _name: str, origin: Origin, sink: Sink) -
         )
 
 
-def weight_can_be_held(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+def check_density_mass(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
     """What follows from the densities is a mass that SAPIEN keeps as it is; of a kinematic body: can hold."""
-    if body.body_type not in _WEIGHED or body.inertial is not None or not body.collisions:
+    if body.body_type not in _TYPES_WITH_MASS or body.inertial is not None or not body.collisions:
         return
-    shapes = [(shape.geometry, _SAPIEN if shape.density is None else shape.density) for shape in body.collisions]
+    shapes = [
+        (shape.geometry, _DEFAULT_DENSITY_VALUE if shape.density is None else shape.density)
+        for shape in body.collisions
+    ]
     values = [density for _, density in shapes]
     for geometry, _ in shapes:
         values += _SIZES.get(type(geometry), _no_sizes)(geometry)
     types = [type(geometry) for geometry, _ in shapes]
     corners = [tuple(map(lowest, values)), tuple(map(highest, values))]
-    if waits(values, drawn=drawn):
+    if is_deferred(values, drawn=drawn):
         if not drawn:
-            _foretell_weight(body, name, types, corners, origin, sink)
+            _warn_mass_may_fail(body, name, types, corners, origin, sink)
         return
     found = rows(values)
     for row in corners if found is None else found:
-        fault = _weight_fault(body, name, types, row, origin)
+        fault = _density_mass_fault(body, name, types, row, origin)
         if fault is not None:
             _report(fault, sink)
             return
 
 
-def _foretell_weight(
+def _warn_mass_may_fail(
     body: BodyStructure, name: str, types: list[type], corners: list[tuple[Row, ...]], origin: Origin, sink: Sink
 ) -> None:
     """Reports what a body may weigh by expressions, whose rows are judged once they are drawn."""
     if not all(map(_is_bounded, chain.from_iterable(corners))) or min(chain.from_iterable(corners[0])) < 0:
         return  # an expression may give what is no size, which was told where it stands
-    light, heavy = (_weight_fault(body, name, types, row, origin) for row in corners)
+    light, heavy = (_density_mass_fault(body, name, types, row, origin) for row in corners)
     fault = light or heavy
     if fault is None:
         return
     if light and heavy and light.code == heavy.code:
         _report(fault, sink)
     else:
-        _may_report(fault, sink)
+        _report_possible(fault, sink)
 
 
 def _no_sizes(_geometry: Any) -> tuple[Value, ...]:
     return ()
 
 
-class _Fault(NamedTuple):
+class _MassFault(NamedTuple):
     code: str
     message: str
     place: Origin
@@ -110,60 +113,52 @@ class _Fault(NamedTuple):
     at: At = "key"
 
 
-def _weight_fault(
+def _density_mass_fault(
     body: BodyStructure, name: str, types: list[type], row: tuple[Row, ...], origin: Origin
-) -> _Fault | None:
+) -> _MassFault | None:
     """Why one row of a body's densities, then its sizes, gives no mass that can be held."""
     sizes = iter(row[len(types) :])
     weight, dense, complete = 0.0, False, True
     for type_, (density,) in zip(types, row, strict=False):
-        volume = _VOLUME.get(type_)
-        measured = None if volume is None else volume([next(sizes) for _ in range(_SIZE_COUNT[type_])])
+        volume = _VOLUMES.get(type_)
+        measured = None if volume is None else volume([next(sizes) for _ in range(_SIZE_COUNTS[type_])])
         if density:
             dense = True
             # What a mesh weighs is known once the engine has read it; the other shapes alone may weigh too much.
             complete = complete and measured is not None
             weight += (measured or 0) * density
-    light = complete and body.body_type in MOVED
+    light = complete and body.body_type in DYNAMIC_TYPES
     if not dense:
-        return _weightless(body, name, origin) if light else None
+        return _zero_density_fault(body, name, origin) if light else None
     hint = "mend the sizes or the densities: lengths are in metres"
     if weight > FLOAT32_MAX:
         message = f"`{name}` weighs {weight:.3g} kg by its densities, more than single precision holds"
-        return _Fault("SC512", message, origin, hint)
+        return _MassFault("SC512", message, origin, hint)
     if weight * max(chain(*row[len(types) :]), default=0) ** 2 > FLOAT32_MAX:
         message = f"`{name}` is so large that single precision does not hold its inertia"
-        return _Fault("SC512", message, origin, hint)
-    if light and weight < LIGHTEST:
+        return _MassFault("SC512", message, origin, hint)
+    if light and weight < MIN_MASS:
         hint = "mend the sizes or the densities (lengths are in metres), or give `inertial`"
         message = f"`{name}` weighs {weight:.3g} kg by its densities, and SAPIEN would make a milligram of it"
-        return _Fault("SC511", message, origin, hint)
+        return _MassFault("SC511", message, origin, hint)
     return None
 
 
-_SIZE_COUNT: dict[type, int] = {Box: 1, Sphere: 1, Capsule: 2, Cylinder: 2}
+_SIZE_COUNTS: dict[type, int] = {Box: 1, Sphere: 1, Capsule: 2, Cylinder: 2}
 
 
-def _weightless(body: BodyStructure, name: str, origin: Origin) -> _Fault:
+def _zero_density_fault(body: BodyStructure, name: str, origin: Origin) -> _MassFault:
     if body.mass is None:
         message = f"`{name}` has densities of 0 only: it would weigh a milligram"
-        return _Fault("SC511", message, origin, "give a density, or `inertial`")
+        return _MassFault("SC511", message, origin, "give a density, or `inertial`")
     message = f"`{name}` has densities of 0 only, so there is nothing that `mass` could scale"
     hint = "give a density, or `inertial` in place of `mass`"
-    return _Fault("SC510", message, origin.child("mass"), hint, "value")
+    return _MassFault("SC510", message, origin.child("mass"), hint, "value")
 
 
-def single(number: float) -> float:
-    """Rounded to single precision, in which the engine computes."""
-    try:
-        return struct.unpack("f", struct.pack("f", number))[0]
-    except OverflowError:
-        return math.copysign(math.inf, number)
-
-
-def mass_is_held(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+def check_explicit_mass(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
     """The engine holds a mass that is given, and what of the body is where."""
-    if body.body_type not in MOVED:
+    if body.body_type not in DYNAMIC_TYPES:
         return
     places = [shape.pose for shape in body.collisions if shape.pose is not None]
     given: list[Value] = [] if body.mass is None else [body.mass]
@@ -172,18 +167,18 @@ def mass_is_held(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, 
         given += [body.inertial.mass, body.inertial.inertia]
     if not (places or given):
         return
-    by_rows = not drawn and waits([*places, *given], drawn=False)
-    if drawn and waits([*places, *given], drawn=True):
+    by_rows = not drawn and is_deferred([*places, *given], drawn=False)
+    if drawn and is_deferred([*places, *given], drawn=True):
         return
-    report = _may_report if by_rows else _report
-    ends = _corners if by_rows else _ends
+    report = _report_possible if by_rows else _report
+    ends = _finite_extremes if by_rows else _alternatives_or_extremes
     far = max((abs(number) for place in places for row in ends(place) for number in row[:3]), default=0)
     if far > MAX_BODY_OFFSET:
         message = (
             f"a shape or the centre of mass of `{name}` is {far:.3g} m from its origin, and {MAX_BODY_OFFSET:g} m is "
             "the most that leaves something of its inertia in single precision"
         )
-        report(_Fault("SC512", message, origin, "mend the coordinates: they are in metres"), sink)
+        report(_MassFault("SC512", message, origin, "mend the coordinates: they are in metres"), sink)
     # The engine keeps the inverse, and takes 1 where that is no normal number.
     wrong = [
         number for item in given for row in ends(item) for number in row if not FLOAT32_MIN <= number <= 1 / FLOAT32_MIN
@@ -192,20 +187,20 @@ def mass_is_held(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, 
         message = (
             f"the mass or a moment of inertia of `{name}` is {wrong[0]:.3g}, whose inverse the engine does not hold"
         )
-        report(_Fault("SC512", message, origin, "mend the mass or the inertia: they are in kg and kg·m²"), sink)
+        report(_MassFault("SC512", message, origin, "mend the mass or the inertia: they are in kg and kg·m²"), sink)
 
 
-def _report(fault: _Fault, sink: Sink) -> None:
+def _report(fault: _MassFault, sink: Sink) -> None:
     sink.report(fault.code, fault.message, fault.place, at=fault.at, hint=fault.hint)
 
 
-def _may_report(fault: _Fault, sink: Sink) -> None:
+def _report_possible(fault: _MassFault, sink: Sink) -> None:
     """Warns of a fault that drawn values may have."""
     hint = f"each scene is judged as it is drawn; {fault.hint}"
     sink.report("SC514", f"in some scene {fault.message}", fault.place, at=fault.at, hint=hint)
 
 
-def _corners(value: Value) -> list[Row]:
+def _finite_extremes(value: Value) -> list[Row]:
     """The least and the most that each number can be; nothing where an expression may give anything."""
     found = [lowest(value), highest(value)]
     return found if all(map(_is_bounded, found)) else []
@@ -215,21 +210,21 @@ def _is_bounded(row: Sequence[float | None]) -> bool:
     return all(number is not None and math.isfinite(number) for number in row)
 
 
-def _ends(value: Value) -> list[Row]:
+def _alternatives_or_extremes(value: Value) -> list[Row]:
     """Every row that a value can have, or else the least and the most that each of its numbers can be."""
     found = alternatives(value)
     return [lowest(value), highest(value)] if found is None else found
 
 
-def inertia_is_real(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+def check_inertia(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
     """No principal moment of a real body is above the sum of the other two."""
     if body.inertial is None:
         return
     inertia = body.inertial.inertia
-    if waits([inertia], drawn=drawn):
+    if is_deferred([inertia], drawn=drawn):
         return
     found = alternatives(inertia)
-    if any(map(_is_impossible, found if found is not None else _most_unequal(inertia))):
+    if any(map(_is_impossible, found if found is not None else _extreme_moments(inertia))):
         sink.report(
             "SC506",
             f"no body has the inertia of `{name}`: one moment is above the sum of the others",
@@ -242,7 +237,7 @@ def _is_impossible(moments: Row) -> bool:
     return 2 * max(moments) > sum(moments) * (1 + 1e-9)
 
 
-def _most_unequal(inertia: Value) -> list[Row]:
+def _extreme_moments(inertia: Value) -> list[Row]:
     """Of moments that lie between bounds, each at its most beside the others at their least."""
     least, most = lowest(inertia), highest(inertia)
     return [tuple(most[j] if j == i else least[j] for j in range(3)) for i in range(3)]

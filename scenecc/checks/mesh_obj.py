@@ -1,7 +1,8 @@
-"""Wavefront OBJ: vertices, faces, objects, and the files that it and its MTL name."""
+"""Reader for Wavefront OBJ meshes and their MTL materials, with the files that they name."""
 
 from __future__ import annotations
 
+import os
 import re
 from array import array
 from dataclasses import dataclass, field
@@ -9,40 +10,152 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenecc.checks.mesh_data import AssetError, MeshData, Reading, Reference, number, part
-from scenecc.checks.mesh_text import NUMBER, Budget, Lines, floats, integers, run_of, words
+from scenecc.checks.mesh_data import (
+    NUMBER_PATTERN,
+    AssetError,
+    AssetReference,
+    MeshBudget,
+    MeshData,
+    MeshReadContext,
+    MeshTextReader,
+    line_run_pattern,
+    make_part,
+    parse_coordinate,
+    parse_floats,
+    parse_integers,
+    split_words,
+)
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from numpy.typing import NDArray
 
-_CORNER = re.compile(r"(-?[1-9][0-9]{0,8})(?:/(-?[1-9][0-9]{0,8})?(?:/(-?[1-9][0-9]{0,8}))?)?")
-_INDEX = rb"[1-9][0-9]{0,8}"
-_TABLES = {
-    run_of(b"v", *[NUMBER] * 3): 0,
-    run_of(b"vt", *[NUMBER] * 2): 1,
-    run_of(b"vt", *[NUMBER] * 3): 1,
-    run_of(b"vn", *[NUMBER] * 3): 2,
+
+_MAP_LINE = re.compile(r"(?i)(?:map_|bump|norm|disp|decal|refl)[^ \t]*[ \t]+(.*)")
+"""SAPIEN's reader looks at the first letters of the word alone, and takes all that follows it for the name."""
+
+_NUMBER_LINE = re.compile(r"([kK][adse]|Tf|Ps)|disp|[da]|Tr|[nN][si]|P[rm]|Pcr?")
+"""How lines begin that hold a colour (the group) or a number: SAPIEN's reader looks at their first letters alone."""
+
+_MTL_NUMBER = re.compile(r"(?i)[-+]?(?:(?:[0-9]{1,18}\.?[0-9]*|\.[0-9]+)(?:e[-+]?[0-9]{1,3})?|nan|inf|infinity)")
+
+_OPTION_WORDS = (
+    dict.fromkeys(("-blendu", "-blendv", "-boost", "-texres", "-clamp", "-bm", "-imfchan", "-type"), 1)
+    | {"-mm": 2}
+    | dict.fromkeys(("-o", "-s", "-t"), 3)
+)
+"""How many words follow an option, as SAPIEN's reader counts them."""
+
+
+def mtl_images(data: bytes, budget: MeshBudget) -> tuple[AssetReference, ...]:
+    """The images that an MTL names. SAPIEN seeks them beside the OBJ.
+
+    Raises:
+        AssetError: it is no text, SAPIEN reads a line of it otherwise, or it lacks a number, which ends the loading of
+            the whole mesh.
+    """
+    names: dict[str, None] = {}
+    row = 0
+    try:
+        lines = MeshTextReader(data, budget)
+        while (raw := lines.raw()) is not None:
+            row = lines.row
+            line = raw.lstrip(" \t")
+            _check_numbers(line)
+            match = _MAP_LINE.match(line)
+            if match is not None:
+                names[_strip_options(match[1])] = None
+    except ValueError as error:
+        message = f"the MTL cannot be read (line {row}): {error}"
+        raise AssetError("SC412", message, "export the mesh again") from error
+    return tuple(AssetReference(name, "image") for name in names if name)
+
+
+def _check_numbers(line: str) -> None:
+    match = _NUMBER_LINE.match(line)
+    if match is None or match[0] == "disp":
+        return
+    said = split_words(line[match.end() :])
+    if match[1] and len(said) != 1:
+        said = [*said, "", ""][:3]
+    elif match[1] and line[-1] in " \t":
+        raise ValueError(f"`{line[:40]}` ends with a blank, after which SAPIEN's reader wants a number")
+    wrong = next((word for word in said[: 3 if match[1] else 1] if _MTL_NUMBER.fullmatch(word) is None), None)
+    if wrong is not None:
+        raise ValueError(f"`{line[:40]}` lacks a number where SAPIEN's reader wants one")
+
+
+def _strip_options(rest: str) -> str:
+    """The file of a `map_…` line: what follows its options, blanks and all."""
+    while rest.startswith("-"):
+        option = rest.split(maxsplit=1)[0].lower()
+        if option not in _OPTION_WORDS:
+            raise ValueError(f"SAPIEN does not know the option `{option[:40]}`, and misreads what follows it")
+        parts = re.split(r"[ \t]+", rest, maxsplit=_OPTION_WORDS[option] + 1)
+        if len(parts) < _OPTION_WORDS[option] + 2:
+            raise ValueError(f"`{option}` has {_OPTION_WORDS[option]} values and then the name of the file")
+        rest = parts[-1]
+    return rest
+
+
+def fallback_materials(material: str, mesh: Path) -> list[str]:
+    """What SAPIEN's reader finds for a material file that is not there: names in the folder of the mesh.
+
+    That is the mesh's own name with `.mtl`, and what begins at a slash of the path of either, as long as its last part.
+    """
+    other = f"{mesh.name[:-3]}mtl"
+    tried = [other]
+    for path in (f"{mesh.parent}/{material}", f"{mesh.parent}/{other}"):
+        at = path.rfind("/")
+        length = len(path) - at
+        while at > 0:
+            tried.append(path[at + 1 : at + length])
+            at = path.rfind("/", 0, at)
+    # Unlike a `Path`, these raise nothing for a name that is too long.
+    return [name for name in dict.fromkeys(tried) if _file_exists(f"{mesh.parent}/{name}")]
+
+
+def _file_exists(path: str) -> bool:
+    return os.path.exists(path) and not os.path.isdir(path)  # noqa: PTH110, PTH112
+
+
+_CORNER_PATTERN = re.compile(r"(-?[1-9][0-9]{0,8})(?:/(-?[1-9][0-9]{0,8})?(?:/(-?[1-9][0-9]{0,8}))?)?")
+
+_OBJ_INDEX = rb"[1-9][0-9]{0,8}"
+
+_VERTEX_RUNS = {
+    line_run_pattern(b"v", *[NUMBER_PATTERN] * 3): 0,
+    line_run_pattern(b"vt", *[NUMBER_PATTERN] * 2): 1,
+    line_run_pattern(b"vt", *[NUMBER_PATTERN] * 3): 1,
+    line_run_pattern(b"vn", *[NUMBER_PATTERN] * 3): 2,
 }
 """Lines that hold numbers alone, by what they define: a place, a texture coordinate, a normal."""
-_FACES = {
-    run_of(b"f", *[corner] * corners): (corners, columns)
+
+_FACE_RUNS = {
+    line_run_pattern(b"f", *[corner] * corners): (corners, columns)
     for corners in (3, 4)
     for corner, columns in (
-        (_INDEX, (0,)),
-        (_INDEX + b"/" + _INDEX, (0, 1)),
-        (_INDEX + b"//" + _INDEX, (0, 2)),
-        (_INDEX + b"/" + _INDEX + b"/" + _INDEX, (0, 1, 2)),
+        (_OBJ_INDEX, (0,)),
+        (_OBJ_INDEX + b"/" + _OBJ_INDEX, (0, 1)),
+        (_OBJ_INDEX + b"//" + _OBJ_INDEX, (0, 2)),
+        (_OBJ_INDEX + b"/" + _OBJ_INDEX + b"/" + _OBJ_INDEX, (0, 1, 2)),
     )
 }
 """Triangles and squares, by their corners and what the numbers of one name. Other lines are read word by word."""
-_COMMENTS = run_of(lines=rb"(?:#[^\n\\]*|[ \t]*\r?)\n")
-_LONGEST_LINE = 1_000_000
-_NAMED = ("vertex", "texture coordinate", "normal")
-_LETTERS = {"v": 0, "vt": 1, "vn": 2}
-_NUMBERS = ({3, 4, 6}, {2, 3}, {3})
+
+_COMMENT_RUN = line_run_pattern(lines=rb"(?:#[^\n\\]*|[ \t]*\r?)\n")
+
+_MAX_LINE_CHARS = 1_000_000
+
+_VERTEX_KINDS = ("vertex", "texture coordinate", "normal")
+
+_VERTEX_WORDS = {"v": 0, "vt": 1, "vn": 2}
+
+_VERTEX_NUMBER_COUNTS = ({3, 4, 6}, {2, 3}, {3})
 
 
-def read_obj(data: bytes, reading: Reading) -> MeshData:
+def read_obj(data: bytes, reading: MeshReadContext) -> MeshData:
     """Reads an OBJ. A part is what lies between two `o` or `g` lines, as SAPIEN has it.
 
     Args:
@@ -52,33 +165,33 @@ def read_obj(data: bytes, reading: Reading) -> MeshData:
     Raises:
         AssetError: a line cannot be read, or the triangles are too large.
     """
-    mesh = _Mesh(Budget(reading.max_bytes, reading.total))
+    mesh = _ObjState(MeshBudget(reading.max_bytes, reading.total))
     row = 0
     try:
-        lines = _lines(data, mesh.budget)
+        lines = _open_lines(data, mesh.budget)
         while True:
-            if not _run(lines, mesh):
-                line = _continued(lines)
+            if not _read_run(lines, mesh):
+                line = _next_logical_line(lines)
                 if line is None:
                     break
                 row = lines.row
-                _line(line, mesh)
-        _check_named(mesh)
+                _read_line(line, mesh)
+        _check_indices(mesh)
     except ValueError as error:
         raise AssetError("SC412", f"the OBJ cannot be read (line {row}): {error}", "export the mesh again") from error
     points = np.frombuffer(mesh.vertices).reshape(-1, 3)
-    parts = tuple(part(points, np.frombuffer(faces, np.int64).reshape(-1, 3)) for faces in mesh.groups if faces)
+    parts = tuple(make_part(points, np.frombuffer(faces, np.int64).reshape(-1, 3)) for faces in mesh.groups if faces)
     parts = parts if mesh.has_faces else ()
-    return MeshData(parts, tuple(Reference(name, "material") for name in mesh.materials))
+    return MeshData(parts, tuple(AssetReference(name, "material") for name in mesh.materials))
 
 
-def _lines(data: bytes, budget: Budget) -> Lines:
+def _open_lines(data: bytes, budget: MeshBudget) -> MeshTextReader:
     if data.startswith(b"\xef\xbb\xbf") and data[3:4] not in {b"#", b"\r", b"\n"}:
         raise ValueError("a mark of UTF-8 stands before its first line, which SAPIEN's reader skips then")
-    return Lines(data, budget)
+    return MeshTextReader(data, budget)
 
 
-def _continued(lines: Lines) -> str | None:
+def _next_logical_line(lines: MeshTextReader) -> str | None:
     """The next line, with those in which it goes on behind a backslash; None at the end.
 
     Raises:
@@ -88,8 +201,8 @@ def _continued(lines: Lines) -> str | None:
     length = 0
     while (line := lines.raw()) is not None:
         length += len(line)
-        if length > _LONGEST_LINE:
-            message = f"line {lines.row} of the OBJ has more than {_LONGEST_LINE} characters"
+        if length > _MAX_LINE_CHARS:
+            message = f"line {lines.row} of the OBJ has more than {_MAX_LINE_CHARS} characters"
             raise AssetError("SC607", message, "export the mesh again, as triangles")
         if not line.endswith("\\"):
             return "".join([*pieces, line]) if pieces else line
@@ -98,7 +211,7 @@ def _continued(lines: Lines) -> str | None:
 
 
 @dataclass(slots=True)
-class _Mesh:
+class _ObjState:
     """What was read so far: coordinates, and three indices a triangle for each group.
 
     Attributes:
@@ -106,7 +219,7 @@ class _Mesh:
         named: the highest of each that a face names, counted from 1.
     """
 
-    budget: Budget
+    budget: MeshBudget
     vertices: array[float] = field(default_factory=lambda: array("d"))
     groups: list[array[int]] = field(default_factory=lambda: [array("q")])
     materials: dict[str, None] = field(default_factory=dict[str, None])
@@ -136,60 +249,62 @@ _GROUP_BYTES = 512
 """About what an empty group takes."""
 
 
-def _run(lines: Lines, mesh: _Mesh) -> bool:
+def _read_run(lines: MeshTextReader, mesh: _ObjState) -> bool:
     """Reads thousands of plain lines at once, where such are next."""
     match lines.letter():
         case b"v":
-            for pattern, kind in _TABLES.items():
+            for pattern, kind in _VERTEX_RUNS.items():
                 if run := lines.run(pattern):
                     if kind == 0:
-                        mesh.add_vertices(floats(run.replace(b"v", b" ")))
+                        mesh.add_vertices(parse_floats(run.replace(b"v", b" ")))
                     else:
                         mesh.known[kind] += run.count(b"\n")
                     return True
         case b"f":
-            for pattern, (corners, columns) in _FACES.items():
+            for pattern, (corners, columns) in _FACE_RUNS.items():
                 if run := lines.run(pattern):
-                    index = integers(run.replace(b"f", b" ").replace(b"/", b" ")).reshape(-1, corners, len(columns))
+                    index = parse_integers(run.replace(b"f", b" ").replace(b"/", b" ")).reshape(
+                        -1, corners, len(columns)
+                    )
                     for kind, highest in zip(columns, index.max(axis=(0, 1)).tolist(), strict=True):
-                        _name(mesh, kind, highest)
+                        _note_index(mesh, kind, highest)
                     fans = [index[:, [0, i, i + 1], 0] for i in range(1, corners - 1)]
                     mesh.has_faces = True
                     mesh.add_faces(np.stack(fans, axis=1) - 1)
                     return True
         case b"#" | b" " | b"\t" | b"\r" | b"\n":
-            return bool(lines.run(_COMMENTS))
+            return bool(lines.run(_COMMENT_RUN))
         case _:
             pass
     return False
 
 
-def _name(mesh: _Mesh, kind: int, highest: int) -> None:
+def _note_index(mesh: _ObjState, kind: int, highest: int) -> None:
     if kind == 1 and mesh.known[2] and not mesh.known[1]:
         raise ValueError("a face names a texture coordinate before there is one, and SAPIEN takes it for a normal")
     mesh.named[kind] = max(mesh.named[kind], highest)
 
 
-def _check_named(mesh: _Mesh) -> None:
+def _check_indices(mesh: _ObjState) -> None:
     """That what faces name is there. Where a file has no texture coordinates or normals at all, no one misses them."""
     for kind in (1, 2):
         if 0 < mesh.known[kind] < mesh.named[kind]:
-            raise ValueError(f"a face names a {_NAMED[kind]} that is not there")
+            raise ValueError(f"a face names a {_VERTEX_KINDS[kind]} that is not there")
 
 
-def _line(line: str, mesh: _Mesh) -> None:
+def _read_line(line: str, mesh: _ObjState) -> None:
     """A line that is not of the usual kinds."""
     if not line.strip(" \t") or line[0] == "#":
         return
     if line[0] in " \t":
         raise ValueError("it begins with a blank, and SAPIEN's reader skips such lines")
-    word, *rest = words(line)
-    if word in _LETTERS:
-        _define(_LETTERS[word], rest, mesh)
+    word, *rest = split_words(line)
+    if word in _VERTEX_WORDS:
+        _define_vertex(_VERTEX_WORDS[word], rest, mesh)
     elif word in {"f", "fo", "l", "p"}:
         mesh.has_faces = mesh.has_faces or word[0] == "f"
-        mesh.add_faces(np.array(_triangles(word, rest, mesh), dtype=np.int64))
-    elif word[0] in "flp" or word[:2] in _LETTERS or word == "cstype":
+        mesh.add_faces(np.array(_triangulate(word, rest, mesh), dtype=np.int64))
+    elif word[0] in "flp" or word[:2] in _VERTEX_WORDS or word == "cstype":
         # SAPIEN's reader goes by the first letters, and skips all lines inside `cstype`.
         raise ValueError(f"it has `{word[:40]}`, which is not read")
     elif word[0] == "o" and rest and rest[0] not in mesh.objects:
@@ -201,11 +316,12 @@ def _line(line: str, mesh: _Mesh) -> None:
         mesh.materials[line[len(word) :].lstrip(" \t")] = None
 
 
-def _define(kind: int, rest: list[str], mesh: _Mesh) -> None:
+def _define_vertex(kind: int, rest: list[str], mesh: _ObjState) -> None:
     """A vertex, of which a fourth number divides three, and six hold a colour too; a texture coordinate; a normal."""
-    numbers = [number(word) for word in rest]
-    if len(numbers) not in _NUMBERS[kind] or (kind == 0 and len(numbers) == 4 and numbers[3] == 0):
-        raise ValueError(f"a {_NAMED[kind]} has {min(_NUMBERS[kind])} coordinates, and not `{' '.join(rest)[:60]}`")
+    numbers = [parse_coordinate(word) for word in rest]
+    if len(numbers) not in _VERTEX_NUMBER_COUNTS[kind] or (kind == 0 and len(numbers) == 4 and numbers[3] == 0):
+        wanted = f"{min(_VERTEX_NUMBER_COUNTS[kind])} coordinates"
+        raise ValueError(f"a {_VERTEX_KINDS[kind]} has {wanted}, and not `{' '.join(rest)[:60]}`")
     if kind:
         mesh.known[kind] += 1
         return
@@ -213,24 +329,24 @@ def _define(kind: int, rest: list[str], mesh: _Mesh) -> None:
     mesh.add_vertices(np.array([coordinate / divisor for coordinate in numbers[:3]]))
 
 
-def _triangles(word: str, rest: list[str], mesh: _Mesh) -> list[int]:
+def _triangulate(word: str, rest: list[str], mesh: _ObjState) -> list[int]:
     """A polygon as a fan, three indices a triangle; of lines and points, triangles without a size.
 
     In the file indices count from 1, negative ones back from the last that was defined.
     """
-    corners = [_CORNER.fullmatch(corner) for corner in rest]
+    corners = [_CORNER_PATTERN.fullmatch(corner) for corner in rest]
     found: list[list[int]] = []
     for kind in range(3):
         said = [int(corner[kind + 1]) for corner in corners if corner is not None and corner[kind + 1]]
         if mesh.known[kind] and said and len(said) < len(corners):
             raise ValueError(
-                f"corners of one face name a {_NAMED[kind]} each, or none does, and not `{' '.join(rest)[:60]}`"
+                f"corners of one face name a {_VERTEX_KINDS[kind]} each, or none does, and not `{' '.join(rest)[:60]}`"
             )
         index = [corner if corner > 0 else mesh.known[kind] + 1 + corner for corner in said]
         if min(index, default=1) < 1 and (kind == 0 or mesh.known[kind]):
-            raise ValueError(f"a face names a {_NAMED[kind]} before the first")
+            raise ValueError(f"a face names a {_VERTEX_KINDS[kind]} before the first")
         if index:
-            _name(mesh, kind, max(index))
+            _note_index(mesh, kind, max(index))
         found.append([corner - 1 for corner in index])
     index = found[0]
     if (

@@ -1,25 +1,186 @@
-"""Rules of physics over a plan: what SAPIEN would take without a word. One rule a function."""
+"""Rules for bodies, materials and contacts that SAPIEN does not enforce itself. `BODY_RULES` and `NUMBER_RULES` list
+the rules of a body; articulations, constraints, lights and cameras have modules of their own, loaded only when a
+plan has them.
+"""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from scenecc.checks.collide import Reach, meet, reach
-from scenecc.checks.contact import default_contacts, offsets_of, surface_is_real
-from scenecc.checks.judged import waits
-from scenecc.checks.mass import MOVED, inertia_is_real, mass_is_clear, mass_is_held, weight_can_be_held
+from scenecc.checks.mass import DYNAMIC_TYPES, check_density_mass, check_explicit_mass, check_inertia, check_mass_unique
+from scenecc.checks.value_queries import (
+    alternatives,
+    find_exceeding_pair,
+    highest,
+    is_deferred,
+    lowest,
+    round_to_float32,
+    rows,
+)
 from scenecc.diagnostics import Origin
-from scenecc.plan import BodyStructure, Mesh, Plane, TriangleMesh
-from scenecc.plan.body import COLLISION_ID_BITS
+from scenecc.plan import BodyStructure, Mesh, PhysicalMaterial, Plane, TriangleMesh, literal
+from scenecc.plan.body import COLLISION_ID_BITS, groups_collide
 from scenecc.plan.properties import PROPERTIES, property_fields
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from scenecc.diagnostics import Sink
-    from scenecc.plan import ArticulationStructure, CollisionShape, Entity, ScenePlan
+    from scenecc.plan import ArticulationStructure, CollisionShape, Entity, Physics, ScenePlan, Value
 
     Found = tuple[Entity, BodyStructure, CollisionShape]
+
+
+DEFAULT_GROUPS = (1, 1, 0, 0)
+
+CollisionKey = tuple[tuple[int, ...], "tuple[int, ...] | None", "Value | None"]
+"""The scenes of an entity, those of its rows that have a structure (None: all), and the structure's groups."""
+
+
+def may_collide(a: Entity, a_structure: BodyStructure, b: Entity, b_structure: BodyStructure) -> bool:
+    """Whether the two are in one scene with these structures and their collision groups let them collide."""
+    if not any(_varies_by_scene(*body) for body in ((a, a_structure), (b, b_structure))):
+        # The many bodies that are everywhere share one tuple.
+        together = a.scene_idxs is b.scene_idxs or not set(a.scene_idxs).isdisjoint(b.scene_idxs)
+        return together and groups_collide(_collision_groups(a_structure, 0), _collision_groups(b_structure, 0))
+    rows = {scene: row for row, scene in enumerate(b.scene_idxs)}
+    for row_a, scene in enumerate(a.scene_idxs):
+        row_b = rows.get(scene)
+        if row_b is None or not (
+            _may_have_structure(a, a_structure, row_a) and _may_have_structure(b, b_structure, row_b)
+        ):
+            continue
+        if groups_collide(_collision_groups(a_structure, row_a), _collision_groups(b_structure, row_b)):
+            return True
+    return False
+
+
+def collision_key(entity: Entity, structure: BodyStructure) -> CollisionKey:
+    """All that `may_collide` looks at: bodies of one reach meet the same others."""
+    rows = None
+    if entity.pick is not None:
+        rows = tuple(row for row in range(len(entity.scene_idxs)) if _may_have_structure(entity, structure, row))
+    return entity.scene_idxs, rows, structure.collision_groups
+
+
+def _varies_by_scene(entity: Entity, structure: BodyStructure) -> bool:
+    """Whether the entity's scenes differ in what `may_collide` looks at."""
+    groups = structure.collision_groups
+    return entity.pick is not None or (groups is not None and groups.may_vary)
+
+
+def _may_have_structure(entity: Entity, structure: BodyStructure, row: int) -> bool:
+    """Whether an entity may have a structure in one of its scenes, whatever is drawn."""
+    if entity.pick is None or entity.pick.known:
+        return _contains_body(entity.structure(row), structure)
+    return any(_contains_body(entity.structures[int(index)], structure) for index in entity.pick.numbers())
+
+
+def _contains_body(whole: BodyStructure | ArticulationStructure, body: BodyStructure) -> bool:
+    return any(one is body for one in whole.bodies)
+
+
+def _collision_groups(structure: BodyStructure, row: int) -> Sequence[int]:
+    if structure.collision_groups is None:
+        return DEFAULT_GROUPS
+    return [int(x) for x in structure.collision_groups.row(row)]
+
+
+CONTACT_OFFSET, REST_OFFSET = 0.01, 0.0
+"""SAPIEN's own (`sapien.physx.get_shape_config()`)."""
+
+
+def check_physical_material(material: PhysicalMaterial, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+    """Sliding rubs no more than sticking, and nothing bounces back faster than it came.
+
+    Args:
+        material: whatever may differ from scene to scene in it.
+        origin: of the material.
+        sink: takes the diagnostics.
+        drawn: judge what waits for its rows, and nothing else.
+    """
+    frictions = (material.dynamic_friction, material.static_friction)
+    slides_harder = None if is_deferred(frictions, drawn=drawn) else find_exceeding_pair(*frictions)
+    if slides_harder is not None:
+        dynamic, static = slides_harder
+        sink.report(
+            "SC504",
+            f"dynamic friction {dynamic:g} is above static friction {static:g}",
+            origin,
+            hint="what is left out is the default material's; sliding never rubs more than sticking",
+        )
+    if not is_deferred([material.restitution], drawn=drawn):
+        bouncy = [number for number in _extreme_numbers(material.restitution) if not 0 <= number <= 1]
+        if bouncy:
+            sink.report("SC505", f"restitution {bouncy[0]:g} is not in 0..1", origin)
+
+
+def _extreme_numbers(value: Value) -> list[float]:
+    found = alternatives(value)
+    return [*lowest(value), *highest(value)] if found is None else [number for row in found for number in row]
+
+
+def check_default_contacts(physics: Physics, origin: Origin, sink: Sink) -> None:
+    """The same of what shapes have that name nothing.
+
+    Args:
+        physics: settings of the document.
+        origin: of `physics`.
+        sink: takes the diagnostics.
+    """
+    default = physics.default_material
+    if default is not None:
+        given = (default.static_friction, default.dynamic_friction, default.restitution)
+        check_physical_material(
+            PhysicalMaterial(*map(literal, given)), origin.child("default_material"), sink, drawn=False
+        )
+    contact, rest = _default_offsets(physics)
+    if round_to_float32(contact) <= round_to_float32(rest):
+        key = "rest_offset" if physics.rest_offset is not None else "contact_offset"
+        _report_offsets(contact, rest, origin.child(key), sink)
+
+
+def check_contact_offsets(body: BodyStructure, physics: Physics, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+    """Contacts are made before shapes rest on each other.
+
+    Args:
+        body: whose shapes are judged.
+        physics: settings of the document.
+        origin: of the body.
+        sink: takes the diagnostics.
+        drawn: judge what waits for its rows, and nothing else.
+    """
+    for shape in body.collisions:
+        if shape.contact_offset is None and shape.rest_offset is None:
+            continue
+        contact, rest = _default_offsets(physics)
+        offsets = (
+            literal(contact) if shape.contact_offset is None else shape.contact_offset,
+            literal(rest) if shape.rest_offset is None else shape.rest_offset,
+        )
+        if is_deferred(offsets, drawn=drawn):
+            continue
+        found = rows(offsets)
+        pairs = [(lowest(offsets[0]), highest(offsets[1]))] if found is None else found
+        for contacts, rests in pairs:
+            if round_to_float32(contacts[0]) <= round_to_float32(rests[0]):
+                key = "rest_offset" if shape.rest_offset is not None else "contact_offset"
+                _report_offsets(contacts[0], rests[0], (shape.origin or origin).child(key), sink)
+                break
+
+
+def _default_offsets(physics: Physics) -> tuple[float, float]:
+    contact = CONTACT_OFFSET if physics.contact_offset is None else physics.contact_offset
+    return contact, REST_OFFSET if physics.rest_offset is None else physics.rest_offset
+
+
+def _report_offsets(contact: float, rest: float, origin: Origin, sink: Sink) -> None:
+    sink.report(
+        "SC507",
+        f"contact_offset {contact:g} is not above rest_offset {rest:g}",
+        origin,
+        hint="contacts must begin before shapes rest: raise contact_offset or lower rest_offset",
+    )
 
 
 class NumberRule(Protocol):
@@ -32,12 +193,12 @@ class NumberRule(Protocol):
 LANGUAGE_KEYS = {knob.field: knob.key for knob in PROPERTIES if knob.field != knob.key}
 """Fields of the plan whose key in a scene file has another name."""
 
-MOVING = (*property_fields("mass"), "inertial", *property_fields("body"))
+DYNAMIC_FIELDS = (*property_fields("mass"), "inertial", *property_fields("body"))
 """What only a dynamic body has: PhysX moves no other by forces."""
 
-SEEN = property_fields("look")
+VISUAL_FIELDS = property_fields("look")
 
-WHY_NOTHING = {
+NO_EFFECT_REASONS = {
     "kinematic": "PhysX does not move it by forces",
     "static": "it never moves",
     "none": "it is only seen",
@@ -58,30 +219,32 @@ def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink:
             if not isinstance(structure, BodyStructure):
                 from scenecc.checks.articulations import check_articulation  # noqa: PLC0415 - loaded where there is one
 
-                check_articulation(structure, entity.name, _origin(structure, entity, plan), sink, drawn=drawn)
+                check_articulation(
+                    structure, entity.name, _structure_origin(structure, entity, plan), sink, drawn=drawn
+                )
             # Of a robot's file its reader warns, since such inertias are common there and SAPIEN takes them.
-            rules = _RULES_OF_FILES if getattr(structure, "file", None) is not None else NUMBER_RULES
+            rules = _ROBOT_FILE_RULES if getattr(structure, "file", None) is not None else NUMBER_RULES
             for name, body in _named_bodies(structure, entity.name):
-                _check_body(body, name, _origin(body, entity, plan), plan, rules, sink, drawn=drawn)
-    _check_others(plan, sink, drawn=drawn)
+                _check_body(body, name, _structure_origin(body, entity, plan), plan, rules, sink, drawn=drawn)
+    _check_optional_sections(plan, sink, drawn=drawn)
     for index, material in enumerate(plan.physical_materials):
         origin = material_origins.get(index) or _plan_origin(plan).child("physical_materials", index)
-        surface_is_real(material, origin, sink, drawn=drawn)
+        check_physical_material(material, origin, sink, drawn=drawn)
     if not drawn:
-        default_contacts(plan.physics, _physics_origin(plan), sink)
-        _sdf_on_planes(plan, sink)
+        check_default_contacts(plan.physics, _physics_origin(plan), sink)
+        _check_sdf_on_planes(plan, sink)
 
 
-def _check_others(plan: ScenePlan, sink: Sink, *, drawn: bool) -> None:
+def _check_optional_sections(plan: ScenePlan, sink: Sink, *, drawn: bool) -> None:
     """Constraints, lights and cameras, whose rules are loaded where there are any."""
     if plan.constraints:
         from scenecc.checks.constraints import check_constraints  # noqa: PLC0415 - likewise
 
         check_constraints(plan, sink, drawn=drawn)
     if plan.lights or plan.cameras:
-        from scenecc.checks.pictures import check_pictures  # noqa: PLC0415 - likewise
+        from scenecc.checks.render_objects import check_render_objects  # noqa: PLC0415 - likewise
 
-        check_pictures(plan, sink, drawn=drawn)
+        check_render_objects(plan, sink, drawn=drawn)
 
 
 def _named_bodies(structure: BodyStructure | ArticulationStructure, name: str) -> Iterator[tuple[str, BodyStructure]]:
@@ -108,10 +271,10 @@ def _check_body(
     if not drawn:
         for rule in BODY_RULES:
             rule(body, name, origin, sink)
-    offsets_of(body, plan.physics, origin, sink, drawn=drawn)
+    check_contact_offsets(body, plan.physics, origin, sink, drawn=drawn)
 
 
-def _origin(structure: BodyStructure | ArticulationStructure, entity: Entity, plan: ScenePlan) -> Origin:
+def _structure_origin(structure: BodyStructure | ArticulationStructure, entity: Entity, plan: ScenePlan) -> Origin:
     origin = structure.origin or entity.origin
     return origin if origin is not None else _plan_origin(plan).child("entities", entity.name)
 
@@ -124,7 +287,7 @@ def _physics_origin(plan: ScenePlan) -> Origin:
     return plan.physics.origin or _plan_origin(plan).child("physics")
 
 
-def _has_shapes(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
+def _check_shapes(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
     if body.body_type == "link":
         # It may be a place alone: a tool's tip.
         return
@@ -146,8 +309,8 @@ def _has_shapes(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> N
         )
 
 
-def _planes_stand_still(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
-    if body.body_type not in MOVED:
+def _check_planes(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
+    if body.body_type not in DYNAMIC_TYPES:
         return
     is_link = body.body_type == "link"
     for shape in body.collisions:
@@ -160,19 +323,19 @@ def _planes_stand_still(body: BodyStructure, name: str, origin: Origin, sink: Si
             )
 
 
-def _effective(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
+def _check_unused_fields(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
     """Nothing is given that would do nothing."""
     kind = body.body_type
-    if kind not in MOVED:
-        for field in MOVING:
+    if kind not in DYNAMIC_TYPES:
+        for field in DYNAMIC_FIELDS:
             if getattr(body, field) is not None:
-                _nothing(field, f"body of type {kind}: {WHY_NOTHING[kind]}", origin, sink)
+                _report_unused_field(field, f"body of type {kind}: {NO_EFFECT_REASONS[kind]}", origin, sink)
     if not body.visuals:
-        for field in SEEN:
+        for field in VISUAL_FIELDS:
             if getattr(body, field) is not None:
-                _nothing(field, "body without a visible shape", origin, sink)
+                _report_unused_field(field, "body without a visible shape", origin, sink)
     if not body.collisions and body.collision_groups is not None:
-        _nothing("collision_groups", "body without a colliding shape", origin, sink)
+        _report_unused_field("collision_groups", "body without a colliding shape", origin, sink)
     if kind == "none" and body.collisions:
         sink.report(
             "SC115",
@@ -182,12 +345,12 @@ def _effective(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> No
         )
 
 
-def _nothing(field: str, what: str, origin: Origin, sink: Sink) -> None:
+def _report_unused_field(field: str, what: str, origin: Origin, sink: Sink) -> None:
     key = LANGUAGE_KEYS.get(field, field)
     sink.report("SC115", f"`{key}` does nothing on a {what}", origin.child(key), at="key", hint=f"leave `{key}` out")
 
 
-def _groups(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
+def _check_group_bits(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
     """PhysX tells scenes that share one simulation apart by the top 16 bits of the fourth integer."""
     if body.collision_groups is not None and any(
         bits > COLLISION_ID_BITS for bits in body.collision_groups.numbers()[3::4]
@@ -197,8 +360,8 @@ def _groups(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
         sink.report("SC104", message, origin.child(LANGUAGE_KEYS["collision_groups"]))
 
 
-def _meshes_that_move(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
-    if body.body_type not in MOVED:
+def _check_moving_meshes(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
+    if body.body_type not in DYNAMIC_TYPES:
         return
     what = "a link" if body.body_type == "link" else "dynamic"
     for shape in body.collisions:
@@ -211,52 +374,51 @@ def _meshes_that_move(body: BodyStructure, name: str, origin: Origin, sink: Sink
             )
 
 
-def _mirrored(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
+def _check_mesh_scales(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
     for shape in body.visuals:
         scale = shape.geometry.scale if isinstance(shape.geometry, Mesh) else None
         # What an expression gives is held to the same in the draw stage.
-        if scale is not None and not waits([scale], drawn=False) and not all(scale.numbers()):
+        if scale is not None and not is_deferred([scale], drawn=False) and not all(scale.numbers()):
             place = (shape.origin or origin).child("scale")
             sink.report("SC104", f"a scale of 0 leaves nothing of a mesh of `{name}`", place)
 
 
 BODY_RULES: tuple[Callable[[BodyStructure, str, Origin, Sink], None], ...] = (
-    _has_shapes,
-    _planes_stand_still,
-    _effective,
-    mass_is_clear,
-    _groups,
-    _meshes_that_move,
-    _mirrored,
+    _check_shapes,
+    _check_planes,
+    _check_unused_fields,
+    check_mass_unique,
+    _check_group_bits,
+    _check_moving_meshes,
+    _check_mesh_scales,
 )
 
-
-NUMBER_RULES: tuple[NumberRule, ...] = (weight_can_be_held, mass_is_held, inertia_is_real)
+NUMBER_RULES: tuple[NumberRule, ...] = (check_density_mass, check_explicit_mass, check_inertia)
 """Rules about numbers that may differ from scene to scene."""
 
-_RULES_OF_FILES: tuple[NumberRule, ...] = (weight_can_be_held, mass_is_held)
+_ROBOT_FILE_RULES: tuple[NumberRule, ...] = (check_density_mass, check_explicit_mass)
 
 
-def _sdf_on_planes(plan: ScenePlan, sink: Sink) -> None:
+def _check_sdf_on_planes(plan: ScenePlan, sink: Sink) -> None:
     """On the CPU PhysX lets a signed distance field fall through a plane."""
     moving: list[Found] = []
     # Of planes that the same bodies meet one stands for all: a file may hold thousands of both.
-    planes: dict[Reach, Found] = {}
+    planes: dict[CollisionKey, Found] = {}
     for entity in plan.entities:
         for body in entity.bodies:
             for shape in body.collisions:
                 match shape.geometry:
-                    case TriangleMesh(sdf=True) if body.body_type in MOVED:
+                    case TriangleMesh(sdf=True) if body.body_type in DYNAMIC_TYPES:
                         moving.append((entity, body, shape))
                     case Plane():
-                        planes.setdefault(reach(entity, body), (entity, body, shape))
+                        planes.setdefault(collision_key(entity, body), (entity, body, shape))
                     case _:
                         pass
-    met: dict[Reach, Found | None] = {}
+    met: dict[CollisionKey, Found | None] = {}
     for entity, structure, shape in moving:
-        key = reach(entity, structure)
+        key = collision_key(entity, structure)
         if key not in met:
-            met[key] = next((plane for plane in planes.values() if meet(entity, structure, *plane[:2])), None)
+            met[key] = next((plane for plane in planes.values() if may_collide(entity, structure, *plane[:2])), None)
         found = met[key]
         if found is None:
             continue
@@ -264,7 +426,7 @@ def _sdf_on_planes(plan: ScenePlan, sink: Sink) -> None:
         sink.report(
             "SC509",
             f"`{entity.name}` would fall through the plane of `{other.name}`",
-            shape.origin or _origin(structure, entity, plan),
+            shape.origin or _structure_origin(structure, entity, plan),
             hint="on the CPU a signed distance field meets boxes, not planes: make the ground a box",
-            related=[("the plane", plane.origin or _origin(other_structure, other, plan), "value")],
+            related=[("the plane", plane.origin or _structure_origin(other_structure, other, plan), "value")],
         )

@@ -27,6 +27,11 @@ Matrix3 = tuple[Vec3, Vec3, Vec3]
 
 IDENTITY: Quat = (1.0, 0.0, 0.0, 0.0)
 
+Pose7 = tuple[float, float, float, float, float, float, float]
+"""p [m] then q (wxyz), of unit length."""
+
+IDENTITY_POSE: Final[Pose7] = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+
 
 def multiply(a: Quat, b: Quat) -> Quat:
     """The Hamilton product: first b, then a."""
@@ -141,8 +146,3 @@ def rigidity(m: Sequence[Sequence[float]]) -> float:
     det = sum(p * q for p, q in zip(columns[0], cross(tuple(columns[1]), tuple(columns[2])), strict=True))
     last = max(abs(p - q) for p, q in zip(m[3], (0, 0, 0, 1), strict=True))
     return max(gram, abs(det - 1), last)
-
-
-Pose7 = tuple[float, float, float, float, float, float, float]
-
-IDENTITY_POSE: Final[Pose7] = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)

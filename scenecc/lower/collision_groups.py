@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.lower.names import qualified, scope_of
-from scenecc.plan.body import may_collide
+from scenecc.plan.body import groups_collide
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -134,7 +134,7 @@ def _colliding(
         near = other in (number, link.parent) or draft.links[other].parent == number
         if near or not body.collisions:
             continue
-        if (all_of_them or link.ignore_bits & draft.links[other].ignore_bits) and may_collide(mine, _bits(body)):
+        if (all_of_them or link.ignore_bits & draft.links[other].ignore_bits) and groups_collide(mine, _bits(body)):
             yield number, other
 
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.references import RobotReader, RobotRequest
     from scenecc.plan import AssetFile, Entity
-    from scenecc.robots.description import Description
+    from scenecc.robots.description import RobotDescription
     from scenecc.spec.document import SceneFile
 
 
@@ -89,10 +89,10 @@ class LimitedRobotReader:
         self._sink = sink
         self._held = 0
         # With each its description, so that its id stays its own.
-        self._sizes: dict[int, tuple[Description, int]] = {}
+        self._sizes: dict[int, tuple[RobotDescription, int]] = {}
         self.exhausted = False
 
-    def read(self, request: RobotRequest, places: Mapping[str, Origin]) -> tuple[AssetFile, Description] | None:
+    def read(self, request: RobotRequest, places: Mapping[str, Origin]) -> tuple[AssetFile, RobotDescription] | None:
         """A `RobotReader`."""
         if self.exhausted:
             return None
@@ -112,7 +112,7 @@ class LimitedRobotReader:
         return None
 
 
-def _description_size(description: Description) -> int:
+def _description_size(description: RobotDescription) -> int:
     """How many links and shapes a robot's file holds."""
     links = (link for robot in description.robots for link in robot.links)
     return sum(1 + len(link.collisions) + len(link.visuals) for link in links)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Origin
     from scenecc.lower.fields import FieldLowerer
-    from scenecc.robots.description import Description
+    from scenecc.robots.description import RobotDescription
     from scenecc.variation.nodes import Node
 
 
@@ -371,6 +371,6 @@ class RobotRequest:
     collision_is_visual: bool = False
 
 
-RobotReader = Callable[[RobotRequest, Mapping[str, "Origin"]], "tuple[AssetFile, Description] | None"]
+RobotReader = Callable[[RobotRequest, Mapping[str, "Origin"]], "tuple[AssetFile, RobotDescription] | None"]
 """The file of a request and what it says; None where it was reported. Takes where the keys are written that are: the
 format's own, `srdf` and `package_dir`."""

@@ -143,7 +143,7 @@ COLLISION_ID_BITS = 0xFFFF
 """The bits of the fourth integer within which those of the third count."""
 
 
-def may_collide(a: Sequence[int], b: Sequence[int]) -> bool:
+def groups_collide(a: Sequence[int], b: Sequence[int]) -> bool:
     """SAPIEN's rule over the four integers of two shapes (`PhysxCollisionShape.set_collision_groups`)."""
     ignored = bool(a[2] & b[2]) and (a[3] & COLLISION_ID_BITS) == (b[3] & COLLISION_ID_BITS)
     return bool((a[0] & b[1]) or (a[1] & b[0])) and not ignored

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 PoseNumbers = tuple[float, float, float, float, float, float, float]
 Vector3 = tuple[float, float, float]
-JointWord = Literal["fixed", "revolute", "revolute_unwrapped", "prismatic"]
+SapienJointType = Literal["fixed", "revolute", "revolute_unwrapped", "prismatic"]
 
 
 @frozen
@@ -79,7 +79,7 @@ Geometry = BoxGeometry | SphereGeometry | CapsuleGeometry | CylinderGeometry | P
 
 
 @frozen
-class Look:
+class DescribedMaterial:
     """What a visual shape looks like. None: what SAPIEN's material has by itself.
 
     Attributes:
@@ -123,7 +123,7 @@ class DescribedVisual:
     pose: PoseNumbers
     location: Location
     name: str = ""
-    look: Look | None = None
+    look: DescribedMaterial | None = None
 
 
 @frozen
@@ -159,7 +159,7 @@ class DescribedJoint:
     """
 
     name: str
-    type: JointWord
+    type: SapienJointType
     pose_in_parent: PoseNumbers
     pose_in_child: PoseNumbers
     location: Location
@@ -214,7 +214,7 @@ class DescribedRobot:
 
 
 @frozen
-class NamedFile:
+class DescribedFile:
     """A file that a description led to, its uri as a scene would name it, and the place that names it."""
 
     uri: str
@@ -223,7 +223,7 @@ class NamedFile:
 
 
 @frozen
-class Description:
+class RobotDescription:
     """Everything that a file describes.
 
     Attributes:
@@ -232,4 +232,4 @@ class Description:
     """
 
     robots: tuple[DescribedRobot, ...]
-    files: tuple[NamedFile, ...] = ()
+    files: tuple[DescribedFile, ...] = ()

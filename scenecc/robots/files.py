@@ -1,28 +1,148 @@
-"""The files that a robot's file names: meshes, textures, an SRDF, included files. Found as an asset's files are, inside
-what the scene may read.
+"""Reading of a robot's file and of the files it names: the report of errors, the memory budget and the search for
+files.
+
+Errors are reported at the lines of the robot's file, with the place in the scene that names it. Meshes, textures,
+SRDF and included files are found as other assets are, inside the folders that the scene may read.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenecc.robots.description import NamedFile
+from scenecc.diagnostics import Location, Origin, Sink
+from scenecc.diagnostics.codes import CODES
+from scenecc.diagnostics.messages import nearest
+from scenecc.files import open_regular
+from scenecc.robots.description import DescribedFile
 from scenecc.source.paths import AssetScope, Refusal, ResolvedFile, resolve_asset_reference, shorten_uri
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
-    from scenecc.diagnostics import Location
-    from scenecc.robots.findings import Findings
+    from scenecc.diagnostics.diagnostic import RelatedPlace
 
-_PACKAGE = "package://"
 
-_TRIES = 40
+_MAX_SUGGESTIONS, _MAX_CANDIDATES = 20, 1000
+"""After how many errors no name is guessed any more, and among how many names."""
+
+MAX_READ_MEMORY = 2**30
+"""About what all robots' files of a scene may take in memory while they are read [bytes]."""
+
+_TEXT_BYTE_COST, _ELEMENT_COST, _FILE_COST = 3, 1024, 4096
+"""About what a byte of a file's text, one of its elements, and a file takes."""
+
+
+@dataclass(slots=True)
+class ReadBudget:
+    """How much is still read of the robots' files of one scene, each counted as often as it is read. A small scene may
+    ask for one large file at any number of scales, and for any number of small files that include it.
+
+    Attributes:
+        left: about what they may still take in memory [bytes].
+    """
+
+    left: int = MAX_READ_MEMORY
+
+    def take(self, data: bytes) -> bool:
+        """Counts a text that was read; whether there was as much left."""
+        self.left -= _FILE_COST + _TEXT_BYTE_COST * len(data) + _ELEMENT_COST * data.count(b"<")
+        return self.left >= 0
+
+
+@dataclass(slots=True)
+class FileReport:
+    """Reports of one robot's file.
+
+    Attributes:
+        sink: where they go.
+        origin: the node of the scene that names the file; None: nothing does.
+        told: kinds of what is told once only.
+        errors: how many there were.
+        budget: of all files that are read; None: the file is read alone.
+    """
+
+    sink: Sink
+    origin: Origin | None = None
+    told: set[tuple[str, str]] = field(default_factory=set[tuple[str, str]])
+    errors: int = 0
+    budget: ReadBudget | None = None
+
+    def place(self, location: Location, *path: str | int) -> Origin | Location:
+        """A place in the file, led back to the scene. `path`: what stands there."""
+        return location if self.origin is None else self.origin.into(location, *path)
+
+    def top(self, file: str) -> Location:
+        """The place of a file as a whole."""
+        return Location(file)
+
+    def report(
+        self,
+        code: str,
+        message: str,
+        location: Location,
+        *path: str | int,
+        hint: str | None = None,
+        related: Iterable[RelatedPlace] = (),
+    ) -> None:
+        """Adds a finding. `path`: what it is about (`"links", "base"`)."""
+        self.errors += CODES[code].severity == "error"
+        self.sink.report(code, message, self.place(location, *path), hint=hint, related=related)
+
+    def near(self, word: str, names: Iterable[str]) -> str | None:
+        """A hint with the name that was probably meant. None after many faults: comparing letters takes its time."""
+        found = nearest(word, tuple(islice(names, _MAX_CANDIDATES))) if self.errors < _MAX_SUGGESTIONS else None
+        return None if found is None else f"did you mean `{found}`?"
+
+    def guess(self, code: str, kind: str, word: str, names: Iterable[str]) -> str | None:
+        """The name that was probably meant, where a finding of this kind is still to be told and few kinds were."""
+        is_wanted = (code, kind) not in self.told and len(self.told) < _MAX_SUGGESTIONS
+        return nearest(word, tuple(islice(names, _MAX_CANDIDATES))) if is_wanted else None
+
+    def report_once(self, code: str, kind: str, message: str, location: Location, hint: str | None = None) -> None:
+        """Adds a finding of a kind, the first of that kind only."""
+        if (code, kind) not in self.told:
+            self.told.add((code, kind))
+            self.report(code, message, location, hint=hint)
+
+
+def read_robot_bytes(path: Path, file: str, findings: FileReport, limit: int) -> bytes | None:
+    """The content of a file that was found; None, reported (SC450, SC452), where it cannot be read or is too large.
+
+    Args:
+        path: of the file.
+        file: its name as shown to people.
+        findings: where it is reported.
+        limit: its largest size [bytes].
+    """
+    try:
+        with open_regular(path) as stream:
+            data = stream.read(limit + 1)
+    except OSError as error:
+        findings.report("SC450", f"the file cannot be read: {error.strerror or error}", findings.top(file))
+        return None
+    if len(data) > limit:
+        findings.report("SC452", f"the file is too large: it has more than {limit} bytes", findings.top(file))
+        return None
+    if findings.budget is not None and not findings.budget.take(data):
+        findings.report(
+            "SC452",
+            f"the robots' files of the scene take more than {MAX_READ_MEMORY} bytes of memory",
+            findings.top(file),
+            hint="use fewer files, or each at fewer scales, for it is read anew for each",
+        )
+        return None
+    return data
+
+
+_PACKAGE_SCHEME = "package://"
+
+_MAX_PARENT_FOLDERS = 40
 """In how many folders above the robot's own a ROS package is looked for."""
 
-_ABSENT = "SC401"
+_FILE_NOT_FOUND = "SC401"
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,24 +159,24 @@ class RobotFiles:
     owner: ResolvedFile
     scope: AssetScope
     package: Callable[[str], ResolvedFile | Refusal] | None = None
-    found: dict[str, NamedFile] = field(default_factory=dict[str, NamedFile])
+    found: dict[str, DescribedFile] = field(default_factory=dict[str, DescribedFile])
 
-    def find(self, reference: str, location: Location, findings: Findings) -> NamedFile | None:
+    def find(self, reference: str, location: Location, findings: FileReport) -> DescribedFile | None:
         """The file of a reference as written; None where there is none, reported with a code of `scenecc.source.paths`.
 
         A relative path is one from the robot's own folder. `package://PACKAGE/PATH` is `PACKAGE/PATH` in the folder
         that the scene gives, else in the robot's own, else in the nearest above it that has it: so does SAPIEN, which
         goes on up to the root of the file system, and here the scene's folders end it.
         """
-        if reference.startswith(_PACKAGE):
-            found = self._in_packages(reference[len(_PACKAGE) :])
+        if reference.startswith(_PACKAGE_SCHEME):
+            found = self._in_packages(reference[len(_PACKAGE_SCHEME) :])
         else:
             found = resolve_asset_reference(
                 reference, owner=self.owner.path, owner_uri=self.owner.uri, scope=self.scope
             )
         if isinstance(found, Refusal):
             hint = found.hint
-            if found.code == _ABSENT:
+            if found.code == _FILE_NOT_FOUND:
                 near = "" if hint is None else f"; {hint}"
                 hint = f"looked for {self._looked(reference)}{near}"
             findings.report(found.code, found.message, location, hint=hint)
@@ -68,20 +188,22 @@ class RobotFiles:
         found = resolve_asset_reference(name, owner=self.owner.path, owner_uri=self.owner.uri, scope=self.scope)
         return None if isinstance(found, Refusal) else ResolvedFile(found.path, self._uri(found))
 
-    def add(self, file: ResolvedFile, location: Location) -> NamedFile:
+    def add(self, file: ResolvedFile, location: Location) -> DescribedFile:
         """Remembers a file that was found."""
         uri = self._uri(file)
         self.scope.memory.note(ResolvedFile(file.path, uri), self.owner.uri)
-        return self.found.setdefault(uri, NamedFile(uri, file.path, location))
+        return self.found.setdefault(uri, DescribedFile(uri, file.path, location))
 
     def _in_packages(self, inner: str) -> ResolvedFile | Refusal:
         if not inner or inner.startswith("/"):
-            return Refusal("SC403", f"`{shorten_uri(_PACKAGE + inner)}` names no file", "write package://PACKAGE/PATH")
+            return Refusal(
+                "SC403", f"`{shorten_uri(_PACKAGE_SCHEME + inner)}` names no file", "write package://PACKAGE/PATH"
+            )
         given = None if self.package is None else self.package(inner)
         if isinstance(given, ResolvedFile):
             return given
-        first: Refusal | None = None if given is None or given.code == _ABSENT else given
-        for step in range(min(_TRIES, len(self.owner.path.parents))):
+        first: Refusal | None = None if given is None or given.code == _FILE_NOT_FOUND else given
+        for step in range(min(_MAX_PARENT_FOLDERS, len(self.owner.path.parents))):
             reference = "../" * step + inner
             found = resolve_asset_reference(
                 reference, owner=self.owner.path, owner_uri=self.owner.uri, scope=self.scope
@@ -90,19 +212,18 @@ class RobotFiles:
                 return found
             if found.code == "SC402" and step:
                 break
-            if found.code != _ABSENT and first is None:
+            if found.code != _FILE_NOT_FOUND and first is None:
                 first = found
-        return first or Refusal(_ABSENT, f"there is no file `{shorten_uri(_PACKAGE + inner)}`")
+        return first or Refusal(_FILE_NOT_FOUND, f"there is no file `{shorten_uri(_PACKAGE_SCHEME + inner)}`")
 
     def _looked(self, reference: str) -> str:
         """Where it was looked for, in words."""
         folder = self.owner.path.parent
-        if not reference.startswith(_PACKAGE):
+        if not reference.startswith(_PACKAGE_SCHEME):
             return f"it in {folder}"
         given = "" if self.package is None else "the package_dir of the scene, "
-        return (
-            f"`{shorten_uri(reference[len(_PACKAGE) :])}` in {given}{folder} and the folders above it that may be read"
-        )
+        path = shorten_uri(reference[len(_PACKAGE_SCHEME) :])
+        return f"`{path}` in {given}{folder} and the folders above it that may be read"
 
     def _uri(self, found: ResolvedFile) -> str:
         """A uri as a scene would name the file: by the scheme by which it names the robot's own file, if by one."""

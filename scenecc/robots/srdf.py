@@ -6,19 +6,18 @@ from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut
-from scenecc.robots.findings import read_robot_bytes
-from scenecc.robots.reading import word
-from scenecc.robots.xml import XmlBounds, parse_xml
+from scenecc.robots.files import read_robot_bytes
+from scenecc.robots.xml import XmlBounds, parse_xml, read_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
     from pathlib import Path
 
     from scenecc.diagnostics import Location
-    from scenecc.robots.findings import Findings
-    from scenecc.robots.xml import Element
+    from scenecc.robots.files import FileReport
+    from scenecc.robots.xml import SourceElement
 
-MAX_PAIRS = 31
+MAX_IGNORED_PAIRS = 31
 """How many bits SAPIEN's loader gives away."""
 
 
@@ -31,7 +30,7 @@ class IgnoredPair:
     location: Location
 
 
-def read_srdf(path: Path, file: str, links: Iterable[str], findings: Findings) -> tuple[IgnoredPair, ...]:
+def read_srdf(path: Path, file: str, links: Iterable[str], findings: FileReport) -> tuple[IgnoredPair, ...]:
     """The pairs that SAPIEN's loader heeds: those whose reason is `Default`.
 
     Of others nothing is told where they are neighbours (`Adjacent`) or cannot meet (`Never`), since these make no
@@ -52,13 +51,13 @@ def read_srdf(path: Path, file: str, links: Iterable[str], findings: Findings) -
         return ()
     known = dict.fromkeys(links)
     pairs: list[IgnoredPair] = []
-    others: list[Element] = []
+    others: list[SourceElement] = []
     for element in root.all("disable_collisions"):
         reason = element.attributes.get("reason", "").lower()
         if reason != "default":
             if reason not in {"adjacent", "never"}:
                 others.append(element)
-        elif (pair := _pair(element, known, findings)) is not None:
+        elif (pair := _read_pair(element, known, findings)) is not None:
             pairs.append(pair)
     if others:
         findings.report(
@@ -70,8 +69,8 @@ def read_srdf(path: Path, file: str, links: Iterable[str], findings: Findings) -
     return tuple(pairs)
 
 
-def _pair(element: Element, links: Mapping[str, None], findings: Findings) -> IgnoredPair | None:
-    names = [word(element, attribute, findings) for attribute in ("link1", "link2")]
+def _read_pair(element: SourceElement, links: Mapping[str, None], findings: FileReport) -> IgnoredPair | None:
+    names = [read_text(element, attribute, findings) for attribute in ("link1", "link2")]
     is_good = True
     for attribute, name in zip(("link1", "link2"), names, strict=True):
         if name is not None and name not in links:
@@ -91,8 +90,8 @@ def _pair(element: Element, links: Mapping[str, None], findings: Findings) -> Ig
     return IgnoredPair(first, second, element.location)
 
 
-def ignore_bits(
-    links: Sequence[str], parents: Sequence[int | None], pairs: Iterable[IgnoredPair], findings: Findings
+def assign_ignore_bits(
+    links: Sequence[str], parents: Sequence[int | None], pairs: Iterable[IgnoredPair], findings: FileReport
 ) -> tuple[list[int], tuple[Location, ...]]:
     """The bits of each link of one robot, and for each bit its pair.
 
@@ -111,10 +110,10 @@ def ignore_bits(
         first, second = numbers.get(pair.first), numbers.get(pair.second)
         if first is None or second is None or parents[first] == second or parents[second] == first:
             continue
-        if len(found) == MAX_PAIRS:
+        if len(found) == MAX_IGNORED_PAIRS:
             findings.report(
                 "SC473",
-                f"more than {MAX_PAIRS} pairs of links are not to collide, and there is a bit for so many",
+                f"more than {MAX_IGNORED_PAIRS} pairs of links are not to collide, and there is a bit for so many",
                 pair.location,
                 hint="leave out pairs that never meet, or say `disable_self_collisions: true`",
             )

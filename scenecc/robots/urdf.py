@@ -1,4 +1,4 @@
-"""Reads a URDF into a `Description`, in the numbers that SAPIEN's `URDFLoader` gives its builders, to the bit.
+"""Reads a URDF into a `RobotDescription`, in the numbers that SAPIEN's `URDFLoader` gives its builders, to the bit.
 
 What the loader takes as it is and what is left to others:
 
@@ -20,20 +20,23 @@ from scenecc.robots.description import (
     DescribedLink,
     DescribedRobot,
     DescribedVisual,
-    Description,
+    RobotDescription,
 )
-from scenecc.robots.files import RobotFiles
-from scenecc.robots.findings import Findings, ReadBudget, read_robot_bytes
-from scenecc.robots.geometry import read_geometry, read_inertial, read_origin
-from scenecc.robots.joints import JointRow, read_joint, read_row
-from scenecc.robots.known import check_known
-from scenecc.robots.looks import Looks
-from scenecc.robots.mimics import check_mimics, scaled_mimics
-from scenecc.robots.pose32 import IDENTITY
-from scenecc.robots.reading import word
-from scenecc.robots.srdf import IgnoredPair, ignore_bits, read_srdf
-from scenecc.robots.tree import Branch, grow
-from scenecc.robots.xml import XmlBounds, parse_xml
+from scenecc.robots.files import FileReport, ReadBudget, RobotFiles, read_robot_bytes
+from scenecc.robots.sapien_poses import IDENTITY_POSE
+from scenecc.robots.srdf import IgnoredPair, assign_ignore_bits, read_srdf
+from scenecc.robots.urdf_joints import (
+    JointElement,
+    LinkTree,
+    build_link_trees,
+    check_mimics,
+    read_joint,
+    read_joint_element,
+    scale_mimics,
+)
+from scenecc.robots.urdf_links import UrdfMaterials, read_geometry, read_inertial, read_origin
+from scenecc.robots.urdf_schema import check_urdf_schema
+from scenecc.robots.xml import XmlBounds, parse_xml, read_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -41,16 +44,16 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Location, Origin, Sink
     from scenecc.robots.description import Geometry, PoseNumbers
-    from scenecc.robots.xml import Element
+    from scenecc.robots.xml import SourceElement
     from scenecc.source.paths import AssetScope, Refusal, ResolvedFile
 
 MAX_LINKS = 255
 """How many links PhysX counts on the CPU: 257 of them have 0 degrees of freedom."""
 
-MAX_PARTS = 4096
+MAX_SHAPES = 4096
 """How many links and joints a file has, in all its robots."""
 
-_SUFFIX = ".urdf"
+_URDF_SUFFIX = ".urdf"
 
 
 def read_urdf(
@@ -66,7 +69,7 @@ def read_urdf(
     package: Callable[[str], ResolvedFile | Refusal] | None = None,
     name: str | None = None,
     budget: ReadBudget | None = None,
-) -> Description | None:
+) -> RobotDescription | None:
     """The robots of a URDF; None where the file is wrong, all that is wrong having been reported.
 
     Args:
@@ -84,27 +87,36 @@ def read_urdf(
         budget: of all files of the scene; None: it is read alone.
     """
     name = file.uri if name is None else name
-    findings = Findings(sink, origin, budget=budget)
+    findings = FileReport(sink, origin, budget=budget)
     data = read_robot_bytes(file.path, name, findings, XmlBounds().size)
     root = None if data is None else parse_xml(data, name, findings)
     if root is None:
         return None
     if root.tag != "robot":
-        findings.report("SC453", f"a URDF is a <robot>, and this is a <{cut(root.tag)}>", root.location, hint=_HINT)
+        findings.report(
+            "SC453", f"a URDF is a <robot>, and this is a <{cut(root.tag)}>", root.location, hint=_FORMAT_HINT
+        )
         return None
     files = RobotFiles(file, scope, package)
-    pairing = Findings(sink, srdf_origin or origin)
-    return _Reader(root, files, findings, pairing, float(scale), is_seen=collision_is_visual).read(srdf)
+    pairing = FileReport(sink, srdf_origin or origin)
+    return _UrdfReader(root, files, findings, pairing, float(scale), is_seen=collision_is_visual).read(srdf)
 
 
-_HINT = "a MuJoCo model is given with `mjcf:`, and an SDF is not read"
+_FORMAT_HINT = "a MuJoCo model is given with `mjcf:`, and an SDF is not read"
 
 
-class _Reader:
+class _UrdfReader:
     """One reading. `pairing`: takes what is wrong with the SRDF."""
 
     def __init__(
-        self, root: Element, files: RobotFiles, findings: Findings, pairing: Findings, scale: float, *, is_seen: bool
+        self,
+        root: SourceElement,
+        files: RobotFiles,
+        findings: FileReport,
+        pairing: FileReport,
+        scale: float,
+        *,
+        is_seen: bool,
     ) -> None:
         self._root = root
         self._files = files
@@ -112,20 +124,24 @@ class _Reader:
         self._pairing = pairing
         self._scale = scale
         self._is_seen = is_seen
-        self._looks = Looks(root, files, findings)
+        self._looks = UrdfMaterials(root, files, findings)
 
-    def read(self, srdf: ResolvedFile | Literal["sibling"] | None) -> Description | None:
+    def read(self, srdf: ResolvedFile | Literal["sibling"] | None) -> RobotDescription | None:
         """The whole, where nothing of it is wrong."""
         findings = self._findings
         for tag in ("link", "joint"):
-            if (count := sum(1 for _ in self._root.all(tag))) > MAX_PARTS:
-                message = f"the file is too large: it has {count} {tag}s, and {MAX_PARTS} are read"
+            if (count := sum(1 for _ in self._root.all(tag))) > MAX_SHAPES:
+                message = f"the file is too large: it has {count} {tag}s, and {MAX_SHAPES} are read"
                 findings.report("SC452", message, self._root.location)
         if findings.errors:
             return None
-        check_known(self._root, findings)
+        check_urdf_schema(self._root, findings)
         links = self._named("link")
-        rows = [row for element in self._named("joint").values() if (row := read_row(element, findings)) is not None]
+        rows = [
+            row
+            for element in self._named("joint").values()
+            if (row := read_joint_element(element, findings)) is not None
+        ]
         if not links and not findings.errors:
             findings.report("SC455", "<robot> has no <link>", self._root.location)
         # Links that hang on a joint that is wrong would be told to have no parent.
@@ -134,23 +150,25 @@ class _Reader:
         read = [self._link(element) for element in self._root.all("link")]
         described = {link.name: link for link in reversed(read)}
         made = (read_joint(row, self._scale, findings) for row in rows if row.kind != "floating")
-        joints = scaled_mimics({joint.name: joint for joint in made if joint is not None}, self._scale)
+        joints = scale_mimics({joint.name: joint for joint in made if joint is not None}, self._scale)
         pairs = self._pairs(srdf, links)
-        branches = grow(links, rows, findings) if whole else None
+        branches = build_link_trees(links, rows, findings) if whole else None
         if branches is None or findings.errors or self._pairing.errors:
             return None
         robots = tuple(
             self._robot(branch, described, joints, pairs, is_first=index == 0) for index, branch in enumerate(branches)
         )
         return (
-            None if findings.errors or self._pairing.errors else Description(robots, tuple(self._files.found.values()))
+            None
+            if findings.errors or self._pairing.errors
+            else RobotDescription(robots, tuple(self._files.found.values()))
         )
 
-    def _named(self, tag: str) -> dict[str, Element]:
+    def _named(self, tag: str) -> dict[str, SourceElement]:
         """The elements of a kind by name, in the order of the file; two of one name are SC460."""
-        named: dict[str, Element] = {}
+        named: dict[str, SourceElement] = {}
         for element in self._root.all(tag):
-            name = word(element, "name", self._findings)
+            name = read_text(element, "name", self._findings)
             first = element if name is None else named.setdefault(name, element)
             if first is not element:
                 self._findings.report(
@@ -162,18 +180,18 @@ class _Reader:
         return named
 
     def _pairs(
-        self, srdf: ResolvedFile | Literal["sibling"] | None, links: dict[str, Element]
+        self, srdf: ResolvedFile | Literal["sibling"] | None, links: dict[str, SourceElement]
     ) -> tuple[IgnoredPair, ...]:
         path = self._files.owner.path
         if srdf == "sibling":
-            is_named = path.name.endswith(_SUFFIX)
-            srdf = self._files.beside(path.name.removesuffix(_SUFFIX) + ".srdf") if is_named else None
+            is_named = path.name.endswith(_URDF_SUFFIX)
+            srdf = self._files.beside(path.name.removesuffix(_URDF_SUFFIX) + ".srdf") if is_named else None
         if srdf is None:
             return ()
         named = self._files.add(srdf, self._root.location)
         return read_srdf(named.path, named.uri, links, self._pairing)
 
-    def _link(self, element: Element) -> DescribedLink:
+    def _link(self, element: SourceElement) -> DescribedLink:
         """A link without its place in the tree. What is wrong with it is left out and reported."""
         collisions: list[DescribedCollision] = []
         visuals: list[DescribedVisual] = []
@@ -198,15 +216,15 @@ class _Reader:
             inertial=inertial,
         )
 
-    def _shape(self, element: Element) -> tuple[Geometry, PoseNumbers, Location] | None:
+    def _shape(self, element: SourceElement) -> tuple[Geometry, PoseNumbers, Location] | None:
         pose = read_origin(element, self._scale, self._findings)
         # A shape whose pose is wrong is read all the same, for what else is wrong with it.
-        shape = read_geometry(element, pose or IDENTITY, self._scale, self._files, self._findings)
+        shape = read_geometry(element, pose or IDENTITY_POSE, self._scale, self._files, self._findings)
         return None if pose is None else shape
 
     def _robot(
         self,
-        branch: Branch,
+        branch: LinkTree,
         described: dict[str, DescribedLink],
         joints: dict[str, DescribedJoint],
         pairs: tuple[IgnoredPair, ...],
@@ -227,7 +245,7 @@ class _Reader:
         numbers = {name: index for index, name in enumerate(branch.links)}
         below = list(zip(branch.links, branch.joints, strict=True))[1:]
         parents = [None, *(numbers[row.parent] for _, row in below if row is not None)]
-        bits, ignored = ignore_bits(branch.links, parents, pairs, self._pairing)
+        bits, ignored = assign_ignore_bits(branch.links, parents, pairs, self._pairing)
         check_mimics([joints[row.name] for _, row in below if row is not None], findings)
         return DescribedRobot(
             links=tuple(
@@ -236,13 +254,13 @@ class _Reader:
             ),
             body_type="dynamic" if len(branch.links) == 1 else None,
             fixed=None if is_first else False,
-            pose=pose or IDENTITY,
+            pose=pose or IDENTITY_POSE,
             location=root.location,
             ignored=ignored,
         )
 
 
-def _joint_of(row: JointRow | None, index: int, joints: dict[str, DescribedJoint]) -> DescribedJoint | None:
+def _joint_of(row: JointElement | None, index: int, joints: dict[str, DescribedJoint]) -> DescribedJoint | None:
     return None if row is None or index == 0 else joints[row.name]
 
 

@@ -1,32 +1,40 @@
-"""XML of robots as a tree whose every element and attribute knows its place in the text. For URDF, SRDF and MJCF.
+"""XML for URDF, SRDF and MJCF: a tree whose elements and attributes know their positions, and readers for their
+values.
 
-A file may come from a stranger: nothing is fetched, no entity is declared, and size, depth and counts are bounded.
-Names are taken as written, prefixes with them; a default namespace means nothing.
+Files are untrusted: nothing is fetched, entities are not allowed, and size, depth and counts are bounded. Names are
+taken as written, with their prefixes; a default namespace has no meaning.
 """
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass, field
 from pyexpat import ExpatError, ParserCreate
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from scenecc.diagnostics.collector import collector_paused
 from scenecc.diagnostics.frozen import frozen
+from scenecc.diagnostics.messages import cut
 from scenecc.source.text import TextLines
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from scenecc.diagnostics import Location
-    from scenecc.robots.findings import Findings
+    from scenecc.robots.description import Vector3
+    from scenecc.robots.files import FileReport
 
-_PIECE = 2**20
+
+_PARSE_SIZE = 2**20
 """How much is given to the parser at once: what a handler raises is heeded at the end of a piece, and a token that
 spans pieces is looked at once a piece [bytes]."""
 
-_TAG = re.compile(rb"<[^\s/>]+")
-_ATTRIBUTE = re.compile(rb"\s*([^\s=/>]+)\s*=\s*(\"[^\"]*\"|'[^']*')")
+_TAG_PATTERN = re.compile(rb"<[^\s/>]+")
+
+_ATTRIBUTE_PATTERN = re.compile(rb"\s*([^\s=/>]+)\s*=\s*(\"[^\"]*\"|'[^']*')")
 
 
 @frozen
@@ -47,7 +55,7 @@ class XmlBounds:
 
 
 @dataclass(frozen=True, slots=True)
-class _Text:
+class _XmlText:
     """A text as read and its lines."""
 
     data: bytes
@@ -55,7 +63,7 @@ class _Text:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Element:
+class SourceElement:
     """An element.
 
     Attributes:
@@ -71,8 +79,8 @@ class Element:
     line: int
     column: int
     _offset: int = field(repr=False)
-    _text: _Text = field(repr=False)
-    children: list[Element] = field(default_factory=list["Element"], repr=False)
+    _text: _XmlText = field(repr=False)
+    children: list[SourceElement] = field(default_factory=list["SourceElement"], repr=False)
     characters: list[str] = field(default_factory=list[str], repr=False)
 
     @property
@@ -89,44 +97,44 @@ class Element:
         """The place of an attribute's value; the element's own where it has no such attribute."""
         wanted = attribute.encode()
         data = self._text.data
-        found = _TAG.match(data, self._offset)
+        found = _TAG_PATTERN.match(data, self._offset)
         while found is not None:
-            found = _ATTRIBUTE.match(data, found.end())
+            found = _ATTRIBUTE_PATTERN.match(data, found.end())
             if found is not None and found[1] == wanted:
                 return self._place(found.start(2) + 1, found.end(2) - 1)
         return self.location
 
-    def find(self, tag: str) -> Element | None:
+    def find(self, tag: str) -> SourceElement | None:
         """The first child of some name."""
         return next(self.all(tag), None)
 
-    def all(self, tag: str) -> Iterator[Element]:
+    def all(self, tag: str) -> Iterator[SourceElement]:
         """The children of some name."""
         return (child for child in self.children if child.tag == tag)
 
     def _place(self, start: int, end: int) -> Location:
         """The place of some bytes of the start tag, up to the end of the line on which they begin."""
-        before = _unified(self._text.data[self._offset : start].decode())
-        inside = _unified(self._text.data[start:end].decode())
+        before = _normalize_newlines(self._text.data[self._offset : start].decode())
+        inside = _normalize_newlines(self._text.data[start:end].decode())
         line = before.count("\n")
         column = len(before) - (before.rfind("\n") + 1) + (0 if line else self.column)
         length = len(inside.split("\n", 1)[0])
         return self._text.lines.location(self.line + line, column, column + length)
 
 
-class _Refused(Exception):
+class _ParserStop(Exception):
     """Stops the parser; what is wrong has been reported."""
 
 
-class _Builder:
+class _TreeBuilder:
     """Makes the tree from the parser's events."""
 
-    def __init__(self, text: _Text, findings: Findings, bounds: XmlBounds) -> None:
-        self.root: Element | None = None
+    def __init__(self, text: _XmlText, findings: FileReport, bounds: XmlBounds) -> None:
+        self.root: SourceElement | None = None
         self._text = text
         self._findings = findings
         self._bounds = bounds
-        self._open: list[Element] = []
+        self._open: list[SourceElement] = []
         self._count = 0
         parser = ParserCreate("utf-8")
         parser.buffer_text = True
@@ -138,7 +146,7 @@ class _Builder:
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         parser = self.parser
-        element = Element(
+        element = SourceElement(
             tag,
             attributes,
             parser.CurrentLineNumber - 1,
@@ -174,14 +182,14 @@ class _Builder:
             self._text.lines.location(line, column, column + 9),
             hint="take the <!DOCTYPE …> away, and write out the entities that it declares",
         )
-        raise _Refused
+        raise _ParserStop
 
-    def _refuse_size(self, element: Element, what: str) -> None:
+    def _refuse_size(self, element: SourceElement, what: str) -> None:
         self._findings.report("SC452", f"the file is too large: {what}", element.location)
-        raise _Refused
+        raise _ParserStop
 
 
-def parse_xml(data: bytes, file: str, findings: Findings, bounds: XmlBounds | None = None) -> Element | None:
+def parse_xml(data: bytes, file: str, findings: FileReport, bounds: XmlBounds | None = None) -> SourceElement | None:
     """The root element of a document; None, reported, where it is none or goes beyond the bounds.
 
     Args:
@@ -196,19 +204,19 @@ def parse_xml(data: bytes, file: str, findings: Findings, bounds: XmlBounds | No
         findings.report("SC452", f"the file is too large: it has more than {bounds.size} bytes", findings.top(file))
         return None
     try:
-        text = _Text(data, TextLines(file, data.decode()))
+        text = _XmlText(data, TextLines(file, data.decode()))
     except UnicodeDecodeError as error:
-        _not_text(error, file, findings)
+        _report_encoding(error, file, findings)
         return None
     if data.count(b"=") > bounds.equals:
         findings.report("SC452", f"the file is too large: more than {bounds.equals} attributes", findings.top(file))
         return None
-    builder = _Builder(text, findings, bounds)
+    builder = _TreeBuilder(text, findings, bounds)
     try:
         with collector_paused():
-            for start in range(0, len(data) + 1, _PIECE):
-                builder.parser.Parse(data[start : start + _PIECE], start + _PIECE > len(data))
-    except _Refused:
+            for start in range(0, len(data) + 1, _PARSE_SIZE):
+                builder.parser.Parse(data[start : start + _PARSE_SIZE], start + _PARSE_SIZE > len(data))
+    except _ParserStop:
         return None
     except ExpatError as error:
         message = str(error).rsplit(": line", 1)[0]
@@ -218,7 +226,7 @@ def parse_xml(data: bytes, file: str, findings: Findings, bounds: XmlBounds | No
     return builder.root
 
 
-def _not_text(error: UnicodeDecodeError, file: str, findings: Findings) -> None:
+def _report_encoding(error: UnicodeDecodeError, file: str, findings: FileReport) -> None:
     before = error.object[: error.start].decode()
     lines = TextLines(file, before + error.object[error.start : error.start + 200].decode(errors="replace"))
     line, column = lines.position(len(before))
@@ -230,5 +238,110 @@ def _not_text(error: UnicodeDecodeError, file: str, findings: Findings) -> None:
     )
 
 
-def _unified(text: str) -> str:
+def _normalize_newlines(text: str) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+FLOAT32_MAX, FLOAT32_TINY = float(np.finfo(np.float32).max), float(np.finfo(np.float32).tiny)
+"""Of the numbers that the engine's single precision has, and of those above 0 that are no 0 there."""
+
+MAX_PLAUSIBLE_RADIANS, MAX_PLAUSIBLE_DEGREES = 4 * math.pi * (1 + 1e-6), 720.0
+"""Two turns in radians and in degrees. Between the two, degrees are meant; beyond, as many files have it, no limit."""
+
+_NUMBER_PATTERN = re.compile(
+    r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|inf(?:inity)?|nan)", re.IGNORECASE
+)
+
+_MAX_NUMBER_CHARS = 400
+
+
+def parse_number(text: str) -> float | None:
+    """A number as both XML schema and Python write it; None: it is none."""
+    text = text.strip()
+    return float(text) if len(text) <= _MAX_NUMBER_CHARS and _NUMBER_PATTERN.fullmatch(text) else None
+
+
+def read_text(element: SourceElement, attribute: str, findings: FileReport) -> str | None:
+    """The value of an attribute that must be there and not be blank (SC455)."""
+    value = element.attributes.get(attribute, "").strip()
+    if value:
+        return element.attributes[attribute]
+    missing = attribute not in element.attributes
+    message = f"<{element.tag}> has no `{attribute}`" if missing else f"the `{attribute}` of <{element.tag}> is empty"
+    findings.report("SC455", message, element.at(attribute))
+    return None
+
+
+def read_number(
+    element: SourceElement, attribute: str, findings: FileReport, *, infinite: bool = False
+) -> float | None:
+    """The number of an attribute that must be there (SC455), finite unless `infinite`, and none too large (SC456)."""
+    if read_text(element, attribute, findings) is None:
+        return None
+    found = _parse_numbers(
+        element, attribute, element.attributes[attribute].split() or [""], 1, findings, infinite=infinite
+    )
+    return None if found is None else found[0]
+
+
+def read_optional_number(
+    element: SourceElement, attribute: str, findings: FileReport, *, infinite: bool = False
+) -> tuple[float | None, bool]:
+    """The number of an attribute, None where it is not there, and whether all is well."""
+    if attribute not in element.attributes:
+        return None, True
+    found = read_number(element, attribute, findings, infinite=infinite)
+    return found, found is not None
+
+
+def read_vector3(element: SourceElement, attribute: str, findings: FileReport) -> Vector3 | None:
+    """Three numbers of an attribute that must be there."""
+    found = read_numbers(element, attribute, 3, findings)
+    return None if found is None else (found[0], found[1], found[2])
+
+
+def read_numbers(element: SourceElement, attribute: str, count: int, findings: FileReport) -> tuple[float, ...] | None:
+    """So many numbers, parted by blanks, of an attribute that must be there (SC455, SC456)."""
+    if read_text(element, attribute, findings) is None:
+        return None
+    return _parse_numbers(element, attribute, element.attributes[attribute].split(), count, findings, infinite=False)
+
+
+def warn_if_degrees(angles: Iterable[float], what: str, location: Location, findings: FileReport) -> None:
+    """Warns, once for what they are, of angles [rad] that were probably meant in degrees."""
+    angle = max(
+        (size for size in map(abs, angles) if MAX_PLAUSIBLE_RADIANS < size <= MAX_PLAUSIBLE_DEGREES), default=None
+    )
+    if angle is not None:
+        message = f"{what} of {angle:g} radians: that is {angle / math.tau:.3g} turns"
+        findings.report_once(
+            "SC526", what, message, location, "angles are radians here; there may be more in this file"
+        )
+
+
+def _parse_numbers(
+    element: SourceElement, attribute: str, words: list[str], count: int, findings: FileReport, *, infinite: bool
+) -> tuple[float, ...] | None:
+    where = f"the `{attribute}` of <{element.tag}>"
+    if len(words) != count:
+        wanted = "one number" if count == 1 else f"{count} numbers"
+        findings.report(
+            "SC456", f"{where} wants {wanted}, parted by blanks, and has {len(words)}", element.at(attribute)
+        )
+        return None
+    values: list[float] = []
+    for text in words:
+        value = parse_number(text)
+        if value is None:
+            findings.report("SC456", f"{where} holds `{cut(text)}`, which is no number", element.at(attribute))
+            return None
+        if math.isnan(value) or (math.isinf(value) and not infinite):
+            findings.report("SC456", f"{where} holds `{text}`, which is no finite number", element.at(attribute))
+            return None
+        if math.isfinite(value) and abs(value) > FLOAT32_MAX:
+            findings.report(
+                "SC456", f"{where} holds `{cut(text)}`, beyond the engine's single precision", element.at(attribute)
+            )
+            return None
+        values.append(value)
+    return tuple(values)

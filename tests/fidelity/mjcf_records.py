@@ -19,18 +19,18 @@ from scenecc.robots.description import (
     CylinderGeometry,
     DescribedCollision,
     DescribedLink,
+    DescribedMaterial,
     DescribedVisual,
-    Description,
     Geometry,
-    Look,
     MeshGeometry,
+    RobotDescription,
     SphereGeometry,
 )
 from scenecc.robots.mjcf import read_mjcf
 from scenecc.source.paths import AssetScope, ResolvedFile
 
 
-def read(path: Path, *, root: Path | None = None) -> tuple[Description | None, list[Diagnostic]]:
+def read(path: Path, *, root: Path | None = None) -> tuple[RobotDescription | None, list[Diagnostic]]:
     """A file's description and what was told of it. `root`: of what may be read; None: the file's folder."""
     sink = Sink()
     found = read_mjcf(ResolvedFile(path, path.name), scope=AssetScope(root or path.parent), sink=sink)
@@ -123,7 +123,7 @@ def their_look(look: _Look) -> dict[str, Any]:
     return found
 
 
-def our_look(look: Look | None) -> dict[str, Any]:
+def our_look(look: DescribedMaterial | None) -> dict[str, Any]:
     assert look is not None
     names = ("base_color", "emission", "specular", "roughness", "metallic")
     found: dict[str, Any] = {name: single(getattr(look, name)) for name in names if getattr(look, name) is not None}
@@ -233,7 +233,7 @@ def assert_equal(ours: Any, theirs: Any, where: str = "") -> None:
         assert ours == theirs, f"{where}: {ours} is not {theirs}"
 
 
-def assert_same(path: Path, monkeypatch: Any, *, root: Path | None = None) -> Description:
+def assert_same(path: Path, monkeypatch: Any, *, root: Path | None = None) -> RobotDescription:
     """Asserts that a file's description says what ManiSkill's loader builds, to the bit, and nothing else."""
     description, told = read(path, root=root)
     assert description is not None, [str(one) for one in told]

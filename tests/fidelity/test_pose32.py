@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from scenecc.robots.description import PoseNumbers
-from scenecc.robots.pose32 import compose, pose_numbers, pose_of_matrix
+from scenecc.robots.sapien_poses import compose_poses, pose_numbers, pose_of_matrix
 
 COUNT = 100_000
 
@@ -52,7 +52,7 @@ def test_poses_of_matrices_and_their_products_have_the_same_bits(matrices: NDArr
         theirs = sapien.Pose(matrix)
         mine = pose_of_matrix(matrix)
         assert bits(mine) == bits(theirs), matrix
-        assert bits(compose(ours, mine)) == bits(before * theirs), matrix
+        assert bits(compose_poses(ours, mine)) == bits(before * theirs), matrix
         before, ours = theirs, mine
 
 
@@ -63,4 +63,4 @@ def test_products_of_any_quaternions_have_the_same_bits(q: list[float], p: list[
     first, second = (p[:3], q[:4]), (p[3:], q[4:])
     theirs = sapien.Pose(*first) * sapien.Pose(*second)
     mine = [pose_numbers((a, b, c), (w, x, y, z)) for (a, b, c), (w, x, y, z) in (first, second)]
-    assert bits(compose(mine[0], mine[1])) == bits(theirs)
+    assert bits(compose_poses(mine[0], mine[1])) == bits(theirs)

@@ -19,7 +19,7 @@ from scenecc.source.paths import AssetScope, ResolvedFile
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scenecc.robots.description import Description
+    from scenecc.robots.description import RobotDescription
 
 SPEC = importlib.util.find_spec("mani_skill")
 PACKAGE = None if SPEC is None or SPEC.origin is None else Path(SPEC.origin).parent
@@ -35,7 +35,7 @@ def loader() -> Iterator[Loader]:
         yield Loader(patch)
 
 
-def describe(file: Path, **options: object) -> tuple[Description | None, Sink]:
+def describe(file: Path, **options: object) -> tuple[RobotDescription | None, Sink]:
     sink = Sink()
     found = ResolvedFile(file, file.name)
     # The loader climbs to the root of the file system for a package; so that both find the same, so may the reader.
@@ -43,7 +43,7 @@ def describe(file: Path, **options: object) -> tuple[Description | None, Sink]:
     return read_urdf(found, scope=scope, sink=sink, **options), sink  # type: ignore[arg-type]
 
 
-def assert_equal(description: Description, loader: Loader, file: Path, **options: object) -> None:
+def assert_equal(description: RobotDescription, loader: Loader, file: Path, **options: object) -> None:
     articulations, actors = loader.parse(file, **options)  # type: ignore[arg-type]
     ours = [robot_facts(robot) for robot in description.robots]
     is_body = [robot.body_type is not None for robot in description.robots]

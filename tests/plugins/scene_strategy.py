@@ -36,7 +36,7 @@ from plugins.scene_nodes import (
 )
 from pydantic import StringConstraints
 
-from scenecc.checks.physics import LANGUAGE_KEYS, MOVING, SEEN
+from scenecc.checks.physics import DYNAMIC_FIELDS, LANGUAGE_KEYS, VISUAL_FIELDS
 from scenecc.spec.articulation import Mjcf, Tree, TreeJoint, TreeLink, Urdf
 from scenecc.spec.base import NAME_PATTERN, REFERENCE_PATTERN
 from scenecc.spec.body import BodySpec
@@ -375,10 +375,10 @@ def _body_types(document: dict[str, Any], random: Random) -> None:
         elif not shapes(body, *SHAPE_LISTS) or (kind == "dynamic" and not colliding(body) and "inertial" not in body):
             body["shapes"] = [dict(FALLBACK)]
         if kind != "dynamic":
-            for field in MOVING:
+            for field in DYNAMIC_FIELDS:
                 body.pop(LANGUAGE_KEYS.get(field, field), None)
         if not shapes(body, "shapes", "visuals"):
-            for name in (*SEEN, "color"):
+            for name in (*VISUAL_FIELDS, "color"):
                 body.pop(name, None)
         if not colliding(body):
             for name in ("collision_bits", "collision_group", "density"):

@@ -16,7 +16,7 @@ _SECTIONS = {
     "plan": "articulation camera constraint light tendons json_reader",
     "robots": "urdf mjcf",
     "lower": "articulations cameras constraints lights mounts resets",
-    "checks": "articulations constraints pictures",
+    "checks": "articulations constraints render_objects",
     "spec": "articulation camera constraint light",
     "expand": "expand",
     "backends": "sapien maniskill",
@@ -87,7 +87,12 @@ def test_what_a_scene_has_is_loaded(tmp_path: Path) -> None:
     file.write_text(SCENE + "cameras: {eye: {width: 4, height: 4, fovy: 1, pose: [0, 0, 1]}}\n")
     code = "import sys, scenecc\nfound = scenecc.validate(sys.argv[1])\nassert not found, found"
     found = loaded(code, str(file), among=NOT_HERE)
-    assert found >= {"scenecc.spec.camera", "scenecc.plan.camera", "scenecc.lower.cameras", "scenecc.checks.pictures"}
+    assert found >= {
+        "scenecc.spec.camera",
+        "scenecc.plan.camera",
+        "scenecc.lower.cameras",
+        "scenecc.checks.render_objects",
+    }
     assert not found & {"scenecc.spec.light", "scenecc.lower.lights", "scenecc.lower.constraints"}
 
 

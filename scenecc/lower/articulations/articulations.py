@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from scenecc.lower.shapes import ShapeLowerer
     from scenecc.plan import AssetFile, BodyStructure, Value
     from scenecc.plan.body import BodyType
-    from scenecc.robots.description import DescribedRobot, Description, PoseNumbers
+    from scenecc.robots.description import DescribedRobot, PoseNumbers, RobotDescription
 
 
 _VISIBLE_KEYS = ("visibility",)
@@ -242,7 +242,7 @@ class ArticulationLowerer:
 
     def _file(
         self, key: Literal["urdf", "mjcf"], entity: Any, one: Alternative
-    ) -> tuple[AssetFile, Description] | None:
+    ) -> tuple[AssetFile, RobotDescription] | None:
         """A file of robots; None where it was reported."""
         values = one.values
         request = RobotRequest(

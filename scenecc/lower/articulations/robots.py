@@ -32,9 +32,9 @@ if TYPE_CHECKING:
         DescribedCollision,
         DescribedJoint,
         DescribedLink,
+        DescribedMaterial,
         DescribedRobot,
         DescribedVisual,
-        Look,
     )
 
 _IDENTITY_NUMBERS = IDENTITY_POSE
@@ -51,7 +51,7 @@ class RobotDrafter:
     def __init__(self, tables: PlanTables, materials: MaterialLowerer) -> None:
         self._tables = tables
         self._materials = materials
-        self._looks: dict[int, tuple[Look, VisualMaterial]] = {}
+        self._looks: dict[int, tuple[DescribedMaterial, VisualMaterial]] = {}
 
     def draft(
         self, robot: DescribedRobot, keys: Any, file: Value, origin: Origin, leaves: FieldLowerer
@@ -163,7 +163,7 @@ class RobotDrafter:
         values = [self._tables.visual_materials.value(visual) for visual in visuals]
         return select_per_scene(values, surface.pick, len(leaves.scenes))
 
-    def _look(self, look: Look, location: Location, origin: Origin) -> VisualMaterial:
+    def _look(self, look: DescribedMaterial, location: Location, origin: Origin) -> VisualMaterial:
         known = self._looks.get(id(look))
         if known is not None:
             return known[1]

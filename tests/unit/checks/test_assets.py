@@ -33,7 +33,7 @@ from plugins.sample_plans import indices
 
 from scenecc.checks import assets
 from scenecc.checks.assets import check_assets
-from scenecc.checks.mesh_data import Part, connected
+from scenecc.checks.mesh_data import MeshFilePart, connected_parts
 from scenecc.diagnostics import Origin, Sink
 from scenecc.diagnostics.codes import CODES
 from scenecc.files import open_regular
@@ -555,8 +555,8 @@ def test_connected_parts(seed: int) -> None:
     draw = np.random.default_rng(seed)
     faces = draw.integers(0, 60, (draw.integers(1, 60), 3))
     used, inverse = np.unique(faces, return_inverse=True)
-    mesh = Part(draw.random((len(used), 3)).astype(np.float32), inverse.reshape(-1, 3))
-    parts = connected(mesh)
+    mesh = MeshFilePart(draw.random((len(used), 3)).astype(np.float32), inverse.reshape(-1, 3))
+    parts = connected_parts(mesh)
     assert sorted(len(one.vertices) for one in parts) == sorted(map(len, loose_parts(mesh.faces)))
     assert sum(len(one.faces) for one in parts) == len(faces)
     corners = np.concatenate([one.vertices[one.faces].reshape(-1, 9) for one in parts])
@@ -572,7 +572,7 @@ def test_a_long_strip_takes_no_long_time(order: str) -> None:
         "mixed": np.random.default_rng(0).permutation(count),
     }
     strip = along[order]
-    mesh = Part(np.zeros((count, 3), np.float32), np.stack([strip[:-2], strip[1:-1], strip[2:]], axis=1))
+    mesh = MeshFilePart(np.zeros((count, 3), np.float32), np.stack([strip[:-2], strip[1:-1], strip[2:]], axis=1))
     start = time.process_time()
-    assert len(connected(mesh)) == 1
+    assert len(connected_parts(mesh)) == 1
     assert time.process_time() - start < 5

@@ -10,19 +10,18 @@ import numpy as np
 import pytest
 from plugins.mesh_files import codes, write
 
-from scenecc.checks.mesh_data import AssetError, MeshData, Reading, Reference, Total
-from scenecc.checks.mesh_read import read_mesh
-from scenecc.checks.mesh_text import Lines
+from scenecc.checks.mesh_data import AssetBudget, AssetError, AssetReference, MeshData, MeshReadContext, MeshTextReader
+from scenecc.checks.meshes import read_mesh
 
 MIB = 2**20
 
 
-def no_file(reference: Reference) -> bytes:
+def no_file(reference: AssetReference) -> bytes:
     raise AssertionError(reference)
 
 
 def read(data: bytes, suffix: str, max_bytes: int = 256 * MIB) -> MeshData:
-    return read_mesh(data, suffix, Reading(no_file, max_bytes, Total(2**40)))
+    return read_mesh(data, suffix, MeshReadContext(no_file, max_bytes, AssetBudget(2**40)))
 
 
 def table(rows: int, columns: int, seed: int) -> list[list[float]]:
@@ -70,7 +69,7 @@ KINDS = {"obj": ".obj", "text.ply": ".ply", "stl": ".stl", "binary.ply": ".ply"}
 def test_the_quick_path_reads_what_the_slow_one_does(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     data = made(kind, 9000)
     quick = read(data, KINDS[kind])
-    monkeypatch.setattr(Lines, "run", lambda *_: b"")
+    monkeypatch.setattr(MeshTextReader, "run", lambda *_: b"")
     slow = read(data, KINDS[kind])
     assert len(quick.parts) == len(slow.parts) == 1
     assert np.array_equal(quick.parts[0].vertices, slow.parts[0].vertices)

@@ -7,7 +7,7 @@ from itertools import product
 
 from plugins.sample_plans import indices
 
-from scenecc.checks.collide import meet
+from scenecc.checks.physics import may_collide
 from scenecc.plan import BodyStructure, Entity, Value, constant, per_scene
 
 FREE, GHOST = (1, 1, 0, 0), (0, 0, 0, 0)
@@ -26,21 +26,21 @@ def test_each_scene_has_its_own_row() -> None:
     for shift, expected in ((0, False), (1, True)):
         first = entity("a", (0, 1, 2), a)
         second = entity("b", tuple(scene + shift for scene in (0, 1, 2)), b)
-        assert meet(first, a, second, b) is expected
+        assert may_collide(first, a, second, b) is expected
 
 
 def test_only_the_structure_that_a_scene_has_counts() -> None:
     a, other, b = body(), body([GHOST]), body()
     picked = entity("a", (0, 1), a, other, pick=indices(1, 0))
     for scene, expected in ((0, False), (1, True), (2, False)):
-        assert meet(picked, a, entity("b", (scene,), b), b) is expected
+        assert may_collide(picked, a, entity("b", (scene,), b), b) is expected
 
 
 def test_what_is_the_same_everywhere() -> None:
     for groups, scenes in product((FREE, GHOST), ((0, 2), (1,))):
         a, b = body(), body([groups])
         expected = groups == FREE and scenes == (0, 2)
-        assert meet(entity("a", (0, 2), a), a, entity("b", scenes, b), b) is expected
+        assert may_collide(entity("a", (0, 2), a), a, entity("b", scenes, b), b) is expected
 
 
 def test_many_scenes_take_no_long_time() -> None:
@@ -48,5 +48,5 @@ def test_many_scenes_take_no_long_time() -> None:
     a, b = body([GHOST] * (count - 1) + [FREE]), body([GHOST] * count)
     scenes = tuple(range(count))
     started = time.process_time()
-    assert not meet(entity("a", scenes, a), a, entity("b", scenes, b), b)
+    assert not may_collide(entity("a", scenes, a), a, entity("b", scenes, b), b)
     assert time.process_time() - started < 3

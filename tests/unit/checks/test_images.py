@@ -10,7 +10,7 @@ from plugins.image_files import GL_RGBA16F, exr, exr_head, ktx, ktx2
 from unit.checks.test_assets import png
 
 from scenecc import validate
-from scenecc.checks.asset_image import image_size
+from scenecc.checks.images import image_size
 
 if TYPE_CHECKING:
     from pathlib import Path

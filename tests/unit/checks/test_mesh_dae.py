@@ -9,8 +9,8 @@ import pytest
 from plugins.mesh_files import codes, diagnose, named, write
 from unit.checks.test_assets import png
 
-from scenecc.checks.mesh_dae import read_dae
-from scenecc.checks.mesh_data import AssetError, Reading, Total, extents
+from scenecc.checks.mesh_collada import read_collada
+from scenecc.checks.mesh_data import AssetBudget, AssetError, MeshReadContext, principal_extents
 
 TRIANGLES = '<triangles count="4">{input}<p>0 2 1 0 1 3 1 2 3 2 0 3</p></triangles>'
 INPUT = '<input semantic="VERTEX" source="#v" offset="0"/>'
@@ -37,8 +37,8 @@ DAE = (
 )
 
 
-def reading(max_bytes: int) -> Reading:
-    return Reading(lambda _: b"", max_bytes, Total(2**40))
+def reading(max_bytes: int) -> MeshReadContext:
+    return MeshReadContext(lambda _: b"", max_bytes, AssetBudget(2**40))
 
 
 def dae(*changes: tuple[str, str]) -> str:
@@ -81,20 +81,20 @@ def test_what_is_read(tmp_path: Path, name: str) -> None:
     text, triangles = READ[name]
     path = write(tmp_path, "a.dae", text)
     assert codes(path, "seen") == []
-    mesh = read_dae(text.encode(), reading(2**20))
+    mesh = read_collada(text.encode(), reading(2**20))
     assert sum(len(part.faces) for part in mesh.parts) == triangles
 
 
 def test_places_and_units_are_heeded_and_the_axis_is_not() -> None:
     """As SAPIEN has the vertices of the same file."""
     turn = "<rotate>0 0 1 90</rotate><scale>1 2 1</scale><matrix>1 0 0 5 0 1 0 0 0 0 1 0 0 0 0 1</matrix>"
-    mesh = read_dae(dae(("</translate>", "</translate>" + turn)).encode(), reading(2**20))
+    mesh = read_collada(dae(("</translate>", "</translate>" + turn)).encode(), reading(2**20))
     (part,) = mesh.parts
     expected = [[0.01, 0.05, 0], [0.01, 0.15, 0], [-0.39, 0.05, 0], [0.01, 0.05, 0.3]]
     assert np.allclose(part.vertices, expected, atol=1e-7)
-    (plain,) = read_dae(DAE.encode(), reading(2**20)).parts
+    (plain,) = read_collada(DAE.encode(), reading(2**20)).parts
     assert np.allclose(plain.vertices, [[0.01, 0, 0], [0.11, 0, 0], [0.01, 0.2, 0], [0.01, 0, 0.3]], atol=1e-7)
-    assert extents(plain.vertices)[0] > 0
+    assert principal_extents(plain.vertices)[0] > 0
 
 
 def nested(depth: int) -> str:
@@ -219,7 +219,7 @@ def test_a_texture_leads_to_an_image_of_the_library(tmp_path: Path) -> None:
 
 def test_what_it_takes_in_memory_is_bounded() -> None:
     with pytest.raises(AssetError) as caught:
-        read_dae(DAE.encode(), reading(1000))
+        read_collada(DAE.encode(), reading(1000))
     assert caught.value.code == "SC607"
 
 
@@ -229,6 +229,6 @@ def test_the_engine_shows_the_same_triangles(tmp_path: Path, name: str) -> None:
     sapien = pytest.importorskip("sapien")
     path = write(tmp_path, "a.dae", READ[name][0])
     shown = [part.vertices[part.triangles] for part in sapien.render.RenderShapeTriangleMesh(str(path)).parts]
-    read = [part.vertices[part.faces] for part in read_dae(path.read_bytes(), reading(2**20)).parts]
+    read = [part.vertices[part.faces] for part in read_collada(path.read_bytes(), reading(2**20)).parts]
     mine, engines = (sorted(map(sorted, np.concatenate(each).round(5).tolist())) for each in (read, shown))
     assert np.allclose(mine, engines, atol=1e-5)

@@ -12,9 +12,15 @@ from plugins.sample_plans import indices, rubbing
 from plugins.structures import body_of
 
 from scenecc import validate
-from scenecc.checks.collide import meet, reach
-from scenecc.checks.contact import CONTACT_OFFSET, REST_OFFSET
-from scenecc.checks.physics import BODY_RULES, NUMBER_RULES, check_physics
+from scenecc.checks.physics import (
+    BODY_RULES,
+    CONTACT_OFFSET,
+    NUMBER_RULES,
+    REST_OFFSET,
+    check_physics,
+    collision_key,
+    may_collide,
+)
 from scenecc.plan import (
     AssetFile,
     BodyStructure,
@@ -32,7 +38,7 @@ from scenecc.plan import (
     constant,
     per_scene,
 )
-from scenecc.plan.body import may_collide
+from scenecc.plan.body import groups_collide
 
 IDENTITY = constant([0, 0, 0, 1, 0, 0, 0])
 BALL = CollisionShape(Sphere(constant(0.1)))
@@ -195,8 +201,8 @@ def test_meet_is_sapiens_rule(a: Any, b: Any) -> None:
     touching = bool(scene.get_contacts())
     first = body(collision_groups=None if a is None else constant(a, np.int64))
     second = body(collision_groups=None if b is None else constant(b, np.int64))
-    assert meet(entity("a", first), first, entity("b", second), second) == touching
-    assert may_collide(a or [1, 1, 0, 0], b or [1, 1, 0, 0]) == touching
+    assert may_collide(entity("a", first), first, entity("b", second), second) == touching
+    assert groups_collide(a or [1, 1, 0, 0], b or [1, 1, 0, 0]) == touching
 
 
 def test_a_field_meets_a_plane_in_a_scene_of_both_with_the_structures_of_both(sink: Any) -> None:
@@ -222,8 +228,8 @@ def test_bodies_of_one_reach_meet_the_same() -> None:
         for scenes in ((0,), (1,), (0, 1))
     ]
     for a, b in itertools.product(made, repeat=2):
-        if reach(a, body_of(a)) == reach(b, body_of(b)):
-            of_a, of_b = ([meet(one, body_of(one), c, body_of(c)) for c in made] for one in (a, b))
+        if collision_key(a, body_of(a)) == collision_key(b, body_of(b)):
+            of_a, of_b = ([may_collide(one, body_of(one), c, body_of(c)) for c in made] for one in (a, b))
             assert of_a == of_b
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from plugins.image_files import PICTURES, hdr, picture
 
-from scenecc.checks.asset_image import check_image
+from scenecc.checks.images import check_image
 from scenecc.checks.mesh_data import AssetError
 
 LIMIT = 2**24

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from scenecc.diagnostics import Location, Sink
-from scenecc.robots.files import RobotFiles
-from scenecc.robots.findings import Findings
+from scenecc.robots.files import FileReport, RobotFiles
 from scenecc.source.paths import AssetScope, Refusal, ResolvedFile, resolve_path
 
 if TYPE_CHECKING:
@@ -47,7 +46,7 @@ class Finder:
     def find(self, reference: str) -> tuple[str, str]:
         """The uri and where it lies; or the code and the hint of what is told."""
         sink = Sink()
-        found = self.files.find(reference, HERE, Findings(sink))
+        found = self.files.find(reference, HERE, FileReport(sink))
         if found is not None:
             assert not sink.diagnostics()
             return found.uri, found.path.relative_to(self.tree).as_posix()

@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from scenecc.diagnostics.codes import Code
-    from scenecc.robots.description import Description
+    from scenecc.robots.description import RobotDescription
 
 SCENE = Origin("scene.yaml", ("entities", "arm", "mjcf"))
 GEOM = '<geom size=".1"/>'
 
 
-def read(path: Path, root: Path | None = None) -> tuple[Description | None, list[Diagnostic]]:
+def read(path: Path, root: Path | None = None) -> tuple[RobotDescription | None, list[Diagnostic]]:
     sink = Sink()
     scope = AssetScope(root or path.parent)
     found = read_mjcf(ResolvedFile(path, path.name), scope=scope, sink=sink, origin=SCENE)
@@ -54,7 +54,7 @@ def underlined(one: Diagnostic) -> str:
     return place.text[place.column - 1 : place.end_column - 1]
 
 
-def described(world: str, folder: Path, rest: str = "") -> Description:
+def described(world: str, folder: Path, rest: str = "") -> RobotDescription:
     path = folder / "robot.xml"
     path.write_text(f"<mujoco>{rest}<worldbody>{world}</worldbody></mujoco>")
     found, diagnostics = read(path)

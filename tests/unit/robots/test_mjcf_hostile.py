@@ -17,10 +17,10 @@ from scenecc.source.paths import AssetScope, ResolvedFile
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from scenecc.robots.description import Description
+    from scenecc.robots.description import RobotDescription
 
 
-def read(path: Path, limits: Limits | None = None) -> tuple[Description | None, list[Diagnostic]]:
+def read(path: Path, limits: Limits | None = None) -> tuple[RobotDescription | None, list[Diagnostic]]:
     sink = Sink()
     scope = AssetScope(path.parent)
     found = read_mjcf(ResolvedFile(path, path.name), scope=scope, sink=sink, limits=limits or Limits())

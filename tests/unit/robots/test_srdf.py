@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from scenecc.diagnostics import Sink
-from scenecc.robots.srdf import MAX_PAIRS
+from scenecc.robots.srdf import MAX_IGNORED_PAIRS
 from scenecc.robots.urdf import read_urdf
 from scenecc.source.paths import AssetScope, ResolvedFile
 
@@ -89,8 +89,8 @@ def test_a_fault_is_told_at_its_line(robot: Robot, pairs: str, expected: str) ->
 
 def test_there_is_a_bit_for_so_many_pairs(tmp_path: Path) -> None:
     robot = Robot(tmp_path, 40)
-    pairs = [pair("l1", f"l{i}") for i in range(2, MAX_PAIRS + 3)]
-    bits, told = robot.read("".join(pairs[:MAX_PAIRS]))
+    pairs = [pair("l1", f"l{i}") for i in range(2, MAX_IGNORED_PAIRS + 3)]
+    bits, told = robot.read("".join(pairs[:MAX_IGNORED_PAIRS]))
     assert not told
     assert bits is not None
     assert bits[1] == 2**31 - 1

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from scenecc.diagnostics import Diagnostic, Origin, Sink
-from scenecc.robots.description import DescribedRobot, Description, Look, MeshGeometry
-from scenecc.robots.urdf import MAX_LINKS, MAX_PARTS, read_urdf
+from scenecc.robots.description import DescribedMaterial, DescribedRobot, MeshGeometry, RobotDescription
+from scenecc.robots.urdf import MAX_LINKS, MAX_SHAPES, read_urdf
 from scenecc.source.paths import AssetScope, ResolvedFile
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class Folder:
     def __init__(self, path: Path) -> None:
         self.path = path
 
-    def read(self, content: str, **options: object) -> tuple[Description | None, list[Diagnostic]]:
+    def read(self, content: str, **options: object) -> tuple[RobotDescription | None, list[Diagnostic]]:
         """The description of a URDF of some content, which begins on line 1, and what was told."""
         file = self.path / "robot.urdf"
         file.write_text(f'<robot name="r">{content}</robot>', encoding="utf-8")
@@ -163,7 +163,7 @@ def test_files_are_told_with_the_place_that_names_them(folder: Folder) -> None:
     assert {(file.uri, file.location.line) for file in found.files} == {("a.obj", 2), ("b.png", 2), ("robot.srdf", 1)}
     (shape,) = found.robots[0].links[0].visuals
     assert shape.geometry == MeshGeometry("a.obj", folder.path / "a.obj", (1.0, 1.0, 1.0))
-    assert shape.look == Look(texture=folder.path / "b.png", texture_uri="b.png")
+    assert shape.look == DescribedMaterial(texture=folder.path / "b.png", texture_uri="b.png")
 
 
 def test_collisions_are_seen_on_request(folder: Folder) -> None:
@@ -421,7 +421,7 @@ def test_links_are_counted(folder: Folder) -> None:
 
 
 def test_a_long_circle_and_many_faults_take_little_time(folder: Folder) -> None:
-    count = MAX_PARTS
+    count = MAX_SHAPES
     names = "".join(f'<link name="l{i}"/>' for i in range(count))
     circle = "".join(joint(f"j{i}", "fixed", f"l{i}", f"l{(i + 1) % count}") for i in range(count))
     start = time.process_time()

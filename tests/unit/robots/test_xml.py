@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scenecc.diagnostics import Origin, Sink
-from scenecc.robots.findings import Findings, read_robot_bytes
-from scenecc.robots.xml import Element, XmlBounds, parse_xml
+from scenecc.robots.files import FileReport, read_robot_bytes
+from scenecc.robots.xml import SourceElement, XmlBounds, parse_xml
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 SCENE = Origin("scene.yaml", ("entities", "arm", "urdf"))
 
 
-def parse(data: bytes, bounds: XmlBounds | None = None) -> tuple[Element | None, list[str]]:
+def parse(data: bytes, bounds: XmlBounds | None = None) -> tuple[SourceElement | None, list[str]]:
     sink = Sink()
-    root = parse_xml(data, "r.urdf", Findings(sink, SCENE), bounds)
+    root = parse_xml(data, "r.urdf", FileReport(sink, SCENE), bounds)
     return root, [str(diagnostic) for diagnostic in sink.diagnostics()]
 
 
-def parsed(data: bytes) -> Element:
+def parsed(data: bytes) -> SourceElement:
     root, found = parse(data)
     assert root is not None, found
     assert not found
@@ -143,7 +143,7 @@ def test_bounds_are_kept_to_the_element() -> None:
 
 def test_findings_lead_back_to_the_scene() -> None:
     sink = Sink()
-    assert parse_xml(b"<a>", "r.urdf", Findings(sink, SCENE)) is None
+    assert parse_xml(b"<a>", "r.urdf", FileReport(sink, SCENE)) is None
     (found,) = sink.diagnostics()
     assert found.file == "r.urdf"
     assert [(related.message, related.location.file) for related in found.related] == [("used from here", "scene.yaml")]
@@ -153,6 +153,6 @@ def test_files_that_cannot_be_read_are_told(tmp_path: Path) -> None:
     (tmp_path / "long").write_bytes(b"x" * 11)
     for name, code in (("none", "SC450"), (".", "SC450"), ("long", "SC452")):
         sink = Sink()
-        assert read_robot_bytes(tmp_path / name, name, Findings(sink), 10) is None
+        assert read_robot_bytes(tmp_path / name, name, FileReport(sink), 10) is None
         assert [found.code for found in sink.diagnostics()] == [code]
-    assert read_robot_bytes(tmp_path / "long", "long", Findings(Sink()), 11) == b"x" * 11
+    assert read_robot_bytes(tmp_path / "long", "long", FileReport(Sink()), 11) == b"x" * 11

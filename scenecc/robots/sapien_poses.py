@@ -15,12 +15,15 @@ if TYPE_CHECKING:
 
     from scenecc.robots.description import PoseNumbers, Vector3
 
+
 _F = np.float32
+
 _HALF, _ONE, _TWO = _F(0.5), _F(1), _F(2)
 
-Floats = tuple[np.float32, ...]
 
-IDENTITY: PoseNumbers = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+Float32Tuple = tuple[np.float32, ...]
+
+IDENTITY_POSE: PoseNumbers = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
 def pose_of_matrix(matrix: NDArray[np.float64]) -> PoseNumbers:
@@ -31,16 +34,16 @@ def pose_of_matrix(matrix: NDArray[np.float64]) -> PoseNumbers:
     """
     with np.errstate(all="ignore"):
         m = matrix.astype(_F)
-        quaternion = _normalised(_quaternion(m))
+        quaternion = _normalize(_quaternion_of_matrix(m))
     return _numbers((m[0, 3], m[1, 3], m[2, 3], *quaternion))
 
 
-def compose(first: PoseNumbers, second: PoseNumbers) -> PoseNumbers:
+def compose_poses(first: PoseNumbers, second: PoseNumbers) -> PoseNumbers:
     """What `first * second` is: `second`, in the frame of `first`."""
     with np.errstate(all="ignore"):
         p, q = _floats(first[:3]), _floats(first[3:])
-        turned = _turn(q, _floats(second[:3]))
-        rotation = _product(q, _floats(second[3:]))
+        turned = _rotate(q, _floats(second[:3]))
+        rotation = _multiply(q, _floats(second[3:]))
     return _numbers((turned[0] + p[0], turned[1] + p[1], turned[2] + p[2], *rotation))
 
 
@@ -49,15 +52,15 @@ def pose_numbers(p: Vector3, q: tuple[float, float, float, float]) -> PoseNumber
     return _numbers(_floats((*p, *q)))
 
 
-def _floats(values: tuple[float, ...]) -> Floats:
+def _floats(values: tuple[float, ...]) -> Float32Tuple:
     return tuple(_F(value) for value in values)
 
 
-def _numbers(values: Floats) -> PoseNumbers:
+def _numbers(values: Float32Tuple) -> PoseNumbers:
     return cast("PoseNumbers", tuple(float(value) for value in values))
 
 
-def _quaternion(m: Any) -> Floats:
+def _quaternion_of_matrix(m: Any) -> Float32Tuple:
     trace = m[0, 0] + (m[1, 1] + m[2, 2])
     if trace > 0:
         root = np.sqrt(trace + _ONE)
@@ -81,7 +84,7 @@ def _quaternion(m: Any) -> Floats:
     return ((m[k, j] - m[j, k]) * scale, *vector)
 
 
-def _normalised(q: Floats) -> Floats:
+def _normalize(q: Float32Tuple) -> Float32Tuple:
     w, x, y, z = q
     # The order in which Eigen adds four squares that lie in one register as x, y, z, w.
     squared = (x * x + z * z) + (y * y + w * w)
@@ -91,7 +94,7 @@ def _normalised(q: Floats) -> Floats:
     return (w / norm, x / norm, y / norm, z / norm)
 
 
-def _turn(q: Floats, v: Floats) -> Floats:
+def _rotate(q: Float32Tuple, v: Float32Tuple) -> Float32Tuple:
     w, x, y, z = q
     a, b, c = v
     along = _TWO * (x * a + y * b + z * c)
@@ -104,7 +107,7 @@ def _turn(q: Floats, v: Floats) -> Floats:
     )
 
 
-def _product(first: Floats, second: Floats) -> Floats:
+def _multiply(first: Float32Tuple, second: Float32Tuple) -> Float32Tuple:
     w, x, y, z = first
     a, b, c, d = second
     return (

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scenecc.checks.judged import above, highest, lowest, rows, waits
-from scenecc.checks.mass import single
+from scenecc.checks.value_queries import find_exceeding_pair, highest, is_deferred, lowest, round_to_float32, rows
 from scenecc.diagnostics import Origin
 from scenecc.plan import AreaLight, SpotLight, TexturedLight
 from scenecc.plan.camera import RAY_TRACING_SHADERS
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
     from scenecc.plan import Light, ScenePlan, Value
 
 
-def check_pictures(plan: ScenePlan, sink: Sink, *, drawn: bool = False) -> None:
+def check_render_objects(plan: ScenePlan, sink: Sink, *, drawn: bool = False) -> None:
     """Applies every rule to every light and camera. Draws nothing, unless `drawn`.
 
     Args:
@@ -27,39 +26,41 @@ def check_pictures(plan: ScenePlan, sink: Sink, *, drawn: bool = False) -> None:
     around = plan.origin or Origin(None)
     for camera in plan.cameras:
         origin = camera.origin or around.child("cameras", camera.name)
-        _in_order(camera.near, camera.far, ("near", "far"), origin, sink, drawn=drawn)
+        _check_clip_planes(camera.near, camera.far, ("near", "far"), origin, sink, drawn=drawn)
     for light in plan.lights:
         origin = light.origin or around.child("lights", light.name)
         if light.shadow is not None:
             numbers = shadow_parameters(light)
             keys = ("shadow_near", "shadow_far")
-            _in_order(numbers[keys[0]], numbers[keys[1]], keys, origin, sink, drawn=drawn)
+            _check_clip_planes(numbers[keys[0]], numbers[keys[1]], keys, origin, sink, drawn=drawn)
         if isinstance(light.light, SpotLight | TexturedLight):
-            _narrows(light.light.inner_fov, light.light.outer_fov, origin, sink, drawn=drawn)
+            _check_cone_angles(light.light.inner_fov, light.light.outer_fov, origin, sink, drawn=drawn)
         if not drawn:
-            _is_seen(light, plan, origin, sink)
+            _check_area_light_visible(light, plan, origin, sink)
 
 
-def _in_order(near: Value, far: Value, keys: tuple[str, str], origin: Origin, sink: Sink, *, drawn: bool) -> None:
+def _check_clip_planes(
+    near: Value, far: Value, keys: tuple[str, str], origin: Origin, sink: Sink, *, drawn: bool
+) -> None:
     """The near plane lies before the far one, in single precision."""
-    if waits([near, far], drawn=drawn):
+    if is_deferred([near, far], drawn=drawn):
         return
     found = rows([near, far])
     pairs = [(highest(near)[0], lowest(far)[0])] if found is None else [(a[0], b[0]) for a, b in found]
-    wrong = next(((a, b) for a, b in pairs if single(a) >= single(b)), None)
+    wrong = next(((a, b) for a, b in pairs if round_to_float32(a) >= round_to_float32(b)), None)
     if wrong is not None:
         message = f"`{keys[0]}` {wrong[0]:g} is not below `{keys[1]}` {wrong[1]:g}: nothing lies between"
         sink.report("SC550", message, origin, hint=f"lower `{keys[0]}` or raise `{keys[1]}`")
 
 
-def _narrows(inner: Value, outer: Value, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    wider = None if waits([inner, outer], drawn=drawn) else above(inner, outer)
+def _check_cone_angles(inner: Value, outer: Value, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+    wider = None if is_deferred([inner, outer], drawn=drawn) else find_exceeding_pair(inner, outer)
     if wider is not None:
         message = f"the inner cone is {wider[0]:g} rad wide, and the outer one {wider[1]:g}"
         sink.report("SC551", message, origin, hint="from the inner cone to the outer one light fades to nothing")
 
 
-def _is_seen(light: Light, plan: ScenePlan, origin: Origin, sink: Sink) -> None:
+def _check_area_light_visible(light: Light, plan: ScenePlan, origin: Origin, sink: Sink) -> None:
     if (
         isinstance(light.light, AreaLight)
         and plan.cameras

@@ -8,12 +8,12 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut
 
 if TYPE_CHECKING:
-    from scenecc.robots.findings import Findings
-    from scenecc.robots.xml import Element
+    from scenecc.robots.files import FileReport
+    from scenecc.robots.xml import SourceElement
 
 
 @frozen
-class _Kind:
+class _ElementSchema:
     """What an element may hold.
 
     Attributes:
@@ -31,51 +31,51 @@ class _Kind:
     left: tuple[str, ...] = ()
 
 
-_KINDS: dict[str, _Kind] = {
-    "robot": _Kind(
+_ELEMENT_SCHEMAS: dict[str, _ElementSchema] = {
+    "robot": _ElementSchema(
         ("name", "version"),
         many=("link", "joint", "material"),
         skipped=("transmission", "gazebo", "sensor", "mujoco"),
     ),
-    "link": _Kind(("name", "type"), ("inertial",), ("visual", "collision")),
-    "inertial": _Kind((), ("origin", "mass", "inertia")),
-    "visual": _Kind(("name",), ("origin", "geometry", "material")),
-    "collision": _Kind(("name",), ("origin", "geometry")),
-    "origin": _Kind(("xyz", "rpy")),
-    "mass": _Kind(("value",)),
-    "inertia": _Kind(("ixx", "ixy", "ixz", "iyy", "iyz", "izz")),
-    "geometry": _Kind(many=("box", "sphere", "capsule", "cylinder", "mesh")),
-    "box": _Kind(("size",)),
-    "sphere": _Kind(("radius",)),
-    "capsule": _Kind(("radius", "length")),
-    "cylinder": _Kind(("radius", "length")),
-    "mesh": _Kind(("filename", "scale")),
-    "material": _Kind(("name",), ("color", "texture")),
-    "color": _Kind(("rgba",)),
-    "texture": _Kind(("filename",)),
-    "joint": _Kind(
+    "link": _ElementSchema(("name", "type"), ("inertial",), ("visual", "collision")),
+    "inertial": _ElementSchema((), ("origin", "mass", "inertia")),
+    "visual": _ElementSchema(("name",), ("origin", "geometry", "material")),
+    "collision": _ElementSchema(("name",), ("origin", "geometry")),
+    "origin": _ElementSchema(("xyz", "rpy")),
+    "mass": _ElementSchema(("value",)),
+    "inertia": _ElementSchema(("ixx", "ixy", "ixz", "iyy", "iyz", "izz")),
+    "geometry": _ElementSchema(many=("box", "sphere", "capsule", "cylinder", "mesh")),
+    "box": _ElementSchema(("size",)),
+    "sphere": _ElementSchema(("radius",)),
+    "capsule": _ElementSchema(("radius", "length")),
+    "cylinder": _ElementSchema(("radius", "length")),
+    "mesh": _ElementSchema(("filename", "scale")),
+    "material": _ElementSchema(("name",), ("color", "texture")),
+    "color": _ElementSchema(("rgba",)),
+    "texture": _ElementSchema(("filename",)),
+    "joint": _ElementSchema(
         ("name", "type"),
         ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
         skipped=("safety_controller", "calibration", "hardwareInterface"),
     ),
-    "parent": _Kind(("link",)),
-    "child": _Kind(("link",)),
-    "axis": _Kind(("xyz",)),
-    "limit": _Kind(("lower", "upper", "effort", "velocity")),
-    "dynamics": _Kind(("damping", "friction"), left=("D", "K", "mu_coulomb", "mu_viscous")),
-    "mimic": _Kind(("joint", "multiplier", "offset")),
+    "parent": _ElementSchema(("link",)),
+    "child": _ElementSchema(("link",)),
+    "axis": _ElementSchema(("xyz",)),
+    "limit": _ElementSchema(("lower", "upper", "effort", "velocity")),
+    "dynamics": _ElementSchema(("damping", "friction"), left=("D", "K", "mu_coulomb", "mu_viscous")),
+    "mimic": _ElementSchema(("joint", "multiplier", "offset")),
 }
 
 
-def check_known(robot: Element, findings: Findings) -> None:
+def check_urdf_schema(robot: SourceElement, findings: FileReport) -> None:
     """Warns of every kind of element and attribute that a URDF does not have (SC454), and of sensors (SC470)."""
     stack = [robot]
     while stack:
         element = stack.pop()
-        kind = _KINDS[element.tag]
+        kind = _ELEMENT_SCHEMAS[element.tag]
         for name in element.attributes:
             if name not in kind.attributes + kind.left and ":" not in name and name != "xmlns":
-                _unknown(element, name, kind, findings)
+                _report_unknown(element, name, kind, findings)
         seen: set[str] = set()
         for child in element.children:
             if child.tag in kind.single or child.tag in kind.many:
@@ -90,7 +90,7 @@ def check_known(robot: Element, findings: Findings) -> None:
             else:
                 known = kind.single + kind.many + kind.skipped
                 near = findings.guess("SC454", f"{element.tag}/{child.tag}", child.tag, known)
-                hint = _XACRO if child.tag.startswith("xacro:") else near and f"did you mean <{near}>?"
+                hint = _XACRO_HINT if child.tag.startswith("xacro:") else near and f"did you mean <{near}>?"
                 findings.report_once(
                     "SC454",
                     f"{element.tag}/{child.tag}",
@@ -100,10 +100,10 @@ def check_known(robot: Element, findings: Findings) -> None:
                 )
 
 
-_XACRO = "the file is a xacro: make it a URDF by `xacro robot.urdf.xacro > robot.urdf`"
+_XACRO_HINT = "the file is a xacro: make it a URDF by `xacro robot.urdf.xacro > robot.urdf`"
 
 
-def _unknown(element: Element, name: str, kind: _Kind, findings: Findings) -> None:
+def _report_unknown(element: SourceElement, name: str, kind: _ElementSchema, findings: FileReport) -> None:
     near = findings.guess("SC454", f"{element.tag}@{name}", name, kind.attributes)
     findings.report_once(
         "SC454",
@@ -114,7 +114,7 @@ def _unknown(element: Element, name: str, kind: _Kind, findings: Findings) -> No
     )
 
 
-def _check_sensor(element: Element, findings: Findings) -> None:
+def _check_sensor(element: SourceElement, findings: FileReport) -> None:
     """Warns of a camera, of which SAPIEN's loader makes one, at the top or for Gazebo."""
     sensors = [element] if element.tag == "sensor" else list(element.all("sensor"))
     for sensor in sensors:

@@ -6,32 +6,45 @@ import struct
 from collections.abc import Callable
 from typing import TYPE_CHECKING, BinaryIO
 
-from scenecc.checks.image_exr import MAGIC, check_exr, exr_size
-from scenecc.checks.image_jpeg import check_jpeg, jpeg_size
-from scenecc.checks.image_ktx import MAGICS, ktx_size
-from scenecc.checks.image_plain import bmp_size, check_bmp, check_hdr, check_tga, hdr_size, is_tga
-from scenecc.checks.image_png import SIGNATURE, check_png, png_size
-from scenecc.checks.image_size import Blocks, ImageSize
+from scenecc.checks.image_formats import (
+    EXR_MAGIC,
+    KTX_MAGICS,
+    PNG_SIGNATURE,
+    ImageSize,
+    bmp_size,
+    check_bmp,
+    check_exr,
+    check_hdr,
+    check_png,
+    check_tga,
+    exr_size,
+    hdr_size,
+    is_tga,
+    ktx_size,
+    png_size,
+)
+from scenecc.checks.image_jpeg import JpegBlockBudget, check_jpeg, jpeg_size
 from scenecc.checks.mesh_data import AssetError
 from scenecc.files import open_regular
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".hdr", ".exr", ".ktx")
 """What SAPIEN's renderer loads as a texture."""
 
-_BY_SUFFIX: dict[str, Callable[[BinaryIO], ImageSize]] = {".exr": exr_size, ".ktx": ktx_size}
+_SIZE_READERS: dict[str, Callable[[BinaryIO], ImageSize]] = {".exr": exr_size, ".ktx": ktx_size}
 """What SAPIEN tells by the suffix, written small; the others by what they hold."""
 
 
 def image_size(path: Path) -> ImageSize:
     """The size of an image that `check_image` took."""
     with open_regular(path) as file:
-        return _size(file, path.suffix)
+        return _read_size(file, path.suffix)
 
 
-def check_image(file: BinaryIO, max_bytes: int, suffix: str = "", blocks: Blocks | None = None) -> None:
+def check_image(file: BinaryIO, max_bytes: int, suffix: str = "", blocks: JpegBlockBudget | None = None) -> None:
     """Checks all of an image.
 
     Args:
@@ -44,9 +57,9 @@ def check_image(file: BinaryIO, max_bytes: int, suffix: str = "", blocks: Blocks
         AssetError: it is no image that SAPIEN loads, cut short, or too large.
     """
     try:
-        size = _size(file, suffix)
+        size = _read_size(file, suffix)
         if size.columns >= 1 and size.rows >= 1 and sum(size.level_bytes) * size.sides <= max_bytes:
-            _check_pixels(file, suffix, blocks or Blocks())
+            _check_pixels(file, suffix, blocks or JpegBlockBudget())
     except (struct.error, EOFError, ValueError) as error:
         raise AssetError("SC420", f"the image cannot be read: {error}", "save it again as PNG or JPEG") from error
     if size.columns < 1 or size.rows < 1:
@@ -59,14 +72,14 @@ def check_image(file: BinaryIO, max_bytes: int, suffix: str = "", blocks: Blocks
         )
 
 
-def _size(file: BinaryIO, suffix: str) -> ImageSize:
-    by_suffix = _BY_SUFFIX.get(suffix)
-    return _by_head(file) if by_suffix is None else by_suffix(file)
+def _read_size(file: BinaryIO, suffix: str) -> ImageSize:
+    by_suffix = _SIZE_READERS.get(suffix)
+    return _size_by_signature(file) if by_suffix is None else by_suffix(file)
 
 
-def _by_head(file: BinaryIO) -> ImageSize:
+def _size_by_signature(file: BinaryIO) -> ImageSize:
     head = file.read(32)
-    match _kind(head):
+    match _detect_format(head):
         case "png":
             return png_size(file)[0]
         case "jpeg":
@@ -84,18 +97,18 @@ def _by_head(file: BinaryIO) -> ImageSize:
             raise ValueError(f"SAPIEN reads what it is in a file of its own whose name ends in `{other}` alone")
 
 
-def _kind(head: bytes) -> str:
+def _detect_format(head: bytes) -> str:
     """What a file is, by its first bytes; "": nothing that is read."""
-    for start, kind in _STARTS.items():
+    for start, kind in _SIGNATURES.items():
         if head.startswith(start):
             return kind
     return "tga" if is_tga(head) else ""
 
 
-def _check_pixels(file: BinaryIO, suffix: str, blocks: Blocks) -> None:
+def _check_pixels(file: BinaryIO, suffix: str, blocks: JpegBlockBudget) -> None:
     """Reads an image to its end."""
     file.seek(0)
-    kind = suffix if suffix in _BY_SUFFIX else _kind(file.read(32))
+    kind = suffix if suffix in _SIZE_READERS else _detect_format(file.read(32))
     file.seek(0)
     if kind == "jpeg":
         check_jpeg(file, blocks)
@@ -103,16 +116,17 @@ def _check_pixels(file: BinaryIO, suffix: str, blocks: Blocks) -> None:
         _CHECKS[kind](file)
 
 
-_STARTS = {
-    SIGNATURE: "png",
+_SIGNATURES = {
+    PNG_SIGNATURE: "png",
     b"\xff\xd8": "jpeg",
     b"BM": "bmp",
     b"#?RADIANCE": "hdr",
     b"#?RGBE": "hdr",
-    MAGIC: ".exr",
-    MAGICS[0]: ".ktx",
-    MAGICS[1]: ".ktx",
+    EXR_MAGIC: ".exr",
+    KTX_MAGICS[0]: ".ktx",
+    KTX_MAGICS[1]: ".ktx",
 }
+
 _CHECKS = {
     ".exr": check_exr,
     "png": check_png,

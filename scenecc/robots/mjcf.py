@@ -1,4 +1,4 @@
-"""Reading an MJCF: its sections, and what becomes of them."""
+"""Reader for MJCF: robots and bodies as MuJoCo's files describe them, built as ManiSkill's loader builds them."""
 
 from __future__ import annotations
 
@@ -7,34 +7,36 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenecc.diagnostics.messages import cut
-from scenecc.robots.description import DescribedRobot, Description
-from scenecc.robots.files import RobotFiles
-from scenecc.robots.findings import Findings, ReadBudget
-from scenecc.robots.mjcf import assets, bodies, geoms, joints
-from scenecc.robots.mjcf.assets import Assets
-from scenecc.robots.mjcf.bodies import Bodies, Draft
-from scenecc.robots.mjcf.classes import Classes, Scope
-from scenecc.robots.mjcf.compiler import read_compiler
-from scenecc.robots.mjcf.files import Files
-from scenecc.robots.mjcf.geoms import Geoms
-from scenecc.robots.mjcf.joints import Joints
-from scenecc.robots.mjcf.report import Report
-from scenecc.robots.pose32 import IDENTITY
+from scenecc.robots import mjcf_bodies, mjcf_geoms
+from scenecc.robots.description import DescribedRobot, RobotDescription
+from scenecc.robots.files import FileReport, ReadBudget, RobotFiles
+from scenecc.robots.mjcf_attributes import ClassScope, DefaultClasses, read_compiler
+from scenecc.robots.mjcf_bodies import BodyReader, JointReader, LinkDraft
+from scenecc.robots.mjcf_files import MjcfFiles, MjcfReport
+from scenecc.robots.mjcf_geoms import GeomReader, MjcfAssets
+from scenecc.robots.sapien_poses import IDENTITY_POSE
 from scenecc.source.limits import Limits
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
     from scenecc.robots.description import PoseNumbers
-    from scenecc.robots.xml import Element
+    from scenecc.robots.xml import SourceElement
     from scenecc.source.paths import AssetScope, ResolvedFile
 
-_LIMITS = Limits()
+_DEFAULT_LIMITS = Limits()
+
 _SECTIONS = frozenset({"compiler", "option", "default", "asset", "worldbody"})
-_CLASSES = {"geom": geoms.READ, "joint": joints.READ, **assets.READ}
-_BITS = 32
+
+_CLASS_ATTRIBUTES = {
+    "geom": mjcf_geoms.GEOM_ATTRIBUTES,
+    "joint": mjcf_bodies.JOINT_ATTRIBUTES,
+    **mjcf_geoms.ASSET_ATTRIBUTES,
+}
+
+_MAX_EXCLUDED_PAIRS = 32
 """How many pairs of links can be kept from colliding, each by a bit of its own."""
 
-_NO_CONTACT = 1 << 1
+_NO_CONTACT_BIT = 1 << 1
 """The bit of everything in a file whose contacts are switched off, as ManiSkill's loader has it."""
 
 
@@ -44,10 +46,10 @@ def read_mjcf(
     scope: AssetScope,
     sink: Sink,
     origin: Origin | None = None,
-    limits: Limits = _LIMITS,
+    limits: Limits = _DEFAULT_LIMITS,
     name: str | None = None,
     budget: ReadBudget | None = None,
-) -> Description | None:
+) -> RobotDescription | None:
     """The robots and bodies of an MJCF; None where the file is wrong, all that is wrong having been reported.
 
     First come the articulations, each with a root named `dummy_root_N`, N being the number of its body in the world;
@@ -65,8 +67,8 @@ def read_mjcf(
         name: the file's name as shown to people; None: its uri.
         budget: of all files of the scene; None: it is read alone.
     """
-    report = Report(Findings(sink, origin, budget=budget))
-    files = Files(RobotFiles(file, scope), file.uri if name is None else name, limits, report)
+    report = MjcfReport(FileReport(sink, origin, budget=budget))
+    files = MjcfFiles(RobotFiles(file, scope), file.uri if name is None else name, limits, report)
     root = files.read()
     if root is None or report.failed:
         return None
@@ -76,17 +78,17 @@ def read_mjcf(
         return None
     # What is beyond single precision is looked for, and told.
     with np.errstate(over="ignore"):
-        robots = _Reader(root, files, report).robots()
+        robots = _MjcfReader(root, files, report).robots()
     if not robots and not report.failed:
         report.nothing(root)
     report.tell_unread()
-    return None if report.failed else Description(tuple(robots), tuple(files.named.found.values()))
+    return None if report.failed else RobotDescription(tuple(robots), tuple(files.named.found.values()))
 
 
-class _Reader:
+class _MjcfReader:
     """Makes the robots of one file."""
 
-    def __init__(self, root: Element, files: Files, report: Report) -> None:
+    def __init__(self, root: SourceElement, files: MjcfFiles, report: MjcfReport) -> None:
         self._root = root
         self._report = report
         self._file = files.name
@@ -94,38 +96,38 @@ class _Reader:
             if section.tag not in _SECTIONS:
                 report.unread_element(section)
         self._compiler = read_compiler(root.children, report)
-        classes = Classes(report)
-        classes.read(root.all("default"), _CLASSES)
-        self._assets = Assets(self._compiler, classes, files, report)
+        classes = DefaultClasses(report)
+        classes.read(root.all("default"), _CLASS_ATTRIBUTES)
+        self._assets = MjcfAssets(self._compiler, classes, files, report)
         self._assets.read(root.all("asset"))
-        self._bodies = Bodies(Geoms(self._assets), Joints(classes, self._compiler), report)
+        self._bodies = BodyReader(GeomReader(self._assets), JointReader(classes, self._compiler), report)
 
     def robots(self) -> list[DescribedRobot]:
         """All robots, in the order of ManiSkill's loader."""
         # The loader hangs included sections behind the file's own.
         worlds = sorted(self._root.all("worldbody"), key=lambda world: world.location.file != self._file)
-        trees: list[tuple[list[Draft], bool]] = []
-        standing: list[tuple[Draft, PoseNumbers]] = []
+        trees: list[tuple[list[LinkDraft], bool]] = []
+        standing: list[tuple[LinkDraft, PoseNumbers]] = []
         for number, body in enumerate(body for world in worlds for body in world.all("body")):
-            if bodies.has_joint(body):
+            if mjcf_bodies.has_joint(body):
                 trees.append(self._bodies.articulation(body, number))
             elif made := self._bodies.standing(body):
                 standing.append((made, self._bodies.pose(body)))
-        standing += [(made, IDENTITY) for made in self._geoms(worlds)]
+        standing += [(made, IDENTITY_POSE) for made in self._geoms(worlds)]
         self._assets.tell_unread()
         self._allot([link for links, _ in trees for link in links] + [made for made, _ in standing])
         if self._report.failed:
             return []
         taken = {links[0].name for links, _ in trees}
         for made, _ in standing:
-            made.name = _free_name(made.name, taken)
-        return [bodies.described(links, fixed=fixed) for links, fixed in trees] + [
-            bodies.described_body(made, pose) for made, pose in standing
+            made.name = _unique_name(made.name, taken)
+        return [mjcf_bodies.describe_articulation(links, fixed=fixed) for links, fixed in trees] + [
+            mjcf_bodies.describe_static_body(made, pose) for made, pose in standing
         ]
 
-    def _geoms(self, worlds: list[Element]) -> list[Draft]:
+    def _geoms(self, worlds: list[SourceElement]) -> list[LinkDraft]:
         """The world's own geoms, each a body that stands still."""
-        made: list[Draft] = []
+        made: list[LinkDraft] = []
         elements = [child for world in worlds for child in world.children]
         for child in elements:
             if child.tag in {"joint", "freejoint"}:
@@ -133,24 +135,24 @@ class _Reader:
             else:
                 self._bodies.look_over(child)
         for number, geom in enumerate(child for child in elements if child.tag == "geom"):
-            one = Draft(geom.attributes.get("name") or f"geom_{number}", geom, None, None)
-            one.visuals, one.collisions = self._bodies.make(geom, Scope(), IDENTITY)
+            one = LinkDraft(geom.attributes.get("name") or f"geom_{number}", geom, None, None)
+            one.visuals, one.collisions = self._bodies.make(geom, ClassScope(), IDENTITY_POSE)
             if one.visuals or one.collisions:
                 made.append(one)
         return made
 
-    def _allot(self, everything: list[Draft]) -> None:
+    def _allot(self, everything: list[LinkDraft]) -> None:
         """Gives links that do not collide a bit in common."""
         bonds = self._bodies.bonds
-        if len(bonds) > _BITS:
+        if len(bonds) > _MAX_EXCLUDED_PAIRS:
             # PhysX lets no link collide with its own parent, so that only pairs with others between need a bit.
             bonds = [bond for bond in bonds if bond.apart]
-        if len(bonds) > _BITS:
+        if len(bonds) > _MAX_EXCLUDED_PAIRS:
             self._report.error(
                 "SC483",
-                f"more than {_BITS} bodies have several joints, and the engine has no more bits to keep them from "
-                "colliding with the bodies that they are in",
-                bonds[_BITS].second.element.location,
+                f"more than {_MAX_EXCLUDED_PAIRS} bodies have several joints, and the engine has no more bits "
+                "to keep them from colliding with the bodies that they are in",
+                bonds[_MAX_EXCLUDED_PAIRS].second.element.location,
                 "build the file in parts",
             )
             return
@@ -159,10 +161,10 @@ class _Reader:
             bond.second.ignore_bits |= 1 << number
         if not self._compiler.contact:
             for made in everything:
-                made.ignore_bits |= _NO_CONTACT
+                made.ignore_bits |= _NO_CONTACT_BIT
 
 
-def _free_name(name: str, taken: set[str]) -> str:
+def _unique_name(name: str, taken: set[str]) -> str:
     """A name that nothing else has, which is then taken."""
     number, free = 1, name
     while free in taken:

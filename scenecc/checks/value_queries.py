@@ -7,6 +7,8 @@ of the sticking one), so a rule that one is part of is judged by rows, once ther
 
 from __future__ import annotations
 
+import math
+import struct
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -14,12 +16,13 @@ if TYPE_CHECKING:
 
     from scenecc.plan import Value
 
+
 Row = tuple[float, ...]
 
 
-def waits(values: Sequence[Value], *, drawn: bool) -> bool:
+def is_deferred(values: Sequence[Value], *, drawn: bool) -> bool:
     """Whether a rule is none of this stage's: it is the draw stage's (`drawn`) if a value of it holds an expression."""
-    return any(map(_by_rows, values)) is not drawn
+    return any(map(_needs_drawn_rows, values)) is not drawn
 
 
 def rows(values: Sequence[Value]) -> Iterator[tuple[Row, ...]] | None:
@@ -29,7 +32,7 @@ def rows(values: Sequence[Value]) -> Iterator[tuple[Row, ...]] | None:
     """
     if all(value.is_constant for value in values):
         return iter([tuple(value.numbers() for value in values)])
-    if not all(value.known for value in values) and not any(_by_rows(value) for value in values):
+    if not all(value.known for value in values) and not any(_needs_drawn_rows(value) for value in values):
         return None
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
@@ -49,7 +52,7 @@ def alternatives(value: Value) -> list[Row] | None:
     if found is not None:
         return [row for (row,) in found]
     several = value.bounds.alternatives
-    return None if several is None else list(map(_row, several))
+    return None if several is None else list(map(_as_row, several))
 
 
 def indices(value: Value) -> list[int]:
@@ -59,39 +62,47 @@ def indices(value: Value) -> list[int]:
 
 def lowest(value: Value) -> Row:
     """The least that each component can be."""
-    return _corner(value, high=False)
+    return _extreme_row(value, high=False)
 
 
 def highest(value: Value) -> Row:
     """The most that each component can be."""
-    return _corner(value, high=True)
+    return _extreme_row(value, high=True)
 
 
-def above(a: Value, b: Value) -> tuple[float, float] | None:
+def find_exceeding_pair(a: Value, b: Value) -> tuple[float, float] | None:
     """A pair of numbers that two values can have in one scene, the first of which is above the second."""
     found = rows([a, b])
     pairs = [(highest(a)[0], lowest(b)[0])] if found is None else [(x[0], y[0]) for x, y in found]
     return next((pair for pair in pairs if pair[0] > pair[1]), None)
 
 
-def _by_rows(value: Value) -> bool:
+def _needs_drawn_rows(value: Value) -> bool:
     return not value.known and not value.bounds.exact
 
 
-def _corner(value: Value, *, high: bool) -> Row:
+def _extreme_row(value: Value, *, high: bool) -> Row:
     if value.is_constant:
         return value.numbers()
     if value.known:
         rows: list[list[float]] = value.data.reshape(len(value.data), -1).tolist()
         return tuple(map(max if high else min, zip(*rows, strict=True)))
-    return _row(value.bounds.high if high else value.bounds.low)
+    return _as_row(value.bounds.high if high else value.bounds.low)
 
 
-def _row(item: Any) -> Row:
+def _as_row(item: Any) -> Row:
     return item if item.__class__ is tuple else (item,)
 
 
-def above_pairs(value: Value) -> list[Row]:
+def limit_pairs(value: Value) -> list[Row]:
     """Rows of two numbers that stand for all that a value can be: the first at its most, the second at its least."""
     found = alternatives(value)
     return [(highest(value)[0], lowest(value)[1])] if found is None else found
+
+
+def round_to_float32(number: float) -> float:
+    """Rounded to single precision, in which the engine computes."""
+    try:
+        return struct.unpack("f", struct.pack("f", number))[0]
+    except OverflowError:
+        return math.copysign(math.inf, number)

@@ -12,28 +12,31 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from scenecc.robots.mjcf.attributes import ORIENTATIONS
+from scenecc.robots.mjcf_attributes import ORIENTATION_ATTRIBUTES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from scenecc.robots.mjcf.attributes import Attributes
-    from scenecc.robots.mjcf.compiler import Compiler
+    from scenecc.robots.mjcf_attributes import CompilerSettings, MjcfAttributes
 
     Array = NDArray[np.floating[Any]]
 
+
 Quaternion = tuple[float, float, float, float]
+
 Symmetry = Literal["none", "axis", "point"]
 """What of a rotation can be told of a shape: all, where its z axis points, nothing."""
 
-NO_TURN: Quaternion = (1.0, 0.0, 0.0, 0.0)
-_SAME = 1e-7
-_UNIT = 1e-5
+IDENTITY_ROTATION: Quaternion = (1.0, 0.0, 0.0, 0.0)
+
+_ROTATION_TOLERANCE = 1e-7
+
+_UNIT_TOLERANCE = 1e-5
 
 
-def rotation(attributes: Attributes, compiler: Compiler, symmetry: Symmetry = "none") -> Quaternion:
+def read_rotation(attributes: MjcfAttributes, compiler: CompilerSettings, symmetry: Symmetry = "none") -> Quaternion:
     """The rotation that an element's attributes say, wxyz in double precision.
 
     Args:
@@ -43,22 +46,22 @@ def rotation(attributes: Attributes, compiler: Compiler, symmetry: Symmetry = "n
     """
     way = attributes.orientation()
     if way is None:
-        return NO_TURN
+        return IDENTITY_ROTATION
     count = {"quat": 4, "euler": 3, "axisangle": 4, "xyaxes": 6, "zaxis": 3}[way]
     default = (math.nan,) * count
     values = attributes.numbers(way, default)
     if values is default:
-        return NO_TURN
+        return IDENTITY_ROTATION
     if way != "euler" and not any(values):
         attributes.wrong(way, "is zero, which is no rotation")
-        return NO_TURN
-    meant = _meant(way, values, compiler, attributes)
+        return IDENTITY_ROTATION
+    meant = _mujoco_rotation(way, values, compiler, attributes)
     if meant is None:
-        return NO_TURN
+        return IDENTITY_ROTATION
     # Of several ways at once ManiSkill's loader takes the first in this order.
-    first = next(name for name in ORIENTATIONS if name in attributes)
-    theirs = _theirs(way, values, compiler) if first == way else None
-    if theirs is not None and _alike(theirs, meant, symmetry):
+    first = next(name for name in ORIENTATION_ATTRIBUTES if name in attributes)
+    theirs = _maniskill_rotation(way, values, compiler) if first == way else None
+    if theirs is not None and _is_equivalent(theirs, meant, symmetry):
         return theirs
     attributes.report.differs(
         way, f"`{way}` is read as MJCF means it; ManiSkill's loader reads another rotation", attributes.at(way)
@@ -66,16 +69,16 @@ def rotation(attributes: Attributes, compiler: Compiler, symmetry: Symmetry = "n
     return meant
 
 
-def shortest(z: Sequence[float]) -> Quaternion:
+def shortest_rotation(z: Sequence[float]) -> Quaternion:
     """The shortest rotation that turns z to a direction, as MuJoCo computes it."""
     direction = np.asarray(z, np.float64) / np.linalg.norm(z)
     axis = np.array([-direction[1], direction[0], 0.0])
     length = float(np.linalg.norm(axis))
     axis = np.array([1.0, 0.0, 0.0]) if length < 1e-10 else axis / length
-    return axis_angle(axis, math.atan2(length, float(direction[2])))
+    return from_axis_angle(axis, math.atan2(length, float(direction[2])))
 
 
-def axis_angle(vector: Array, angle: float) -> Quaternion:
+def from_axis_angle(vector: Array, angle: float) -> Quaternion:
     """A rotation about a vector of any length but zero."""
     vector = vector / math.sqrt(np.dot(vector, vector))
     half = angle / 2.0
@@ -83,28 +86,30 @@ def axis_angle(vector: Array, angle: float) -> Quaternion:
     return (math.cos(half), float(turned[0]), float(turned[1]), float(turned[2]))
 
 
-def fixed_axes(roll: float, pitch: float, yaw: float) -> Quaternion:
+def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
     """Turns about the fixed x, y and z, one after another."""
     (ci, si), (cj, sj), (ck, sk) = ((math.cos(half), math.sin(half)) for half in (roll / 2.0, pitch / 2.0, yaw / 2.0))
     cc, cs, sc, ss = ci * ck, ci * sk, si * ck, si * sk
     return (cj * cc + sj * ss, cj * sc - sj * cs, cj * ss + sj * cc, cj * cs - sj * sc)
 
 
-def _meant(way: str, values: Sequence[float], compiler: Compiler, attributes: Attributes) -> Quaternion | None:
+def _mujoco_rotation(
+    way: str, values: Sequence[float], compiler: CompilerSettings, attributes: MjcfAttributes
+) -> Quaternion | None:
     """The rotation as MJCF means it."""
     if way == "quat":
-        return _unit(values)
+        return _normalize(values)
     if way == "euler":
-        return _euler([compiler.radians(value) for value in values], compiler.euler_sequence)
+        return _from_euler([compiler.radians(value) for value in values], compiler.euler_sequence)
     if way == "axisangle":
         if not any(values[:3]):
             attributes.wrong(way, "has an axis of no length")
             return None
-        return axis_angle(np.asarray(values[:3]), compiler.radians(values[3]))
-    return shortest(values) if way == "zaxis" else _of_two_axes(values, attributes)
+        return from_axis_angle(np.asarray(values[:3]), compiler.radians(values[3]))
+    return shortest_rotation(values) if way == "zaxis" else _from_xy_axes(values, attributes)
 
 
-def _of_two_axes(values: Sequence[float], attributes: Attributes) -> Quaternion | None:
+def _from_xy_axes(values: Sequence[float], attributes: MjcfAttributes) -> Quaternion | None:
     """The rotation to an x axis and a y axis, of which the second need not be upright to the first."""
     x: Array = np.asarray(values[:3], np.float64)
     y: Array = np.asarray(values[3:], np.float64)
@@ -114,10 +119,10 @@ def _of_two_axes(values: Sequence[float], attributes: Attributes) -> Quaternion 
     x = x / np.linalg.norm(x)
     y = y - x * np.dot(x, y)
     y = y / np.linalg.norm(y)
-    return _of_axes(x, y, np.cross(x, y))
+    return _from_axes(x, y, np.cross(x, y))
 
 
-def _theirs(way: str, values: Sequence[float], compiler: Compiler) -> Quaternion | None:
+def _maniskill_rotation(way: str, values: Sequence[float], compiler: CompilerSettings) -> Quaternion | None:
     """The rotation as ManiSkill's loader computes it; None where nothing comes of it."""
     array: Array = np.asarray(values, np.float64)
     if way == "quat":
@@ -125,10 +130,10 @@ def _theirs(way: str, values: Sequence[float], compiler: Compiler) -> Quaternion
     if way == "euler":
         if compiler.degrees:
             array = array * (np.pi / 180)
-        return fixed_axes(float(array[0]), -float(array[1]), float(array[2]))
+        return from_rpy(float(array[0]), -float(array[1]), float(array[2]))
     if way == "axisangle":
         angle = array[3] * (np.pi / 180) if compiler.degrees else array[3]
-        return axis_angle(array[:3] / np.linalg.norm(array[:3]), float(angle))
+        return from_axis_angle(array[:3] / np.linalg.norm(array[:3]), float(angle))
     if way == "xyaxes":
         return None
     z: Array = array / np.linalg.norm(array)
@@ -137,19 +142,19 @@ def _theirs(way: str, values: Sequence[float], compiler: Compiler) -> Quaternion
         return None
     x = x / np.linalg.norm(x)
     y = np.cross(z, x)
-    return _of_axes(x, y / np.linalg.norm(y), z)
+    return _from_axes(x, y / np.linalg.norm(y), z)
 
 
-def _euler(angles: Sequence[float], sequence: str) -> Quaternion:
+def _from_euler(angles: Sequence[float], sequence: str) -> Quaternion:
     """Turns about the axes of a sequence: small letters turn along, capital ones stay."""
-    whole = NO_TURN
+    whole = IDENTITY_ROTATION
     for angle, letter in zip(angles, sequence, strict=True):
-        one = axis_angle(np.eye(3)["xyz".index(letter.lower())], angle)
-        whole = _product(whole, one) if letter.islower() else _product(one, whole)
+        one = from_axis_angle(np.eye(3)["xyz".index(letter.lower())], angle)
+        whole = _multiply(whole, one) if letter.islower() else _multiply(one, whole)
     return whole
 
 
-def _of_axes(x: Array, y: Array, z: Array) -> Quaternion:
+def _from_axes(x: Array, y: Array, z: Array) -> Quaternion:
     """The rotation to some axes, by the largest eigenvector of a symmetric matrix (Bar-Itzhack 2000)."""
     (xx, yx, zx), (xy, yy, zy), (xz, yz, zz) = np.array([x, y, z]).T.tolist()
     symmetric = np.array(
@@ -166,18 +171,18 @@ def _of_axes(x: Array, y: Array, z: Array) -> Quaternion:
     return (float(q[0]), float(q[1]), float(q[2]), float(q[3]))
 
 
-def _alike(one: Quaternion, other: Quaternion, symmetry: Symmetry) -> bool:
+def _is_equivalent(one: Quaternion, other: Quaternion, symmetry: Symmetry) -> bool:
     """Whether two rotations do the same to a shape, the first of which may not be one."""
     length = math.hypot(*one)
-    if not abs(length - 1) <= _UNIT:
+    if not abs(length - 1) <= _UNIT_TOLERANCE:
         return False
     if symmetry == "point":
         return True
     if symmetry == "axis":
-        first, second = (_z_axis(_unit(q)) for q in (one, other))
-        return float(np.linalg.norm(first - second)) < _SAME
-    difference = _product(_unit((one[0], -one[1], -one[2], -one[3])), other)
-    return math.hypot(*difference[1:]) < _SAME
+        first, second = (_z_axis(_normalize(q)) for q in (one, other))
+        return float(np.linalg.norm(first - second)) < _ROTATION_TOLERANCE
+    difference = _multiply(_normalize((one[0], -one[1], -one[2], -one[3])), other)
+    return math.hypot(*difference[1:]) < _ROTATION_TOLERANCE
 
 
 def _z_axis(q: Quaternion) -> Array:
@@ -185,12 +190,12 @@ def _z_axis(q: Quaternion) -> Array:
     return np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
 
 
-def _unit(q: Sequence[float]) -> Quaternion:
+def _normalize(q: Sequence[float]) -> Quaternion:
     length = math.hypot(*q)
     return (q[0] / length, q[1] / length, q[2] / length, q[3] / length)
 
 
-def _product(first: Quaternion, second: Quaternion) -> Quaternion:
+def _multiply(first: Quaternion, second: Quaternion) -> Quaternion:
     w, x, y, z = first
     a, b, c, d = second
     return (

@@ -1,0 +1,299 @@
+"""Links of a URDF: poses, shapes, inertials and materials, in the numbers that SAPIEN's loader passes to its builders.
+The first material of a name is used everywhere, as in SAPIEN's loader.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.robots.description import (
+    BoxGeometry,
+    CapsuleGeometry,
+    CylinderGeometry,
+    DescribedInertial,
+    DescribedMaterial,
+    Geometry,
+    MeshGeometry,
+    SphereGeometry,
+)
+from scenecc.robots.sapien_poses import IDENTITY_POSE, compose_poses, pose_numbers, pose_of_matrix
+from scenecc.robots.xml import (
+    FLOAT32_MAX,
+    FLOAT32_TINY,
+    read_number,
+    read_numbers,
+    read_text,
+    read_vector3,
+    warn_if_degrees,
+)
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from scenecc.diagnostics import Location
+    from scenecc.robots.description import PoseNumbers, Vector3
+    from scenecc.robots.files import FileReport, RobotFiles
+    from scenecc.robots.xml import SourceElement
+
+
+GEOMETRY_TAGS = ("box", "sphere", "capsule", "cylinder", "mesh")
+
+_Z_TO_X_POSE = pose_numbers((0.0, 0.0, 0.0), (0.7071068, 0.0, 0.7071068, 0.0))
+"""From SAPIEN's capsules and cylinders, which lie along x, to URDF's, which stand along z."""
+
+
+def read_origin(element: SourceElement, scale: float, findings: FileReport) -> PoseNumbers | None:
+    """The pose of an element by its <origin>; the identity where it has none; None, reported, where that is wrong."""
+    origin = element.find("origin")
+    if origin is None:
+        return IDENTITY_POSE
+    xyz = read_vector3(origin, "xyz", findings) if "xyz" in origin.attributes else (0.0, 0.0, 0.0)
+    rpy = read_vector3(origin, "rpy", findings) if "rpy" in origin.attributes else None
+    if xyz is None or (rpy is None and "rpy" in origin.attributes):
+        return None
+    matrix: NDArray[np.float64] = np.eye(4)
+    matrix[:3, 3] = np.array(xyz) * scale
+    if rpy is not None:
+        warn_if_degrees(rpy, "a rotation", origin.at("rpy"), findings)
+        matrix[:3, :3] = _rpy_matrix(rpy)
+    return pose_of_matrix(matrix)
+
+
+def _rpy_matrix(rpy: Vector3) -> list[list[Any]]:
+    """Rotation by roll about x, then pitch about y, then yaw about z."""
+    # As arrays: NumPy's sines of arrays and of numbers may differ in the last bit.
+    cosines, sines = np.cos(np.array(rpy)), np.sin(np.array(rpy))
+    c3, c2, c1 = cosines
+    s3, s2, s1 = sines
+    return [
+        [c1 * c2, (c1 * s2 * s3) - (c3 * s1), (s1 * s3) + (c1 * c3 * s2)],
+        [c2 * s1, (c1 * c3) + (s1 * s2 * s3), (c3 * s1 * s2) - (c1 * s3)],
+        [-s2, c2 * s3, c2 * c3],
+    ]
+
+
+def read_geometry(
+    element: SourceElement, pose: PoseNumbers, scale: float, files: RobotFiles, findings: FileReport
+) -> tuple[Geometry, PoseNumbers, Location] | None:
+    """The shape of a <visual> or <collision>, its pose and the place that says what it is; None, reported, if wrong."""
+    holder = element.find("geometry")
+    if holder is None:
+        findings.report("SC455", f"<{element.tag}> has no <geometry>", element.location)
+        return None
+    kinds = [child for child in holder.children if child.tag in GEOMETRY_TAGS]
+    if len(kinds) != 1:
+        what = "none" if not kinds else "more than one"
+        names = ", ".join(f"<{name}>" for name in GEOMETRY_TAGS)
+        place = kinds[1].location if kinds else holder.location
+        findings.report("SC455", f"<geometry> holds {what} of {names}", place, hint="write one")
+        return None
+    kind = kinds[0]
+    if kind.tag == "mesh":
+        mesh = _read_mesh(kind, scale, files, findings)
+        return None if mesh is None else (mesh, pose, kind.at("filename"))
+    if kind.tag == "box":
+        size = read_vector3(kind, "size", findings)
+        if size is None or not all(_check_size(kind, "size", side, scale, findings) for side in size):
+            return None
+        return BoxGeometry((size[0] * scale / 2.0, size[1] * scale / 2.0, size[2] * scale / 2.0)), pose, kind.location
+    return _read_round_shape(kind, pose, scale, findings)
+
+
+def _read_round_shape(
+    kind: SourceElement, pose: PoseNumbers, scale: float, findings: FileReport
+) -> tuple[Geometry, PoseNumbers, Location] | None:
+    wanted = ("radius",) if kind.tag == "sphere" else ("radius", "length")
+    read = [(name, read_number(kind, name, findings)) for name in wanted]
+    sizes = [size for name, size in read if size is not None and _check_size(kind, name, size, scale, findings)]
+    if len(sizes) != len(wanted):
+        return None
+    if kind.tag == "sphere":
+        return SphereGeometry(sizes[0] * scale), pose, kind.location
+    made = CapsuleGeometry if kind.tag == "capsule" else CylinderGeometry
+    return made(sizes[0] * scale, sizes[1] * scale / 2.0), compose_poses(pose, _Z_TO_X_POSE), kind.location
+
+
+def _check_size(kind: SourceElement, attribute: str, size: float, scale: float, findings: FileReport) -> bool:
+    if FLOAT32_TINY <= size * scale <= FLOAT32_MAX:
+        return True
+    why = "is not above 0" if size <= 0 else "single precision does not hold"
+    message = f"the `{attribute}` of <{kind.tag}> holds {size:g}, which {why}"
+    findings.report("SC466", message, kind.at(attribute))
+    return False
+
+
+def _read_mesh(kind: SourceElement, scale: float, files: RobotFiles, findings: FileReport) -> MeshGeometry | None:
+    reference = read_text(kind, "filename", findings)
+    file = None if reference is None else files.find(reference, kind.at("filename"), findings)
+    scales = read_vector3(kind, "scale", findings) if "scale" in kind.attributes else (1.0, 1.0, 1.0)
+    if scales is not None and not all(FLOAT32_TINY <= abs(one * scale) <= FLOAT32_MAX for one in scales):
+        why = "0, which leaves nothing of it" if 0.0 in scales else "what single precision does not hold"
+        findings.report("SC466", f"the `scale` of <mesh> holds {why}", kind.at("scale"))
+        return None
+    if file is None or scales is None:
+        return None
+    return MeshGeometry(file.uri, file.path, (scales[0] * scale, scales[1] * scale, scales[2] * scale))
+
+
+def read_inertial(link: SourceElement, scale: float, findings: FileReport) -> DescribedInertial | None:
+    """Mass and inertia of a link; None: it has none, or it is reported as wrong, or SAPIEN takes it for none.
+
+    The principal axes are LAPACK's, as SAPIEN's loader asks NumPy for them.
+    """
+    element = link.find("inertial")
+    if element is None:
+        return None
+    before = findings.errors
+    mass_element, tensor = element.find("mass"), element.find("inertia")
+    for tag, found in (("mass", mass_element), ("inertia", tensor)):
+        if found is None:
+            findings.report("SC455", f"<inertial> has no <{tag}>", element.location)
+    mass = None if mass_element is None else read_number(mass_element, "value", findings)
+    pose = read_origin(element, scale, findings)
+    if tensor is None or mass_element is None:
+        return None
+    xx, xy, xz, yy, yz, zz = (read_number(tensor, name, findings) for name in _INERTIA_KEYS)
+    if mass is None or pose is None or findings.errors > before:
+        return None
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], dtype=np.float64)
+    if mass < 0:
+        findings.report("SC467", f"the mass is {mass:g} kg, which is below 0", mass_element.at("value"))
+        return None
+    if mass == 0 or not inertia.any():
+        if mass or inertia.any():
+            what = "mass" if mass == 0 else "inertia"
+            findings.report(
+                "SC475",
+                f"the {what} is 0, so that SAPIEN leaves the whole <inertial> out",
+                element.location,
+                hint="mass and inertia then follow from the shapes and their densities",
+            )
+        return None
+    return _principal_inertia(mass, pose, inertia, scale, tensor, findings)
+
+
+_INERTIA_KEYS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+
+
+def _principal_inertia(
+    mass: float,
+    pose: PoseNumbers,
+    inertia: NDArray[np.float64],
+    scale: float,
+    tensor: SourceElement,
+    findings: FileReport,
+) -> DescribedInertial | None:
+    moments: Any
+    axes: Any
+    if np.array_equal(np.diag(np.diag(inertia)), inertia):
+        moments, axes = np.diag(inertia), np.eye(3)
+    else:
+        moments, axes = np.linalg.eigh(inertia)
+        if np.linalg.det(axes) < 0:
+            axes[:, 2] = -axes[:, 2]
+    shown = ", ".join(f"{moment:.4g}" for moment in moments)
+    if not all(moment > 0 for moment in moments):
+        findings.report(
+            "SC467",
+            f"the principal moments of inertia are {shown}, of which one is not above 0",
+            tensor.location,
+            hint="no body has such an inertia, and SAPIEN refuses it",
+        )
+        return None
+    ordered = sorted(moments)
+    if ordered[0] + ordered[1] < ordered[2] * (1 - 1e-6):
+        findings.report_once(
+            "SC468",
+            "inertia",
+            f"the principal moments of inertia are {shown}, of which one is above the sum of the others",
+            tensor.location,
+            "no body has such an inertia; it is built as it is written, and so are others like it in this file",
+        )
+    matrix: NDArray[np.float64] = np.eye(4)
+    matrix[:3, :3] = axes
+    scaled = [float(moment) for moment in scale**5 * moments]
+    return DescribedInertial(
+        mass * scale**3, compose_poses(pose, pose_of_matrix(matrix)), (scaled[0], scaled[1], scaled[2]), tensor.location
+    )
+
+
+class UrdfMaterials:
+    """The materials of one URDF."""
+
+    def __init__(self, robot: SourceElement, files: RobotFiles, findings: FileReport) -> None:
+        self._files = files
+        self._findings = findings
+        self._elements: dict[str, SourceElement] = {}
+        self._read: dict[int, DescribedMaterial | None] = {}
+        for element in robot.all("material"):
+            self._add_shared(element)
+        for link in robot.all("link"):
+            for visual in link.all("visual"):
+                element = visual.find("material")
+                if element is not None and element.attributes.get("name"):
+                    self._elements.setdefault(element.attributes["name"], element)
+
+    def of(self, visual: SourceElement) -> DescribedMaterial | None:
+        """The look of a <visual>; None where it names no material, or what it names is reported as wrong.
+
+        A material without colour and texture is one all the same, and hides the mesh's own.
+        """
+        element = visual.find("material")
+        if element is None:
+            return None
+        name = element.attributes.get("name", "")
+        meant = self._elements.get(name, element) if name else element
+        if meant is not element:
+            self._compare(element, meant)
+        if id(meant) not in self._read:
+            self._read[id(meant)] = self._look(meant)
+        return self._read[id(meant)]
+
+    def _add_shared(self, element: SourceElement) -> None:
+        name = read_text(element, "name", self._findings)
+        if name is None:
+            return
+        first = self._elements.setdefault(name, element)
+        if first is not element:
+            self._findings.report(
+                "SC460",
+                f"there are two materials named `{name}`",
+                element.at("name"),
+                related=[("the first is here", first.at("name"), "value")],
+            )
+
+    def _compare(self, element: SourceElement, meant: SourceElement) -> None:
+        """Warns of a material that says something and is not the one that counts."""
+        said, counts = _material_key(element), _material_key(meant)
+        if any(said) and said != counts:
+            name = element.attributes["name"]
+            self._findings.report_once(
+                "SC476",
+                name,
+                f"the material `{name}` is another here than where it is first met, which counts everywhere",
+                element.location,
+                hint=f"the first is in line {meant.line + 1}; give this one a name of its own",
+            )
+
+    def _look(self, element: SourceElement) -> DescribedMaterial | None:
+        color, texture = element.find("color"), element.find("texture")
+        if color is not None:
+            rgba = read_numbers(color, "rgba", 4, self._findings)
+            if rgba is None:
+                return None
+            red, green, blue, alpha = (min(max(value, 0.0), 1.0) for value in rgba)
+            return DescribedMaterial(base_color=(red, green, blue, alpha))
+        if texture is None:
+            return DescribedMaterial()
+        reference = read_text(texture, "filename", self._findings)
+        place = texture.at("filename")
+        file = None if reference is None else self._files.find(reference, place, self._findings)
+        return None if file is None else DescribedMaterial(texture=file.path, texture_uri=file.uri)
+
+
+def _material_key(element: SourceElement) -> tuple[str | None, str | None]:
+    color, texture = element.find("color"), element.find("texture")
+    rgba = None if color is None else " ".join(color.attributes.get("rgba", "").split())
+    return rgba, None if texture is None else texture.attributes.get("filename")
