@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Literal
 from typing_extensions import Unpack
 
 from scenecc.diagnostics import Location, Sink
-from scenecc.emit import EMITTERS, EXPORTS, emit, export
-from scenecc.emit.choice import Choice
+from scenecc.emit import EMITTERS, EXPORTS, ExportOptions, emit, export
 from scenecc.errors import SceneError
 from scenecc.options import CompileOptions, Options, integer
 from scenecc.pipeline import Source, compiled, instantiated, select_scenes
@@ -112,7 +111,7 @@ def export_scene(
     asked = Options.of(**options)
     plan = compiled(source, asked, sink).plan
     chosen = None if grid else _one_scene(scene or 0, plan, sink)
-    choice = Choice(_file_name(name or plan.name), show, grid, entity, folder, binary)
+    choice = ExportOptions(_file_name(name or plan.name), show, grid, entity, folder, binary)
     return _written(export(plan, _measured(plan, chosen, sink, progress), target, choice, sink), sink, found)
 
 

@@ -1,13 +1,13 @@
-"""A plan as text or as files for other programs: one module a target, loaded when it is asked for.
+"""Emits a plan as text or as files for other programs: one module per target, imported on demand.
 
-Texts need the plan alone. Files of other programs hold numbers that only an engine knows (masses, hulls, where links
-are), so these are written of a plan and of what was measured of its build.
+Text targets need only the plan. File targets hold values that only an engine knows (masses, convex hulls, link
+poses), so they are written from a plan and from measurements of its build.
 """
 
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from scenecc.diagnostics.frozen import frozen
 
@@ -15,25 +15,49 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from scenecc.diagnostics import Sink
-    from scenecc.emit.choice import Choice
     from scenecc.plan import ScenePlan
     from scenecc.plan.snapshot import EngineSnapshot
 
+
+Show = Literal["visual", "collision"]
+
+
+@frozen
+class ExportOptions:
+    """How the measured scenes are to be written.
+
+    Attributes:
+        name: of the file without its suffix. Files that lie beside it are in a folder `NAME.assets`.
+        show: what bodies look like: as they are seen, or their colliding shapes.
+        grid: whether all scenes that were measured are written side by side; otherwise there is one.
+        entity: the one to write; None: all.
+        folder: whether entities are to be written one by one, each into a file of its own name.
+        binary: whether the file is to be in the binary form of its kind.
+    """
+
+    name: str
+    show: Show = "visual"
+    grid: bool = False
+    entity: str | None = None
+    folder: bool = False
+    binary: bool = False
+
+
 EMITTERS: dict[str, str] = {
     "json": "scenecc.emit.plan_json",
-    "python": "scenecc.emit.python.script",
+    "python": "scenecc.emit.python",
 }
 """Target to the module whose `write(plan, sink, base)` makes its text."""
 
 
 @frozen
-class Export:
+class ExportTarget:
     """A kind of files for another program.
 
     Attributes:
-        module: its `write(plan, measured, choice, sink)` makes the files; None after an error.
+        module: its `write(plan, measured, options, sink)` makes the files; None after an error.
         suffix: of the file.
-        takes: fields of `Choice` that mean something to it, beside `name`.
+        takes: fields of `ExportOptions` that mean something to it, beside `name`.
         needs: a module that every file takes, and the package of the extra `export` that brings it; None where only
             some scenes need one.
     """
@@ -44,11 +68,11 @@ class Export:
     needs: tuple[str, str] | None = None
 
 
-EXPORTS: dict[str, Export] = {
-    "glb": Export("scenecc.emit.glb.write", ".glb", frozenset({"show", "grid"})),
-    "mjcf": Export("scenecc.emit.mjcf.write", ".xml"),
-    "urdf": Export("scenecc.emit.urdf.write", ".urdf", frozenset({"entity", "folder"})),
-    "usd": Export("scenecc.emit.usd.write", ".usda", frozenset({"show", "binary"}), ("pxr.Usd", "usd-core")),
+EXPORTS: dict[str, ExportTarget] = {
+    "glb": ExportTarget("scenecc.emit.glb", ".glb", frozenset({"show", "grid"})),
+    "mjcf": ExportTarget("scenecc.emit.mjcf", ".xml"),
+    "urdf": ExportTarget("scenecc.emit.urdf", ".urdf", frozenset({"entity", "folder"})),
+    "usd": ExportTarget("scenecc.emit.usd", ".usda", frozenset({"show", "binary"}), ("pxr.Usd", "usd-core")),
 }
 """Target to what writes it."""
 
@@ -70,7 +94,7 @@ def emit(plan: ScenePlan, target: str, sink: Sink, *, base: Path | None = None) 
 
 
 def export(
-    plan: ScenePlan, measured: EngineSnapshot, target: str, choice: Choice, sink: Sink
+    plan: ScenePlan, measured: EngineSnapshot, target: str, options: ExportOptions, sink: Sink
 ) -> dict[str, bytes] | None:
     """The files of another program, by their paths relative to the folder that they will lie in.
 
@@ -81,14 +105,14 @@ def export(
         plan: what to write.
         measured: what was built of it: the one scene that is written, or all of a grid.
         target: a key of `EXPORTS`.
-        choice: what is asked for.
+        options: what is asked for.
         sink: takes a warning of everything that the target cannot hold, and errors; then there are no files.
 
     Raises:
         KeyError: if there is no such target.
     """
-    files: dict[str, bytes] | None = import_module(EXPORTS[target].module).write(plan, measured, choice, sink)
+    files: dict[str, bytes] | None = import_module(EXPORTS[target].module).write(plan, measured, options, sink)
     return files
 
 
-__all__ = ["EMITTERS", "EXPORTS", "Export", "emit", "export"]
+__all__ = ["EMITTERS", "EXPORTS", "ExportOptions", "ExportTarget", "emit", "export"]

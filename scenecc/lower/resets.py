@@ -13,7 +13,7 @@ from scenecc.plan.articulation import JOINT_STATE_FIELDS, VELOCITY_FIELDS, Artic
 from scenecc.plan.constraint import Drive
 from scenecc.plan.properties import FLOAT32_MAX
 from scenecc.plan.scene import MAX_COMPOSED_POSES, shared_pose_name
-from scenecc.variation.nodes import NODES, Composed, Const, Held, Rows, Shared
+from scenecc.variation.nodes import NODES, AffineClamp, Composed, Const, Rows, Shared
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -226,8 +226,8 @@ def _reset_node(reset: ResettableValue) -> Node:
     node, scenes, follows = reset.node, reset.leaves.scenes, reset.follows
     if follows is not None:
         factor, offset = (_constant_item(value.data, scenes) for value in (follows.multiplier, follows.offset))
-        node = Held(_reset_node(follows.source), -1, -FLOAT32_MAX, FLOAT32_MAX, factor, offset)
-    if reset.limits is not None and isinstance(node, Held):
+        node = AffineClamp(_reset_node(follows.source), -1, -FLOAT32_MAX, FLOAT32_MAX, factor, offset)
+    if reset.limits is not None and isinstance(node, AffineClamp):
         low, high = (_constant_item(side.clip(-FLOAT32_MAX, FLOAT32_MAX), scenes) for side in reset.limits.data.T)
         node = replace(node, low=low, high=high)
     return node

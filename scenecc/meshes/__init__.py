@@ -3,7 +3,17 @@
 Triangles, normals and texture coordinates of primitives are SAPIEN's own; mesh files are read by trimesh.
 """
 
-from scenecc.meshes.drawing import Baked, Drawer, baked
-from scenecc.meshes.surface import Image, Look, MeshProblem, Part, Shape, Surface
+from scenecc.meshes.builder import BakedMesh, MeshBuilder, bake_scale
+from scenecc.meshes.surface import Image, MeshError, MeshPart, MeshShape, Surface, SurfaceMaterial
 
-__all__ = ["Baked", "Drawer", "Image", "Look", "MeshProblem", "Part", "Shape", "Surface", "baked"]
+__all__ = [
+    "BakedMesh",
+    "Image",
+    "MeshBuilder",
+    "MeshError",
+    "MeshPart",
+    "MeshShape",
+    "Surface",
+    "SurfaceMaterial",
+    "bake_scale",
+]

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.files import ChangedError, read_checked
-from scenecc.meshes.primitives import surface
-from scenecc.meshes.surface import Look, MeshProblem, Part
-from scenecc.meshes.textures import Images, image_of
+from scenecc.meshes.materials import ImageCache, convert_image
+from scenecc.meshes.primitives import make_surface
+from scenecc.meshes.surface import MeshError, MeshPart, SurfaceMaterial
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,14 +27,14 @@ if TYPE_CHECKING:
     from scenecc.plan import AssetFile, NamedFile
 
 _WHITE: Final = (1.0, 1.0, 1.0, 1.0)
-_GREY: Final = (0.6, 0.6, 0.6, 1.0)
-_PLAIN: Final = {".obj": _GREY, ".dae": _GREY}
+_GRAY: Final = (0.6, 0.6, 0.6, 1.0)
+_DEFAULT_COLORS: Final = {".obj": _GRAY, ".dae": _GRAY}
 """Colours that SAPIEN's readers give a file without a material; others are white."""
 
 _METALLIC: Final = {".glb": 1.0, ".gltf": 1.0}
 """And how metallic: glTF's own default. Others are not."""
 
-_MAPS: Final = {
+_MTL_MAPS: Final = {
     "norm": "normal_image",
     "map_ke": "emission_image",
     "map_pr": "roughness_image",
@@ -51,10 +51,10 @@ class MeshFiles:
     """Mesh files that are read once, also where several hold the same."""
 
     def __init__(self) -> None:
-        self._paths: dict[Path, tuple[Part, ...]] = {}
-        self._contents: dict[tuple[object, ...], tuple[Part, ...]] = {}
+        self._paths: dict[Path, tuple[MeshPart, ...]] = {}
+        self._contents: dict[tuple[object, ...], tuple[MeshPart, ...]] = {}
 
-    def parts(self, file: AssetFile) -> tuple[Part, ...]:
+    def parts(self, file: AssetFile) -> tuple[MeshPart, ...]:
         """The surfaces of a file in its own frame [m], and their looks.
 
         Raises:
@@ -64,15 +64,15 @@ class MeshFiles:
             self._paths[file.path] = self._found(file)
         return self._paths[file.path]
 
-    def _found(self, file: AssetFile) -> tuple[Part, ...]:
-        data = _checked(file.path, file.sha256)
+    def _found(self, file: AssetFile) -> tuple[MeshPart, ...]:
+        data = _read_file(file.path, file.sha256)
         key = (file.path.suffix.lower(), sha256(data).hexdigest(), *file.names)
         if key not in self._contents:
-            self._contents[key] = _read(data, file)
+            self._contents[key] = _read_mesh(data, file)
         return self._contents[key]
 
 
-class _Named:
+class _MeshResolver:
     """The files that a mesh names and that were checked, as trimesh asks for them: it reads a mesh in ways of its own.
 
     It takes this for a resolver.
@@ -86,7 +86,7 @@ class _Named:
         one = self._by_name.get(name)
         if one is None or one.path is None:
             raise FileNotFoundError(f"the mesh names no file {name!r} that was checked")
-        return _checked(one.path, one.sha256)
+        return _read_file(one.path, one.sha256)
 
     __getitem__ = get
 
@@ -95,21 +95,21 @@ class _Named:
         return self._by_name.get(name)
 
 
-def _checked(path: Path, digest: str | None) -> bytes:
+def _read_file(path: Path, digest: str | None) -> bytes:
     """The content of a file. Raises MeshProblem where it is not what it was when it was checked."""
     try:
         return read_checked(path, digest)
     except ChangedError as error:
-        raise MeshProblem("SC422", f"'{path}' changed while the scene was built") from error
+        raise MeshError("SC422", f"'{path}' changed while the scene was built") from error
     except OSError as error:
-        raise MeshProblem("SC747", f"'{path}' cannot be read: {error.strerror}") from error
+        raise MeshError("SC747", f"'{path}' cannot be read: {error.strerror}") from error
 
 
-def _read(data: bytes, file: AssetFile) -> tuple[Part, ...]:
-    path, named = file.path, _Named(file)
+def _read_mesh(data: bytes, file: AssetFile) -> tuple[MeshPart, ...]:
+    path, named = file.path, _MeshResolver(file)
     suffix = path.suffix.lower()
     if suffix == ".dae" and find_spec("collada") is None:
-        raise MeshProblem(
+        raise MeshError(
             "SC813", f"'{path.name}' is COLLADA, which needs pycollada", 'run `pip install "scenecc[export]"`'
         )
     trimesh: Any = import_module("trimesh")  # which says half of its types
@@ -117,67 +117,71 @@ def _read(data: bytes, file: AssetFile) -> tuple[Part, ...]:
     try:
         scene = trimesh.load_scene(BytesIO(data), suffix[1:], resolver=named, process=False)
     except Exception as error:  # trimesh's readers raise whatever comes
-        raise MeshProblem("SC747", f"'{path}' cannot be read: {error}", "export the mesh again") from error
-    parts: list[Part] = []
-    images = Images()
+        raise MeshError("SC747", f"'{path}' cannot be read: {error}", "export the mesh again") from error
+    parts: list[MeshPart] = []
+    images = ImageCache()
     for node in scene.graph.nodes_geometry:
         place, name = scene.graph[node]
         mesh = scene.geometry[name]
         if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
-            parts.append(_part(mesh, np.asarray(place), _look(mesh.visual, path, named, images)))
+            parts.append(_convert_part(mesh, np.asarray(place), _convert_material(mesh.visual, path, named, images)))
     if not parts:
-        raise MeshProblem("SC747", f"'{path}' shows no triangles", "export the mesh again")
+        raise MeshError("SC747", f"'{path}' shows no triangles", "export the mesh again")
     return tuple(parts)
 
 
-def _part(mesh: Any, place: Any, look: Look) -> Part:
+def _convert_part(mesh: Any, place: Any, look: SurfaceMaterial) -> MeshPart:
     # trimesh computes smooth normals for whoever asks; what a file itself has lies in this cache.
     smooth = "vertex_normals" in vars(mesh)["_cache"]
     moved = mesh.copy(include_cache=True)
     moved.apply_transform(place)
-    moved.apply_scale(_unit(mesh))
+    moved.apply_scale(_collada_unit(mesh))
     normals = moved.vertex_normals if smooth else None
     uv = getattr(mesh.visual, "uv", None)
     uvs = None if uv is None or len(uv) != len(mesh.vertices) else np.column_stack([uv[:, 0], 1 - uv[:, 1]])
-    return Part(surface(moved.vertices, moved.faces, normals, uvs), look)
+    return MeshPart(make_surface(moved.vertices, moved.faces, normals, uvs), look)
 
 
-def _unit(mesh: Any) -> float:
+def _collada_unit(mesh: Any) -> float:
     """The length of a COLLADA's unit [m], as SAPIEN heeds it; other files are in metres."""
     number, times, _ = str(mesh.metadata.get("units", "")).partition(" * meters")
     return float(number) if times else 1.0
 
 
-def _look(visual: Any, path: Path, named: _Named, images: Images) -> Look:
+def _convert_material(visual: Any, path: Path, named: _MeshResolver, images: ImageCache) -> SurfaceMaterial:
     """Colours of vertices are in no picture of SAPIEN's, so they are in none here."""
     material = getattr(visual, "material", None)
     if material is None:
         suffix = path.suffix.lower()
-        plain, metallic = _PLAIN.get(suffix, _WHITE), _METALLIC.get(suffix, 0.0)
-        return Look(base_color=plain, specular=_SPECULAR, metallic=metallic)
-    return _of_glossy(material, path, named, images) if hasattr(material, "glossiness") else _of_pbr(material, path)
+        plain, metallic = _DEFAULT_COLORS.get(suffix, _WHITE), _METALLIC.get(suffix, 0.0)
+        return SurfaceMaterial(base_color=plain, specular=_SPECULAR, metallic=metallic)
+    return (
+        _convert_simple(material, path, named, images)
+        if hasattr(material, "glossiness")
+        else _convert_pbr(material, path)
+    )
 
 
-def _of_pbr(material: Any, path: Path) -> Look:
+def _convert_pbr(material: Any, path: Path) -> SurfaceMaterial:
     name = path.stem
     shared = material.metallicRoughnessTexture
     color, glow = material.baseColorFactor, material.emissiveFactor
-    image = image_of(material.baseColorTexture, name, srgb=True)
-    return Look(
+    image = convert_image(material.baseColorTexture, name, srgb=True)
+    return SurfaceMaterial(
         base_color=_WHITE if color is None else _rgba(np.asarray(color) / 255),
         emission=_rgb(glow) if glow is not None else (0.0, 0.0, 0.0),
         specular=_SPECULAR,
         roughness=_number(material.roughnessFactor, 1.0),
         metallic=_number(material.metallicFactor, 1.0),
         base_color_image=image,
-        normal_image=image_of(material.normalTexture, name, srgb=False),
-        roughness_image=image_of(shared, name, "g", srgb=False),
-        metallic_image=image_of(shared, name, "b", srgb=False),
-        emission_image=image_of(material.emissiveTexture, name, srgb=True),
+        normal_image=convert_image(material.normalTexture, name, srgb=False),
+        roughness_image=convert_image(shared, name, "g", srgb=False),
+        metallic_image=convert_image(shared, name, "b", srgb=False),
+        emission_image=convert_image(material.emissiveTexture, name, srgb=True),
     )
 
 
-def _of_glossy(material: Any, path: Path, named: _Named, images: Images) -> Look:
+def _convert_simple(material: Any, path: Path, named: _MeshResolver, images: ImageCache) -> SurfaceMaterial:
     """A material of an OBJ, whose roughness SAPIEN's reader makes of `Ns` and `Ks`.
 
     Raises:
@@ -187,31 +191,31 @@ def _of_glossy(material: Any, path: Path, named: _Named, images: Images) -> Look
     shine = min(max(_number(given.get("ns"), 0.0) / 1000, 0.0), 1.0) ** 0.5
     bright = float(np.dot(_rgb(given.get("ks", (0.0, 0.0, 0.0))), _LUMINANCE))
     opaque = _first(given.get("d"), 1.0)
-    red, green, blue = _rgb(given.get("kd", _GREY[:3]))
-    return Look(
+    red, green, blue = _rgb(given.get("kd", _GRAY[:3]))
+    return SurfaceMaterial(
         base_color=(red, green, blue, opaque),
         emission=_rgb(given.get("ke", (0.0, 0.0, 0.0))),
         specular=_SPECULAR,
         roughness=1 - shine * bright,
-        base_color_image=image_of(material.image, path.stem, srgb=True),
-        **_maps(given, named, images),
+        base_color_image=convert_image(material.image, path.stem, srgb=True),
+        **_mtl_images(given, named, images),
     )
 
 
-def _maps(given: dict[str, Any], files: _Named, images: Images) -> dict[str, Any]:
+def _mtl_images(given: dict[str, Any], files: _MeshResolver, images: ImageCache) -> dict[str, Any]:
     """Images of a material that trimesh leaves as words. The file's name is the last of them, after options."""
-    named = {field: files.find(given[key][-1]) for key, field in _MAPS.items() if given.get(key)}
+    named = {field: files.find(given[key][-1]) for key, field in _MTL_MAPS.items() if given.get(key)}
     try:
         return {
             field: images.file(one.path, one.sha256, {"srgb": field == "emission_image"})
             for field, one in named.items()
             if one is not None and one.path is not None
         }
-    except MeshProblem as problem:
+    except MeshError as problem:
         code = (
             "SC747" if problem.code == "SC748" else problem.code
         )  # nothing stands in its place, as in a scene's texture
-        raise MeshProblem(code, problem.message, problem.hint) from problem
+        raise MeshError(code, problem.message, problem.hint) from problem
 
 
 def _first(words: Sequence[str] | None, default: float) -> float:

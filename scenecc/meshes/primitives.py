@@ -33,17 +33,17 @@ _BOX_SIDES: Final = (
 _QUAD: Final = ((0, 1, 2), (0, 2, 3))
 
 
-def surface(vertices: ArrayLike, faces: ArrayLike, normals: ArrayLike | None, uvs: ArrayLike | None) -> Surface:
+def make_surface(vertices: ArrayLike, faces: ArrayLike, normals: ArrayLike | None, uvs: ArrayLike | None) -> Surface:
     """A surface of anything like arrays, which are copied."""
     return Surface(
-        _held(np.array(vertices, np.float32)),
-        _held(np.array(faces, np.int64)),
-        None if normals is None else _held(np.array(normals, np.float32)),
-        None if uvs is None else _held(np.array(uvs, np.float32)),
+        _make_read_only(np.array(vertices, np.float32)),
+        _make_read_only(np.array(faces, np.int64)),
+        None if normals is None else _make_read_only(np.array(normals, np.float32)),
+        None if uvs is None else _make_read_only(np.array(uvs, np.float32)),
     )
 
 
-def _held(array: NDArray[Any]) -> NDArray[Any]:
+def _make_read_only(array: NDArray[Any]) -> NDArray[Any]:
     array.setflags(write=False)
     return array
 
@@ -59,14 +59,14 @@ def box() -> Surface:
         for corner in ((left, high), (left, low), (right, low), (right, high))
     ]
     faces = np.concatenate([np.add(_QUAD, 4 * side) for side in range(len(_BOX_SIDES))])
-    return surface(vertices, faces, normals, uvs)
+    return make_surface(vertices, faces, normals, uvs)
 
 
 @cache
 def plane() -> Surface:
     """A quad that faces its own +x, with half sizes of 1 along y and z."""
     corners = [(0, 1, 1), (0, -1, 1), (0, -1, -1), (0, 1, -1)]
-    return surface(corners, _QUAD, [(1, 0, 0)] * 4, [(0, 1), (0, 0), (1, 0), (1, 1)])
+    return make_surface(corners, _QUAD, [(1, 0, 0)] * 4, [(0, 1), (0, 0), (1, 0), (1, 1)])
 
 
 @cache
@@ -74,14 +74,14 @@ def tiled_plane(repeat: tuple[float, float]) -> Surface:
     """A quad that faces its own +z, with half sizes of 1 along x and y and its image repeated: ManiSkill's."""
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float64)
     vertices = np.column_stack([corners, np.zeros(4)])
-    return surface(vertices, _QUAD, [(0, 0, 1)] * 4, 0.5 + corners / 2 * repeat)
+    return make_surface(vertices, _QUAD, [(0, 0, 1)] * 4, 0.5 + corners / 2 * repeat)
 
 
 @cache
 def sphere() -> Surface:
     """A ball of radius 1, its poles on x."""
     directions, uvs, faces = _ball(0.5)
-    return surface(directions, faces, directions, uvs)
+    return make_surface(directions, faces, directions, uvs)
 
 
 def capsule(radius: float, half_length: float) -> Surface:
@@ -90,7 +90,7 @@ def capsule(radius: float, half_length: float) -> Surface:
     shift = np.zeros_like(directions)
     half = len(directions) // 2
     shift[:half, 0], shift[half:, 0] = half_length, -half_length
-    return surface(directions * radius + shift, faces, directions, uvs)
+    return make_surface(directions * radius + shift, faces, directions, uvs)
 
 
 @cache
@@ -109,7 +109,7 @@ def cylinder() -> Surface:
     near = np.stack([zero, 1 + here, 1 + there], axis=1)
     far = np.stack([low + zero, low + 1 + there, low + 1 + here], axis=1)
     quads = _between(side + here, side + there, side + _AROUND + here, side + _AROUND + there)
-    return surface(vertices, np.concatenate([near, far, quads]), normals, np.zeros((len(vertices), 2)))
+    return make_surface(vertices, np.concatenate([near, far, quads]), normals, np.zeros((len(vertices), 2)))
 
 
 def _ball(cap: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:

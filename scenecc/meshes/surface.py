@@ -1,10 +1,11 @@
-"""Triangles, what they look like, and where a body has them."""
+"""Triangle surfaces, materials and shapes of a body, and the error for a file that cannot be shown."""
 
 from __future__ import annotations
 
 from dataclasses import field
 from typing import TYPE_CHECKING, Final, Literal
 
+from scenecc.diagnostics import Location
 from scenecc.diagnostics.frozen import frozen
 
 if TYPE_CHECKING:
@@ -12,19 +13,23 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from PIL.Image import Image as Pixels
 
-    from scenecc.diagnostics import Origin
+    from scenecc.diagnostics import Origin, Sink
     from scenecc.geometry.rotations import Pose7
 
+
 Vec3 = tuple[float, float, float]
+
+
 Vec4 = tuple[float, float, float, float]
 
 Channel = Literal["r", "g", "b"]
+
 Suffix = Literal[".png", ".jpg"]
 
 _WHITE: Final[Vec4] = (1.0, 1.0, 1.0, 1.0)
 
 
-class MeshProblem(Exception):
+class MeshError(Exception):
     """A file that cannot be shown.
 
     Attributes:
@@ -84,7 +89,7 @@ class Image:
 
 
 @frozen
-class Look:
+class SurfaceMaterial:
     """What SAPIEN's `RenderMaterial` says, its defaults filled in. An image stands in place of the number.
 
     Attributes:
@@ -118,15 +123,15 @@ class Look:
 
 
 @frozen
-class Part:
+class MeshPart:
     """A surface and its look."""
 
     surface: Surface
-    look: Look
+    look: SurfaceMaterial
 
 
 @frozen
-class Shape:
+class MeshShape:
     """One shape of a body.
 
     Attributes:
@@ -142,9 +147,14 @@ class Shape:
 
     name: str
     kind: str
-    parts: tuple[Part, ...]
+    parts: tuple[MeshPart, ...]
     pose: Pose7
     scale: Vec3 = (1.0, 1.0, 1.0)
     turned: bool = False
     endless: bool = False
     origin: Origin | None = field(default=None, compare=False)
+
+
+def report_mesh_error(problem: MeshError, place: Origin | None, sink: Sink) -> None:
+    """Reports a problem of the shape at a place."""
+    sink.report(problem.code, problem.message, place or Location(None), hint=problem.hint)

@@ -13,6 +13,7 @@ from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.errors import ExpressionError
 from scenecc.variation.nodes import (
     NODES,
+    AffineClamp,
     Chosen,
     Composed,
     Computed,
@@ -22,7 +23,6 @@ from scenecc.variation.nodes import (
     FromAxisAngle,
     FromMatrix,
     FromRpy,
-    Held,
     Key,
     Looking,
     Node,
@@ -99,7 +99,7 @@ def _draw_shape(node: Drawn, draws: Shapes) -> Shape:
     return node.shape
 
 
-def _held(node: Held, draws: Shapes) -> Shape:
+def _held(node: AffineClamp, draws: Shapes) -> Shape:
     for bound in (node.low, node.high, node.factor, node.offset):
         if infer_shape(bound, draws) not in (None, ()):
             raise RecipeShapeError("what holds or moves a number is not one number")
@@ -147,7 +147,7 @@ _NODE_SHAPES: Final[dict[type[Any], Callable[[Any, Shapes], Shape]]] = {
     Looking: _fixed_shape((4,), target=(3,), p=(3,)),
     Pointing: _fixed_shape((4,), direction=(3,)),
     Radians: lambda node, draws: infer_shape(node.degrees, draws),
-    Held: _held,
+    AffineClamp: _held,
     Composed: _fixed_shape((7,), outer=(7,), inner=(7,)),
 }
 

@@ -274,6 +274,7 @@ _KINDS_BY_NAME: dict[str, FieldKind] = {"scene_idxs": SceneSelectionKind(), "dra
 _TYPE_NAMES = {
     "VisualPlane": "plane",
     "ArticulationStructure": "articulation",
+    "AffineClamp": "held",
     **{f"{word}Light": word.lower() for word in ("Directional", "Point", "Spot", "Area", "Textured")},
 }
 

@@ -59,10 +59,10 @@ UNKNOWN = ValueBounds(None, None, None, exact=False)
 """Anything at all."""
 
 
-def held_bounds(
+def affine_clamp_bounds(
     of: ValueBounds, factor: ValueBounds, offset: ValueBounds, low: ValueBounds, high: ValueBounds
 ) -> ValueBounds:
-    """What a number can be that is moved and held (`Held`): by bounds, where all that it is made of has some."""
+    """What a number can be that is moved and held (`AffineClamp`): by bounds, where all that it is made of has some."""
     bounds = (of, factor, offset, low, high)
     if any(part.low.__class__ not in NUMBERS or part.high.__class__ not in NUMBERS for part in bounds):
         return UNKNOWN

@@ -14,6 +14,7 @@ from scenecc.variation.distributions import WIDEST_INTEGERS
 from scenecc.variation.errors import DrawError, ExpressionError
 from scenecc.variation.nodes import (
     NODES,
+    AffineClamp,
     Chosen,
     Composed,
     Computed,
@@ -23,7 +24,6 @@ from scenecc.variation.nodes import (
     FromAxisAngle,
     FromMatrix,
     FromRpy,
-    Held,
     Key,
     Looking,
     Node,
@@ -440,7 +440,7 @@ def _refuse(batch: Batch, node: Node, wrong: NDArray[np.bool_], message: str) ->
         raise DrawError(message, int(batch.scenes[np.argwhere(wrong)[0, 0]]), node)
 
 
-def _held(batch: Batch, node: Held) -> NDArray[Any]:
+def _affine_clamp(batch: Batch, node: AffineClamp) -> NDArray[Any]:
     """The numbers (B,) of a node.
 
     Raises:
@@ -477,6 +477,6 @@ EVALUATORS: dict[type[Any], Callable[[Batch, Any], NDArray[Any]]] = {
     Looking: _looking,
     Pointing: _pointing,
     Radians: _radians,
-    Held: _held,
+    AffineClamp: _affine_clamp,
     Composed: _composed,
 }

@@ -9,9 +9,9 @@ from scenecc.variation.bounds import (
     UNKNOWN,
     ExpressionBounds,
     ValueBounds,
+    affine_clamp_bounds,
     bounds_of_values,
     component_bounds,
-    held_bounds,
     to_expression_bounds,
     to_value_bounds,
     union_bounds,
@@ -21,6 +21,7 @@ from scenecc.variation.enumeration import MAX_COMBINATIONS, MAX_OUTCOMES, enumer
 from scenecc.variation.expression_bounds import ExpressionFault, template_bounds
 from scenecc.variation.nodes import (
     NODE_TYPES,
+    AffineClamp,
     Chosen,
     Composed,
     Computed,
@@ -30,7 +31,6 @@ from scenecc.variation.nodes import (
     FromAxisAngle,
     FromMatrix,
     FromRpy,
-    Held,
     Looking,
     Node,
     Normalized,
@@ -284,9 +284,9 @@ def _composed(analysis: BoundsAnalysis, node: Composed) -> ValueBounds:
     return ValueBounds(None, (*low, *_ANY_QUATERNION.low), (*high, *_ANY_QUATERNION.high), exact=False)
 
 
-def _held(analysis: BoundsAnalysis, node: Held) -> ValueBounds:
+def _affine_clamp(analysis: BoundsAnalysis, node: AffineClamp) -> ValueBounds:
     of, factor, offset, low, high = map(analysis.item, (node.of, node.factor, node.offset, node.low, node.high))
-    return held_bounds(of if node.index < 0 else component_bounds(of, node.index), factor, offset, low, high)
+    return affine_clamp_bounds(of if node.index < 0 else component_bounds(of, node.index), factor, offset, low, high)
 
 
 def _plain_bound(item: Any, shape: tuple[int, ...]) -> Any:
@@ -343,7 +343,7 @@ NODE_BOUNDS: dict[type[Any], Callable[[BoundsAnalysis, Any], ValueBounds]] = {
     Looking: _any_quaternion,
     Pointing: _any_quaternion,
     Radians: _radians,
-    Held: _held,
+    AffineClamp: _affine_clamp,
     Composed: _composed,
 }
 """How each kind of node is bounded."""

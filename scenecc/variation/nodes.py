@@ -188,7 +188,7 @@ class Radians:
 
 
 @frozen
-class Held:
+class AffineClamp:
     """One number, moved and then held between bounds: factor · number + offset, not below `low` nor above `high`.
 
     Attributes:
@@ -232,7 +232,7 @@ Node = (
     | Looking
     | Pointing
     | Radians
-    | Held
+    | AffineClamp
     | Composed
 )
 NODES: tuple[type[Any], ...] = get_args(Node)

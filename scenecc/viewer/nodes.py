@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.emit.glb.part import part_file
-from scenecc.meshes.drawing import bounded, cell_of, corners_of
+from scenecc.emit.glb import part_to_glb
+from scenecc.meshes.builder import clip_to_scene, grid_cell, scene_corners
 from scenecc.plan import ArticulationStructure
 from scenecc.plan.rendering import FLAT_THICKNESS
 
@@ -19,9 +19,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.meshes import Part, Shape, Surface
-    from scenecc.meshes.drawing import DrawnBody, DrawnEntity, DrawnScene
-    from scenecc.meshes.surface import Look as Material
+    from scenecc.meshes import Surface
+    from scenecc.meshes.builder import BodyMeshes, EntityMeshes, SceneMeshes
+    from scenecc.meshes.surface import MeshPart, MeshShape
+    from scenecc.meshes.surface import SurfaceMaterial as Material
     from scenecc.viewer.options import ViewOptions
 
 Vec3 = tuple[float, float, float]
@@ -113,11 +114,11 @@ class Files:
         self._surfaces: dict[Surface, str] = {}
         self.contents: dict[str, bytes] = {}
 
-    def digest(self, part: Part, *, turned: bool) -> str:
+    def digest(self, part: MeshPart, *, turned: bool) -> str:
         """The digest of a part's file, which is in `contents`."""
         key = (self._surface(part.surface), part.look, turned)
         if key not in self._digests:
-            content = part_file(_shaded(part), turned=turned)
+            content = part_to_glb(_shaded(part), turned=turned)
             digest = sha256(content).hexdigest()
             self._digests[key] = digest
             self.contents[digest] = content
@@ -139,7 +140,7 @@ class Files:
 
 
 def page_content(
-    seen: tuple[DrawnScene, ...], colliding: tuple[DrawnScene, ...] | None, look: ViewOptions, files: Files
+    seen: tuple[SceneMeshes, ...], colliding: tuple[SceneMeshes, ...] | None, look: ViewOptions, files: Files
 ) -> PageContent:
     """All that is shown.
 
@@ -153,7 +154,7 @@ def page_content(
     drawn = (*(seen if look.visual else ()), *(colliding or ())) or seen
     solid = tuple(map(_solid, drawn))
     drawn = solid if any(one.entities for one in solid) else drawn
-    cell = cell_of(drawn) if look.grid else None
+    cell = grid_cell(drawn) if look.grid else None
     origins = np.zeros((len(seen), 3)) if cell is None else cell.origins(len(seen))
     half = None if cell is None else cell.half
     for number, (scene, origin) in enumerate(zip(seen, origins, strict=True)):
@@ -164,17 +165,17 @@ def page_content(
         if colliding is not None:
             painter.scene(root, colliding[number], "collision", half, show=True)
     at = {scene.scene.index: origin for scene, origin in zip(seen, origins, strict=True)}
-    corners = [corners_of([scene]) + at[scene.scene.index] for scene in drawn]
+    corners = [scene_corners([scene]) + at[scene.scene.index] for scene in drawn]
     return PageContent(painter.nodes, painter.bodies, np.concatenate(corners), look.shadows)
 
 
-def _solid(scene: DrawnScene) -> DrawnScene:
+def _solid(scene: SceneMeshes) -> SceneMeshes:
     """The scene without what is flat, as the ground is: where there is anything else, that takes no room."""
     entities = [replace(one, bodies=tuple(filter(_is_solid, one.bodies))) for one in scene.entities]
     return replace(scene, entities=tuple(one for one in entities if one.bodies))
 
 
-def _is_solid(body: DrawnBody) -> bool:
+def _is_solid(body: BodyMeshes) -> bool:
     return len(body.corners) > 0 and float(np.ptp(body.corners, axis=0).min()) > FLAT_THICKNESS
 
 
@@ -185,7 +186,7 @@ class _Painter:
         self.nodes: dict[str, Node] = {}
         self.bodies: dict[Key, str] = {}
 
-    def scene(self, root: str, scene: DrawnScene, role: str, half: float | None, *, show: bool) -> None:
+    def scene(self, root: str, scene: SceneMeshes, role: str, half: float | None, *, show: bool) -> None:
         """Adds the bodies of a scene, and their shapes in a role where these are to be shown."""
         for entity in scene.entities:
             if isinstance(entity.measured.structure, ArticulationStructure):
@@ -200,10 +201,10 @@ class _Painter:
                 # What collides lies mostly where something is seen.
                 see_through = role == "collision" and self._look.visual
                 for number, shape in enumerate(shapes):
-                    fitted = _tiles_cut(bounded(shape, body, scene, half), half)
+                    fitted = _tiles_cut(clip_to_scene(shape, body, scene, half), half)
                     self._shape(f"{path}/{role} {number}", fitted, key, see_through=see_through)
 
-    def _shape(self, path: str, shape: Shape, key: Key, *, see_through: bool) -> None:
+    def _shape(self, path: str, shape: MeshShape, key: Key, *, see_through: bool) -> None:
         place = _placed(shape.pose)
         parts = [_seen_through(part) for part in shape.parts] if see_through else shape.parts
         for number, part in enumerate(parts):
@@ -213,7 +214,7 @@ class _Painter:
             self.nodes[own] = Mesh(digest, *place, shape.scale, key)
 
 
-def _bodies(root: str, scene: DrawnScene, entity: DrawnEntity) -> Iterator[tuple[Key, str, str, DrawnBody]]:
+def _bodies(root: str, scene: SceneMeshes, entity: EntityMeshes) -> Iterator[tuple[Key, str, str, BodyMeshes]]:
     """The bodies of an entity: key, path and name."""
     name = entity.measured.entity.name
     path = f"{root}/{_escaped(name)}"
@@ -225,13 +226,13 @@ def _bodies(root: str, scene: DrawnScene, entity: DrawnEntity) -> Iterator[tuple
             yield key, path, name, body
 
 
-def _tiles_cut(shape: Shape, half: float | None) -> Shape:
+def _tiles_cut(shape: MeshShape, half: float | None) -> MeshShape:
     """The shape; of a tiled plane as much as there is room for in a cell, with tiles as large as before."""
     x, y, _ = shape.scale
     if shape.kind != "tiled_plane" or half is None or max(x, y) <= half:
         return shape
     small = min(x, half), min(y, half)
-    parts: list[Part] = []
+    parts: list[MeshPart] = []
     for part in shape.parts:
         uvs = part.surface.uvs
         kept = None if uvs is None else 0.5 + (uvs - 0.5) * np.array((small[0] / x, small[1] / y), np.float32)
@@ -239,7 +240,7 @@ def _tiles_cut(shape: Shape, half: float | None) -> Shape:
     return replace(shape, parts=tuple(parts), scale=(*small, 1.0))
 
 
-def _shaded(part: Part) -> Part:
+def _shaded(part: MeshPart) -> MeshPart:
     """A part as viser shades it as SAPIEN does.
 
     viser computes normals itself, by all triangles that have a vertex; where the file gives normals, it writes over
@@ -255,7 +256,7 @@ def _shaded(part: Part) -> Part:
     return replace(part, surface=apart)
 
 
-def _seen_through(part: Part) -> Part:
+def _seen_through(part: MeshPart) -> MeshPart:
     return replace(part, look=replace(part.look, visibility=_FAINT))
 
 

@@ -8,11 +8,10 @@ from html import escape
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 from scenecc.diagnostics import Sink
-from scenecc.emit.problems import tell_problem
 from scenecc.errors import SceneError
 from scenecc.inspect.entities import entity_item
-from scenecc.meshes import Drawer, MeshProblem
-from scenecc.meshes.drawing import draw_scene
+from scenecc.meshes.builder import MeshBuilder, build_scene_meshes
+from scenecc.meshes.surface import MeshError, report_mesh_error
 from scenecc.options import integer
 from scenecc.pipeline import compile_source, compiled_params, instantiated, select_scenes
 from scenecc.plan import ArticulationStructure
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
     from scenecc.expand.listing import ParamRow
     from scenecc.inspect import Item
-    from scenecc.meshes.drawing import DrawnScene
+    from scenecc.meshes.builder import SceneMeshes
     from scenecc.options import Options
     from scenecc.pipeline import Source
     from scenecc.plan import ScenePlan
@@ -137,20 +136,20 @@ class World:
         self._batch.close()
 
     @cached_property
-    def _seen(self) -> tuple[DrawnScene, ...]:
+    def _seen(self) -> tuple[SceneMeshes, ...]:
         return self._drawn("visual")
 
     @cached_property
-    def _colliding(self) -> tuple[DrawnScene, ...]:
+    def _colliding(self) -> tuple[SceneMeshes, ...]:
         return self._drawn("collision")
 
-    def _drawn(self, show: Literal["visual", "collision"]) -> tuple[DrawnScene, ...]:
+    def _drawn(self, show: Literal["visual", "collision"]) -> tuple[SceneMeshes, ...]:
         drawer = self.loaded.drawer
         try:
-            return tuple(draw_scene(drawer, scene, show) for scene in self._measured.scenes)
-        except MeshProblem as problem:
+            return tuple(build_scene_meshes(drawer, scene, show) for scene in self._measured.scenes)
+        except MeshError as problem:
             sink = self.loaded.sink.another()
-            tell_problem(problem, drawer.at, sink)
+            report_mesh_error(problem, drawer.at, sink)
             raise SceneError(sink.diagnostics()) from problem
 
 
@@ -201,7 +200,7 @@ class Loaded:
     params: tuple[ParamRow, ...]
     given: Mapping[str, Any]
     sink: Sink
-    drawer: Drawer
+    drawer: MeshBuilder
 
 
 @dataclass(frozen=True, slots=True)
@@ -228,7 +227,7 @@ def load(source: Source, options: Options, given: Mapping[str, Any]) -> Loading:
     if found is None:
         return Loading(None, sink.diagnostics(), files)
     listed = tuple(compiled_params(found, options.limits))
-    drawer = Drawer(found.plan, lambda problem, origin: tell_problem(problem, origin, sink))
+    drawer = MeshBuilder(found.plan, lambda problem, origin: report_mesh_error(problem, origin, sink))
     return Loading(Loaded(found.plan, listed, params, sink, drawer), sink.diagnostics(), files)
 
 

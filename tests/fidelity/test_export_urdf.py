@@ -241,7 +241,7 @@ def test_what_is_no_robot_is_refused(scene: str, entity: str | None, words: str)
     "degrees", [(0, 0, 0), (10, 20, 30), (0, 90, 0), (30, -90, 10), (180, 45, -170), (5, 89.99999, 3)]
 )
 def test_turns_are_those_of_the_quaternion(degrees: tuple[float, float, float]) -> None:
-    from scenecc.emit.urdf.origins import rpy
+    from scenecc.emit.urdf import roll_pitch_yaw
 
     def turned(angles: tuple[float, ...]) -> Any:
         pose: Any = sapien.Pose()
@@ -250,5 +250,5 @@ def test_turns_are_those_of_the_quaternion(degrees: tuple[float, float, float]) 
 
     given = turned(tuple(math.radians(each) for each in degrees))
     w, x, y, z = (given / np.linalg.norm(given)).tolist()
-    again = turned(rpy((0.0, 0.0, 0.0, w, x, y, z)))
+    again = turned(roll_pitch_yaw((0.0, 0.0, 0.0, w, x, y, z)))
     assert abs(float(again @ given)) == pytest.approx(1, abs=1e-6)

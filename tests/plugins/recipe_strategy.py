@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.nodes import (
+    AffineClamp,
     Chosen,
     Composed,
     Computed,
@@ -18,7 +19,6 @@ from scenecc.variation.nodes import (
     FromAxisAngle,
     FromMatrix,
     FromRpy,
-    Held,
     Key,
     Looking,
     Node,
@@ -78,7 +78,7 @@ def nodes(shape: Shape, draws: Draws, depth: int = 2) -> st.SearchStrategy[Node]
         bounds = st.tuples(*[items((), draws, depth - 1)] * 4)
         number = st.tuples(items((), draws, depth - 1), st.just(-1))
         listed = st.tuples(items((3,), draws, depth - 1), st.integers(0, 2))
-        some.append(st.tuples(number | listed, bounds).map(lambda made: Held(*made[0], *made[1])))
+        some.append(st.tuples(number | listed, bounds).map(lambda made: AffineClamp(*made[0], *made[1])))
     if shape:
         part = items(shape[1:], draws, depth - 1)
         some.append(st.builds(Stacked, st.tuples(*[part] * shape[0])))

@@ -1,24 +1,121 @@
-"""Bodies: a free one, one that is moved by its pose, one that stands; and the links of articulations."""
+"""Writes MuJoCo bodies, joints, actuators and the equalities of mimic joints."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from typing import TYPE_CHECKING, Final
 
-from scenecc.emit.mjcf.joints import write_joint
-from scenecc.emit.mjcf.mimics import write_mimics
-from scenecc.emit.mjcf.model import Start, Written
-from scenecc.emit.mjcf.shapes import write_collisions, write_visuals
-from scenecc.emit.xml import elements, frames
+from scenecc.emit import xml
+from scenecc.emit.mjcf.geoms import write_collisions, write_visuals
+from scenecc.emit.mjcf.model import InitialState, ModelBody
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import ArticulationStructure
 
 if TYPE_CHECKING:
-    from scenecc.emit.mjcf.model import Model
-    from scenecc.emit.xml.elements import Element
+    from scenecc.emit.mjcf.model import MjcfModel
+    from scenecc.emit.xml import XmlElement
     from scenecc.plan import BodyStructure
-    from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredMass, Vec3
+    from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredJoint, MeasuredMass, Vec3
 
-_OF_A_BODY = (
+
+UNLIMITED: Final = 1e10
+"""Where MuJoCo, whose ranges have two ends, has the end that a joint has not [m, rad]."""
+
+_MAX_FORCE: Final = 1e38
+"""A limit of force above which there is none."""
+
+
+def write_joint(model: MjcfModel, measured: MeasuredEntity, number: int, element: XmlElement) -> None:
+    """The joint by which link `number` hangs on its parent; nothing for a fixed one."""
+    body = measured.bodies[number]
+    joint = body.joint
+    if joint is None or joint.type == "fixed":
+        return
+    entity = measured.entity.name
+    name = model.name("joint", f"{entity}/{joint.name or body.name}")
+    if joint.name:
+        model.joints[entity, joint.name] = name
+    made = element.add(
+        "joint",
+        name=name,
+        type="slide" if joint.type == "prismatic" else "hinge",
+        pos=joint.pose_in_child[:3],
+        axis=xml.transform_direction(joint.pose_in_child, (1.0, 0.0, 0.0)),
+        ref=joint.qpos or None,
+        range=_range(joint),
+        armature=joint.armature or None,
+        damping=joint.damping if is_pure_damping(joint) and joint.damping else None,
+        frictionloss=None if joint.joint.friction is None else joint.friction or None,
+    )
+    model.starts[id(made)] = InitialState((joint.qpos,), (joint.qvel,))
+    low, high = joint.limits
+    if low == high:
+        # A range has two ends.
+        hold = low - joint.qpos
+        model.sections["equality"].add("joint", joint1=name, polycoef=(hold, 0, 0, 0, 0))
+    _write_drive(model, entity, name, joint)
+    _report_joint(model, entity, joint)
+
+
+def _range(joint: MeasuredJoint) -> tuple[float, float] | None:
+    low, high = joint.limits
+    if low == high or (math.isinf(low) and math.isinf(high)):
+        return None
+    return max(low, -UNLIMITED), min(high, UNLIMITED)
+
+
+def is_pure_damping(joint: MeasuredJoint) -> bool:
+    """Whether its drive does nothing but slow it down, which is the damping of a joint."""
+    plain = joint.drive_mode == "force" and joint.force_limit >= _MAX_FORCE
+    return plain and joint.stiffness == 0 and joint.drive_velocity_target == 0
+
+
+def _write_drive(model: MjcfModel, entity: str, name: str, joint: MeasuredJoint) -> None:
+    """An actuator that pulls as the drive does: stiffness · (control - position) - damping · velocity."""
+    if is_pure_damping(joint) or (joint.stiffness == 0 and joint.damping == 0):
+        return
+    if joint.drive_mode == "acceleration":
+        model.unsupported.leave_out(entity, "the drive of a joint in the mode `acceleration`", joint.joint.origin)
+        return
+    strength = joint.stiffness or joint.damping
+    wanted = joint.stiffness * joint.drive_target + joint.damping * joint.drive_velocity_target
+    limit = joint.force_limit
+    model.sections["actuator"].add(
+        "general",
+        name=model.name("actuator", name),
+        joint=name,
+        gainprm=(strength,),
+        biastype="affine",
+        biasprm=(0, -joint.stiffness, -joint.damping),
+        forcerange=None if limit >= _MAX_FORCE else (-limit, limit),
+    )
+    model.controls.append(wanted / strength)
+
+
+def _report_joint(model: MjcfModel, entity: str, joint: MeasuredJoint) -> None:
+    unsupported, plan = model.unsupported, joint.joint
+    unsupported.fields(entity, plan, ("max_velocity",), plan.origin, " of a joint")
+    if plan.friction is not None and joint.friction:
+        words = "`friction` of a joint is written as `frictionloss`, a force; PhysX's grows with the joint's load"
+        unsupported.change(entity, words, plan.origin)
+
+
+def write_mimics(model: MjcfModel, measured: MeasuredEntity, structure: ArticulationStructure) -> None:
+    """An equality a mimic: MuJoCo counts both positions from where the model starts."""
+    entity, row = measured.entity.name, measured.row
+    starts = {body.joint.name: body.joint.qpos for body in measured.bodies if body.joint is not None}
+    for mimic in structure.mimics:
+        multiplier, offset = float(mimic.multiplier.row(row)), float(mimic.offset.row(row))
+        apart = multiplier * starts[mimic.source] + offset - starts[mimic.joint]
+        model.sections["equality"].add(
+            "joint",
+            joint1=model.joints[entity, mimic.joint],
+            joint2=model.joints[entity, mimic.source],
+            polycoef=(apart, multiplier, 0, 0, 0),
+        )
+
+
+_UNSUPPORTED_BODY_FIELDS = (
     "linear_damping",
     "angular_damping",
     "max_linear_velocity",
@@ -30,18 +127,20 @@ _OF_A_BODY = (
     "solver_velocity_iterations",
     "shading_mode",
 )
-_OF_AN_ARTICULATION = ("solver_position_iterations", "solver_velocity_iterations", "sleep_threshold")
+
+_UNSUPPORTED_ARTICULATION_FIELDS = ("solver_position_iterations", "solver_velocity_iterations", "sleep_threshold")
 
 _AXES: tuple[Vec3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-_BY_ROUNDING = 1e-5
+
+_INERTIA_TOLERANCE = 1e-5
 """How far moments of a body that is flat may miss those that a body can have, by a rounding."""
 
 
-def write_entity(model: Model, measured: MeasuredEntity) -> None:
+def write_entity(model: MjcfModel, measured: MeasuredEntity) -> None:
     """Writes a body, or all links of an articulation."""
     entity, structure = measured.entity, measured.structure
     if entity.hidden:
-        model.lost.leave_out(entity.name, "that only people see it", entity.origin)
+        model.unsupported.leave_out(entity.name, "that only people see it", entity.origin)
     if isinstance(structure, ArticulationStructure):
         _write_articulation(model, measured, structure)
         return
@@ -50,14 +149,14 @@ def write_entity(model: Model, measured: MeasuredEntity) -> None:
     if body.body_type == "kinematic":
         element.attributes["mocap"] = "true"
     elif body.body_type == "dynamic":
-        _write_freedom(model, measured, body, element)
-    _fill(model, measured, model.bodies[entity.name, None])
+        _write_free_axes(model, measured, body, element)
+    _write_contents(model, measured, model.bodies[entity.name, None])
 
 
-def _write_articulation(model: Model, measured: MeasuredEntity, structure: ArticulationStructure) -> None:
+def _write_articulation(model: MjcfModel, measured: MeasuredEntity, structure: ArticulationStructure) -> None:
     name = measured.entity.name
-    model.lost.fields(name, structure, _OF_AN_ARTICULATION, structure.origin)
-    written: list[Written] = []
+    model.unsupported.fields(name, structure, _UNSUPPORTED_ARTICULATION_FIELDS, structure.origin)
+    written: list[ModelBody] = []
     for number, body in enumerate(measured.bodies):
         parent = None if body.parent is None else written[body.parent]
         element = _start_body(model, measured, body, parent, link=body.name)
@@ -69,17 +168,17 @@ def _write_articulation(model: Model, measured: MeasuredEntity, structure: Artic
         elif body.joint is not None:
             write_joint(model, measured, number, element)
         written.append(model.bodies[name, body.name])
-        _fill(model, measured, written[-1])
+        _write_contents(model, measured, written[-1])
     write_mimics(model, measured, structure)
 
 
 def _start_body(
-    model: Model, measured: MeasuredEntity, body: MeasuredBody, parent: Written | None, link: str | None = None
-) -> Element:
+    model: MjcfModel, measured: MeasuredEntity, body: MeasuredBody, parent: ModelBody | None, link: str | None = None
+) -> XmlElement:
     """A new body in the one that it hangs on, at its place."""
     entity = measured.entity.name
     name = model.name("body", entity if link is None else f"{entity}/{link}")
-    pose = body.pose if parent is None else frames.between(parent.pose, body.pose)
+    pose = body.pose if parent is None else xml.relative_pose(parent.pose, body.pose)
     gravity = None if body.body.disable_gravity is None else float(bool(body.body.disable_gravity.row(measured.row)))
     element = (model.world if parent is None else parent.element).add(
         "body",
@@ -88,89 +187,97 @@ def _start_body(
         quat=None if pose[3:] == IDENTITY_POSE[3:] else pose[3:],
         gravcomp=gravity or None,
     )
-    held = _is_held(measured, body, parent)
-    model.bodies[entity, link] = Written(name, element, body.pose, body, held)
+    is_fixed = _is_fixed(measured, body, parent)
+    model.bodies[entity, link] = ModelBody(name, element, body.pose, body, is_fixed)
     return element
 
 
-def _is_held(measured: MeasuredEntity, body: MeasuredBody, parent: Written | None) -> bool:
+def _is_fixed(measured: MeasuredEntity, body: MeasuredBody, parent: ModelBody | None) -> bool:
     if isinstance(measured.structure, ArticulationStructure):
         if parent is None:
             return measured.structure.fix_root_link
-        return parent.held and body.joint is not None and body.joint.type == "fixed"
+        return parent.is_fixed and body.joint is not None and body.joint.type == "fixed"
     return body.body_type != "dynamic"
 
 
-def _fill(model: Model, measured: MeasuredEntity, written: Written) -> None:
+def _write_contents(model: MjcfModel, measured: MeasuredEntity, written: ModelBody) -> None:
     """Its mass and its shapes, and what of it MuJoCo has not."""
     name, body, element = measured.entity.name, written.measured, written.element
     if body.mass is not None:
         _write_mass(model, name, body, body.mass, element)
     write_collisions(model, name, body, element)
-    write_visuals(model, name, measured.row, body.body, element, held=written.held)
-    model.lost.fields(name, body.body, _OF_A_BODY, body.body.origin)
+    write_visuals(model, name, measured.row, body.body, element, is_fixed=written.is_fixed)
+    model.unsupported.fields(name, body.body, _UNSUPPORTED_BODY_FIELDS, body.body.origin)
 
 
-def _write_mass(model: Model, name: str, body: MeasuredBody, mass: MeasuredMass, element: Element) -> None:
-    inertia = tuple(float(elements.number(each)) for each in mass.inertia)  # as MuJoCo reads them
+def _write_mass(model: MjcfModel, name: str, body: MeasuredBody, mass: MeasuredMass, element: XmlElement) -> None:
+    inertia = tuple(float(xml.format_number(each)) for each in mass.inertia)  # as MuJoCo reads them
     low, middle, high = sorted(inertia)
     if high > low + middle:
         # MuJoCo refuses what no body can have; a flat one is at the edge of that, and a rounding brings it over.
         inertia = tuple(min(each, low + middle) for each in inertia)
-        if high > (1 + _BY_ROUNDING) * (low + middle):
+        if high > (1 + _INERTIA_TOLERANCE) * (low + middle):
             words = "its largest moment of inertia is lowered to the sum of the others, above which no body has one"
-            model.lost.change(name, words, body.body.origin)
+            model.unsupported.change(name, words, body.body.origin)
     element.add("inertial", pos=mass.com[:3], quat=mass.com[3:], mass=mass.mass, diaginertia=inertia)
 
 
-def _write_freedom(model: Model, measured: MeasuredEntity, body: MeasuredBody, element: Element) -> None:
+def _write_free_axes(model: MjcfModel, measured: MeasuredEntity, body: MeasuredBody, element: XmlElement) -> None:
     """How a dynamic body moves: freely, or along and about those of the world's axes that are not locked."""
     structure, row, name = body.body, measured.row, measured.entity.name
-    linear, angular = (_speed(structure, field, row) for field in ("linear_velocity", "angular_velocity"))
+    linear, angular = (_initial_velocity(structure, field, row) for field in ("linear_velocity", "angular_velocity"))
     value = structure.locked_motion_axes
     locked = [False] * 6 if value is None else [bool(each) for each in value.row(row)]
     if not any(locked) or sum(locked[3:]) == 1:
         if any(locked):
-            model.lost.leave_out(name, "`locked_axes` that leave two axes to turn about", structure.origin)
+            model.unsupported.leave_out(name, "`locked_axes` that leave two axes to turn about", structure.origin)
         _write_free_joint(model, element, name, body, linear, angular)
         return
-    back = frames.inverse(body.pose)
+    back = xml.invert_pose(body.pose)
     for axis, word, speed, is_locked in zip(_AXES, "xyz", linear, locked[:3], strict=True):
         if not is_locked:
             made = element.add(
-                "joint", name=model.name("joint", f"{name}/{word}"), type="slide", axis=frames.turn(back, axis)
+                "joint",
+                name=model.name("joint", f"{name}/{word}"),
+                type="slide",
+                axis=xml.transform_direction(back, axis),
             )
-            model.starts[id(made)] = Start((0.0,), (speed,))
+            model.starts[id(made)] = InitialState((0.0,), (speed,))
     if not any(locked[3:]):
-        made = element.add("joint", name=model.name("joint", f"{name}/turn"), type="ball", pos=_middle(body))
-        model.starts[id(made)] = Start((1.0, 0.0, 0.0, 0.0), frames.turn(back, angular))
+        made = element.add("joint", name=model.name("joint", f"{name}/turn"), type="ball", pos=_center_of_mass(body))
+        model.starts[id(made)] = InitialState((1.0, 0.0, 0.0, 0.0), xml.transform_direction(back, angular))
     for axis, word, speed, is_locked in zip(_AXES, "xyz", angular, locked[3:], strict=True):
         if not is_locked and any(locked[3:]):
-            about = {"type": "hinge", "axis": frames.turn(back, axis), "pos": _middle(body)}
+            about = {"type": "hinge", "axis": xml.transform_direction(back, axis), "pos": _center_of_mass(body)}
             made = element.add("joint", name=model.name("joint", f"{name}/r{word}"), **about)
-            model.starts[id(made)] = Start((0.0,), (speed,))
+            model.starts[id(made)] = InitialState((0.0,), (speed,))
 
 
-def _middle(body: MeasuredBody) -> Vec3:
+def _center_of_mass(body: MeasuredBody) -> Vec3:
     """Where a body turns about: its centre of mass."""
     return (0.0, 0.0, 0.0) if body.mass is None else body.mass.com[:3]
 
 
-def _speed(structure: BodyStructure, field: str, row: int) -> Vec3:
+def _initial_velocity(structure: BodyStructure, field: str, row: int) -> Vec3:
     value = getattr(structure, field)
     x, y, z = (0.0, 0.0, 0.0) if value is None else map(float, value.row(row))
     return x, y, z
 
 
 def _write_free_joint(
-    model: Model, element: Element, name: str, body: MeasuredBody, linear: tuple[float, ...], angular: tuple[float, ...]
+    model: MjcfModel,
+    element: XmlElement,
+    name: str,
+    body: MeasuredBody,
+    linear: tuple[float, ...],
+    angular: tuple[float, ...],
 ) -> None:
     made = element.add("freejoint", name=model.name("joint", name))
     x, y, z = angular
     # MuJoCo has the velocity of the body's origin, PhysX that of its centre of mass; a turn is in the body's frame.
-    about = frames.turn(body.pose, _middle(body))
+    about = xml.transform_direction(body.pose, _center_of_mass(body))
     a, b, c = about
     swept = (y * c - z * b, z * a - x * c, x * b - y * a)
     origin = tuple(speed - part for speed, part in zip(linear, swept, strict=True))
-    turning = frames.turn(frames.inverse(body.pose), (x, y, z))
-    model.starts[id(made)] = Start(body.pose, (*origin, *turning))
+    turning = xml.transform_direction(xml.invert_pose(body.pose), (x, y, z))
+    model.starts[id(made)] = InitialState(body.pose, (*origin, *turning))

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from scenecc.emit.xml.elements import Element
-from scenecc.emit.xml.names import Names
+from scenecc.emit.xml import UniqueNames, XmlElement
 
 if TYPE_CHECKING:
-    from scenecc.emit.xml.lost import Lost
-    from scenecc.emit.xml.meshes import Beside
+    from scenecc.emit.unsupported import UnsupportedFeatures
+    from scenecc.emit.xml import AssetFolder
     from scenecc.geometry.rotations import Pose7
-    from scenecc.meshes import Drawer, Look
+    from scenecc.meshes.builder import MeshBuilder
+    from scenecc.meshes.surface import SurfaceMaterial
     from scenecc.plan import ScenePlan
     from scenecc.plan.body import Mount
     from scenecc.plan.snapshot import MeasuredBody, MeasuredScene
@@ -21,7 +21,7 @@ SECTIONS = ("asset", "worldbody", "contact", "equality", "tendon", "actuator", "
 
 
 @dataclass(frozen=True, slots=True)
-class Written:
+class ModelBody:
     """A body of the model.
 
     Attributes:
@@ -29,18 +29,18 @@ class Written:
         element: its element.
         pose: in the world, where the model starts.
         measured: what was measured of it.
-        held: whether nothing moves it: it is static, moved by its pose alone, or fixed to what is.
+        is_fixed: whether nothing moves it: it is static, moved by its pose alone, or fixed to what is.
     """
 
     name: str
-    element: Element
+    element: XmlElement
     pose: Pose7
     measured: MeasuredBody
-    held: bool
+    is_fixed: bool
 
 
 @dataclass(frozen=True, slots=True)
-class Start:
+class InitialState:
     """Where a joint, an actuator or a free body starts.
 
     Attributes:
@@ -52,7 +52,7 @@ class Start:
 
 
 @dataclass(slots=True)
-class Model:
+class MjcfModel:
     """One scene on its way into a file.
 
     Attributes:
@@ -67,32 +67,32 @@ class Model:
 
     plan: ScenePlan
     scene: MeasuredScene
-    drawer: Drawer
-    beside: Beside
-    lost: Lost
-    root: Element
-    sections: dict[str, Element] = field(init=False)
-    bodies: dict[tuple[str, str | None], Written] = field(default_factory=dict[tuple[str, "str | None"], Written])
+    drawer: MeshBuilder
+    assets: AssetFolder
+    unsupported: UnsupportedFeatures
+    root: XmlElement
+    sections: dict[str, XmlElement] = field(init=False)
+    bodies: dict[tuple[str, str | None], ModelBody] = field(default_factory=dict[tuple[str, "str | None"], ModelBody])
     joints: dict[tuple[str, str], str] = field(default_factory=dict[tuple[str, str], str])
-    starts: dict[int, Start] = field(default_factory=dict[int, Start])
+    starts: dict[int, InitialState] = field(default_factory=dict[int, InitialState])
     controls: list[float] = field(default_factory=list[float])
-    looks: dict[Look, str] = field(default_factory=dict["Look", str])
+    looks: dict[SurfaceMaterial, str] = field(default_factory=dict["SurfaceMaterial", str])
     textures: dict[str, str] = field(default_factory=dict[str, str])
     meshes: set[str] = field(default_factory=set[str])
-    _names: dict[str, Names] = field(default_factory=dict[str, Names])
+    _names: dict[str, UniqueNames] = field(default_factory=dict[str, UniqueNames])
 
     def __post_init__(self) -> None:
-        self.sections = {tag: Element(tag) for tag in SECTIONS}
+        self.sections = {tag: XmlElement(tag) for tag in SECTIONS}
 
     @property
-    def world(self) -> Element:
+    def world(self) -> XmlElement:
         """The body of the world."""
         return self.sections["worldbody"]
 
     def name(self, kind: str, wish: str) -> str:
         """A name that nothing else of the kind has. "world" is the world's."""
         if kind not in self._names:
-            self._names[kind] = Names("world")
+            self._names[kind] = UniqueNames("world")
         return self._names[kind].new(wish)
 
     def key(self, mount: Mount) -> tuple[str, str | None]:
@@ -100,7 +100,7 @@ class Model:
         key = (mount.entity, mount.link)
         return key if key in self.bodies else next(each for each in self.bodies if each[0] == mount.entity)
 
-    def head(self, tag: str) -> Element:
+    def head(self, tag: str) -> XmlElement:
         """A section that stands before all bodies, made when it is first asked for."""
         for each in self.root.children:
             if each.tag == tag:

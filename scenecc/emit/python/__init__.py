@@ -1,1 +1,303 @@
-"""A plan as a readable script of plain SAPIEN calls."""
+"""Emits a plan as a readable script of plain SAPIEN calls.
+
+The script needs SAPIEN and not scenecc. A plan that no SAPIEN call can express is reported.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from dataclasses import is_dataclass
+from typing import TYPE_CHECKING, Final
+
+from scenecc.diagnostics import Location
+from scenecc.emit.python.articulations import ROOT_PROPERTIES
+from scenecc.emit.python.bodies import BODY_PROPERTIES, RENDER_PROPERTIES, present_fields
+from scenecc.emit.python.constraints import write_constraints
+from scenecc.emit.python.context import MountTargets, ScriptContext, ScriptMaterials
+from scenecc.emit.python.entities import RepeatedEntity, fold_repeats, write_entity, write_repeated_entity
+from scenecc.emit.python.files import ScriptFiles, unused_files
+from scenecc.emit.python.rendering import write_cameras, write_environment, write_lights
+from scenecc.emit.python.source import Group, Identifiers, SourceNode, SourceWriter, call, list_of
+from scenecc.emit.python.values import number_literal
+from scenecc.plan import ArticulationStructure, Value
+from scenecc.plan.articulation import MAX_LINKS, NON_LINK_FIELDS
+from scenecc.plan.material import rebase_file
+from scenecc.plan.physics import SCENE_CONFIG_FIELDS, process_wide_settings
+from scenecc.plan.schema import ListKind, ObjectKind, UnionKind, plan_fields
+from scenecc.plan.tendons import tendon_links
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Container, Iterator
+    from pathlib import Path
+
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.plan import BodyStructure, Mimic, Physics, ScenePlan
+
+
+class ProcessSettings:
+    """The defaults that a plan changes."""
+
+    def __init__(self, physics: Physics) -> None:
+        self._workers = physics.cpu_workers
+        self._changes = {
+            kind: {name: _setting_literal(value) for name, value in given.items()}
+            for kind, given in process_wide_settings(physics).items()
+        }
+
+    @property
+    def needed(self) -> bool:
+        """Whether any is changed."""
+        return bool(self._kinds())
+
+    def imports(self) -> list[str]:
+        """What `write` needs of the standard library."""
+        if not self.needed:
+            return []
+        return ["from collections.abc import Iterator", "from contextlib import contextmanager"]
+
+    def write(self, source: SourceWriter) -> None:
+        """A context manager `physics_settings`."""
+        if not self.needed:
+            return
+        source.line()
+        source.line()
+        source.line("@contextmanager")
+        with source.block("def physics_settings() -> Iterator[None]:"):
+            source.line('"""SAPIEN keeps these for the whole process: they are put back once the scenes are built."""')
+            for kind in self._kinds():
+                source.line(f"{kind}_config = physx.get_{kind}_config()")
+            for kind in self._kinds():
+                self._write_change(source, kind)
+            with source.block("try:"):
+                source.line("yield")
+            with source.block("finally:"):
+                for kind in self._kinds():
+                    source.line(f"physx.set_{kind}_config({kind}_config)")
+
+    def _kinds(self) -> list[str]:
+        return [
+            kind for kind, table in self._changes.items() if table or (kind == "scene" and self._workers is not None)
+        ]
+
+    def _write_change(self, source: SourceWriter, kind: str) -> None:
+        source.line(f"config = physx.get_{kind}_config()")
+        for name, node in self._changes[kind].items():
+            source.statement(node, assign=f"config.{name}")
+        source.statement(self._setter(kind))
+
+    def _setter(self, kind: str) -> Group:
+        if kind != "scene" or self._workers is None:
+            return call(f"physx.set_{kind}_config", "config")
+        # The number of workers is no property of the object, and the call that takes it sets everything.
+        everything: dict[str, SourceNode] = {name: f"config.{name}" for name in SCENE_CONFIG_FIELDS}
+        return call("physx.set_scene_config", **everything, cpu_workers=str(self._workers))
+
+
+def _setting_literal(value: float | tuple[float, ...]) -> SourceNode:
+    if isinstance(value, tuple):
+        return list_of([number_literal(float(x)) for x in value])
+    return number_literal(value)
+
+
+def check_supported(plan: ScenePlan, sink: Sink, sections: Container[str]) -> bool:
+    """Whether a script can say all of a plan; `sink` is told what not. `sections`: those that have a writer."""
+    found = True
+    for section in ("constraints", "environment", "lights", "cameras"):
+        if getattr(plan, section) and section not in sections:
+            sink.report("SC720", f"no script is written of `{section}`", Location(None))
+            found = False
+    for entity in plan.entities:
+        for structure in entity.structures:
+            for place, words in _unsupported_parts(structure):
+                sink.report("SC720", f"`{entity.name}`: {words}", place or entity.origin or Location(None))
+                found = False
+    return found
+
+
+def _unsupported_parts(structure: BodyStructure | ArticulationStructure) -> Iterator[tuple[Origin | None, str]]:
+    """What nothing in SAPIEN would hold: where it is, and what it is."""
+    for body in structure.bodies:
+        for name in _unsupported_fields(body):
+            yield (
+                body.origin or structure.origin,
+                f"a body of type {body.body_type} without visible shapes has no `{name}`",
+            )
+    if isinstance(structure, ArticulationStructure):
+        if len(structure.links) > MAX_LINKS:
+            yield (
+                structure.origin,
+                f"an articulation of {len(structure.links)} links; PhysX on the CPU counts {MAX_LINKS}",
+            )
+        if structure.fix_root_link:
+            for name in present_fields(structure, ROOT_PROPERTIES):
+                yield structure.origin, f"a root that is fixed has no `{name}`"
+        for mimic in structure.mimics:
+            words = _tendon_error(structure, mimic)
+            if words is not None:
+                yield mimic.origin or structure.origin, words
+
+
+def _tendon_error(structure: ArticulationStructure, mimic: Mimic) -> str | None:
+    try:
+        tendon_links(structure, mimic)
+    except ValueError as error:
+        return str(error)
+    return None
+
+
+def _unsupported_fields(structure: BodyStructure) -> list[str]:
+    """Fields that nothing in SAPIEN would hold."""
+    lost: list[str] = []
+    if structure.body_type in {"static", "none"}:
+        lost += present_fields(structure, (*BODY_PROPERTIES, "mass", "inertial"))
+    if structure.body_type == "link":
+        lost += present_fields(structure, NON_LINK_FIELDS)
+    if structure.body_type == "none":
+        lost += present_fields(structure, ("collision_groups",)) + (["collisions"] if structure.collisions else [])
+    return lost if structure.visuals else lost + present_fields(structure, RENDER_PROPERTIES)
+
+
+SECTIONS: Final[dict[str, Callable[[SourceWriter, ScenePlan, ScriptContext], None]]] = {
+    "constraints": write_constraints,
+    "environment": write_environment,
+    "lights": write_lights,
+    "cameras": write_cameras,
+}
+"""What is built once the entities are there, in this order: the field of the plan, and what writes it.
+
+A writer is given the body of `build_scenes`, and writes nothing where the plan has nothing of the section. See
+`scenecc.emit.python.values.scene_block` and `scenecc.emit.python.context`.
+"""
+
+
+def write(plan: ScenePlan, sink: Sink, base: Path | None) -> str | None:
+    """The script; None if the plan holds what no SAPIEN call takes, which `sink` then tells.
+
+    The script finds files relative to its own place: `base` is the folder that it will lie in, None the plan's own.
+    """
+    if not check_supported(plan, sink, SECTIONS):
+        return None
+    names = Identifiers()
+    files = plan.files if base is None else tuple(rebase_file(file, base) for file in plan.files)
+    whole, parts = fold_repeats(plan)
+    tables = ScriptContext(
+        names, ScriptFiles(files, names, unused_files(plan)), ScriptMaterials(whole, names), MountTargets(plan)
+    )
+    blocks = SourceWriter(depth=1)
+    tables.mount_targets.write_head(blocks)
+    for part in parts:
+        if isinstance(part, RepeatedEntity):
+            write_repeated_entity(blocks, part, plan.num_scenes, tables)
+        else:
+            write_entity(blocks, part, plan.num_scenes, tables)
+    for write_section in SECTIONS.values():
+        write_section(blocks, plan, tables)
+    settings = ProcessSettings(plan.physics)
+    source = SourceWriter()
+    _write_head(source, plan)
+    _write_imports(source, tables.files, settings)
+    tables.files.write_head(source)
+    settings.write(source)
+    source.line()
+    source.line()
+    if settings.needed:
+        source.line("@physics_settings()")
+    with source.block("def build_scenes(render: bool = False) -> list[sapien.Scene]:"):
+        source.line(f'"""Builds {_scene_count_text(plan.num_scenes)}. `render`: build what is seen, too."""')
+        tables.files.write_check(source)
+        _write_scenes(source, plan)
+        tables.materials.write(source, tables.files)
+        source.append(blocks)
+        source.line()
+        source.line("return [scene]" if plan.num_scenes == 1 else "return scenes")
+    source.lines(_MAIN)
+    return source.text
+
+
+_MAIN = '''
+
+def main() -> None:
+    """Simulates 100 steps and prints where everything in the first scene is."""
+    scenes = build_scenes()
+    for _ in range(100):
+        for scene in scenes:
+            scene.step()
+    for entity in scenes[0].entities:
+        print(entity.name, entity.pose.p, entity.pose.q)
+
+
+if __name__ == "__main__":
+    main()
+'''
+
+
+def _write_head(source: SourceWriter, plan: ScenePlan) -> None:
+    # Python takes a comment in the first two lines that says "coding:" at its word, so these two are never a scene's.
+    source.comment("A script of plain SAPIEN calls, written by scenecc.")
+    source.comment("")
+    source.comment(f"{plan.name}: {_scene_count_text(plan.num_scenes)}.")
+    for paragraph in plan.description.splitlines():
+        for line in textwrap.wrap(paragraph, 96):
+            source.comment(line)
+    source.comment("")
+    source.comment("Run this file, or import it and call build_scenes(). It needs sapien, and no scenecc.")
+    if _has_reset_draws(plan):
+        source.comment(f"What a reset would draw anew is as the seed {plan.seed} draws it.")
+    if plan.physics.scene_spacing is not None or plan.physics.gpu_memory is not None:
+        source.comment("Scene spacing and GPU memory are left out: they concern scenes that share a GPU simulation.")
+    source.line()
+
+
+def _has_reset_draws(plan: ScenePlan) -> bool:
+    """Whether a reset would draw anything anew."""
+    return any(value.recipe is not None for value in _values(plan))
+
+
+def _values(node: object) -> Iterator[Value]:
+    """All values below a dataclass of the plan."""
+    for slot in plan_fields(type(node)):
+        item = getattr(node, slot.name)
+        for one in item if isinstance(slot.kind, ListKind) else (item,):
+            if isinstance(one, Value):
+                yield one
+            elif isinstance(slot.kind, ObjectKind | UnionKind | ListKind) and is_dataclass(one):
+                yield from _values(one)
+
+
+def _scene_count_text(count: int) -> str:
+    return "one scene" if count == 1 else f"{count} parallel scenes"
+
+
+def _write_imports(source: SourceWriter, files: ScriptFiles, settings: ProcessSettings) -> None:
+    standard = [*files.imports(), *settings.imports()]
+    for line in sorted(standard, key=lambda line: (line.startswith("from"), line)):
+        source.line(line)
+    if standard:
+        source.line()
+    if files.cut:
+        source.line("import coacd")
+    if files.mirrors:
+        source.line("import numpy as np")
+    source.line("import sapien")
+    if files.cut:
+        source.line("import trimesh")
+    source.line("from sapien import physx")
+
+
+def _write_scenes(source: SourceWriter, plan: ScenePlan) -> None:
+    if plan.num_scenes == 1:
+        _write_scene(source, plan)
+        return
+    source.line("scenes: list[sapien.Scene] = []")
+    with source.block(f"for _ in range({plan.num_scenes}):"):
+        _write_scene(source, plan)
+        source.line("scenes.append(scene)")
+
+
+def _write_scene(source: SourceWriter, plan: ScenePlan) -> None:
+    source.line("systems = [physx.PhysxCpuSystem()]")
+    with source.block("if render:"):
+        source.line("systems.append(sapien.render.RenderSystem())")
+    source.line("scene = sapien.Scene(systems)")
+    if plan.physics.timestep is not None:
+        source.line(f"scene.timestep = {number_literal(float(plan.physics.timestep))}")

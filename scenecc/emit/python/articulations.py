@@ -1,81 +1,285 @@
-"""One articulation of a plan as statements: `ArticulationBuilder` where it can, the links themselves where it cannot.
-
-In SAPIEN's order: links with their shapes and joints, tendons, the entities into the scene; then what no builder is
-told, of links, of the whole, of joints; where the joints are and move to, the root's velocity, targets of drives.
-"""
+"""Writes an articulation: its links, joints, drives, initial state and the tendons of mimic joints."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from scenecc.emit.python.alike import Among, Unit, write_alike
+import numpy as np
+
 from scenecc.emit.python.bodies import (
-    Body,
+    BODY_PROPERTIES,
+    CONTACT_OFFSETS,
+    RENDER_PROPERTIES,
+    BodyScript,
     needs_components,
+    present_fields,
     write_body_component,
-    write_look,
-    write_look_component,
-    write_shapes,
-)
-from scenecc.emit.python.columns import pose
-from scenecc.emit.python.held import Held
-from scenecc.emit.python.joints import write_joint_component, write_joint_properties, write_joints, write_positions
-from scenecc.emit.python.knobs import (
-    BODY_KNOBS,
-    LOOK_KNOBS,
-    OFFSETS,
-    given,
-    write_body_knob,
+    write_body_property,
     write_mass,
     write_offsets,
+    write_render_component,
+    write_render_properties,
+    write_shapes,
 )
-from scenecc.emit.python.layout import call, string
-from scenecc.emit.python.tendons import write_tendons
+from scenecc.emit.python.context import MountTargets
+from scenecc.emit.python.source import SourceNode, call, list_of, string
+from scenecc.emit.python.values import (
+    NameLookup,
+    StatementWriter,
+    number_literal,
+    numbers_literal,
+    pose_call,
+    write_shared_statements,
+)
+from scenecc.plan import constant
+from scenecc.plan.articulation import breadth_first_order
+from scenecc.plan.tendons import TENDON_STIFFNESS, tendon_coefficients, tendon_links, tendon_pull
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from scenecc.emit.python.columns import Columns
-    from scenecc.emit.python.layout import Source
-    from scenecc.emit.python.tables import Tables
-    from scenecc.plan import ArticulationStructure, Entity, Link
+    from numpy.typing import NDArray
 
-_LINK = "physx.PhysxArticulationLinkComponent"
-WHOLE_KNOBS = ("solver_position_iterations", "solver_velocity_iterations", "sleep_threshold")
+    from scenecc.emit.python.context import ScriptContext
+    from scenecc.emit.python.source import SourceWriter
+    from scenecc.emit.python.values import SceneValues
+    from scenecc.plan import ArticulationStructure, Entity, Joint, Link, Value
+
+
+def write_tendons(source: SourceWriter, structure: ArticulationStructure, columns: SceneValues) -> None:
+    """One call a joint that follows another, on `articulation` and its `links`."""
+    for mimic in structure.mimics:
+        over = tendon_links(structure, mimic)
+        pairs = np.stack([columns.of_rows(mimic.multiplier), columns.of_rows(mimic.offset)], axis=1)
+        pulls = [tendon_pull(*pair) for pair in pairs.tolist()]
+        coefficients = np.array([tendon_coefficients(structure, mimic, over, ends) for ends in pulls])
+        shares = columns.of_block(coefficients, "coefficients", numbers_literal)
+        rest = columns.of_block(np.array([ends.rest_length for ends in pulls]), "rest_length", numbers_literal)
+        source.comment(f"{mimic.joint} follows {mimic.source}: SAPIEN's own mimic joints turn it round.")
+        source.statement(
+            call(
+                "articulation.create_fixed_tendon",
+                list_of([f"links[{index}]" for index in over]),
+                shares,
+                shares,
+                rest_length=rest,
+                stiffness=number_literal(TENDON_STIFFNESS),
+            )
+        )
+
+
+_DRIVE_FIELDS = ("stiffness", "force_limit", "drive_mode")
+"""Of a drive, what the builder of a link is not told: it takes a damping."""
+
+_NO_LIMITS = constant([-np.inf, np.inf])
+
+_TARGETS = ("drive_target", "drive_velocity_target")
+
+MIN_LOOP_JOINTS = 3
+"""How many joints make a loop that is worth reading."""
+
+JOINT_PROPERTIES = ("friction", "armature", "max_velocity")
+"""Properties of a joint by the plan's names."""
+
+
+def write_joint_properties(source: SourceWriter, joint: Joint, columns: SceneValues, builder: str) -> None:
+    """What the builder of a link is told of its joint."""
+    if joint.name:
+        source.statement(call(f"{builder}.set_joint_name", string(joint.name)))
+    alone = joint.damping is not None and not present_fields(joint, _DRIVE_FIELDS)
+    damping = {"damping": columns.value(joint.damping, "damping")} if alone and joint.damping is not None else {}
+    limits: SourceNode = "[]" if joint.type == "fixed" else columns.value(joint.limits or _NO_LIMITS, "limits")
+    properties = call(
+        f"{builder}.set_joint_properties",
+        type=string(joint.type),
+        limits=limits,
+        pose_in_parent=_joint_pose(joint.pose_in_parent, "pose_in_parent", columns),
+        pose_in_child=_joint_pose(joint.pose_in_child, "pose_in_child", columns),
+        **damping,
+    )
+    source.statement(properties)
+
+
+def write_joint_component(source: SourceWriter, joint: Joint, columns: SceneValues) -> None:
+    """The same, of the joint of `body`."""
+    source.line("joint = body.joint")
+    if joint.name:
+        source.statement(string(joint.name), assign="joint.name")
+    source.statement(string(joint.type), assign="joint.type")
+    for name in ("pose_in_child", "pose_in_parent"):
+        # As the builder does, also where nothing is said: shapes have moved the frames by a rounding.
+        source.statement(_joint_pose(getattr(joint, name), name, columns), assign=f"joint.{name}")
+    if joint.type == "fixed":
+        return
+    source.statement(columns.value(joint.limits or _NO_LIMITS, "limits"), assign="joint.limit")
+    if not present_fields(joint, _DRIVE_FIELDS):
+        # As the builder does, which leaves no joint without.
+        source.statement(_drive_call(joint, columns))
+
+
+def _joint_pose(value: Value | None, name: str, columns: SceneValues) -> SourceNode:
+    return call("sapien.Pose") if value is None else columns.value(value, name, pose_call)
+
+
+def write_joints(source: SourceWriter, structure: ArticulationStructure, columns: SceneValues) -> None:
+    """What no builder is told of the joints of `articulation`."""
+    links = [link for link in structure.links if link.joint is not None and link.joint.type != "fixed"]
+    things = [(link, _joint_statements(link.joint, columns)) for link in links if link.joint is not None]
+    named = all(link.joint is not None and link.joint.name for link, units in things if units)
+    among: NameLookup[Link] = NameLookup(
+        "joint",
+        "articulation.active_joints",
+        "articulation.find_joint_by_name" if named else "articulation.find_link_by_name",
+        (lambda link: link.joint.name if link.joint is not None else "") if named else (lambda link: link.name),
+        len(links),
+        "" if named else ".joint",
+    )
+    write_shared_statements(source, things, among)
+
+
+def _joint_statements(joint: Joint, columns: SceneValues) -> list[StatementWriter]:
+    units: list[StatementWriter] = []
+    if present_fields(joint, _DRIVE_FIELDS):
+        units.append(lambda source: source.statement(_drive_call(joint, columns)))
+    return units + [
+        partial(_write_joint_property, joint, name, columns) for name in present_fields(joint, JOINT_PROPERTIES)
+    ]
+
+
+def _drive_call(joint: Joint, columns: SceneValues) -> SourceNode:
+    arguments: dict[str, SourceNode] = {
+        name: "0" if value is None else columns.value(value, name)
+        for name, value in (("stiffness", joint.stiffness), ("damping", joint.damping))
+    }
+    if joint.force_limit is not None:
+        arguments["force_limit"] = columns.value(joint.force_limit, "force_limit")
+    if joint.drive_mode is not None:
+        arguments["mode"] = string(joint.drive_mode)
+    return call("joint.set_drive_properties", **arguments)
+
+
+def _write_joint_property(joint: Joint, name: str, columns: SceneValues, source: SourceWriter) -> None:
+    value: Value = getattr(joint, name)
+    if name == "armature":
+        # One number a degree of freedom.
+        node = columns.value(value, name, lambda row: list_of([number_literal(float(row))]))
+    else:
+        node = columns.value(value, name)
+    source.statement(node, assign=f"joint.{name}")
+
+
+def engine_order(structure: ArticulationStructure) -> list[Link]:
+    """The links whose joints move, in the order of `active_joints`: the engine goes level after level."""
+    links = [structure.links[number] for number in breadth_first_order(link.parent for link in structure.links)]
+    return [link for link in links if link.joint is not None and link.joint.type != "fixed"]
+
+
+def write_positions(source: SourceWriter, structure: ArticulationStructure, columns: SceneValues) -> None:
+    """Where the joints are at the start, how they move, and what their drives pull them to."""
+    joints = [link.joint for link in engine_order(structure) if link.joint is not None]
+    if not joints:
+        # Until they are told to, SAPIEN leaves the entities of all links but the root at the origin.
+        source.line("articulation.root_pose = articulation.root_pose")
+        return
+    qpos = _stack_joint_values(joints, "qpos", columns)
+    targets = {name: _stack_joint_values(joints, name, columns) for name in _TARGETS if _all_present(joints, name)}
+    node = columns.of_block(qpos, "qpos", numbers_literal)
+    same = [name for name, rows in targets.items() if rows.tobytes() == qpos.tobytes()]
+    if same and not isinstance(node, str):
+        source.statement(node, assign="qpos")
+        node = "qpos"
+    source.statement(node, assign="articulation.qpos")
+    if any(joint.qvel is not None for joint in joints):
+        source.statement(
+            columns.of_block(_stack_joint_values(joints, "qvel", columns), "qvel", numbers_literal),
+            assign="articulation.qvel",
+        )
+    for name in _TARGETS:
+        if name in same:
+            _write_targets(source, name, node)
+        elif name in targets:
+            _write_targets(source, name, columns.of_block(targets[name], name, numbers_literal))
+        else:
+            _write_some_targets(source, structure, name, columns)
+
+
+def _write_targets(source: SourceWriter, name: str, values: SourceNode) -> None:
+    """Targets of all joints, in the engine's order."""
+    source.statement(call("zip", "articulation.active_joints", values), assign="targets")
+    with source.block("for joint, target in targets:"):
+        source.line(f"joint.set_{name}(target)")
+
+
+def _write_some_targets(
+    source: SourceWriter, structure: ArticulationStructure, name: str, columns: SceneValues
+) -> None:
+    """Targets of the joints that have one, where not all have."""
+    links = [link for link in structure.links if link.joint is not None and getattr(link.joint, name) is not None]
+    joints = [link.joint for link in links if link.joint is not None]
+    named = all(joint.name for joint in joints)
+    find = "articulation.find_joint_by_name" if named else "articulation.find_link_by_name"
+    names = [string(joint.name if named else link.name) for link, joint in zip(links, joints, strict=True)]
+    what = "" if named else ".joint"
+    if len(joints) < MIN_LOOP_JOINTS:
+        for joint, its in zip(joints, names, strict=True):
+            source.line(f"joint = {find}({its}){what}")
+            source.statement(call(f"joint.set_{name}", columns.value(getattr(joint, name), name)))
+        return
+    source.statement(list_of(names), assign="joint_names")
+    values = columns.of_block(_stack_joint_values(joints, name, columns), name, numbers_literal)
+    source.statement(call("zip", "joint_names", values), assign="targets")
+    with source.block("for joint_name, target in targets:"):
+        source.line(f"{find}(joint_name){what}.set_{name}(target)")
+
+
+def _all_present(joints: list[Joint], name: str) -> bool:
+    return all(getattr(joint, name) is not None for joint in joints)
+
+
+def _stack_joint_values(joints: list[Joint], name: str, columns: SceneValues) -> NDArray[Any]:
+    """(B, dof) of a number of all joints, 0 where nothing is said."""
+    values = [getattr(joint, name) for joint in joints]
+    nothing = np.zeros(len(columns.rows))
+    return np.stack([nothing if value is None else columns.of_rows(value) for value in values], axis=1)
+
+
+_LINK_COMPONENT = "physx.PhysxArticulationLinkComponent"
+
+ARTICULATION_PROPERTIES = ("solver_position_iterations", "solver_velocity_iterations", "sleep_threshold")
 """Properties of an articulation by the plan's names."""
 
-ROOT_KNOBS = ("linear_velocity", "angular_velocity")
+ROOT_PROPERTIES = ("linear_velocity", "angular_velocity")
 """Properties of its root, which SAPIEN calls `root_…`."""
 
 
 @dataclass(frozen=True, slots=True)
-class Robot:
+class ArticulationScript:
     """One structure of an articulation in some of its scenes.
 
     Attributes:
         name: an expression for the entity's.
         source: where statements go; the loop over scenes, if any, is open.
         columns: the entity's quantities in these scenes.
-        held: names of links that something holds on to.
+        mounted_links: names of links that something holds on to.
     """
 
     entity: Entity
     name: str
     structure: ArticulationStructure
-    source: Source
-    columns: Columns
-    tables: Tables
-    held: Sequence[str] = ()
+    source: SourceWriter
+    columns: SceneValues
+    tables: ScriptContext
+    mounted_links: Sequence[str] = ()
 
-    def body(self, link: Link) -> Body:
+    def body(self, link: Link) -> BodyScript:
         """A link as a body."""
         files, materials = self.tables.files, self.tables.materials
-        return Body(self.entity, string(link.name), link.body, self.source, self.columns, files, materials)
+        return BodyScript(self.entity, string(link.name), link.body, self.source, self.columns, files, materials)
 
 
-def write_articulation(robot: Robot) -> None:
+def write_articulation(robot: ArticulationScript) -> None:
     """Builds the articulation in `scene`, row `i` of the block."""
     source, columns, structure = robot.source, robot.columns, robot.structure
     robot.tables.materials.write_own(source, structure.bodies, columns, robot.tables.files)
@@ -85,21 +289,21 @@ def write_articulation(robot: Robot) -> None:
         _write_builder(robot)
     source.statement(robot.name, assign="articulation.name")
     if not any(map(needs_components, structure.bodies)):
-        _write_link_knobs(robot)
-    for name in given(structure, WHOLE_KNOBS):
+        _write_link_properties(robot)
+    for name in present_fields(structure, ARTICULATION_PROPERTIES):
         source.statement(columns.value(getattr(structure, name), name), assign=f"articulation.{name}")
     write_joints(source, structure, columns)
-    for name in given(structure, ROOT_KNOBS):
+    for name in present_fields(structure, ROOT_PROPERTIES):
         source.statement(columns.value(getattr(structure, name), name), assign=f"articulation.root_{name}")
     write_positions(source, structure, columns)
-    for link in robot.held:
-        Held.write_link(source, robot.name, link, f"articulation.find_link_by_name({string(link)}).entity")
+    for link in robot.mounted_links:
+        MountTargets.write_link(source, robot.name, link, f"articulation.find_link_by_name({string(link)}).entity")
 
 
-def _write_builder(robot: Robot) -> None:
+def _write_builder(robot: ArticulationScript) -> None:
     source, columns, structure = robot.source, robot.columns, robot.structure
     source.line("builder = scene.create_articulation_builder()")
-    source.statement(columns.value(robot.entity.pose, "pose", pose), assign="builder.initial_pose")
+    source.statement(columns.value(robot.entity.pose, "pose", pose_call), assign="builder.initial_pose")
     variables = [robot.tables.names.local(link.name) for link in structure.links]
     for link, variable in zip(structure.links, variables, strict=True):
         parent = () if link.parent is None else (variables[link.parent],)
@@ -113,12 +317,12 @@ def _write_builder(robot: Robot) -> None:
         source.statement(call("builder.build", **fixed), assign="articulation")
         return
     source.statement(call("builder.build_entities", **fixed), assign="entities")
-    source.line(f"component = {_LINK}")
+    source.line(f"component = {_LINK_COMPONENT}")
     source.line("links = [entity.find_component_by_type(component) for entity in entities]")
-    _write_into_scene(robot)
+    _add_to_scene(robot)
 
 
-def _write_into_scene(robot: Robot) -> None:
+def _add_to_scene(robot: ArticulationScript) -> None:
     """From `entities` and their `links`, of which SAPIEN takes tendons only ahead of the scene."""
     robot.source.line("articulation = links[0].articulation")
     write_tendons(robot.source, robot.structure, robot.columns)
@@ -126,16 +330,16 @@ def _write_into_scene(robot: Robot) -> None:
         robot.source.line("scene.add_entity(entity)")
 
 
-def _write_components(robot: Robot) -> None:
+def _write_components(robot: ArticulationScript) -> None:
     source, columns, structure = robot.source, robot.columns, robot.structure
     source.line("entities, links = [], []")
     for link in structure.links:
         body = robot.body(link)
         source.line("entity = sapien.Entity()")
-        source.line(f"body = {_LINK}({'' if link.parent is None else f'links[{link.parent}]'})")
+        source.line(f"body = {_LINK_COMPONENT}({'' if link.parent is None else f'links[{link.parent}]'})")
         source.statement(string(link.name), assign="body.name")
         write_body_component(body)
-        write_look_component(body)
+        write_render_component(body)
         source.statement(string(link.name), assign="entity.name")
         if link.joint is not None:
             write_joint_component(source, link.joint, columns)
@@ -143,26 +347,29 @@ def _write_components(robot: Robot) -> None:
         source.line("links.append(body)")
     if structure.fix_root_link:
         source.line('links[0].joint.type = "fixed"')
-    source.statement(columns.value(robot.entity.pose, "pose", pose), assign="entities[0].pose")
-    _write_into_scene(robot)
+    source.statement(columns.value(robot.entity.pose, "pose", pose_call), assign="entities[0].pose")
+    _add_to_scene(robot)
 
 
-def _write_link_knobs(robot: Robot) -> None:
+def _write_link_properties(robot: ArticulationScript) -> None:
     """What the builder of a link is not told."""
     links = robot.structure.links
     named = "articulation.find_link_by_name"
-    among: Among[Link] = Among("body", "articulation.links", named, lambda link: link.name, len(links))
-    write_alike(robot.source, [(link, _units(robot, link)) for link in links], among)
+    among: NameLookup[Link] = NameLookup("body", "articulation.links", named, lambda link: link.name, len(links))
+    write_shared_statements(robot.source, [(link, _link_statements(robot, link)) for link in links], among)
 
 
-def _units(robot: Robot, link: Link) -> list[Unit]:
+def _link_statements(robot: ArticulationScript, link: Link) -> list[StatementWriter]:
     body, columns = link.body, robot.columns
-    units: list[Unit] = []
+    units: list[StatementWriter] = []
     if body.mass is not None:
         units.append(lambda source: write_mass(source, body, columns))
-    if any(given(shape, OFFSETS) for shape in body.collisions):
+    if any(present_fields(shape, CONTACT_OFFSETS) for shape in body.collisions):
         units.append(lambda source: write_offsets(source, body.collisions, columns))
-    units += [partial(write_body_knob, structure=body, name=name, columns=columns) for name in given(body, BODY_KNOBS)]
-    if given(body, LOOK_KNOBS):
-        units.append(lambda source: write_look(replace(robot.body(link), source=source), "body.entity"))
+    units += [
+        partial(write_body_property, structure=body, name=name, columns=columns)
+        for name in present_fields(body, BODY_PROPERTIES)
+    ]
+    if present_fields(body, RENDER_PROPERTIES):
+        units.append(lambda source: write_render_properties(replace(robot.body(link), source=source), "body.entity"))
     return units

@@ -1,4 +1,4 @@
-"""One body of a plan as statements: `ActorBuilder` where it can, the components themselves where it cannot."""
+"""Writes a body: with `ActorBuilder` if that suffices, otherwise from its components."""
 
 from __future__ import annotations
 
@@ -8,22 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenecc.emit.python.columns import IDENTITY, Columns, pose
+from scenecc.emit.python.context import MountTargets
 from scenecc.emit.python.geometry import COLLISIONS, VISUALS, Arguments
-from scenecc.emit.python.held import Held
-from scenecc.emit.python.knobs import (
-    ARGUMENTS,
-    BODY_KNOBS,
-    LOOK_KNOBS,
-    OFFSETS,
-    given,
-    inertial_nodes,
-    write_body_knobs,
-    write_inertial,
-    write_mass,
-    write_offsets,
-)
-from scenecc.emit.python.layout import Node, Source, call, string
+from scenecc.emit.python.source import SourceNode, SourceWriter, call, string
+from scenecc.emit.python.values import IDENTITY_ROW, SceneValues, number_literal, numbers_literal, pose_call
 from scenecc.plan import (
     BodyStructure,
     CollisionShape,
@@ -35,49 +23,130 @@ from scenecc.plan import (
     TriangleMesh,
     VisualShape,
 )
+from scenecc.plan.properties import property_fields
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from scenecc.emit.python.files import Files
-    from scenecc.emit.python.materials import Materials
-    from scenecc.plan import Entity, Value
+    from scenecc.emit.python.context import ScriptMaterials
+    from scenecc.emit.python.files import ScriptFiles
+    from scenecc.plan import Entity, Inertial, Value
+
+
+BODY_PROPERTIES = property_fields("body")
+"""Properties of a dynamic component by the plan's names."""
+
+RENDER_PROPERTIES = property_fields("look")
+"""Properties of a render component by the plan's names."""
+
+CONTACT_OFFSETS = ("contact_offset", "rest_offset")
+"""Properties of a collision shape that no `add_*_collision` takes."""
+
+SHAPE_ARGUMENTS = tuple(name for name in property_fields("shape") if name not in CONTACT_OFFSETS)
+"""Properties of a collision shape that all of them take."""
+
+
+def present_fields(holder: object, names: tuple[str, ...]) -> list[str]:
+    """The names of the fields that the plan gives."""
+    return [name for name in names if getattr(holder, name) is not None]
+
+
+def write_body_properties(source: SourceWriter, structure: BodyStructure, columns: SceneValues) -> None:
+    """Assignments to `body`."""
+    for name in present_fields(structure, BODY_PROPERTIES):
+        write_body_property(source, structure, name, columns)
+
+
+def write_body_property(source: SourceWriter, structure: BodyStructure, name: str, columns: SceneValues) -> None:
+    """One of them, which is given."""
+    node = columns.value(getattr(structure, name), name)
+    if name == "locked_motion_axes":
+        source.statement(call("body.set_locked_motion_axes", node))
+    else:
+        source.statement(node, assign=f"body.{name}")
+
+
+def write_mass(source: SourceWriter, structure: BodyStructure, columns: SceneValues) -> None:
+    """The mass that is given in place of what follows from the densities, to `body`."""
+    if structure.mass is not None:
+        mass = columns.value(structure.mass, "mass", lambda row: number_literal(float(row)))
+        source.line(f"body.inertia = body.inertia.astype(float) * ({mass} / body.mass)")
+        source.line(f"body.mass = {mass}")
+
+
+def inertial_nodes(inertial: Inertial, columns: SceneValues) -> tuple[SourceNode, SourceNode, SourceNode]:
+    """Mass, centre of mass and inertia, as `ActorBuilder.set_mass_and_inertia` takes them."""
+    return (
+        columns.value(inertial.mass, "mass"),
+        columns.value(inertial.com, "com", pose_call),
+        columns.value(inertial.inertia, "inertia"),
+    )
+
+
+def write_inertial(source: SourceWriter, inertial: Inertial, columns: SceneValues) -> None:
+    """The same three, to `body`."""
+    mass, com, inertia = inertial_nodes(inertial, columns)
+    source.statement(mass, assign="body.mass")
+    source.statement(com, assign="body.cmass_local_pose")
+    source.statement(inertia, assign="body.inertia")
+
+
+def write_offsets(source: SourceWriter, shapes: tuple[CollisionShape, ...], columns: SceneValues) -> None:
+    """Offsets of the shapes of `body`; one loop where all shapes have the same."""
+    wanted = [
+        [
+            (name, columns.value(getattr(shape, name), name, numbers_literal))
+            for name in present_fields(shape, CONTACT_OFFSETS)
+        ]
+        for shape in shapes
+    ]
+    if len(wanted) > 1 and wanted[0] and all(one == wanted[0] for one in wanted):
+        with source.block("for shape in body.collision_shapes:"):
+            for name, node in wanted[0]:
+                source.statement(node, assign=f"shape.{name}")
+        return
+    for index, one in enumerate(wanted):
+        for name, node in one:
+            source.statement(node, assign=f"body.collision_shapes[{index}].{name}")
+
 
 _DYNAMIC = "physx.PhysxRigidDynamicComponent"
+
 _STATIC = "physx.PhysxRigidStaticComponent"
-_LOOK = "sapien.render.RenderBodyComponent"
+
+_RENDER_BODY = "sapien.render.RenderBodyComponent"
 
 
 @dataclass(frozen=True, slots=True)
-class Body:
+class BodyScript:
     """One structure of an entity in some of its scenes.
 
     Attributes:
         name: an expression for the entity's.
         source: where statements go; the loop over scenes, if any, is open.
         columns: the entity's quantities in these scenes.
-        held: whether something holds on to it.
+        is_mount_target: whether something holds on to it.
     """
 
     entity: Entity
     name: str
     structure: BodyStructure
-    source: Source
-    columns: Columns
-    files: Files
-    materials: Materials
-    held: bool = False
+    source: SourceWriter
+    columns: SceneValues
+    files: ScriptFiles
+    materials: ScriptMaterials
+    is_mount_target: bool = False
 
 
-def write_body(body: Body) -> None:
+def write_body(body: BodyScript) -> None:
     """Builds the body in `scene`, row `i` of the block."""
     body.materials.write_own(body.source, (body.structure,), body.columns, body.files)
     if needs_components(body.structure):
         _write_components(body)
     else:
         _write_builder(body)
-    if body.held:
-        Held.write_body(body.source, body.name, "entity")
+    if body.is_mount_target:
+        MountTargets.write_body(body.source, body.name, "entity")
 
 
 def needs_components(structure: BodyStructure) -> bool:
@@ -87,7 +156,7 @@ def needs_components(structure: BodyStructure) -> bool:
     return (
         structure.body_type == "none"
         # Shapes are then found by their place, and nobody knows how many parts there are before they are loaded.
-        or (parts and any(given(shape, OFFSETS) for shape in shapes))
+        or (parts and any(present_fields(shape, CONTACT_OFFSETS) for shape in shapes))
         # The builder decides by the body's type whether to cook a signed distance field, and a plane's density is 0.
         or any(isinstance(shape.geometry, TriangleMesh) and shape.geometry.sdf != dynamic for shape in shapes)
         or any(isinstance(shape.geometry, Plane) and shape.density is not None for shape in shapes)
@@ -95,27 +164,30 @@ def needs_components(structure: BodyStructure) -> bool:
     )
 
 
-def _write_builder(body: Body) -> None:
+def _write_builder(body: BodyScript) -> None:
     source, structure, columns = body.source, body.structure, body.columns
     source.line("builder = scene.create_actor_builder()")
     if structure.body_type != "dynamic":
         source.line(f'builder.set_physx_body_type("{structure.body_type}")')
     write_shapes(body, "builder")
-    source.statement(columns.value(body.entity.pose, "pose", pose), assign="builder.initial_pose")
+    source.statement(columns.value(body.entity.pose, "pose", pose_call), assign="builder.initial_pose")
     component = _STATIC if structure.body_type == "static" else _DYNAMIC
-    touched = _touches_body(structure)
+    touched = _needs_body_component(structure)
     build = call("builder.build", name=body.name)
-    source.statement(build, assign="entity" if touched or body.held or given(structure, LOOK_KNOBS) else "")
+    source.statement(
+        build,
+        assign="entity" if touched or body.is_mount_target or present_fields(structure, RENDER_PROPERTIES) else "",
+    )
     if touched:
         source.line(f"body = entity.find_component_by_type({component})")
         _write_kinematic_inertial(body)
         write_mass(source, structure, columns)
         write_offsets(source, structure.collisions, columns)
-        write_body_knobs(source, structure, columns)
-    write_look(body, "entity")
+        write_body_properties(source, structure, columns)
+    write_render_properties(body, "entity")
 
 
-def write_shapes(body: Body, builder: str) -> None:
+def write_shapes(body: BodyScript, builder: str) -> None:
     """What a builder is told before it builds."""
     source, structure, columns = body.source, body.structure, body.columns
     if structure.collision_groups is not None:
@@ -124,7 +196,7 @@ def write_shapes(body: Body, builder: str) -> None:
         row = COLLISIONS[type(shape.geometry)]
         source.statement(call(f"{builder}.{row.add}", **_collision_arguments(shape, body)))
     if structure.visuals:
-        with _rendered(source, columns):
+        with _render_block(source, columns):
             for shape in structure.visuals:
                 row = VISUALS[type(shape.geometry)]
                 source.statement(call(f"{builder}.{row.add}", **_visual_arguments(shape, body)))
@@ -132,71 +204,71 @@ def write_shapes(body: Body, builder: str) -> None:
         source.statement(call(f"{builder}.set_mass_and_inertia", *inertial_nodes(structure.inertial, columns)))
 
 
-def write_look(body: Body, entity: str) -> None:
+def write_render_properties(body: BodyScript, entity: str) -> None:
     """Properties of the render component of what is built. `entity`: an expression for its entity."""
-    if given(body.structure, LOOK_KNOBS):
-        with _rendered(body.source, body.columns):
-            body.source.line(f"look = {entity}.find_component_by_type({_LOOK})")
-            _write_look_knobs(body)
+    if present_fields(body.structure, RENDER_PROPERTIES):
+        with _render_block(body.source, body.columns):
+            body.source.line(f"look = {entity}.find_component_by_type({_RENDER_BODY})")
+            _write_render_assignments(body)
 
 
-def _touches_body(structure: BodyStructure) -> bool:
+def _needs_body_component(structure: BodyStructure) -> bool:
     return (
         structure.mass is not None
         or (structure.inertial is not None and structure.body_type == "kinematic")
-        or bool(given(structure, BODY_KNOBS))
-        or any(given(shape, OFFSETS) for shape in structure.collisions)
+        or bool(present_fields(structure, BODY_PROPERTIES))
+        or any(present_fields(shape, CONTACT_OFFSETS) for shape in structure.collisions)
     )
 
 
-def _write_kinematic_inertial(body: Body) -> None:
+def _write_kinematic_inertial(body: BodyScript) -> None:
     """The builder leaves out what a kinematic body weighs."""
     if body.structure.inertial is not None and body.structure.body_type == "kinematic":
         write_inertial(body.source, body.structure.inertial, body.columns)
 
 
-def _collision_arguments(shape: CollisionShape, body: Body) -> Arguments:
+def _collision_arguments(shape: CollisionShape, body: BodyScript) -> Arguments:
     columns = body.columns
     return {
         **_pose_argument(shape.pose, columns),
         **COLLISIONS[type(shape.geometry)].arguments(shape.geometry, columns, body.files),
         **_material_argument(shape, body),
-        **{name: columns.value(getattr(shape, name), name) for name in given(shape, ARGUMENTS)},
+        **{name: columns.value(getattr(shape, name), name) for name in present_fields(shape, SHAPE_ARGUMENTS)},
     }
 
 
-def _material_argument(shape: CollisionShape, body: Body) -> Arguments:
+def _material_argument(shape: CollisionShape, body: BodyScript) -> Arguments:
     if shape.material is not None:
         return {"material": body.materials.physical(shape.material, body.columns)}
     return {} if body.materials.default is None else {"material": body.materials.default}
 
 
-def _visual_arguments(shape: VisualShape, body: Body) -> Arguments:
+def _visual_arguments(shape: VisualShape, body: BodyScript) -> Arguments:
     name: Arguments = {"name": string(shape.name)} if shape.name else {}
     return {
         **_pose_argument(shape.pose, body.columns),
         **VISUALS[type(shape.geometry)].arguments(shape.geometry, body.columns, body.files),
-        **_look_argument(shape, body),
+        **_visual_material_argument(shape, body),
         **name,
     }
 
 
-def _look_argument(shape: VisualShape, body: Body) -> Arguments:
+def _visual_material_argument(shape: VisualShape, body: BodyScript) -> Arguments:
     if shape.material is None:
         return {}
     return {"material": body.materials.look(shape.material, body.columns)}
 
 
-def _pose_argument(value: Value | None, columns: Columns) -> Arguments:
-    if value is None or value.data.tobytes() == IDENTITY.tobytes():
+def _pose_argument(value: Value | None, columns: SceneValues) -> Arguments:
+    if value is None or value.data.tobytes() == IDENTITY_ROW.tobytes():
         return {}
-    return {"pose": columns.value(value, "shape_pose", pose)}
+    return {"pose": columns.value(value, "shape_pose", pose_call)}
 
 
-def _write_components(body: Body) -> None:
+def _write_components(body: BodyScript) -> None:
     source, structure, columns = body.source, body.structure, body.columns
     source.line("entity = sapien.Entity()")
-    write_look_component(body)
+    write_render_component(body)
     if structure.body_type != "none":
         source.line(f"body = {_STATIC if structure.body_type == 'static' else _DYNAMIC}()")
         source.statement(body.name, assign="body.name")
@@ -204,23 +276,23 @@ def _write_components(body: Body) -> None:
             source.line("body.kinematic = True")
         write_body_component(body)
     source.statement(body.name, assign="entity.name")
-    source.statement(columns.value(body.entity.pose, "pose", pose), assign="entity.pose")
+    source.statement(columns.value(body.entity.pose, "pose", pose_call), assign="entity.pose")
     source.line("scene.add_entity(entity)")
 
 
-def write_look_component(body: Body) -> None:
+def write_render_component(body: BodyScript) -> None:
     """The render component of `entity`, where anything is seen."""
     if body.structure.visuals:
-        with _rendered(body.source, body.columns):
-            body.source.line(f"look = {_LOOK}()")
+        with _render_block(body.source, body.columns):
+            body.source.line(f"look = {_RENDER_BODY}()")
             body.source.statement(body.name, assign="look.name")
             for shape in body.structure.visuals:
                 _write_visual(shape, body)
-            _write_look_knobs(body)
+            _write_render_assignments(body)
             body.source.line("entity.add_component(look)")
 
 
-def write_body_component(body: Body) -> None:
+def write_body_component(body: BodyScript) -> None:
     """Shapes, mass and properties of `body`, which is then the component of `entity`."""
     source, structure, columns = body.source, body.structure, body.columns
     for shape in structure.collisions:
@@ -228,11 +300,11 @@ def write_body_component(body: Body) -> None:
     if structure.inertial is not None:
         write_inertial(source, structure.inertial, columns)
     write_mass(source, structure, columns)
-    write_body_knobs(source, structure, columns)
+    write_body_properties(source, structure, columns)
     source.line("entity.add_component(body)")
 
 
-def _write_collision(shape: CollisionShape, body: Body) -> None:
+def _write_collision(shape: CollisionShape, body: BodyScript) -> None:
     source, geometry = body.source, shape.geometry
     row = COLLISIONS[type(geometry)]
     arguments = row.arguments(geometry, body.columns, body.files)
@@ -250,7 +322,7 @@ def _write_collision(shape: CollisionShape, body: Body) -> None:
         _write_shape(shape, body)
 
 
-def _write_shape(shape: CollisionShape, body: Body) -> None:
+def _write_shape(shape: CollisionShape, body: BodyScript) -> None:
     source, columns = body.source, body.columns
     for node in _pose_argument(shape.pose, columns).values():
         source.statement(node, assign="shape.local_pose")
@@ -259,17 +331,17 @@ def _write_shape(shape: CollisionShape, body: Body) -> None:
         source.statement(call("shape.set_collision_groups", groups))
     if shape.density is None and isinstance(shape.geometry, Plane):
         source.line("shape.density = 0")
-    for name in given(shape, (*ARGUMENTS, *OFFSETS)):
+    for name in present_fields(shape, (*SHAPE_ARGUMENTS, *CONTACT_OFFSETS)):
         source.statement(columns.value(getattr(shape, name), name), assign=f"shape.{name}")
     source.line("body.attach(shape)")
 
 
-def _write_visual(shape: VisualShape, body: Body) -> None:
+def _write_visual(shape: VisualShape, body: BodyScript) -> None:
     source, columns = body.source, body.columns
     row = VISUALS[type(shape.geometry)]
     arguments = row.arguments(shape.geometry, columns, body.files)
     fresh: Arguments = {} if isinstance(shape.geometry, Mesh) else {"material": call("sapien.render.RenderMaterial")}
-    arguments |= _look_argument(shape, body) or fresh
+    arguments |= _visual_material_argument(shape, body) or fresh
     source.statement(call(row.make, **arguments), assign="shape")
     for node in _pose_argument(shape.pose, columns).values():
         source.statement(node, assign="shape.local_pose")
@@ -281,7 +353,7 @@ def _write_visual(shape: VisualShape, body: Body) -> None:
     source.line("look.attach(shape)")
 
 
-def _front_face(shape: VisualShape, columns: Columns) -> Node | None:
+def _front_face(shape: VisualShape, columns: SceneValues) -> SourceNode | None:
     """The builder turns a mirrored mesh, and so must a script that does without it."""
     if shape.front_face is not None:
         return string(shape.front_face)
@@ -293,13 +365,13 @@ def _front_face(shape: VisualShape, columns: Columns) -> Node | None:
     return columns.words(["clockwise" if m else "counterclockwise" for m in mirrored.tolist()], "front_face")
 
 
-def _write_look_knobs(body: Body) -> None:
-    for name in given(body.structure, LOOK_KNOBS):
+def _write_render_assignments(body: BodyScript) -> None:
+    for name in present_fields(body.structure, RENDER_PROPERTIES):
         body.source.statement(body.columns.value(getattr(body.structure, name), name), assign=f"look.{name}")
 
 
 @contextmanager
-def _rendered(source: Source, columns: Columns) -> Generator[None]:
+def _render_block(source: SourceWriter, columns: SceneValues) -> Generator[None]:
     """A block that runs where there is a renderer; so do the lists that it needs."""
     with source.block("if render:"), columns.rendered():
         yield

@@ -8,8 +8,8 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
-from scenecc.emit.python.columns import number
-from scenecc.emit.python.layout import WIDTH, Node, Source, call, list_of, string
+from scenecc.emit.python.source import WIDTH, SourceNode, SourceWriter, call, list_of, string
+from scenecc.emit.python.values import number_literal
 from scenecc.files import read_checked
 from scenecc.plan import ArticulationStructure, CoacdParams, Value
 from scenecc.plan.schema import ListKind, Quantity, UnionKind, plan_fields
@@ -18,7 +18,7 @@ from scenecc.plan.schema import ObjectKind as Holder
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scenecc.emit.python.names import Names
+    from scenecc.emit.python.source import Identifiers
     from scenecc.plan import AssetFile, ScenePlan
 
 _PACKAGE_FILE = '''\
@@ -88,10 +88,10 @@ def packed_file(name: str, lines: list[str]) -> Path:
     return folder / name
 '''
 
-_LINE = 80
+_PACKED_LINE_WIDTH = 80
 """Characters of a packed file on a line."""
 
-_OWN = "pkg://scenecc/"
+_PACKAGE_PREFIX = "pkg://scenecc/"
 """Files that come with scenecc itself, which a script must do without: it brings them with it."""
 
 COACD_DEFAULTS = CoacdParams(
@@ -110,10 +110,10 @@ COACD_DEFAULTS = CoacdParams(
 """Those of `sapien.wrapper.coacd.do_coacd`, which the script does not call: it writes beside the mesh."""
 
 
-class Files:
+class ScriptFiles:
     """What a script says about files."""
 
-    def __init__(self, files: tuple[AssetFile, ...], names: Names, unread: frozenset[int] = frozenset()) -> None:
+    def __init__(self, files: tuple[AssetFile, ...], names: Identifiers, unread: frozenset[int] = frozenset()) -> None:
         self._all = files
         self._read = [index for index in range(len(files)) if index not in unread]
         files = tuple(files[index] for index in self._read)
@@ -133,17 +133,17 @@ class Files:
         """What the plan calls a file."""
         return self._all[index].uri
 
-    def parts(self, file: Node, params: CoacdParams) -> Node:
+    def parts(self, file: SourceNode, params: CoacdParams) -> SourceNode:
         """An expression for the path of CoACD's parts of a file."""
         self._cut = True
-        parameters: dict[str, Node] = {}
+        parameters: dict[str, SourceNode] = {}
         for item in fields(params):
             given = getattr(params, item.name)
             value = given if given is not None else getattr(COACD_DEFAULTS, item.name)
-            parameters[item.name] = string(value) if isinstance(value, str) else number(value)
+            parameters[item.name] = string(value) if isinstance(value, str) else number_literal(value)
         return call("convex_parts", file, **parameters)
 
-    def mirrored(self, file: Node, signs: Node, *, parts: bool) -> Node:
+    def mirrored(self, file: SourceNode, signs: SourceNode, *, parts: bool) -> SourceNode:
         """An expression for the path of a mirrored convex mesh, which PhysX cannot make by a scale."""
         self._mirrored = True
         return call("mirrored", file, signs, parts=str(parts))
@@ -177,7 +177,7 @@ class Files:
         """Whether CoACD is run."""
         return self._cut
 
-    def write_head(self, source: Source) -> None:
+    def write_head(self, source: SourceWriter) -> None:
         """The functions that find files, and the constants."""
         helpers = (
             (_PACKAGE_FILE, "pkg" in self._schemes),
@@ -197,26 +197,26 @@ class Files:
         if self._beside:
             source.line("HERE = Path(__file__).resolve().parent")
         for file, name in zip(self._files, self._names, strict=True):
-            expression = _packed(file) if _is_packed(file) else _expression(file.uri, WIDTH - len(name))
+            expression = _packed_file_call(file) if _is_packed(file) else _path_expression(file.uri, WIDTH - len(name))
             source.statement(expression, assign=name)
         source.statement(list_of(self._names), assign="FILES")
 
-    def write_check(self, source: Source) -> None:
+    def write_check(self, source: SourceWriter) -> None:
         """SAPIEN goes on without a mesh that is missing, and the script must not."""
         if self._files:
             with source.block("for file in FILES:"), source.block("if not file.is_file():"):
                 source.line("raise FileNotFoundError(file)")
 
 
-def unread_files(plan: ScenePlan) -> frozenset[int]:
+def unused_files(plan: ScenePlan) -> frozenset[int]:
     """Files that nothing of a script reads: those that an articulation was read from, which are all in the plan."""
     structures = [structure for entity in plan.entities for structure in entity.structures]
     robots = [structure for structure in structures if isinstance(structure, ArticulationStructure)]
     described = {index for robot in robots if robot.file is not None for index in robot.file.data.tolist()}
-    return frozenset(described - set(_indices(plan))) if described else frozenset()
+    return frozenset(described - set(_file_indices(plan))) if described else frozenset()
 
 
-def _indices(node: object) -> Iterator[int]:
+def _file_indices(node: object) -> Iterator[int]:
     """Indices of the files that shapes, materials and lights have."""
     for slot in plan_fields(type(node)):
         item = getattr(node, slot.name)
@@ -229,20 +229,20 @@ def _indices(node: object) -> Iterator[int]:
                 ):
                     yield from one.data.tolist()
             elif isinstance(slot.kind, Holder | UnionKind | ListKind) and is_dataclass(one):
-                yield from _indices(one)
+                yield from _file_indices(one)
 
 
 def _is_packed(file: AssetFile) -> bool:
-    return file.uri.startswith(_OWN) and file.path.is_file()
+    return file.uri.startswith(_PACKAGE_PREFIX) and file.path.is_file()
 
 
-def _packed(file: AssetFile) -> Node:
+def _packed_file_call(file: AssetFile) -> SourceNode:
     text = base64.b64encode(zlib.compress(read_checked(file.path, file.sha256), 9)).decode("ascii")
-    lines = [string(text[start : start + _LINE]) for start in range(0, len(text), _LINE)]
+    lines = [string(text[start : start + _PACKED_LINE_WIDTH]) for start in range(0, len(text), _PACKED_LINE_WIDTH)]
     return call("packed_file", string(file.path.name), list_of(lines))
 
 
-def _expression(uri: str, width: int) -> Node:
+def _path_expression(uri: str, width: int) -> SourceNode:
     scheme, separator, path = uri.partition("://")
     if not separator and Path(uri).is_absolute():
         return call("Path", string(uri))

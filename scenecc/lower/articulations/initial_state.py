@@ -16,9 +16,9 @@ from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowe
 from scenecc.plan import literal, per_scene, varying
 from scenecc.spec.base import FLOAT32_MAX, NOTE_PREFIX
 from scenecc.variation import forms
-from scenecc.variation.bounds import ValueBounds, component_bounds, held_bounds
+from scenecc.variation.bounds import ValueBounds, affine_clamp_bounds, component_bounds
 from scenecc.variation.distributions import DISTRIBUTIONS
-from scenecc.variation.nodes import NODES, Held
+from scenecc.variation.nodes import NODES, AffineClamp
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -138,7 +138,7 @@ class InitialStateLowerer:
         leaves, limits = self._leaves, joint.limits
         plain = limits is None or limits.is_constant
         low, high = _constant_limits(limits) if plain else (-FLOAT32_MAX, FLOAT32_MAX)
-        item = Held(given.item, given.index, low, high)
+        item = AffineClamp(given.item, given.index, low, high)
         value = leaves.finish(item, reading, _POSITION, given.origin, reset=True)
         if plain or limits is None or value.known:
             return value
@@ -220,7 +220,9 @@ class InitialStateLowerer:
 
         if all(part.known for part in parts):
             return per_scene(draw())
-        support = held_bounds(source.bounds, mimic.multiplier.bounds, mimic.offset.bounds, *_limit_supports(limits))
+        support = affine_clamp_bounds(
+            source.bounds, mimic.multiplier.bounds, mimic.offset.bounds, *_limit_supports(limits)
+        )
         value = varying(draw, bounds=support, rows=rows)
         resets = self._leaves.drawing.resets
         reset = resets.get(id(source))
@@ -282,7 +284,7 @@ def _clamped_support(support: ValueBounds, limits: Value) -> ValueBounds:
 
 def joint_value_node(given: JointValue) -> Any:
     """What is written for a joint as one number."""
-    return given.item if given.index < 0 else Held(given.item, given.index, -FLOAT32_MAX, FLOAT32_MAX)
+    return given.item if given.index < 0 else AffineClamp(given.item, given.index, -FLOAT32_MAX, FLOAT32_MAX)
 
 
 _NUMBERS = frozenset((float, int))

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from scenecc import compile_scene, emit_scene
-from scenecc.emit.python.copies import Run, folded
+from scenecc.emit.python.entities import RepeatedEntity, fold_repeats
 
 BOX: dict[str, Any] = {"shapes": [{"type": "box", "half_size": [0.1, 0.1, 0.1]}]}
 BALL: dict[str, Any] = {"shapes": [{"type": "sphere", "radius": 0.1}]}
@@ -18,7 +18,7 @@ BALL: dict[str, Any] = {"shapes": [{"type": "sphere", "radius": 0.1}]}
 def names(entities: dict[str, Any], **top: Any) -> list[str | tuple[str, ...]]:
     """What is folded, in order: names of entities, and tuples of them."""
     plan = compile_scene({"scenecc": 1, "entities": entities, **top})
-    return [part.names if isinstance(part, Run) else part.name for part in folded(plan)[1]]
+    return [part.names if isinstance(part, RepeatedEntity) else part.name for part in fold_repeats(plan)[1]]
 
 
 def copies(body: dict[str, Any], count: int) -> dict[str, Any]:

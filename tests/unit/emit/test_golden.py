@@ -14,7 +14,7 @@ from plugins.sample_plans import ROOT, SAMPLES
 
 from scenecc.diagnostics import Sink
 from scenecc.emit import EMITTERS, emit
-from scenecc.emit.python.layout import WIDTH
+from scenecc.emit.python.source import WIDTH
 from scenecc.plan.json_reader import plan_from_json
 
 if TYPE_CHECKING:

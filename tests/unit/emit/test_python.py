@@ -20,12 +20,11 @@ from plugins.structures import body_of
 
 from scenecc.diagnostics import Sink
 from scenecc.emit import EMITTERS, emit
-from scenecc.emit.python.columns import number
+from scenecc.emit.python.bodies import BODY_PROPERTIES, RENDER_PROPERTIES
 from scenecc.emit.python.files import COACD_DEFAULTS
 from scenecc.emit.python.geometry import COLLISIONS, VISUALS
-from scenecc.emit.python.knobs import BODY_KNOBS, LOOK_KNOBS
-from scenecc.emit.python.layout import WIDTH, Source, call, list_of, string
-from scenecc.emit.python.names import Names
+from scenecc.emit.python.source import WIDTH, Identifiers, SourceWriter, call, list_of, string
+from scenecc.emit.python.values import number_literal
 from scenecc.plan import (
     AssetFile,
     BodyStructure,
@@ -63,7 +62,9 @@ def test_the_tables_cover_the_geometry() -> None:
 
 def test_the_tables_cover_the_knobs() -> None:
     elsewhere = {"body_type", "collisions", "visuals", "mass", "inertial", "collision_groups", "origin"}
-    assert {*BODY_KNOBS, *LOOK_KNOBS} | elsewhere == {item.name for item in dataclasses.fields(BodyStructure)}
+    assert {*BODY_PROPERTIES, *RENDER_PROPERTIES} | elsewhere == {
+        item.name for item in dataclasses.fields(BodyStructure)
+    }
 
 
 def test_coacd_is_given_sapiens_own_defaults() -> None:
@@ -219,7 +220,7 @@ def test_no_text_of_a_scene_is_ever_run(name: str, description: str, entities: l
 def test_thousands_of_namesakes_are_quick() -> None:
     import time
 
-    names = Names()
+    names = Identifiers()
     names.take("shared_3")
     start = time.process_time()
     found = [names.take("shared") for _ in range(20_000)]
@@ -230,7 +231,7 @@ def test_thousands_of_namesakes_are_quick() -> None:
 
 @given(st.lists(st.text(max_size=80), max_size=30))
 def test_names_are_identifiers_and_differ(wanted: list[str]) -> None:
-    names = Names()
+    names = Identifiers()
     found = [names.take(text) for text in wanted]
     assert len(set(found)) == len(found)
     assert all(name.isidentifier() and name.isascii() for name in found)
@@ -244,11 +245,11 @@ def test_a_string_literal_is_that_string(text: str) -> None:
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
 def test_a_number_literal_is_that_number_to_the_bit(item: float) -> None:
-    assert np.float64(ast.literal_eval(number(item))).tobytes() == np.float64(item).tobytes()
+    assert np.float64(ast.literal_eval(number_literal(item))).tobytes() == np.float64(item).tobytes()
 
 
 def test_what_does_not_fit_stands_an_item_a_line() -> None:
-    source = Source()
+    source = SourceWriter()
     source.statement(call("f", list_of(["1"]), a="x" * 60, b=list_of(["1234567890"] * 9)), assign="y")
     assert source.text == (
         "y = f(\n    [1],\n    a=" + "x" * 60 + ",\n    b=[\n" + "        1234567890,\n" * 9 + "    ],\n)\n"

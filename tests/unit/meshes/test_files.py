@@ -14,8 +14,8 @@ from plugins.mesh_files import TETRA, checked, glb, gltf_document, ply, stl, wri
 from plugins.plan_parts import ROOT
 from unit.checks.test_mesh_dae import DAE
 
-from scenecc.meshes import MeshProblem
 from scenecc.meshes.files import MeshFiles
+from scenecc.meshes.surface import MeshError
 from scenecc.plan import AssetFile
 
 MTL = "newmtl glass\nKd 0.2 0.4 0.6\nd 0.5\nKe 0.1 0 0.2\nNs 500\nKs 0.3 0.2 0.1\n"
@@ -180,7 +180,7 @@ def test_a_file_that_cannot_be_read_is_told(name: str, data: str | bytes | None,
     path = tmp_path / name
     if data is not None:
         write(tmp_path, name, data)
-    with pytest.raises(MeshProblem, match=name.partition(".")[0]) as problem:
+    with pytest.raises(MeshError, match=name.partition(".")[0]) as problem:
         MeshFiles().parts(AssetFile(name, path))
     assert problem.value.code == "SC747"
 
@@ -188,7 +188,7 @@ def test_a_file_that_cannot_be_read_is_told(name: str, data: str | bytes | None,
 def test_collada_asks_for_its_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write(tmp_path, "mesh.dae", DAE)
     monkeypatch.setitem(sys.modules, "collada", None)
-    with pytest.raises(MeshProblem, match="pycollada") as problem:
+    with pytest.raises(MeshError, match="pycollada") as problem:
         MeshFiles().parts(checked(path, "seen"))
     assert problem.value.code == "SC813"
     assert problem.value.hint == 'run `pip install "scenecc[export]"`'
@@ -231,6 +231,6 @@ def test_a_file_that_changed_since_it_was_checked_is_not_drawn(tmp_path: Path) -
     path = write(tmp_path, "a.stl", stl())
     file = checked(path, "seen")
     write(tmp_path, "a.stl", stl(np.eye(4, 3)))
-    with pytest.raises(MeshProblem, match="changed") as problem:
+    with pytest.raises(MeshError, match="changed") as problem:
         MeshFiles().parts(file)
     assert problem.value.code == "SC422"

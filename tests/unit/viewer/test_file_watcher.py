@@ -17,7 +17,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from scenecc.meshes import Look, Part, primitives
+from scenecc.meshes import primitives
+from scenecc.meshes.surface import MeshPart, SurfaceMaterial
 from scenecc.viewer.file_watcher import FileWatcher
 from scenecc.viewer.nodes import Files
 
@@ -150,7 +151,7 @@ def test_a_change_between_two_orders_is_told(told: Told, tmp_path: Path) -> None
     assert told.of_a_change()
 
 
-def mesh_of(part: Part) -> Any:
+def mesh_of(part: MeshPart) -> Any:
     files = Files()
     content = files.contents[files.digest(part, turned=False)]
     scene: Any = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False)
@@ -162,14 +163,14 @@ def mesh_of(part: Part) -> Any:
 @pytest.mark.parametrize("name", ["box", "sphere", "cylinder", "plane"])
 def test_a_primitive_keeps_its_vertices(name: str) -> None:
     surface = getattr(primitives, name)()
-    mesh = mesh_of(Part(surface, Look()))
+    mesh = mesh_of(MeshPart(surface, SurfaceMaterial()))
     assert np.array_equal(mesh.vertices, surface.vertices)
     assert np.array_equal(mesh.faces, surface.faces)
 
 
 def test_triangles_that_are_flat_share_no_vertex() -> None:
     ball = primitives.sphere()
-    surface = primitives.surface(ball.vertices, ball.faces, None, ball.uvs)
-    mesh = mesh_of(Part(surface, Look()))
+    surface = primitives.make_surface(ball.vertices, ball.faces, None, ball.uvs)
+    mesh = mesh_of(MeshPart(surface, SurfaceMaterial()))
     assert len(mesh.vertices) == 3 * len(ball.faces)
     assert np.array_equal(mesh.triangles, ball.vertices[ball.faces])

@@ -1,4 +1,4 @@
-"""What a kind of file cannot hold, told once for each thing that has it."""
+"""Collects the features that a file format cannot hold and reports each kind once."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Origin, Sink
 
-SETTINGS_OF_PHYSX: Final = (
+
+PHYSX_SETTINGS: Final = (
     "bounce_threshold",
     "enable_pcm",
     "enable_tgs",
@@ -32,7 +33,7 @@ SETTINGS_OF_PHYSX: Final = (
 """Fields of `Physics` that are PhysX's own, or for scenes side by side: no other program has them."""
 
 
-class Lost:
+class UnsupportedFeatures:
     """Gathers what is left out or said otherwise, and tells it in the end: one warning for all that are alike."""
 
     def __init__(self, sink: Sink, *, left_out: str, otherwise: str) -> None:
@@ -56,7 +57,7 @@ class Lost:
         if said:
             self.leave_out(name, f"{', '.join(said)}{of}", place)
 
-    def tell(self) -> None:
+    def report(self) -> None:
         """Reports all of it."""
         for (code, name, what), (place, count) in self._found.items():
             times = f" ({count} times)" if count > 1 else ""

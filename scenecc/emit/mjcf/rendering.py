@@ -1,12 +1,12 @@
-"""Lights, the surroundings and cameras."""
+"""Writes lights, the environment and cameras."""
 
 from __future__ import annotations
 
 from math import degrees, tan
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.emit.mjcf.shapes import placed
-from scenecc.emit.xml import frames
+from scenecc.emit import xml
+from scenecc.emit.mjcf.geoms import pose_attributes
 from scenecc.plan import (
     AreaLight,
     DirectionalLight,
@@ -19,21 +19,22 @@ from scenecc.plan import (
 )
 
 if TYPE_CHECKING:
-    from scenecc.emit.mjcf.model import Model
-    from scenecc.emit.xml.elements import Element
+    from scenecc.emit.mjcf.model import MjcfModel
+    from scenecc.emit.xml import XmlElement
     from scenecc.geometry.rotations import Pose7
     from scenecc.plan import Camera, Light
 
-_LOOKING: Final[Pose7] = (0.0, 0.0, 0.0, 0.5, 0.5, -0.5, -0.5)
+
+_CAMERA_TO_MUJOCO: Final[Pose7] = (0.0, 0.0, 0.0, 0.5, 0.5, -0.5, -0.5)
 """From a frame whose x looks ahead and whose z is up to MuJoCo's, which looks along -z and whose y is up."""
 
-_NEAR, _FAR = 0.01, 100.0
+_DEFAULT_NEAR, _DEFAULT_FAR = 0.01, 100.0
 """The language's, of a camera of which nothing is said."""
 
-_OF_A_SHADOW: Final = ("near", "far", "half_size", "map_size")
+_UNSUPPORTED_SHADOW_FIELDS: Final = ("near", "far", "half_size", "map_size")
 
 
-def write_lights(model: Model) -> None:
+def write_lights(model: MjcfModel) -> None:
     """Lights and ambient light; MuJoCo's own headlight shines where the scene has none."""
     around, index = model.plan.environment, model.scene.index
     lights = [light for light in model.plan.lights if index in light.scene_idxs]
@@ -41,22 +42,22 @@ def write_lights(model: Model) -> None:
         _write_light(model, light, light.scene_idxs.index(index))
     ambient = None if around is None or around.ambient_light is None else around.ambient_light.row(index)
     if around is not None and around.map is not None:
-        model.lost.leave_out("environment", "its `map`", around.origin)
+        model.unsupported.leave_out("environment", "its `map`", around.origin)
     if lights or ambient is not None:
         dark = (0, 0, 0)
         headlight = model.head("visual").add("headlight", ambient=dark if ambient is None else ambient)
         headlight.attributes |= {"diffuse": "0 0 0", "specular": "0 0 0"}
 
 
-def _write_light(model: Model, light: Light, row: int) -> None:
-    lost, kind = model.lost, light.light
+def _write_light(model: MjcfModel, light: Light, row: int) -> None:
+    unsupported, kind = model.unsupported, light.light
     if isinstance(kind, AreaLight):
-        lost.leave_out(light.name, "a light with an area", light.origin)
+        unsupported.leave_out(light.name, "a light with an area", light.origin)
         return
-    pose = frames.plain(light.pose.row(row))
+    pose = xml.to_pose(light.pose.row(row))
     shadow = light.shadow
     if shadow is not None:
-        lost.fields(light.name, shadow, _OF_A_SHADOW, light.origin, " of a shadow")
+        unsupported.fields(light.name, shadow, _UNSUPPORTED_SHADOW_FIELDS, light.origin, " of a shadow")
     shone: dict[str, Any] = {"type": "directional"}
     match kind:
         case DirectionalLight():
@@ -68,14 +69,14 @@ def _write_light(model: Model, light: Light, row: int) -> None:
             if float(kind.inner_fov.row(row)) == float(kind.outer_fov.row(row)):
                 shone["exponent"] = 0  # as bright up to the edge; MuJoCo's own light is darker there
             else:
-                lost.leave_out(light.name, "`inner_fov` of a light", light.origin)
+                unsupported.leave_out(light.name, "`inner_fov` of a light", light.origin)
     if isinstance(kind, TexturedLight):
-        lost.change(light.name, "the picture that it throws is left out, and it is a spot light", light.origin)
-    _holder(model, light).add(
+        unsupported.change(light.name, "the picture that it throws is left out, and it is a spot light", light.origin)
+    _mount_element(model, light).add(
         "light",
         name=model.name("light", light.name),
         pos=pose[:3],
-        dir=frames.turn(pose, (1.0, 0.0, 0.0)),
+        dir=xml.transform_direction(pose, (1.0, 0.0, 0.0)),
         castshadow=shadow is not None and bool(shadow.on.row(row)),
         ambient=(0, 0, 0),
         diffuse=light.color.row(row),
@@ -84,27 +85,27 @@ def _write_light(model: Model, light: Light, row: int) -> None:
     )
 
 
-def write_cameras(model: Model) -> None:
+def write_cameras(model: MjcfModel) -> None:
     """All cameras of the scene."""
     for camera in model.plan.cameras:
         if model.scene.index in camera.scene_idxs:
             _write_camera(model, camera, camera.scene_idxs.index(model.scene.index))
 
 
-def _write_camera(model: Model, camera: Camera, row: int) -> None:
-    if (float(camera.near.row(row)), float(camera.far.row(row))) != (_NEAR, _FAR):
-        model.lost.leave_out(camera.name, "`near` and `far` of one camera", camera.origin)
-    model.lost.fields(camera.name, camera, ("shader",), camera.origin)
-    _holder(model, camera).add(
+def _write_camera(model: MjcfModel, camera: Camera, row: int) -> None:
+    if (float(camera.near.row(row)), float(camera.far.row(row))) != (_DEFAULT_NEAR, _DEFAULT_FAR):
+        model.unsupported.leave_out(camera.name, "`near` and `far` of one camera", camera.origin)
+    model.unsupported.fields(camera.name, camera, ("shader",), camera.origin)
+    _mount_element(model, camera).add(
         "camera",
         name=model.name("camera", camera.name),
-        **placed(frames.compose(frames.plain(camera.pose.row(row)), _LOOKING)),
+        **pose_attributes(xml.compose_poses(xml.to_pose(camera.pose.row(row)), _CAMERA_TO_MUJOCO)),
         resolution=(camera.width, camera.height),
-        **_lens(model, camera, row),
+        **_projection(model, camera, row),
     )
 
 
-def _lens(model: Model, camera: Camera, row: int) -> dict[str, Any]:
+def _projection(model: MjcfModel, camera: Camera, row: int) -> dict[str, Any]:
     """How it projects. MuJoCo takes a field of view in degrees, or numbers in pixels with the sensor's size."""
     width, height, lens = camera.width, camera.height, camera.lens
     match lens:
@@ -116,18 +117,18 @@ def _lens(model: Model, camera: Camera, row: int) -> dict[str, Any]:
             assert lens.fovx is not None  # one of the two is given
             fx = width / 2 / tan(float(lens.fovx.row(row)) / 2)
             fy = fx if lens.fovy is None else height / 2 / tan(float(lens.fovy.row(row)) / 2)
-            return _in_pixels(width, height, fx, fy, (0.0, 0.0))
+            return _pixel_projection(width, height, fx, fy, (0.0, 0.0))
         case Intrinsic():
             fx, fy, cx, cy, skew = (float(getattr(lens, name).row(row)) for name in ("fx", "fy", "cx", "cy", "skew"))
             if skew:
-                model.lost.leave_out(camera.name, "`skew` of a camera", camera.origin)
+                model.unsupported.leave_out(camera.name, "`skew` of a camera", camera.origin)
             # MuJoCo moves the view: a positive number moves the axis in the picture left, or up.
-            return _in_pixels(width, height, fx, fy, (width / 2 - cx, height / 2 - cy))
+            return _pixel_projection(width, height, fx, fy, (width / 2 - cx, height / 2 - cy))
 
 
-def _in_pixels(width: int, height: int, fx: float, fy: float, middle: tuple[float, float]) -> dict[str, Any]:
+def _pixel_projection(width: int, height: int, fx: float, fy: float, middle: tuple[float, float]) -> dict[str, Any]:
     return {"sensorsize": (width / fy, height / fy), "focalpixel": (fx, fy), "principalpixel": middle}
 
 
-def _holder(model: Model, held: Light | Camera) -> Element:
+def _mount_element(model: MjcfModel, held: Light | Camera) -> XmlElement:
     return model.world if held.mount is None else model.bodies[model.key(held.mount)].element

@@ -1,4 +1,4 @@
-"""Bodies as shapes that can be drawn, as plain triangles, and where they stand in one scene or several side by side."""
+"""Builds the meshes of a plan's bodies, of measured scenes and of a grid of scenes."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from scenecc.geometry.rotation_arrays import pose_matrix
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.meshes import primitives
 from scenecc.meshes.files import MeshFiles
-from scenecc.meshes.surface import Look, MeshProblem, Part, Shape
-from scenecc.meshes.textures import Looks
+from scenecc.meshes.materials import MaterialCache
+from scenecc.meshes.surface import MeshError, MeshPart, MeshShape, SurfaceMaterial
 from scenecc.plan import Box, Capsule, Cylinder, Mesh, Sphere, TiledPlane, VisualPlane
 from scenecc.plan.rendering import COLLISION_COLORS
 
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredScene, MeasuredShape
 
 
-_COLLISION_LOOKS: Final = {kind: Look(base_color=color) for kind, color in COLLISION_COLORS.items()}
+_COLLISION_MATERIALS: Final = {kind: SurfaceMaterial(base_color=color) for kind, color in COLLISION_COLORS.items()}
 
-_SIZES: Final[dict[type, Callable[[Any, int], tuple[Any, ...]]]] = {
+_PRIMITIVES: Final[dict[type, Callable[[Any, int], tuple[Any, ...]]]] = {
     Box: lambda g, row: (primitives.box(), tuple(g.half_size.row(row))),
     Sphere: lambda g, row: (primitives.sphere(), (g.radius.row(row),) * 3),
     Cylinder: lambda g, row: (
@@ -44,20 +44,20 @@ _SIZES: Final[dict[type, Callable[[Any, int], tuple[Any, ...]]]] = {
 """Primitives that are one surface, scaled."""
 
 
-class Drawer:
+class MeshBuilder:
     """Draws the bodies of a plan. What several shapes have in common is one object, files are read once."""
 
-    def __init__(self, plan: ScenePlan, told: Callable[[MeshProblem, Origin | None], None]) -> None:
+    def __init__(self, plan: ScenePlan, told: Callable[[MeshError, Origin | None], None]) -> None:
         """`told` takes what is left out, each once, and the shape that first had it."""
         self._plan = plan
         self._now: Origin | None = None
-        self._looks = Looks(plan, lambda problem: told(problem, self._now))
+        self._looks = MaterialCache(plan, lambda problem: told(problem, self._now))
         self._files = MeshFiles()
         self._sized: dict[tuple[float, ...], Surface] = {}
         self._meshes: dict[str, Surface] = {}
         self._flat: dict[Surface, Surface] = {}
 
-    def visuals(self, body: BodyStructure, row: int) -> tuple[Shape, ...]:
+    def visuals(self, body: BodyStructure, row: int) -> tuple[MeshShape, ...]:
         """What is seen of a body in a row of its entity; nothing where its visibility is 0.
 
         Raises:
@@ -69,7 +69,7 @@ class Drawer:
         flat = body.shading_mode is not None and int(body.shading_mode.row(row)) == 1
         return tuple(self._visual(shape, row, visibility, flat=flat) for shape in body.visuals)
 
-    def collisions(self, body: MeasuredBody) -> tuple[Shape, ...]:
+    def collisions(self, body: MeasuredBody) -> tuple[MeshShape, ...]:
         """The colliding shapes of a body, meshes as they were cooked."""
         return tuple(self.collision(shape, body) for shape in body.shapes)
 
@@ -78,37 +78,37 @@ class Drawer:
         """The shape that was drawn last."""
         return self._now
 
-    def _visual(self, shape: VisualShape, row: int, visibility: float, *, flat: bool) -> Shape:
+    def _visual(self, shape: VisualShape, row: int, visibility: float, *, flat: bool) -> MeshShape:
         self._now = shape.origin
         own = None if shape.material is None else self._looks.look(shape.material, row)
         parts, scale = self._parts(shape.geometry, row, own)
         if visibility != 1 or flat:
             shown = [self._shaded(part.surface, flat=flat) for part in parts]
             looks = [replace(part.look, visibility=visibility) for part in parts]
-            parts = tuple(map(Part, shown, looks))
+            parts = tuple(map(MeshPart, shown, looks))
         mirrored = isinstance(shape.geometry, Mesh) and scale[0] * scale[1] * scale[2] < 0
         turned = shape.front_face is not None and (shape.front_face == "clockwise") != mirrored
         pose = IDENTITY_POSE if shape.pose is None else _pose(shape.pose.row(row))
-        kind = _WORDS[type(shape.geometry)]
-        return Shape(shape.name or "", kind, parts, pose, scale, turned, origin=shape.origin)
+        kind = _KINDS[type(shape.geometry)]
+        return MeshShape(shape.name or "", kind, parts, pose, scale, turned, origin=shape.origin)
 
-    def _parts(self, geometry: Any, row: int, own: Look | None) -> tuple[tuple[Part, ...], Vec3]:
+    def _parts(self, geometry: Any, row: int, own: SurfaceMaterial | None) -> tuple[tuple[MeshPart, ...], Vec3]:
         """A geometry's surfaces and looks, and its scale."""
         if isinstance(geometry, Mesh):
             parts = self._files.parts(self._plan.files[int(geometry.file.row(row))])
             if own is not None:
-                parts = tuple(Part(part.surface, own) for part in parts)
+                parts = tuple(MeshPart(part.surface, own) for part in parts)
             return parts, _vec3(geometry.scale.row(row))
-        look = own or Look()
+        look = own or SurfaceMaterial()
         if isinstance(geometry, Capsule):
             capsule = self._capsule(float(geometry.radius.row(row)), float(geometry.half_length.row(row)))
-            return (Part(capsule, look),), (1.0, 1.0, 1.0)
+            return (MeshPart(capsule, look),), (1.0, 1.0, 1.0)
         if isinstance(geometry, TiledPlane):
             u, v = map(float, geometry.texture_repeat.row(row))
             x, y = map(float, geometry.half_size.row(row))
-            return (Part(primitives.tiled_plane((u, v)), look),), (x, y, 1.0)
-        surface, scale = _SIZES[type(geometry)](geometry, row)
-        return (Part(surface, look),), _vec3(scale)
+            return (MeshPart(primitives.tiled_plane((u, v)), look),), (x, y, 1.0)
+        surface, scale = _PRIMITIVES[type(geometry)](geometry, row)
+        return (MeshPart(surface, look),), _vec3(scale)
 
     def _capsule(self, radius: float, half_length: float) -> Surface:
         key = (radius, half_length)
@@ -119,7 +119,7 @@ class Drawer:
     def _shaded(self, surface: Surface, *, flat: bool) -> Surface:
         return self._flat.setdefault(surface, replace(surface, normals=None)) if flat else surface
 
-    def collision(self, shape: MeasuredShape, body: MeasuredBody) -> Shape:
+    def collision(self, shape: MeasuredShape, body: MeasuredBody) -> MeshShape:
         """One of them."""
         scale: Vec3 = (1.0, 1.0, 1.0)
         match shape.kind, shape.sizes:
@@ -135,19 +135,19 @@ class Drawer:
                 surface = primitives.plane()
             case _:
                 surface = self._cooked(shape)
-        parts = (Part(surface, _COLLISION_LOOKS[body.body_type]),)
+        parts = (MeshPart(surface, _COLLISION_MATERIALS[body.body_type]),)
         endless = shape.kind == "plane"
-        return Shape("", shape.kind, parts, shape.pose, scale, endless=endless, origin=shape.shape.origin)
+        return MeshShape("", shape.kind, parts, shape.pose, scale, endless=endless, origin=shape.shape.origin)
 
     def _cooked(self, shape: MeasuredShape) -> Surface:
         mesh = shape.mesh
         assert mesh is not None  # of every shape that is no primitive
         if mesh.digest not in self._meshes:
-            self._meshes[mesh.digest] = primitives.surface(mesh.vertices, mesh.triangles, None, None)
+            self._meshes[mesh.digest] = primitives.make_surface(mesh.vertices, mesh.triangles, None, None)
         return self._meshes[mesh.digest]
 
 
-_WORDS: Final = {
+_KINDS: Final = {
     Box: "box",
     Sphere: "sphere",
     Capsule: "capsule",
@@ -171,12 +171,12 @@ def _vec3(row: Any) -> Vec3:
 _MARGIN: Final = 0.1
 """Of what a scene takes, on each of its sides."""
 
-_SMALLEST: Final = 0.5
+_MIN_HALF_SIZE: Final = 0.5
 """Half the side of a plane at least [m]."""
 
 
 @dataclass(frozen=True, slots=True)
-class DrawnBody:
+class BodyMeshes:
     """A body and its shapes.
 
     Attributes:
@@ -185,38 +185,41 @@ class DrawnBody:
     """
 
     body: MeasuredBody
-    shapes: tuple[Shape, ...]
+    shapes: tuple[MeshShape, ...]
     place: NDArray[np.float64]
     corners: NDArray[np.float64]
 
     @staticmethod
-    def of(body: MeasuredBody, shapes: tuple[Shape, ...]) -> DrawnBody:
+    def of(body: MeasuredBody, shapes: tuple[MeshShape, ...]) -> BodyMeshes:
         """A body where it was measured."""
         place = pose_matrix(body.pose)
         corners = [
-            _corners(part.surface, place, shape) for shape in shapes if shape.kind != "plane" for part in shape.parts
+            _box_corners(part.surface, place, shape)
+            for shape in shapes
+            if shape.kind != "plane"
+            for part in shape.parts
         ]
-        return DrawnBody(body, shapes, place, np.concatenate([np.zeros((0, 3)), *corners]))
+        return BodyMeshes(body, shapes, place, np.concatenate([np.zeros((0, 3)), *corners]))
 
 
 @dataclass(frozen=True, slots=True)
-class DrawnEntity:
+class EntityMeshes:
     """An entity and its bodies, in the order of the plan."""
 
     measured: MeasuredEntity
-    bodies: tuple[DrawnBody, ...]
+    bodies: tuple[BodyMeshes, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class DrawnScene:
+class SceneMeshes:
     """A scene and its entities."""
 
     scene: MeasuredScene
-    entities: tuple[DrawnEntity, ...]
+    entities: tuple[EntityMeshes, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Cell:
+class GridCell:
     """The room that each scene has: (2,) lowest and highest x and y from the scene's origin [m]."""
 
     low: NDArray[np.float64]
@@ -235,48 +238,48 @@ class Cell:
         return np.stack([column * x, -row * y, np.zeros(count)], axis=1)
 
 
-def draw_scene(drawer: Drawer, scene: MeasuredScene, show: Literal["visual", "collision"]) -> DrawnScene:
+def build_scene_meshes(drawer: MeshBuilder, scene: MeasuredScene, show: Literal["visual", "collision"]) -> SceneMeshes:
     """A scene's bodies as they are seen, or as they collide.
 
     Raises:
         MeshProblem: a file cannot be shown, or a package is missing. `Drawer.at` is the shape that has it.
     """
-    entities: list[DrawnEntity] = []
+    entities: list[EntityMeshes] = []
     for entity in scene.entities:
-        bodies: list[DrawnBody] = []
+        bodies: list[BodyMeshes] = []
         for body in entity.bodies:
             shapes = drawer.visuals(body.body, entity.row) if show == "visual" else drawer.collisions(body)
-            bodies.append(DrawnBody.of(body, shapes))
-        entities.append(DrawnEntity(entity, tuple(bodies)))
-    return DrawnScene(scene, tuple(entities))
+            bodies.append(BodyMeshes.of(body, shapes))
+        entities.append(EntityMeshes(entity, tuple(bodies)))
+    return SceneMeshes(scene, tuple(entities))
 
 
-def cell_of(scenes: tuple[DrawnScene, ...]) -> Cell:
+def grid_cell(scenes: tuple[SceneMeshes, ...]) -> GridCell:
     """A room for each scene that holds what any of them has, planes left out."""
-    every = corners_of(scenes)[:, :2]
+    every = scene_corners(scenes)[:, :2]
     if not len(every):
-        return Cell(np.full(2, -1.0), np.full(2, 1.0))
+        return GridCell(np.full(2, -1.0), np.full(2, 1.0))
     low, high = every.min(axis=0), every.max(axis=0)
-    margin = np.maximum((high - low) * _MARGIN, _SMALLEST / 2)
-    return Cell(low - margin, high + margin)
+    margin = np.maximum((high - low) * _MARGIN, _MIN_HALF_SIZE / 2)
+    return GridCell(low - margin, high + margin)
 
 
-def reach(scene: DrawnScene, place: NDArray[np.float64]) -> float:
+def plane_half_size(scene: SceneMeshes, place: NDArray[np.float64]) -> float:
     """Half the side of an endless plane that reaches below all of a scene [m]. `place`: its own."""
-    corners = corners_of([scene])
+    corners = scene_corners([scene])
     if not len(corners):
-        return _SMALLEST
+        return _MIN_HALF_SIZE
     far = np.linalg.norm(corners - place[:3, 3], axis=1).max()
-    return max(_SMALLEST, float(far) * (1 + _MARGIN))
+    return max(_MIN_HALF_SIZE, float(far) * (1 + _MARGIN))
 
 
-def cut(shape: Shape, half: float) -> Shape:
+def clip_plane(shape: MeshShape, half: float) -> MeshShape:
     """A plane with sides of at most twice `half` [m]."""
     x, y, z = shape.scale
     return replace(shape, scale=(x, half, half) if shape.endless else (x, min(y, half), min(z, half)))
 
 
-def bounded(shape: Shape, body: DrawnBody, scene: DrawnScene, half: float | None) -> Shape:
+def clip_to_scene(shape: MeshShape, body: BodyMeshes, scene: SceneMeshes, half: float | None) -> MeshShape:
     """The shape; of a plane as much as there is room for.
 
     Args:
@@ -287,16 +290,16 @@ def bounded(shape: Shape, body: DrawnBody, scene: DrawnScene, half: float | None
     """
     if shape.kind != "plane" or (half is None and not shape.endless):
         return shape
-    return cut(shape, reach(scene, body.place @ pose_matrix(shape.pose)) if half is None else half)
+    return clip_plane(shape, plane_half_size(scene, body.place @ pose_matrix(shape.pose)) if half is None else half)
 
 
-def corners_of(scenes: Iterable[DrawnScene]) -> NDArray[np.float64]:
+def scene_corners(scenes: Iterable[SceneMeshes]) -> NDArray[np.float64]:
     """(·, 3) corners of all bodies of scenes, each in its own [m]. Planes have none."""
     corners = [body.corners for scene in scenes for entity in scene.entities for body in entity.bodies]
     return np.concatenate([np.zeros((0, 3)), *corners])
 
 
-def _corners(surface: Surface, body: NDArray[np.float64], shape: Shape) -> NDArray[np.float64]:
+def _box_corners(surface: Surface, body: NDArray[np.float64], shape: MeshShape) -> NDArray[np.float64]:
     """(8, 3) of the box around a surface along its own axes."""
     ends = np.array([surface.vertices.min(axis=0), surface.vertices.max(axis=0)], np.float64)
     place = body @ pose_matrix(shape.pose)
@@ -304,7 +307,7 @@ def _corners(surface: Surface, body: NDArray[np.float64], shape: Shape) -> NDArr
 
 
 @frozen
-class Baked:
+class BakedMesh:
     """Triangles in the frame of their shape.
 
     Attributes:
@@ -318,14 +321,14 @@ class Baked:
     faces: NDArray[np.int64]
     normals: NDArray[np.float64] | None
     uvs: NDArray[np.float64] | None
-    look: Look
+    look: SurfaceMaterial
 
 
-def baked(shape: Shape) -> tuple[Baked, ...]:
+def bake_scale(shape: MeshShape) -> tuple[BakedMesh, ...]:
     """The parts of a shape, its scale taken in and its pose not."""
     scale = np.array(shape.scale)
     inside_out = (np.prod(scale) < 0) != shape.turned
-    found: list[Baked] = []
+    found: list[BakedMesh] = []
     for part in shape.parts:
         surface = part.surface
         faces = surface.faces[:, ::-1] if inside_out else surface.faces
@@ -335,5 +338,5 @@ def baked(shape: Shape) -> tuple[Baked, ...]:
             normals /= np.linalg.norm(normals, axis=1, keepdims=True)
             normals *= -1 if shape.turned else 1
         uvs = None if surface.uvs is None else surface.uvs.astype(np.float64)
-        found.append(Baked(surface.vertices.astype(np.float64) * scale, faces, normals, uvs, part.look))
+        found.append(BakedMesh(surface.vertices.astype(np.float64) * scale, faces, normals, uvs, part.look))
     return tuple(found)

@@ -1,4 +1,4 @@
-"""Images of textures, by Pillow, and visual materials of a plan as looks."""
+"""Converts a plan's visual materials and texture images, each once."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.files import ChangedError, read_checked
-from scenecc.meshes.surface import Image, Look, MeshProblem
+from scenecc.meshes.surface import Image, MeshError, SurfaceMaterial
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,12 +23,13 @@ if TYPE_CHECKING:
     from scenecc.plan import ScenePlan, Value
 
 
-_READ: Final = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tga"})
-_KEPT: Final[dict[str, Suffix]] = {".png": ".png", ".jpg": ".jpg", ".jpeg": ".jpg"}
+_READABLE_SUFFIXES: Final = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tga"})
+
+_PORTABLE_SUFFIXES: Final[dict[str, Suffix]] = {".png": ".png", ".jpg": ".jpg", ".jpeg": ".jpg"}
 """Files that other programs read as they are, and their suffix there. Others become PNG."""
 
 
-class Images:
+class ImageCache:
     """Image files of a plan, each read once."""
 
     def __init__(self) -> None:
@@ -46,21 +47,21 @@ class Images:
             MeshProblem: it cannot be read, or Pillow is missing.
         """
         if path not in self._read:
-            self._read[path] = _opened(path, digest)
+            self._read[path] = _open_image(path, digest)
         data, suffix, pixels = self._read[path]
         given = {name: sampling[name] for name in ("srgb", "filter_mode", "address_mode") if name in sampling}
         return Image(_digest(data), data, suffix, pixels, path.stem, **given)
 
 
-def image_of(pixels: Pixels | None, name: str, channel: Channel = "r", *, srgb: bool) -> Image | None:
+def convert_image(pixels: Pixels | None, name: str, channel: Channel = "r", *, srgb: bool) -> Image | None:
     """An image that a mesh file holds or names, as trimesh has read it."""
     if pixels is None:
         return None
-    data = as_png(pixels)
+    data = encode_png(pixels)
     return Image(_digest(data), data, ".png", pixels, name, channel, srgb)
 
 
-def in_space(image: Image, *, srgb: bool) -> Image:
+def convert_color_space(image: Image, *, srgb: bool) -> Image:
     """The image with values that are sRGB or not, as another program takes them: itself where they are so already."""
     if image.srgb == srgb:
         return image
@@ -72,52 +73,56 @@ def in_space(image: Image, *, srgb: bool) -> Image:
     table = np.round(curve * 255).astype(int).tolist()
     clear = image.pixels.mode in {"RGBA", "LA", "PA"}
     made = image.pixels.convert("RGBA" if clear else "RGB").point([*table * 3, *(range(256) if clear else ())])
-    data = as_png(made)
+    data = encode_png(made)
     return replace(image, digest=_digest(data), data=data, suffix=".png", pixels=made, srgb=srgb)
 
 
-def as_png(pixels: Pixels) -> bytes:
+def encode_png(pixels: Pixels) -> bytes:
     """An image as the bytes of a PNG."""
     data = BytesIO()
     pixels.save(data, format="PNG")
     return data.getvalue()
 
 
-def _opened(path: Path, digest: str | None) -> tuple[bytes, Suffix, Pixels]:
+def _open_image(path: Path, digest: str | None) -> tuple[bytes, Suffix, Pixels]:
     suffix = path.suffix.lower()
-    if suffix not in _READ:
-        raise MeshProblem("SC748", f"an image of the kind `{suffix}` is left out", "save it as PNG or JPEG")
+    if suffix not in _READABLE_SUFFIXES:
+        raise MeshError("SC748", f"an image of the kind `{suffix}` is left out", "save it as PNG or JPEG")
     try:
         pillow: Any = import_module("PIL.Image")
     except ImportError as error:
-        raise MeshProblem("SC813", f"textures need Pillow: {error}", 'run `pip install "scenecc[export]"`') from error
+        raise MeshError("SC813", f"textures need Pillow: {error}", 'run `pip install "scenecc[export]"`') from error
     try:
         data = read_checked(path, digest)
         pixels = pillow.open(BytesIO(data))
         pixels.load()
     except ChangedError as error:
-        raise MeshProblem("SC422", f"'{path}' changed while the scene was built") from error
+        raise MeshError("SC422", f"'{path}' changed while the scene was built") from error
     except (OSError, ValueError) as error:
-        raise MeshProblem("SC748", f"'{path}' cannot be read: {error}", "save it as PNG or JPEG") from error
-    return (data, _KEPT[suffix], pixels) if suffix in _KEPT else (as_png(pixels), ".png", pixels)
+        raise MeshError("SC748", f"'{path}' cannot be read: {error}", "save it as PNG or JPEG") from error
+    return (
+        (data, _PORTABLE_SUFFIXES[suffix], pixels)
+        if suffix in _PORTABLE_SUFFIXES
+        else (encode_png(pixels), ".png", pixels)
+    )
 
 
 def _digest(data: bytes) -> str:
     return sha256(data).hexdigest()
 
 
-class Looks:
+class MaterialCache:
     """The visual materials of a plan, each made once for each set of numbers."""
 
-    def __init__(self, plan: ScenePlan, told: Callable[[MeshProblem], None]) -> None:
+    def __init__(self, plan: ScenePlan, told: Callable[[MeshError], None]) -> None:
         """`told` takes images that are left out, each once."""
         self._plan = plan
         self._told = told
-        self._images = Images()
-        self._made: dict[tuple[object, ...], Look] = {}
+        self._images = ImageCache()
+        self._made: dict[tuple[object, ...], SurfaceMaterial] = {}
         self._left_out: set[str] = set()
 
-    def look(self, material: Value, row: int) -> Look:
+    def look(self, material: Value, row: int) -> SurfaceMaterial:
         """What a material is in one row of what has it.
 
         Raises:
@@ -129,14 +134,14 @@ class Looks:
         if key not in self._made:
             images = {f"{name.removesuffix('_texture')}_image": item for name, item in made.textures().items()}
             found: dict[str, Any] = {name: self._image(texture, row) for name, texture in images.items()}
-            self._made[key] = Look(**_numbers(made.row(row)), **found)
+            self._made[key] = SurfaceMaterial(**_material_numbers(made.row(row)), **found)
         return self._made[key]
 
     def _image(self, texture: Any, row: int) -> Image | None:
         file = self._plan.files[int(texture.file.row(row))]
         try:
             return self._images.file(file.path, file.sha256, texture.sampling())
-        except MeshProblem as problem:
+        except MeshError as problem:
             if problem.code == "SC813":
                 raise
             if problem.message not in self._left_out:
@@ -145,7 +150,7 @@ class Looks:
             return None
 
 
-def _numbers(given: dict[str, float | list[float]]) -> dict[str, Any]:
+def _material_numbers(given: dict[str, float | list[float]]) -> dict[str, Any]:
     """The plan's numbers as those of a look: a colour as a tuple, and of emission strength and colour in one."""
     found: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in given.items()}
     if "emission" in found:

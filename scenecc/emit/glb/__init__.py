@@ -1,1 +1,0 @@
-"""Scenes as GLB: what is seen, or what collides, for people and their viewers. Nothing of physics is in it."""

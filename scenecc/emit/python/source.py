@@ -1,0 +1,175 @@
+"""Formats Python source: on one line if it fits, else one item per line. Hands out unique identifiers.
+
+A group with one item per line always ends in a comma, so that formatters keep it.
+"""
+
+from __future__ import annotations
+
+import builtins
+import keyword
+import re
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+WIDTH = 100
+
+_INDENT_WIDTH = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Items in brackets. `head` ends in the opening one: `sapien.Pose(`, `[`."""
+
+    head: str
+    items: tuple[SourceNode, ...]
+    tail: str
+
+
+SourceNode = str | Group
+"""A piece of source: text that is never broken, or a group."""
+
+
+def call(function: str, *args: SourceNode, **keywords: SourceNode) -> Group:
+    """A call of `function`."""
+    return Group(f"{function}(", (*args, *(_keyword_argument(name, node) for name, node in keywords.items())), ")")
+
+
+def list_of(items: Sequence[SourceNode]) -> Group:
+    """A list literal."""
+    return Group("[", tuple(items), "]")
+
+
+def string(text: str) -> str:
+    """A string literal, in double quotes unless that takes more escapes."""
+    # With both quotes in front, repr escapes every ' and no ".
+    body = repr("'\"" + text)[4:-1]
+    if text.count('"') > text.count("'"):
+        return f"'{body}'"
+    body = body.replace("\\'", "'").replace('"', '\\"')
+    return f'"{body}"'
+
+
+class SourceWriter:
+    """Lines of a script, written from top to bottom."""
+
+    def __init__(self, *, depth: int = 0) -> None:
+        self._lines: list[str] = []
+        self._indent = depth * _INDENT_WIDTH
+
+    @property
+    def depth(self) -> int:
+        """How many blocks the next line is in."""
+        return self._indent // _INDENT_WIDTH
+
+    @property
+    def text(self) -> str:
+        """What was written, with a final line break."""
+        return "\n".join(self._lines) + "\n"
+
+    def line(self, text: str = "") -> None:
+        """A line as it is; an empty one is never the first of a block."""
+        self._lines.append(" " * self._indent + text if text else "")
+
+    def gap(self) -> None:
+        """An empty line, but not as the first of a block."""
+        if self._lines and not self._lines[-1].endswith(":"):
+            self._lines.append("")
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing was written yet."""
+        return not self._lines
+
+    def append(self, other: SourceWriter) -> None:
+        """The lines of another one, which began at its own depth."""
+        self._lines.extend(other._lines)
+
+    def lines(self, text: str) -> None:
+        """Several lines as they are."""
+        self._lines.extend(text.splitlines())
+
+    def comment(self, text: str) -> None:
+        """A comment of one line, whatever is in `text`."""
+        shown = text if text.isprintable() else repr(text)[1:-1]
+        self.line(f"# {shown}".rstrip())
+
+    def statement(self, node: SourceNode, *, assign: str = "") -> None:
+        """An expression, assigned to `assign` if that is given."""
+        head = f"{assign} = " if assign else ""
+        self._lines.extend(_format_lines(_add_prefix(head, node), self._indent, 0))
+
+    @contextmanager
+    def block(self, header: str) -> Generator[None]:
+        """Lines inside belong to `header`."""
+        self.line(header)
+        self._indent += _INDENT_WIDTH
+        yield
+        self._indent -= _INDENT_WIDTH
+
+
+def _keyword_argument(name: str, node: SourceNode) -> SourceNode:
+    return _add_prefix(f"{name}=", node)
+
+
+def _add_prefix(prefix: str, node: SourceNode) -> SourceNode:
+    return replace(node, head=prefix + node.head) if isinstance(node, Group) else prefix + node
+
+
+def _format_flat(node: SourceNode) -> str:
+    if isinstance(node, str):
+        return node
+    return node.head + ", ".join(map(_format_flat, node.items)) + node.tail
+
+
+def _format_lines(node: SourceNode, indent: int, after: int) -> list[str]:
+    """The lines of a node. `after`: how many characters follow its last one."""
+    flat = _format_flat(node)
+    margin = " " * indent
+    if isinstance(node, str) or not node.items or indent + len(flat) + after <= WIDTH:
+        return [margin + flat]
+    lines = [margin + node.head]
+    for item in node.items:
+        lines.extend(_format_lines(item, indent + _INDENT_WIDTH, 1))
+        lines[-1] += ","
+    return [*lines, margin + node.tail]
+
+
+_RESERVED = {
+    "FILES", "HERE", "Iterator", "Path", "articulation", "asset_file", "atexit", "base64", "body", "body_name",
+    "body_names", "build_scenes", "builder", "coacd", "component", "config", "constraint", "contextmanager",
+    "convex_parts", "default_material", "entities", "entity", "file", "functools", "held", "i", "importlib",
+    "joint", "joint_name", "joint_names", "k", "links", "look", "main", "mirrored", "name", "np", "os",
+    "package_file", "packed_file", "parts", "physics_settings", "physx", "qpos", "render", "sapien", "scene",
+    "scenes", "shape", "shutil", "systems", "target", "targets", "tempfile", "trimesh", "zlib",
+}  # fmt: skip
+"""What a script itself may use."""
+
+
+class Identifiers:
+    """Hands out identifiers that clash neither with one another nor with what a script uses."""
+
+    def __init__(self) -> None:
+        self._taken = {*_RESERVED, *keyword.kwlist, *keyword.softkwlist, *dir(builtins)}
+        self._last: dict[str, int] = {}
+        self._local: dict[str, str] = {}
+
+    def take(self, wanted: str) -> str:
+        """An identifier like `wanted`: what no identifier may hold becomes `_`, and `_2` tells namesakes apart."""
+        stem = re.sub(r"[^A-Za-z0-9_]+", "_", wanted[:60]).strip("_") or "unnamed"
+        if stem[0].isdigit() or len(stem) == 1:  # a lone l, O or I is taken for a digit
+            stem = f"the_{stem}"
+        count = self._last.get(stem, 1)
+        name = stem
+        while name in self._taken:
+            count += 1
+            name = f"{stem}_{count}"
+        self._last[stem] = count
+        self._taken.add(name)
+        return name
+
+    def local(self, wanted: str) -> str:
+        """An identifier for what is made anew in every block that speaks of it: the same for the same text."""
+        if wanted not in self._local:
+            self._local[wanted] = self.take(wanted)
+        return self._local[wanted]

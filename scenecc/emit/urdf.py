@@ -1,0 +1,383 @@
+"""Exports articulations, or single bodies, to URDF."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, field, fields
+from math import atan2, hypot
+from typing import TYPE_CHECKING, Final
+
+from scenecc.diagnostics import Location
+from scenecc.emit import xml
+from scenecc.emit.unsupported import UnsupportedFeatures
+from scenecc.emit.xml import AssetFolder, UniqueNames, XmlElement, format_document, format_obj
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
+from scenecc.meshes.builder import MeshBuilder, bake_scale
+from scenecc.meshes.surface import MeshError, SurfaceMaterial, report_mesh_error
+from scenecc.plan import ArticulationStructure, Box, Capsule, Cylinder, Sphere
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from scenecc.diagnostics import Sink
+    from scenecc.emit import ExportOptions
+    from scenecc.meshes.surface import MeshShape
+    from scenecc.plan import ScenePlan, VisualGeometry
+    from scenecc.plan.snapshot import (
+        EngineSnapshot,
+        MeasuredBody,
+        MeasuredEntity,
+        MeasuredJoint,
+        MeasuredScene,
+        MeasuredShape,
+        Vec3,
+    )
+
+
+_GIMBAL_LOCK: Final = 1e-6
+"""How near x may come to ±z for the turns about x and z to be told apart."""
+
+
+def write_origin(element: XmlElement, pose: Pose7) -> None:
+    """Adds where something is; nothing for the identity."""
+    if pose != IDENTITY_POSE:
+        element.add("origin", xyz=pose[:3], rpy=roll_pitch_yaw(pose))
+
+
+def roll_pitch_yaw(pose: Pose7) -> Vec3:
+    """Roll, pitch and yaw [rad]."""
+    x, y, z = (xml.transform_direction(pose, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+    level = hypot(x[0], x[1])
+    pitch = atan2(-x[2], level)
+    if level < _GIMBAL_LOCK:
+        return 0.0, pitch, atan2(-y[0], y[1])
+    return atan2(y[2], z[2]), pitch, atan2(x[1], x[0])
+
+
+_X_TO_Z: Final[Pose7] = (0.0, 0.0, 0.0, 0.7071067811865476, 0.0, -0.7071067811865476, 0.0)
+"""From a frame in which a capsule lies along x to one in which it stands along z."""
+
+_UNSUPPORTED_SHAPE_FIELDS: Final = ("material", "contact_offset", "rest_offset", "patch_radius", "min_patch_radius")
+
+_MATERIAL_FIELDS: Final = frozenset({"base_color", "base_color_image", "visibility"})
+
+_DEFAULT_MATERIAL: Final = SurfaceMaterial()
+
+
+def write_collisions(robot: UrdfRobot, body: MeasuredBody, back: Pose7, link: XmlElement) -> None:
+    """A collision for each colliding shape of the engine. `back`: from the link's own frame to that in the file."""
+    for shape in body.shapes:
+        robot.unsupported.fields(robot.name, shape.shape, _UNSUPPORTED_SHAPE_FIELDS, shape.shape.origin, " of a shape")
+        if shape.kind == "plane":
+            robot.unsupported.leave_out(robot.name, "a plane", shape.shape.origin)
+            continue
+        element = link.add("collision")
+        pose = xml.compose_poses(shape.pose, _X_TO_Z) if shape.kind in {"capsule", "cylinder"} else shape.pose
+        write_origin(element, xml.compose_poses(back, pose))
+        _write_collision_geometry(robot, shape, element.add("geometry"))
+
+
+def _write_collision_geometry(robot: UrdfRobot, shape: MeasuredShape, geometry: XmlElement) -> None:
+    mesh = shape.mesh
+    if mesh is None:
+        _write_primitive(geometry, shape.kind, shape.sizes)
+        return
+    if shape.kind == "triangle_mesh":
+        words = "a triangle mesh may be read as its convex hull, as SAPIEN's own loader does"
+        robot.unsupported.change(robot.name, words, shape.shape.origin)
+    _write_mesh(robot, geometry, f"{robot.name}_collision", format_obj(mesh.vertices, mesh.triangles))
+
+
+def _write_primitive(geometry: XmlElement, kind: str, sizes: tuple[float, ...]) -> None:
+    if kind == "box":
+        geometry.add("box", size=tuple(2 * size for size in sizes))
+    elif kind == "sphere":
+        geometry.add("sphere", radius=sizes[0])
+    else:
+        geometry.add(kind, radius=sizes[0], length=2 * sizes[1])
+
+
+def _write_mesh(robot: UrdfRobot, geometry: XmlElement, stem: str, data: bytes) -> None:
+    file = robot.assets.add(stem, ".obj", data)
+    geometry.add("mesh", filename=f"{robot.assets.folder}/{file}")
+
+
+def write_visuals(robot: UrdfRobot, body: MeasuredBody, back: Pose7, link: XmlElement) -> None:
+    """A visual for all that is seen, a mesh for each of its parts. Raises MeshProblem."""
+    row = robot.measured.row
+    for shape, plan in zip(robot.drawer.visuals(body.body, row), body.body.visuals, strict=False):
+        parts = bake_scale(shape)
+        native = _primitive(plan.geometry, row)
+        for part in parts:
+            element = link.add("visual", name=shape.name or None)
+            lying = native is not None and native[0] in {"capsule", "cylinder"}
+            pose = xml.compose_poses(shape.pose, _X_TO_Z) if lying else shape.pose
+            write_origin(element, xml.compose_poses(back, pose))
+            geometry = element.add("geometry")
+            if native is None:
+                uvs = part.uvs if part.look.base_color_image else None
+                _write_mesh(robot, geometry, shape.name or robot.name, format_obj(part.vertices, part.faces, uvs))
+            else:
+                _write_primitive(geometry, *native)
+            element.take(_material(robot, part.look, shape))
+
+
+def _primitive(geometry: VisualGeometry, row: int) -> tuple[str, tuple[float, ...]] | None:
+    """URDF's own kind of what is seen, and its sizes; None: it is drawn of triangles."""
+    match geometry:
+        case Box(half_size=size):
+            return "box", tuple(map(float, size.row(row)))
+        case Sphere(radius=radius):
+            return "sphere", (float(radius.row(row)),)
+        case Capsule(radius=radius, half_length=length):
+            return "capsule", (float(radius.row(row)), float(length.row(row)))
+        case Cylinder(radius=radius, half_length=length):
+            return "cylinder", (float(radius.row(row)), float(length.row(row)))
+        case _:
+            return None
+
+
+def _material(robot: UrdfRobot, look: SurfaceMaterial, shape: MeshShape) -> XmlElement:
+    """A colour or an image."""
+    unsupported = [
+        f"`{item.name.replace('_image', '_texture')}`" for item in fields(look) if _is_unsupported(look, item.name)
+    ]
+    if look.visibility < 1 and look.base_color_image is not None:
+        unsupported.append("`visibility`")
+    if unsupported:
+        robot.unsupported.leave_out(robot.name, ", ".join(unsupported), shape.origin)
+    name = robot.looks.setdefault(look, f"material_{len(robot.looks)}")
+    element = XmlElement("material", name=name)
+    image = look.base_color_image
+    if image is None:
+        element.add("color", rgba=look.tint)
+    else:
+        file = robot.assets.add(image.name or "texture", image.suffix, image.data)
+        element.add("texture", filename=f"{robot.assets.folder}/{file}")
+    return element
+
+
+def _is_unsupported(look: SurfaceMaterial, field: str) -> bool:
+    return field not in _MATERIAL_FIELDS and getattr(look, field) != getattr(_DEFAULT_MATERIAL, field)
+
+
+UNLIMITED: Final = 1e10
+"""Where a limit is written that the joint has not, of a kind that URDF has two of, or asks for."""
+
+_MAX_LIMIT: Final = 1e38
+"""A limit of force or of velocity above which there is none."""
+
+_UNSUPPORTED_BODY_FIELDS: Final = (
+    "disable_gravity",
+    "locked_motion_axes",
+    "linear_velocity",
+    "angular_velocity",
+    "linear_damping",
+    "angular_damping",
+    "max_linear_velocity",
+    "max_angular_velocity",
+    "max_depenetration_velocity",
+    "max_contact_impulse",
+    "sleep_threshold",
+    "solver_position_iterations",
+    "solver_velocity_iterations",
+    "collision_groups",
+    "shading_mode",
+)
+
+_UNSUPPORTED_ARTICULATION_FIELDS: Final = (
+    "solver_position_iterations",
+    "solver_velocity_iterations",
+    "sleep_threshold",
+    "linear_velocity",
+    "angular_velocity",
+)
+
+
+@dataclass(slots=True)
+class UrdfRobot:
+    """A robot on its way into a file.
+
+    Attributes:
+        moved: how the frame of each link in the file is moved from the link's own, in that.
+        joints: the name of each link's joint.
+        looks: names of materials.
+    """
+
+    measured: MeasuredEntity
+    root: XmlElement
+    drawer: MeshBuilder
+    assets: AssetFolder
+    unsupported: UnsupportedFeatures
+    moved: list[Pose7] = field(default_factory=list["Pose7"])
+    looks: dict[SurfaceMaterial, str] = field(default_factory=dict["SurfaceMaterial", str])
+    joints: dict[int, str] = field(default_factory=dict[int, str])
+
+    @property
+    def name(self) -> str:
+        """The entity's."""
+        return self.measured.entity.name
+
+
+def write_robot(robot: UrdfRobot) -> None:
+    """All links, then all joints. Raises MeshProblem."""
+    measured = robot.measured
+    if measured.entity.hidden:
+        robot.unsupported.leave_out(robot.name, "that only people see it", measured.entity.origin)
+    robot.moved = [_link_offset(robot, body) for body in measured.bodies]
+    robot.joints = _joint_names(measured)
+    for number, body in enumerate(measured.bodies):
+        _write_link(robot, number, body)
+    if isinstance(measured.structure, ArticulationStructure):
+        robot.unsupported.fields(
+            robot.name, measured.structure, _UNSUPPORTED_ARTICULATION_FIELDS, measured.structure.origin
+        )
+        for number, body in enumerate(measured.bodies):
+            if body.joint is not None:
+                _write_joint(robot, number, body.joint)
+
+
+def _joint_names(measured: MeasuredEntity) -> dict[int, str]:
+    """The name of each link's joint by the link's number: its own, or one that no joint has."""
+    joints = {number: body.joint.name for number, body in enumerate(measured.bodies) if body.joint is not None}
+    names = UniqueNames(*joints.values())
+    return {number: name or names.new(f"{measured.bodies[number].name}_joint") for number, name in joints.items()}
+
+
+def _link_offset(robot: UrdfRobot, body: MeasuredBody) -> Pose7:
+    """A link that turns has its frame on its joint's axis in a URDF."""
+    joint = body.joint
+    if joint is None or joint.type in {"fixed", "prismatic"} or joint.pose_in_child[:3] == IDENTITY_POSE[:3]:
+        return IDENTITY_POSE
+    robot.unsupported.change(robot.name, f"the frame of the link `{body.name}` is at its joint", joint.joint.origin)
+    return (*joint.pose_in_child[:3], *IDENTITY_POSE[3:])
+
+
+def _write_link(robot: UrdfRobot, number: int, body: MeasuredBody) -> None:
+    link = robot.root.add("link", name=body.name)
+    back = xml.invert_pose(robot.moved[number])
+    if body.mass is not None:
+        inertial = link.add("inertial")
+        write_origin(inertial, xml.compose_poses(back, body.mass.com))
+        inertial.add("mass", value=body.mass.mass)
+        x, y, z = body.mass.inertia
+        inertial.add("inertia", ixx=x, ixy=0, ixz=0, iyy=y, iyz=0, izz=z)
+    write_visuals(robot, body, back, link)
+    write_collisions(robot, body, back, link)
+    robot.unsupported.fields(robot.name, body.body, _UNSUPPORTED_BODY_FIELDS, body.body.origin)
+
+
+def _write_joint(robot: UrdfRobot, number: int, joint: MeasuredJoint) -> None:
+    body = robot.measured.bodies[number]
+    assert body.parent is not None  # of every link with a joint
+    element = robot.root.add("joint", name=robot.joints[number], type=_joint_type(joint))
+    parent_back = xml.invert_pose(robot.moved[body.parent])
+    at = xml.compose_poses(parent_back, xml.compose_poses(joint.pose_in_parent, xml.invert_pose(joint.pose_in_child)))
+    write_origin(element, xml.compose_poses(at, robot.moved[number]))
+    element.add("parent", link=robot.measured.bodies[body.parent].name)
+    element.add("child", link=body.name)
+    if joint.type == "fixed":
+        return
+    element.add("axis", xyz=xml.transform_direction(joint.pose_in_child, (1.0, 0.0, 0.0)))
+    _write_limit(robot, element, joint)
+    damping = joint.damping if _is_pure_damping(joint) else 0.0
+    friction = 0.0 if joint.joint.friction is None else joint.friction
+    if damping or friction:
+        element.add("dynamics", damping=damping, friction=friction)
+    _write_mimic(robot, element, joint)
+    _report_joint(robot, joint)
+
+
+def _joint_type(joint: MeasuredJoint) -> str:
+    if joint.type in {"fixed", "prismatic"}:
+        return joint.type
+    return "continuous" if all(map(math.isinf, joint.limits)) else "revolute"
+
+
+def _write_limit(robot: UrdfRobot, element: XmlElement, joint: MeasuredJoint) -> None:
+    low, high = joint.limits
+    endless = element.attributes["type"] == "continuous"
+    if not endless and (math.isinf(low) or math.isinf(high)):
+        words = f"a side on which a joint has no limit has {UNLIMITED:g}"
+        robot.unsupported.change(robot.name, words, joint.joint.origin)
+    element.add(
+        "limit",
+        lower=None if endless else max(low, -UNLIMITED),
+        upper=None if endless else min(high, UNLIMITED),
+        effort=UNLIMITED if joint.force_limit >= _MAX_LIMIT else joint.force_limit,
+        velocity=UNLIMITED if joint.max_velocity >= _MAX_LIMIT else joint.max_velocity,
+    )
+
+
+def _write_mimic(robot: UrdfRobot, element: XmlElement, joint: MeasuredJoint) -> None:
+    structure, row = robot.measured.structure, robot.measured.row
+    assert isinstance(structure, ArticulationStructure)
+    for mimic in structure.mimics:
+        if mimic.joint == joint.name:
+            multiplier, offset = float(mimic.multiplier.row(row)), float(mimic.offset.row(row))
+            element.add("mimic", joint=mimic.source, multiplier=multiplier, offset=offset)
+
+
+def _is_pure_damping(joint: MeasuredJoint) -> bool:
+    """Whether its drive does nothing but slow it down, which is the damping of a joint."""
+    return joint.drive_mode == "force" and joint.stiffness == 0 and joint.drive_velocity_target == 0
+
+
+def _report_joint(robot: UrdfRobot, joint: MeasuredJoint) -> None:
+    unsupported, name, place = robot.unsupported, robot.name, joint.joint.origin
+    if not _is_pure_damping(joint) and (joint.stiffness or joint.damping):
+        unsupported.leave_out(name, "the drive of a joint, but for its `force_limit`", place)
+    if joint.armature:
+        unsupported.leave_out(name, "`armature` of a joint", place)
+    structure = robot.measured.structure
+    follows = isinstance(structure, ArticulationStructure) and joint.name in {each.joint for each in structure.mimics}
+    if joint.joint.qpos is not None and joint.qpos and not follows:
+        unsupported.leave_out(name, "`qpos` of a joint", place)
+    if joint.joint.qvel is not None and joint.qvel:
+        unsupported.leave_out(name, "`qvel` of a joint", place)
+    if joint.joint.friction is not None and joint.friction:
+        words = "`friction` of a joint is a force in URDF; PhysX's grows with the joint's load"
+        unsupported.change(name, words, place)
+
+
+def write(plan: ScenePlan, measured: EngineSnapshot, choice: ExportOptions, sink: Sink) -> dict[str, bytes] | None:
+    """A URDF, `NAME.urdf`, or one for each articulation; None after an error. See `scenecc.emit.export`."""
+    chosen = _select_entities(measured.scenes[0], choice, sink)
+    unsupported = UnsupportedFeatures(sink, left_out="SC740", otherwise="SC741")
+    drawer = MeshBuilder(plan, lambda problem, place: unsupported.leave_out(plan.name, str(problem), place))
+    names, files, beside = UniqueNames(), dict[str, bytes](), dict[str, bytes]()
+    for entity in chosen:
+        wish = re.sub(r"[^A-Za-z0-9_.-]+", "_", entity.entity.name) if choice.folder else choice.name
+        name = names.new(wish)
+        robot = UrdfRobot(entity, XmlElement("robot", name=entity.entity.name), drawer, AssetFolder(name), unsupported)
+        try:
+            write_robot(robot)
+        except MeshError as problem:
+            report_mesh_error(problem, drawer.at, sink)
+            return None
+        files[f"{name}.urdf"] = format_document(robot.root)
+        beside |= robot.assets.files
+    unsupported.report()
+    return None if sink.failed else files | beside
+
+
+def _select_entities(scene: MeasuredScene, choice: ExportOptions, sink: Sink) -> Sequence[MeasuredEntity]:
+    """The entities to write; none after an error."""
+    named = {each.entity.name: each for each in scene.entities}
+    robots = {name: each for name, each in named.items() if isinstance(each.structure, ArticulationStructure)}
+    words = ", ".join(f"`{name}`" for name in robots) or "none"
+    if choice.entity is not None:
+        if choice.entity in named:
+            return (named[choice.entity],)
+        message = f"there is no entity `{choice.entity}` in scene {scene.index}; its articulations: {words}"
+        sink.report("SC915", message, Location("--entity"))
+    elif not robots:
+        hint = "name a body with --entity: it becomes a robot of one link"
+        sink.report("SC915", f"scene {scene.index} has no articulation", Location("--to"), hint=hint)
+    elif len(robots) > 1 and not choice.folder:
+        hint = "name one with --entity, or a folder after -o"
+        sink.report("SC915", f"one file is one robot, and scene {scene.index} has {words}", Location("-o"), hint=hint)
+    else:
+        return tuple(robots.values())
+    return ()

@@ -1,1 +1,0 @@
-"""Articulations, or single bodies, as URDF."""

@@ -1,0 +1,200 @@
+"""What the MJCF and URDF exporters share: XML elements, unique names, pose arithmetic and asset files.
+
+A pose is p [m], then q (wxyz).
+"""
+
+from __future__ import annotations
+
+import re
+from hashlib import sha256
+from typing import TYPE_CHECKING, Any, Final
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from scenecc.geometry import rotation_arrays
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from numpy.typing import NDArray
+
+    from scenecc.plan import Value
+    from scenecc.plan.snapshot import Vec3
+
+
+_INDENT = "  "
+
+
+class XmlElement:
+    """An element and those in it. Attributes that are None are not there."""
+
+    __slots__ = ("attributes", "children", "tag")
+
+    def __init__(self, tag: str, **attributes: Any) -> None:
+        self.tag = tag
+        self.attributes = {name: format_attribute(value) for name, value in attributes.items() if value is not None}
+        self.children: list[XmlElement] = []
+
+    def add(self, tag: str, **attributes: Any) -> XmlElement:
+        """A new element in this one."""
+        return self.take(XmlElement(tag, **attributes))
+
+    def take(self, child: XmlElement) -> XmlElement:
+        """Puts an element into this one, as the last."""
+        self.children.append(child)
+        return child
+
+    def walk(self) -> Iterator[XmlElement]:
+        """This one and all below it, in the order of the text."""
+        yield self
+        for child in self.children:
+            yield from child.walk()
+
+    def lines(self, depth: int = 0) -> Iterator[str]:
+        """The text of it, line by line."""
+        head = "".join(f" {name}={quoteattr(value)}" for name, value in self.attributes.items())
+        if not self.children:
+            yield f"{_INDENT * depth}<{self.tag}{head}/>"
+            return
+        yield f"{_INDENT * depth}<{self.tag}{head}>"
+        for child in self.children:
+            yield from child.lines(depth + 1)
+        yield f"{_INDENT * depth}</{self.tag}>"
+
+
+def format_document(root: XmlElement) -> bytes:
+    """A file of this element."""
+    return "\n".join(['<?xml version="1.0" encoding="utf-8"?>', *root.lines(), ""]).encode()
+
+
+def format_attribute(value: Any) -> str:
+    """An attribute: a text, a flag, a number, or several numbers."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, bool | np.bool_):
+        return "true" if value else "false"
+    return format_number(float(value)) if np.ndim(value) == 0 else format_numbers(value)
+
+
+def format_numbers(values: Iterable[float]) -> str:
+    """Numbers with spaces between them."""
+    return " ".join(format_number(float(value)) for value in values)
+
+
+def format_number(value: float) -> str:
+    """The shortest text of a number; of one that single precision holds, the shortest that this reads as it."""
+    if value == 0:
+        return "0"
+    with np.errstate(over="ignore"):
+        single = np.float32(value)
+    text = str(single) if float(single) == value else repr(value)
+    return text.removesuffix(".0")
+
+
+class UniqueNames:
+    """Names of one kind."""
+
+    def __init__(self, *taken: str) -> None:
+        self._taken = set(taken)
+
+    def new(self, wish: str) -> str:
+        """The name that is wished for, or with a number where it is taken."""
+        name, count = wish, 1
+        while name in self._taken:
+            count += 1
+            name = f"{wish}_{count}"
+        self._taken.add(name)
+        return name
+
+
+Z_TO_X: Final[Pose7] = (0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.5)
+"""Turns z to x, x to y and y to z: from a frame in which things lie along z to one in which they lie along x."""
+
+
+def compose_poses(outer: Pose7, inner: Pose7) -> Pose7:
+    """`inner`, given in the frame of `outer`, in the frame that `outer` is given in."""
+    return to_pose(rotation_arrays.compose(np.array([outer]), np.array([inner]))[0])
+
+
+def invert_pose(pose: Pose7) -> Pose7:
+    """The pose that undoes it."""
+    w, x, y, z = pose[3:]
+    back = (w, -x, -y, -z)
+    a, b, c = rotate_vector(back, (pose[0], pose[1], pose[2]))
+    return (-a, -b, -c, *back)
+
+
+def relative_pose(outer: Pose7, inner: Pose7) -> Pose7:
+    """`inner` in the frame of `outer`, both in one frame."""
+    return compose_poses(invert_pose(outer), inner)
+
+
+def rotate_vector(q: tuple[float, float, float, float], vector: Vec3) -> Vec3:
+    """A vector turned by a quaternion of unit length."""
+    x, y, z = map(float, rotation_arrays.rotate(rotation_arrays.normalized(np.array([q])), np.array([vector]))[0])
+    return x, y, z
+
+
+def transform_direction(pose: Pose7, vector: Vec3) -> Vec3:
+    """A vector of a pose's frame in the frame that the pose is given in."""
+    return rotate_vector(pose[3:], vector)
+
+
+def pose_in_row(value: Value | None, row: int) -> Pose7:
+    """A pose of the plan in a row; the identity where it says none."""
+    return IDENTITY_POSE if value is None else to_pose(value.row(row))
+
+
+def to_pose(row: Any) -> Pose7:
+    """Seven numbers as a pose."""
+    x, y, z, qw, qx, qy, qz = map(float, row)
+    return x, y, z, qw, qx, qy, qz
+
+
+_DIGEST_LENGTH = 8
+
+
+class AssetFolder:
+    """Files in the folder beside a file. Those that hold the same are one.
+
+    Attributes:
+        folder: its name.
+        files: by their paths from the folder in which the file lies.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.folder = f"{name}.assets"
+        self.files: dict[str, bytes] = {}
+
+    def add(self, stem: str, suffix: str, data: bytes) -> str:
+        """Puts a file into the folder; its name there, with a part that only the same content has."""
+        digest = sha256(data).hexdigest()[:_DIGEST_LENGTH]
+        name = f"{re.sub(r'[^A-Za-z0-9_.-]+', '_', stem) or 'file'}-{digest}{suffix}"
+        self.files[f"{self.folder}/{name}"] = data
+        return name
+
+
+def format_obj(
+    vertices: NDArray[np.floating], faces: NDArray[np.int64], uvs: NDArray[np.floating] | None = None
+) -> bytes:
+    """Triangles as an OBJ file.
+
+    Args:
+        vertices: (V, 3) [m].
+        faces: (F, 3), counterclockwise from outside.
+        uvs: (V, 2) from the image's top left corner.
+    """
+    lines = [f"v {x} {y} {z}" for x, y, z in _format_float32(vertices)]
+    if uvs is None:
+        lines += [f"f {a} {b} {c}" for a, b, c in (faces + 1).tolist()]
+    else:
+        lines += [f"vt {u} {v}" for u, v in _format_float32(np.column_stack([uvs[:, 0], 1 - uvs[:, 1]]))]
+        lines += [f"f {a}/{a} {b}/{b} {c}/{c}" for a, b, c in (faces + 1).tolist()]
+    return "\n".join([*lines, ""]).encode()
+
+
+def _format_float32(values: NDArray[np.floating]) -> list[list[str]]:
+    """The shortest texts that single precision reads as these numbers."""
+    return values.astype(np.float32).astype(str).tolist()
