@@ -106,7 +106,7 @@ def _filling(fill: Callable[[Any], None]) -> Side:
 def _task(repetitions: int) -> Row:
     """`_reconfigure` is what ManiSkill does to load a task's scene. Its tasks make materials that need a device."""
     from scenecc import load_scene
-    from scenecc.backends.sapien.machine import render_problem
+    from scenecc.backends.sapien.engine import render_problem
 
     if (problem := render_problem()) is not None:
         return Row("maniskill", LOADING, (), note=f"ManiSkill cannot make its materials: {problem}")

@@ -20,7 +20,7 @@ EYE = [-30.0, 0.0, 22.0]
 
 def run(repetitions: int) -> list[Row]:
     """Time from the text to the first picture, and of pictures after that, one step between each."""
-    from scenecc.backends.sapien.machine import new_render_system, render_problem
+    from scenecc.backends.sapien.engine import new_render_system, render_problem
 
     if (problem := render_problem()) is not None:
         return [Row("render", what, (), note=f"no device renders: {problem}") for what in (FIRST, STARTED, FURTHER)]

@@ -11,9 +11,6 @@ from scenecc.version import VERSION as __version__
 TYPE_CHECKING = False  # that of `typing` takes its time, and the command hears signals once this is loaded
 if TYPE_CHECKING:
     from scenecc.backends.sapien import (
-        ArticulationBatch as ArticulationBatch,
-    )
-    from scenecc.backends.sapien import (
         ArticulationState as ArticulationState,
     )
     from scenecc.backends.sapien import (
@@ -28,6 +25,7 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien import (
         SceneState as SceneState,
     )
+    from scenecc.backends.sapien.entity_batch import ArticulationBatch as ArticulationBatch
     from scenecc.diagnostics import Diagnostic as Diagnostic
     from scenecc.errors import SceneError as SceneError
     from scenecc.expand.listing import ParamRow as ParamRow

@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     from os import PathLike
     from pathlib import Path
 
-    from scenecc.backends.maniskill import LoadedScene, ManiSkillScene
+    from scenecc.backends.maniskill import ManiSkillScene
+    from scenecc.backends.maniskill.loaded_scene import LoadedScene
     from scenecc.backends.sapien import SceneBatch
     from scenecc.expand.listing import ParamRow, PrefabRow
     from scenecc.inspect import SummaryRow

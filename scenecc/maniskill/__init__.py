@@ -9,13 +9,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from scenecc.backends.maniskill import LoadedScene
-    from scenecc.maniskill.config import sim_config
-    from scenecc.maniskill.environment import register_env
-    from scenecc.maniskill.load import load_into
+    from scenecc.backends.maniskill.loaded_scene import LoadedScene
+    from scenecc.maniskill.environment import YamlEnv, register_env
+    from scenecc.maniskill.load import episode_seeds, load_into, sim_config
     from scenecc.maniskill.scene_builder import YamlSceneBuilder
-    from scenecc.maniskill.seeds import episode_seeds
-    from scenecc.maniskill.yaml_env import YamlEnv
 
 __all__ = [
     "LoadedScene",
@@ -27,24 +24,24 @@ __all__ = [
     "sim_config",
 ]
 
-_IN = {
+_NAME_MODULES = {
     "LoadedScene": "scenecc.backends.maniskill",
-    "YamlEnv": "scenecc.maniskill.yaml_env",
+    "YamlEnv": "scenecc.maniskill.environment",
     "YamlSceneBuilder": "scenecc.maniskill.scene_builder",
-    "episode_seeds": "scenecc.maniskill.seeds",
+    "episode_seeds": "scenecc.maniskill.load",
     "load_into": "scenecc.maniskill.load",
     "register_env": "scenecc.maniskill.environment",
-    "sim_config": "scenecc.maniskill.config",
+    "sim_config": "scenecc.maniskill.load",
 }
 """Modules of the names."""
 
 
 def __getattr__(name: str) -> object:
     """The names above, loaded when somebody asks for them. Raises ImportError where ManiSkill is not installed."""
-    if name not in _IN:
+    if name not in _NAME_MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     try:
-        return getattr(import_module(_IN[name]), name)
+        return getattr(import_module(_NAME_MODULES[name]), name)
     except ImportError as error:
         message = f"scenecc.maniskill.{name} needs ManiSkill: pip install torch 'scenecc[maniskill]' ({error})"
         raise ImportError(message) from error

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import warnings
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from scenecc.backends.maniskill import theirs
-from scenecc.maniskill.yaml_env import YamlEnv
+import numpy as np
+
+from scenecc.backends.maniskill import compat
+from scenecc.backends.maniskill.compat import BaseEnv, CameraConfig, agents_by_uid, gym, look_at, torch
+from scenecc.maniskill.load import sim_config
+from scenecc.maniskill.scene_builder import DEFAULT_QPOS_NOISE, YamlSceneBuilder
 from scenecc.plan import ArticulationStructure
 from scenecc.scene import compile_scene
 
@@ -15,6 +20,173 @@ if TYPE_CHECKING:
 
     from scenecc.pipeline import Source
     from scenecc.plan import ScenePlan
+
+
+_RENDER_CAMERA = "render_camera"
+"""Name of the camera that shows the environment to people, as in ManiSkill's own tasks."""
+
+
+class YamlEnv(BaseEnv):
+    """A ManiSkill environment whose scene is a file, and which has no task.
+
+    Attributes:
+        scene_yaml, scene_options, noise, default_robot_uids, asked_control_freq: as `register_env` was told.
+        own_robots: articulations of the file.
+        scene_builder: what built the scene.
+    """
+
+    SUPPORTED_REWARD_MODES = ("none",)
+
+    scene_yaml: ClassVar[Source]
+    scene_options: ClassVar[dict[str, Any]]
+    noise: ClassVar[float | None]
+    default_robot_uids: ClassVar[str | tuple[str, ...]]
+    asked_control_freq: ClassVar[int | None]
+    own_robots: ClassVar[frozenset[str]]
+    scene_builder: YamlSceneBuilder
+    agent: Any
+    robot_uids: Any
+    scene: Any
+
+    def __init__(self, *args: Any, robot_uids: Any = None, **kwargs: Any) -> None:
+        noise = DEFAULT_QPOS_NOISE if self.noise is None else self.noise
+        self.scene_builder = YamlSceneBuilder(self, self.scene_yaml, noise, **self.scene_options)
+        uids = robot_uids or self.default_robot_uids
+        self._warn_of_lone_robots(uids)
+        super().__init__(*args, robot_uids=uids, **kwargs)  # pyright: ignore[reportUnknownMemberType]
+        if self.agent is None:
+            nothing = gym.spaces.Box(-1.0, 1.0, (0,), np.float32)
+            self.single_action_space = self._orig_single_action_space = nothing
+            self.action_space = nothing if self.num_envs == 1 else gym.vector.utils.batch_space(nothing, self.num_envs)
+
+    @property
+    def _default_sim_config(self) -> Any:
+        options = {name: value for name, value in self.scene_options.items() if name != "seed"}
+        return sim_config(self.scene_yaml, control_freq=self.asked_control_freq, **options)
+
+    @property
+    def _default_sensor_configs(self) -> list[Any]:
+        return [config for config in self.scene_builder.sensor_configs if config.uid != _RENDER_CAMERA]
+
+    @property
+    def _default_human_render_camera_configs(self) -> list[Any]:
+        shown = [config for config in self.scene_builder.sensor_configs if config.uid == _RENDER_CAMERA]
+        for config in shown:
+            config.shader_pack, config.shader_config = "default", None
+            config.__post_init__()
+        return shown or [_front()]
+
+    def _load_agent(self, options: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+        """The agents: each with the file's robot of its name, or one of ManiSkill's own."""
+        self.scene_builder.loaded = None
+        uids: Any = self.robot_uids
+        listed, names = _agents_of(uids)
+        if self.own_robots.isdisjoint(names):
+            super()._load_agent(options, *args, **kwargs)  # pyright: ignore[reportUnknownMemberType]
+            return
+        self.scene_builder.build()
+        robots = self.scene_builder.articulations
+        self.robot_uids = tuple(
+            _with_robot(agents_by_uid[uid].agent_cls, robots[name]) if name in robots else uid
+            for uid, name in zip(listed, names, strict=True)
+        )
+        try:
+            super()._load_agent(options, *args, **kwargs)  # pyright: ignore[reportUnknownMemberType]
+        finally:
+            self.robot_uids = uids
+
+    def _load_scene(self, options: dict[str, Any]) -> None:
+        del options
+        if self.scene_builder.loaded is None:
+            self.scene_builder.build()
+
+    def _warn_of_lone_robots(self, uids: Any) -> None:
+        """Warns where the file has robots that agents could control, and the agents that are asked for bring others."""
+        listed, names = _agents_of(uids)
+        lone = sorted(self.own_robots & agents_by_uid.keys())
+        if not lone or listed in ([], ["none"]) or not self.own_robots.isdisjoint(names):
+            return
+        robots, asked = (", ".join(f"'{name}'" for name in found) for found in (lone, names))
+        warnings.warn(
+            f"no agent controls the robots that the scene has ({robots}): ManiSkill builds {asked} beside them;"
+            " leave them out of the scene, or give their names as `robot_uids`",
+            stacklevel=3,
+        )
+
+    def _load_lighting(self, options: dict[str, Any]) -> None:
+        if not self.scene_builder.builds_lighting:
+            super()._load_lighting(options)  # pyright: ignore[reportUnknownMemberType]
+
+    def _initialize_episode(self, env_idx: Any, options: dict[str, Any]) -> None:
+        del options
+        for agent in self._agents():
+            if agent.robot.name not in self.scene_builder.articulations and agent.keyframes:
+                start = next(iter(agent.keyframes.values()))
+                agent.robot.set_pose(start.pose)
+                if start.qpos is not None:
+                    agent.reset(start.qpos)
+        self.scene_builder.initialize(env_idx)
+
+    def _step_action(self, action: Any) -> Any:
+        taken = None if self.agent is None else action
+        return super()._step_action(taken)  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
+
+    def _get_obs_agent(self) -> dict[str, Any]:
+        if self.agent is None:
+            return {}
+        return super()._get_obs_agent()  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
+
+    def _get_obs_extra(self, info: dict[str, Any]) -> dict[str, Any]:
+        """Where every object is that can move, and how: 13 numbers, and of an articulation its joints' besides."""
+        del info
+        if not self.obs_mode_struct.use_state:
+            return {}
+        controlled = {agent.robot.name for agent in self._agents()}
+        objects = {**self.scene_builder.scene_objects, **self.scene_builder.articulations}
+        return {
+            name: self._in_all(each, each.get_state())
+            for name, each in objects.items()
+            if name not in controlled and getattr(each, "px_body_type", None) != "static"
+        }
+
+    def get_state_dict(self) -> dict[str, Any]:
+        """The simulation's state, and that of the controllers where there are any."""
+        if self.agent is None:
+            return {"actors": {}, "articulations": {}} | self.scene.get_sim_state()
+        return super().get_state_dict()  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
+
+    def _agents(self) -> list[Any]:
+        return [] if self.agent is None else list(getattr(self.agent, "agents", [self.agent]))
+
+    def _in_all(self, each: Any, rows: Any) -> Any:
+        """A row for every environment: zeros where the object is not."""
+        if len(rows) == self.num_envs:
+            return rows
+        found = torch.zeros((self.num_envs, rows.shape[1]), dtype=rows.dtype, device=rows.device)
+        found[each._scene_idxs.long()] = rows  # noqa: SLF001
+        return found
+
+
+def _agents_of(uids: Any) -> tuple[list[Any], list[str]]:
+    """The agents that are asked for, and what ManiSkill calls their robots."""
+    listed: list[Any] = [*uids] if isinstance(uids, tuple) else [uids]  # pyright: ignore[reportUnknownVariableType]
+    return listed, [uid if len(listed) == 1 else f"{uid}-agent-{number}" for number, uid in enumerate(listed)]
+
+
+def _with_robot(agent: Any, robot: Any) -> Any:
+    """An agent's class, for a robot that stands already."""
+
+    def adopt(self: Any, initial_pose: object = None) -> None:
+        del initial_pose  # the file has it
+        self.robot = robot
+        self.robot_link_names = [link.name for link in robot.get_links()]
+
+    return type(agent.__name__, (agent,), {"_load_articulation": adopt, "__module__": agent.__module__})
+
+
+def _front() -> Any:
+    """A camera in front of the origin, for files that have none for people."""
+    return CameraConfig(uid=_RENDER_CAMERA, pose=look_at([1.2, 1.0, 1.0], [0, 0, 0.2]), width=512, height=512, fov=1.0)
 
 
 def register_env(
@@ -64,29 +236,29 @@ def register_env(
         TypeError: the source is a stream.
         ValueError: there is such an environment, and it is not to be overridden.
     """
-    _refuse_what_cannot_be(name, scene_yaml, override=override)
-    options = _options(params, asset_roots, allow_outside_assets=allow_outside_assets, limits=limits)
-    made = _environment(
+    _check_registration(name, scene_yaml, override=override)
+    options = _compile_options(params, asset_roots, allow_outside_assets=allow_outside_assets, limits=limits)
+    made = _make_environment_class(
         name,
         compile_scene(scene_yaml, **options),
         scene_yaml=scene_yaml,
         scene_options={"seed": seed, **options, "params": dict(params or {})},
         noise=robot_init_qpos_noise,
-        default_robot_uids=_uids(robot_uids),
+        default_robot_uids=_robot_uids(robot_uids),
         asked_control_freq=control_freq,
     )
-    theirs.register_env(name, max_episode_steps=max_episode_steps, override=override)(made)
+    compat.register_env(name, max_episode_steps=max_episode_steps, override=override)(made)
     return made
 
 
-def _refuse_what_cannot_be(name: str, scene_yaml: Source, *, override: bool) -> None:
+def _check_registration(name: str, scene_yaml: Source, *, override: bool) -> None:
     if hasattr(scene_yaml, "read"):
         raise TypeError("an environment reads its scene more than once: give a path or a mapping, not a stream")
-    if name in theirs.REGISTERED_ENVS and not override:
+    if name in compat.REGISTERED_ENVS and not override:
         raise ValueError(f"there is an environment '{name}' already; `override=True` takes its place")
 
 
-def _options(
+def _compile_options(
     params: Mapping[str, Any] | None,
     asset_roots: Iterable[str | PathLike[str]],
     *,
@@ -102,14 +274,14 @@ def _options(
     }
 
 
-def _environment(name: str, plan: ScenePlan, **attributes: object) -> type[YamlEnv]:
+def _make_environment_class(name: str, plan: ScenePlan, **attributes: object) -> type[YamlEnv]:
     """The class of a plan's environment. `attributes`: of `YamlEnv`, but for those that the plan tells."""
     robots = (entity.name for entity in plan.entities if isinstance(entity.structures[0], ArticulationStructure))
     told = {"__doc__": plan.description or f"The scene of '{plan.name}'.", "own_robots": frozenset(robots)}
     return type("".join(filter(str.isidentifier, name)) or "SceneEnv", (YamlEnv,), {**told, **attributes})
 
 
-def _uids(robot_uids: str | Sequence[str] | None) -> str | tuple[str, ...]:
+def _robot_uids(robot_uids: str | Sequence[str] | None) -> str | tuple[str, ...]:
     if robot_uids is None:
         return "none"
     return robot_uids if isinstance(robot_uids, str) else tuple(robot_uids)

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scenecc.backends.maniskill.theirs import SceneBuilder
-from scenecc.maniskill.load import load_into
-from scenecc.maniskill.seeds import episode_seeds
+from scenecc.backends.maniskill.compat import SceneBuilder
+from scenecc.maniskill.load import episode_seeds, load_into
 from scenecc.scene import list_params
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
     from os import PathLike
 
-    from scenecc.backends.maniskill import LoadedScene
+    from scenecc.backends.maniskill.loaded_scene import LoadedScene
     from scenecc.pipeline import Source
 
-NOISE = 0.02
+DEFAULT_QPOS_NOISE = 0.02
 """ManiSkill's, of joint positions at the start [rad]."""
 
-_NOISE_PARAM = "robot_init_qpos_noise"
+_QPOS_NOISE_PARAM = "robot_init_qpos_noise"
 
 
 class YamlSceneBuilder(SceneBuilder):
@@ -41,7 +40,7 @@ class YamlSceneBuilder(SceneBuilder):
         self,
         env: Any,
         source: Source,
-        robot_init_qpos_noise: float = NOISE,
+        robot_init_qpos_noise: float = DEFAULT_QPOS_NOISE,
         *,
         seed: int | None = None,
         params: Mapping[str, Any] | None = None,
@@ -77,8 +76,10 @@ class YamlSceneBuilder(SceneBuilder):
         }
         self._params = dict(params or {})
         # Where the file has no such parameter, a value other than the default is the user's mistake, and told as one.
-        if robot_init_qpos_noise != NOISE or _NOISE_PARAM in {row.name for row in list_params(source, **self._files)}:
-            self._params.setdefault(_NOISE_PARAM, robot_init_qpos_noise)
+        if robot_init_qpos_noise != DEFAULT_QPOS_NOISE or _QPOS_NOISE_PARAM in {
+            row.name for row in list_params(source, **self._files)
+        }:
+            self._params.setdefault(_QPOS_NOISE_PARAM, robot_init_qpos_noise)
         self.loaded: LoadedScene | None = None
 
     def build(self, build_config_idxs: list[int] | None = None) -> None:

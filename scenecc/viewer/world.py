@@ -68,12 +68,11 @@ class World:
             progress=progress,
         )
         # With the engine, which is known to be there now.
-        from scenecc.backends.sapien.measure import measure
-        from scenecc.backends.sapien.moving import Moving
+        from scenecc.backends.sapien.measure import PoseTracker, measure
 
         try:
             self._measured = measure(self._batch)
-            self._moving = Moving(self._batch)
+            self._moving = PoseTracker(self._batch)
         except BaseException:
             self._batch.close()
             raise

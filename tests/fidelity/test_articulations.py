@@ -11,9 +11,7 @@ from fidelity.compare import assert_same_scene, assert_same_trajectory, entity_f
 from fidelity.hand import built, counts, flags
 from fidelity.hand_articulations import Case, by_hand, plan_of, pose, with_body, with_joint, with_mimic
 
-from scenecc.backends.sapien.joints import JOINT_KNOBS
-from scenecc.backends.sapien.knobs import ARTICULATION_KNOBS, ROOT_KNOBS
-from scenecc.backends.sapien.links import LINK_FIELDS
+from scenecc.backends.sapien.properties import ARTICULATION_PROPERTIES, JOINT_PROPERTIES, LINK_FIELDS, ROOT_PROPERTIES
 from scenecc.plan import Box, Capsule, Sphere, VisualMaterial, VisualShape, constant, per_scene
 
 
@@ -57,7 +55,7 @@ def test_link_knob(name: str) -> None:
 
 
 def test_every_knob_of_a_joint_has_a_case() -> None:
-    assert set(JOINT_VALUES) == set(JOINT_KNOBS.by_field)
+    assert set(JOINT_VALUES) == set(JOINT_PROPERTIES.by_field)
 
 
 JOINT_VALUES: dict[str, list[Any]] = {
@@ -132,7 +130,7 @@ def test_everything_of_the_articulation() -> None:
         "linear_velocity": [[1, 2, 3], [0, 0, 0], [-1, 0.5, 0]],
         "angular_velocity": [[1, 2, 3], [0, 0, 0], [-1, 0.5, 0]],
     }
-    assert set(values) == {*ARTICULATION_KNOBS.by_field, *ROOT_KNOBS.by_field}
+    assert set(values) == {*ARTICULATION_PROPERTIES.by_field, *ROOT_PROPERTIES.by_field}
 
     def hand(articulation: Any, scene: int) -> None:
         for name, rows in values.items():

@@ -10,7 +10,7 @@ import sapien
 from fidelity.compare import assert_same_scene, assert_same_trajectory
 from fidelity.hand import SCENES, Case, box_shape, built, by_hand, counts, flags, plan_of
 
-from scenecc.backends.sapien.knobs import BODY_KNOBS
+from scenecc.backends.sapien.properties import BODY_PROPERTIES
 from scenecc.plan import BodyStructure, Entity, Friction, Inertial, Physics, ScenePlan, constant, per_scene
 
 SIZES = [0.05, 0.06, 0.07]
@@ -49,7 +49,7 @@ def assert_same(case: Case) -> None:
 
 
 def test_every_knob_has_a_case() -> None:
-    assert set(KNOBS) == set(BODY_KNOBS.by_field)
+    assert set(KNOBS) == set(BODY_PROPERTIES.by_field)
 
 
 @pytest.mark.parametrize("name", KNOBS)

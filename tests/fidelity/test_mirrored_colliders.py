@@ -13,7 +13,7 @@ from fidelity.test_emit_python import assert_same
 from plugins.sample_plans import ROOT
 
 from scenecc import SceneError, compile_scene, load_scene
-from scenecc.backends.sapien import collision
+from scenecc.backends.sapien import geometry
 from scenecc.plan.json_writer import plan_to_json
 
 if TYPE_CHECKING:
@@ -115,8 +115,8 @@ def test_its_plan_comes_back_from_json(tmp_path: Path) -> None:
 
 def test_the_audit_finds_what_the_engine_weighs_wrongly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As without the mending: the scale itself is given to PhysX."""
-    monkeypatch.setattr(collision, "mirrored_column", lambda meshes, scale, *, parts: meshes)
-    monkeypatch.setattr(collision, "vectors", lambda scale: list(scale * (1, -1, 1)))
+    monkeypatch.setattr(geometry, "mirror_meshes", lambda meshes, scale, *, parts: meshes)
+    monkeypatch.setattr(geometry, "to_vectors", lambda scale: list(scale * (1, -1, 1)))
     with pytest.raises(SceneError, match="mass") as caught:
         load_scene(write(tmp_path, (1, -1, 1)), render=False, audit="full")
     assert {told.code for told in caught.value.diagnostics if told.severity == "error"} == {"SC802"}

@@ -12,9 +12,9 @@ import pytest
 import sapien
 
 import scenecc
-from scenecc.backends.sapien.machine import can_trace, traces_rays
-from scenecc.backends.sapien.seen import cameras
-from scenecc.backends.sapien.seen.cameras import shader_folder
+from scenecc.backends.sapien import cameras
+from scenecc.backends.sapien.cameras import shader_folder
+from scenecc.backends.sapien.engine import summary_has_ray_tracing, supports_ray_tracing
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -140,7 +140,7 @@ def test_a_textured_light_is_seen_as_one_made_by_hand() -> None:
 
 
 def test_rays_are_traced_as_by_hand() -> None:
-    if not traces_rays():
+    if not supports_ray_tracing():
         pytest.skip("the render device cannot trace rays")
     scene = with_a_box(sapien.Scene())
     scene.set_ambient_light([0.1, 0.2, 0.3])
@@ -172,7 +172,7 @@ def test_rays_are_traced_as_by_hand() -> None:
 
 def test_a_device_that_traces_no_rays_is_told_from_a_mistake(monkeypatch: pytest.MonkeyPatch) -> None:
     """SAPIEN writes a line to its log there, and crashes with the first picture."""
-    monkeypatch.setattr(cameras, "traces_rays", lambda: False)
+    monkeypatch.setattr(cameras, "supports_ray_tracing", lambda: False)
     with pytest.raises(scenecc.SceneError) as caught:
         load({"box": BOX}, cameras={"eye": {"shader": "rt"}})
     (found,) = caught.value.diagnostics
@@ -186,7 +186,7 @@ def test_the_device_is_found_in_the_summary_of_devices() -> None:
     name = sapien.render.RenderSystem().device.name
     assert f"GPU: {name}\n" in sapien.render.get_device_summary()
     two = "GPU: Old\n  Supported: 1\n  rayTrace:  0\nGPU: New\n  Supported: 1\n  rayTrace:  1\n"
-    assert [can_trace(two, name) for name in ("Old", "New", "Other")] == [False, True, True]
+    assert [summary_has_ray_tracing(two, name) for name in ("Old", "New", "Other")] == [False, True, True]
 
 
 LENSES = [

@@ -10,9 +10,9 @@ import pytest
 import sapien
 
 from scenecc import compile_scene
-from scenecc.backends.sapien import instantiate, run
-from scenecc.backends.sapien.seen.dress import Dress
-from scenecc.backends.sapien.standing import Standing
+from scenecc.backends.sapien import build, instantiate
+from scenecc.backends.sapien.preparation import EntityLookup
+from scenecc.backends.sapien.rendering import LightsAndCameras
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.plan import ScenePlan
 
@@ -46,7 +46,7 @@ DOCUMENT: dict[str, Any] = {
     },
 }
 
-Sabotage = Callable[[Dress, Standing], None]
+Sabotage = Callable[[LightsAndCameras, EntityLookup], None]
 
 
 @pytest.fixture(scope="module")
@@ -59,12 +59,12 @@ def audited(
 ) -> list[Diagnostic]:
     """What the audit says after `sabotage` was let loose on the lights and cameras."""
 
-    def dress(plan: ScenePlan, standing: Standing, *, rendered: bool) -> Dress:
-        made = Dress(plan, standing, rendered=rendered)
+    def dress(plan: ScenePlan, standing: EntityLookup, *, rendered: bool) -> LightsAndCameras:
+        made = LightsAndCameras(plan, standing, rendered=rendered)
         sabotage(made, standing)
         return made
 
-    monkeypatch.setattr(run, "Dress", dress)
+    monkeypatch.setattr(build, "LightsAndCameras", dress)
     sink = Sink()
     batch = instantiate(plan, sink, render=True, audit=level)
     assert (batch is None) == bool(sink.diagnostics())
@@ -73,7 +73,7 @@ def audited(
     return sink.diagnostics()
 
 
-def nothing(_dress: Dress, _standing: Standing) -> None:
+def nothing(_dress: LightsAndCameras, _standing: EntityLookup) -> None:
     return
 
 
@@ -86,42 +86,42 @@ def camera(name: str, attribute: str, value: Any, scene: int = 0) -> Sabotage:
 
 
 def moved(name: str) -> Sabotage:
-    def sabotage(dress: Dress, _standing: Standing) -> None:
+    def sabotage(dress: LightsAndCameras, _standing: EntityLookup) -> None:
         held = {**dress.lights, **dress.cameras}[name]
         held.objs[0].get_entity().set_pose(sapien.Pose([9, 0, 0]))
 
     return sabotage
 
 
-def remounted(dress: Dress, standing: Standing) -> None:
+def remounted(dress: LightsAndCameras, standing: EntityLookup) -> None:
     torch = dress.lights["torch"].objs[0]
     torch.get_entity().remove_component(torch)
     next(entity for name, entity in standing.entities(0) if name == "other").add_component(torch)
 
 
-def removed(dress: Dress, standing: Standing) -> None:
+def removed(dress: LightsAndCameras, standing: EntityLookup) -> None:
     standing.scenes[0].remove_entity(dress.lights["bulb"].objs[0].get_entity())
 
 
-def swapped(dress: Dress, _standing: Standing) -> None:
+def swapped(dress: LightsAndCameras, _standing: EntityLookup) -> None:
     """The right pieces in the wrong scenes."""
     objs = dress.lights["bulb"].objs
     objs[0], objs[1] = objs[1], objs[0]
 
 
-def another(_dress: Dress, standing: Standing) -> None:
+def another(_dress: LightsAndCameras, standing: EntityLookup) -> None:
     standing.scenes[1].add_camera("more", 8, 6, 1, 0.1, 10)
 
 
-def ambient(_dress: Dress, standing: Standing) -> None:
+def ambient(_dress: LightsAndCameras, standing: EntityLookup) -> None:
     standing.scenes[1].set_ambient_light([0, 0, 0])
 
 
-def unmapped(_dress: Dress, standing: Standing) -> None:
+def unmapped(_dress: LightsAndCameras, standing: EntityLookup) -> None:
     standing.scenes[0].render_system.cubemap = None
 
 
-def untextured(dress: Dress, _standing: Standing) -> None:
+def untextured(dress: LightsAndCameras, _standing: EntityLookup) -> None:
     dress.lights["film"].objs[0].texture = sapien.render.RenderTexture2D(PICTURE, filter_mode="linear")
 
 

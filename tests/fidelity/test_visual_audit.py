@@ -10,7 +10,7 @@ import pytest
 from fidelity.hand import Case, built, plan_of
 from plugins.sample_plans import indices
 
-from scenecc.backends.sapien import instantiate, resources
+from scenecc.backends.sapien import assets, instantiate
 from scenecc.diagnostics import Sink
 from scenecc.plan import BodyStructure, Box, Texture, VisualMaterial, VisualShape, constant
 
@@ -49,12 +49,12 @@ def test_sampling_of_an_image(
     )
     plan = plan_of(seen)
     built(plan, render=True, audit=level)
-    make = resources.Resources.texture
+    make = assets.Resources.texture
 
     def other(self: Any, texture: Texture, row: int) -> Any:
         return make(self, replace(texture, **changed), row)
 
-    monkeypatch.setattr(resources.Resources, "texture", other)
+    monkeypatch.setattr(assets.Resources, "texture", other)
     sink = Sink()
     assert instantiate(plan, sink, render=True, audit=level) is None
     assert any(f"base_color_texture.{name} = " in d.message for d in sink.diagnostics())

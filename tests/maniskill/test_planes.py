@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from scenecc import compile_scene
-from scenecc.backends.maniskill.planes import planes_once
-from scenecc.backends.sapien.failure import EngineFailure
+from scenecc.backends.maniskill.builders import deduplicate_planes
+from scenecc.backends.sapien.engine import EngineFailure
 
 PLANE = {"type": "plane"}
 BOX = {"type": "box", "half_size": [0.1, 0.1, 0.1]}
@@ -18,7 +18,7 @@ def once(ground: dict[str, Any], num_scenes: int = 3) -> Any:
     plan = compile_scene(
         {"scenecc": 1, "num_scenes": num_scenes, "entities": {"ground": {"body_type": "static", **ground}}}
     )
-    return plan, planes_once(plan)
+    return plan, deduplicate_planes(plan)
 
 
 def test_a_plane_is_in_the_first_scene_alone_and_what_is_beside_it_in_all() -> None:

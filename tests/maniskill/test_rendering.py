@@ -81,21 +81,21 @@ def test_sensors_see_the_scene_and_not_what_is_hidden() -> None:
     ],
 )
 def test_what_maniskill_cannot_see_with_or_hide_is_refused(change: dict[str, Any], message: str) -> None:
-    from scenecc.backends.maniskill.sensors import unfit_for_sensors
+    from scenecc.backends.maniskill.sensors import unsupported_cameras
 
-    (failure,) = unfit_for_sensors(scenecc.compile_scene({**SCENE, **change}))
+    (failure,) = unsupported_cameras(scenecc.compile_scene({**SCENE, **change}))
     assert failure.code == "SC811"
     assert message in failure.message
 
 
 def test_a_camera_on_robots_whose_links_differ_is_refused_where_anything_renders_and_no_sensor_elsewhere() -> None:
-    from scenecc.backends.maniskill.sensors import unfit_for_sensors
+    from scenecc.backends.maniskill.sensors import unsupported_cameras
 
     robots = "pkg://mani_skill/assets/robots/panda/"
     arm = {"urdf": {"per_scene": [f"{robots}panda_v2.urdf", f"{robots}panda_stick.urdf"]}}
     cameras = {"eye": {"mount": "arm/panda_hand"}, "plain": {"pose": [0, 0, 1]}}
     scene = {"scenecc": 1, "num_scenes": 2, "entities": {"arm": arm}, "cameras": cameras}
-    (failure,) = unfit_for_sensors(scenecc.compile_scene(scene))
+    (failure,) = unsupported_cameras(scenecc.compile_scene(scene))
     assert failure.code == "SC811"
     assert "links differ" in failure.message
     loaded = scenecc.load_scene(scene, scene=new_scene(2))

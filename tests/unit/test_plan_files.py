@@ -10,7 +10,7 @@ import pytest
 from plugins.mesh_files import TETRA, write
 
 from scenecc import SceneError, compare_scenes, compile_scene, load_scene, plan_text, validate
-from scenecc.backends.sapien import run
+from scenecc.backends.sapien import build
 
 SCENE = """scenecc: 1
 entities:
@@ -51,9 +51,9 @@ def test_a_file_that_changed_since_is_not_built(name: str, kept: str, scene: Pat
     plan = saved(scene) if kept == "as JSON" else compile_scene(scene)
     changed = scene.parent / name
     changed.write_text(changed.read_text() + "# more\n")
-    for build in (compile_scene, load_scene):
+    for built in (compile_scene, load_scene):
         with pytest.raises(SceneError) as error:
-            build(plan)
+            built(plan)
         (told,) = error.value.diagnostics
         assert told.code == "SC716"
         assert name in told.message
@@ -94,13 +94,13 @@ def test_a_plan_leads_to_no_file_outside_and_to_no_pipe(scene: Path) -> None:
 def test_a_file_that_changes_between_check_and_engine_is_not_built(
     scene: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real = run.build_scenes
+    real = build.build_scenes
 
     def late(*args: object, **options: object) -> object:
         write(scene.parent, "thing.obj", TETRA.replace("0.1", "0.7"))
         return real(*args, **options)  # pyright: ignore[reportArgumentType]
 
-    monkeypatch.setattr(run, "build_scenes", late)
+    monkeypatch.setattr(build, "build_scenes", late)
     with pytest.raises(SceneError) as error:
         load_scene(scene, render=False)
     assert [one.code for one in error.value.diagnostics] == ["SC422"]
@@ -109,13 +109,13 @@ def test_a_file_that_changes_between_check_and_engine_is_not_built(
 def test_a_file_that_changes_after_the_engine_read_it_ends_the_build(
     scene: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real = run.audit_batch
+    real = build.audit_batch
 
     def late(*args: object, **options: object) -> object:
         write(scene.parent, "thing.mtl", "newmtl b\n")
         return real(*args, **options)  # pyright: ignore[reportArgumentType]
 
-    monkeypatch.setattr(run, "audit_batch", late)
+    monkeypatch.setattr(build, "audit_batch", late)
     with pytest.raises(SceneError) as error:
         load_scene(scene, render=False)
     assert [one.code for one in error.value.diagnostics] == ["SC422"]

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 from scenecc.diagnostics import Location
 
 if TYPE_CHECKING:
-    from scenecc.backends.maniskill.loaded import LoadedScene
+    from scenecc.backends.maniskill.loaded_scene import LoadedScene
     from scenecc.diagnostics import Sink
     from scenecc.plan import Physics, ScenePlan
 
 __all__ = ["LoadedScene", "ManiSkillScene", "instantiate", "sim_config"]
 
-INSTALL = "pip install torch 'scenecc[maniskill]'"
+INSTALL_HINT = "pip install torch 'scenecc[maniskill]'"
 
 
 class ManiSkillScene(Protocol):
@@ -40,11 +40,11 @@ def instantiate(plan: ScenePlan, scene: ManiSkillScene, sink: Sink) -> LoadedSce
     Returns:
         What was built, or None after a failure.
     """
-    if not _is_there(sink, plan):
+    if not _check_installed(sink, plan):
         return None
-    from scenecc.backends.maniskill.run import run
+    from scenecc.backends.maniskill.build import build_plan
 
-    return run(plan, scene, sink)
+    return build_plan(plan, scene, sink)
 
 
 def sim_config(plan: ScenePlan, sink: Sink, control_freq: int | None = None) -> Any:
@@ -53,28 +53,28 @@ def sim_config(plan: ScenePlan, sink: Sink, control_freq: int | None = None) -> 
     Raises:
         ValueError: `control_freq` does not divide the steps a second.
     """
-    if not _is_there(sink, plan):
+    if not _check_installed(sink, plan):
         return None
-    from scenecc.backends.maniskill import settings
+    from scenecc.backends.maniskill import build
 
     physics: Physics = plan.physics
-    return settings.sim_config(physics, sink, control_freq)
+    return build.sim_config(physics, sink, control_freq)
 
 
 def __getattr__(name: str) -> object:
     """The class of what was built, loaded when somebody asks for it."""
     if name != "LoadedScene":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module("scenecc.backends.maniskill.loaded"), name)
+    return getattr(import_module("scenecc.backends.maniskill.loaded_scene"), name)
 
 
-def _is_there(sink: Sink, plan: ScenePlan) -> bool:
+def _check_installed(sink: Sink, plan: ScenePlan) -> bool:
     """Whether ManiSkill can be used here; the sink is told why not."""
     try:
-        for name in ("mani_skill", "torch", "scenecc.backends.maniskill.theirs"):
+        for name in ("mani_skill", "torch", "scenecc.backends.maniskill.compat"):
             import_module(name)
     except ImportError as error:
         message = f"ManiSkill cannot be used: {error}"
-        sink.report("SC805", message, plan.origin or Location(None), hint=INSTALL)
+        sink.report("SC805", message, plan.origin or Location(None), hint=INSTALL_HINT)
         return False
     return True

@@ -6,16 +6,15 @@ import re
 from importlib import import_module
 from typing import TYPE_CHECKING, Literal
 
-from scenecc.backends.sapien.selected import scene_indices
+from scenecc.backends.sapien.selection import check_scene_idxs
 from scenecc.diagnostics import Location
 from scenecc.interrupt import interrupts_wait
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from scenecc.backends.sapien.articulation_batch import ArticulationBatch
     from scenecc.backends.sapien.batch import SceneBatch
-    from scenecc.backends.sapien.entity_batch import EntityBatch
+    from scenecc.backends.sapien.entity_batch import ArticulationBatch, EntityBatch
     from scenecc.backends.sapien.state import ArticulationState, EntityState, SceneState
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
@@ -30,8 +29,8 @@ __all__ = [
     "instantiate",
 ]
 
-_IN = {
-    "ArticulationBatch": "articulation_batch",
+_CLASS_MODULES = {
+    "ArticulationBatch": "entity_batch",
     "ArticulationState": "state",
     "EntityBatch": "entity_batch",
     "EntityState": "state",
@@ -40,7 +39,7 @@ _IN = {
 }
 """Modules of the classes."""
 
-INSTALL = "pip install 'sapien>=3.0.3,<3.1'"
+INSTALL_HINT = "pip install 'sapien>=3.0.3,<3.1'"
 
 
 def instantiate(
@@ -72,28 +71,28 @@ def instantiate(
     Raises:
         ValueError: `scene_idxs` is empty, repeats an index or names one that the plan does not have.
     """
-    chosen = _chosen(plan, scene_idxs)
+    chosen = _check_selection(plan, scene_idxs)
     problem = _engine_problem()
     if problem is not None:
         message, hint = problem
         sink.report("SC805", message, plan.origin or Location(None), hint=hint)
         return None
-    from scenecc.backends.sapien.run import run
+    from scenecc.backends.sapien.build import build_batch
 
-    return run(plan, sink, chosen, device=device, render=render, audit=audit, progress=progress)
+    return build_batch(plan, sink, chosen, device=device, render=render, audit=audit, progress=progress)
 
 
 def __getattr__(name: str) -> object:
     """The classes of a batch, loaded (those of live objects with the engine) when somebody asks for them."""
-    if name not in _IN:
+    if name not in _CLASS_MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"scenecc.backends.sapien.{_IN[name]}"), name)
+    return getattr(import_module(f"scenecc.backends.sapien.{_CLASS_MODULES[name]}"), name)
 
 
-def _chosen(plan: ScenePlan, scene_idxs: Sequence[int] | None) -> tuple[int, ...]:
+def _check_selection(plan: ScenePlan, scene_idxs: Sequence[int] | None) -> tuple[int, ...]:
     if scene_idxs is None:
         return tuple(range(plan.num_scenes))
-    chosen = tuple(sorted(scene_indices(scene_idxs)))
+    chosen = tuple(sorted(check_scene_idxs(scene_idxs)))
     if not chosen:
         raise ValueError("scene_idxs must name at least one scene")
     if chosen[0] < 0 or chosen[-1] >= plan.num_scenes:
@@ -108,8 +107,8 @@ def _engine_problem() -> tuple[str, str] | None:
         with interrupts_wait():
             from scenecc.backends.sapien.engine import sapien
     except ImportError as error:
-        return f"SAPIEN cannot be imported: {error}", INSTALL
+        return f"SAPIEN cannot be imported: {error}", INSTALL_HINT
     found = str(sapien.__version__)
     if not re.match(r"3\.0\.([3-9]|[1-9]\d)", found):
-        return f"this is SAPIEN {found}; scenecc builds with 3.0, from 3.0.3 on", INSTALL
+        return f"this is SAPIEN {found}; scenecc builds with 3.0, from 3.0.3 on", INSTALL_HINT
     return None

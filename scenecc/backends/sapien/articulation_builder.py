@@ -1,12 +1,13 @@
-"""A strict, table-driven `ArticulationBuilder` for batches: everything that is the same is prepared once.
+"""A strict, table-driven `ArticulationBuilder` for batches. Links, joints and tendons are prepared once and made in
+every scene.
 
-The order of operations is that of SAPIEN's `ArticulationBuilder.build`, and then what a user calls: links with their
-shapes and joints, the pose of the root, tendons, the entities into the scene; the articulation's own numbers,
-velocities of the root, `qpos`, `qvel`. What has a setter on a joint is set with the joint, which the engine takes as
-the same. The velocities of links follow those of the root once `qpos` or `qvel` is set.
+The order of operations is that of SAPIEN's `ArticulationBuilder.build`, and then what a user calls: links with
+their shapes and joints, the pose of the root, tendons, the entities into the scene; the articulation's own numbers,
+velocities of the root, `qpos`, `qvel`. Properties with a setter on the joint are set with the joint, which the
+engine treats the same. The velocities of links follow those of the root once `qpos` or `qvel` is set.
 
-`qpos` is always set, to what a new articulation has where nothing is said: SAPIEN then moves the entities of all links
-to where they are, which a fresh articulation leaves at the origin until it is stepped.
+`qpos` is always set, if need be to its default: SAPIEN then moves the entities of all links to their poses, which a
+fresh articulation leaves at the origin until it is stepped.
 """
 
 from __future__ import annotations
@@ -16,21 +17,209 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.backends.sapien.columns import at, poses, taken
-from scenecc.backends.sapien.failure import REFUSED, EngineFailure
-from scenecc.backends.sapien.knobs import ARTICULATION_KNOBS, ROOT_KNOBS
-from scenecc.backends.sapien.links import LinkSteps
-from scenecc.backends.sapien.shapes import apply, split
-from scenecc.backends.sapien.tendons import tendons
+from scenecc.backends.sapien.builder import (
+    attach_shape,
+    cook_shapes,
+    make_render_component,
+    prepare_collisions,
+    prepare_mass,
+    prepare_visuals,
+)
+from scenecc.backends.sapien.engine import REFUSED_CODE, EngineFailure, sapien
+from scenecc.backends.sapien.properties import (
+    ARTICULATION_PROPERTIES,
+    BODY_PROPERTIES,
+    DEFAULT_FORCE_LIMIT,
+    DEFAULT_JOINT_LIMITS,
+    JOINT_CHILD_POSE,
+    JOINT_LIMITS,
+    JOINT_PARENT_POSE,
+    JOINT_PROPERTIES,
+    LINK_CLASS,
+    LINK_FIELDS,
+    RENDER_PROPERTIES,
+    ROOT_PROPERTIES,
+    Column,
+    EngineProperty,
+    apply_setters,
+    item_at,
+    select_rows,
+    split_setters,
+    to_limit_arrays,
+    to_poses,
+    to_scalars,
+    zip_columns,
+)
 from scenecc.plan.articulation import MAX_LINKS
+from scenecc.plan.tendons import TENDON_STIFFNESS, tendon_coefficients, tendon_links, tendon_pull
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
+    from collections.abc import Callable, Generator
 
     from numpy.typing import NDArray
 
-    from scenecc.backends.sapien.resources import Resources
-    from scenecc.plan import ArticulationStructure, Entity
+    from scenecc.backends.sapien.assets import Resources
+    from scenecc.backends.sapien.properties import SetterColumn
+    from scenecc.plan import ArticulationStructure, BodyStructure, Entity, Joint, Link, Mimic, Value
+
+
+class PreparedJoint:
+    """What is called on a link's joint, row by row."""
+
+    __slots__ = ("_child", "_drives", "_knobs", "_limits", "_parent", "name", "type")
+
+    def __init__(self, joint: Joint, rows: NDArray[np.intp]) -> None:
+        self.name = joint.name
+        self.type = joint.type
+        # Set also where nothing is said: shapes have moved the centre of mass by then, in whose frame the engine keeps
+        # them, and rounds.
+        self._parent = _property_column(JOINT_PARENT_POSE, joint.pose_in_parent, rows) or [sapien.Pose()]
+        self._child = _property_column(JOINT_CHILD_POSE, joint.pose_in_child, rows) or [sapien.Pose()]
+        self._limits: Column = []
+        self._drives: list[tuple[Any, ...]] = []
+        found: list[SetterColumn] = []
+        if joint.type != "fixed":
+            self._limits = _property_column(JOINT_LIMITS, joint.limits, rows) or to_limit_arrays(
+                np.array([DEFAULT_JOINT_LIMITS])
+            )
+            self._drives = drive_properties(joint, rows)
+            found = JOINT_PROPERTIES.steps(joint, rows)
+        self._knobs = split_setters(found)
+
+    def apply(self, joint: Any, row: int) -> None:
+        """Makes the joint of a new link what the plan says, in the order of SAPIEN's builder."""
+        joint.set_name(self.name)
+        joint.set_type(self.type)
+        joint.set_pose_in_child(item_at(self._child, row))
+        joint.set_pose_in_parent(item_at(self._parent, row))
+        if self._limits:
+            joint.set_limits(item_at(self._limits, row))
+            joint.set_drive_properties(*item_at(self._drives, row))
+        apply_setters(self._knobs, joint, row)
+
+
+def drive_properties(joint: Joint, rows: NDArray[np.intp]) -> list[tuple[Any, ...]]:
+    """Stiffness, damping, force limit and mode, a row or one for all; SAPIEN's where nothing is said."""
+    given = (joint.stiffness, joint.damping, joint.force_limit)
+    columns = [
+        [default] if value is None else to_scalars(select_rows(value, rows))
+        for value, default in zip(given, (0.0, 0.0, DEFAULT_FORCE_LIMIT), strict=True)
+    ]
+    return zip_columns([*columns, [joint.drive_mode or "force"]])
+
+
+def _property_column(knob: EngineProperty, value: Value | None, rows: NDArray[np.intp]) -> Column:
+    return [] if value is None else knob.convert(select_rows(value, rows))
+
+
+class PreparedLink:
+    """How one link of the plan is made, row by row.
+
+    Attributes:
+        parent: number of the link that it hangs on; None: it is the root.
+    """
+
+    __slots__ = (
+        "_collisions",
+        "_joint",
+        "_knobs",
+        "_look",
+        "_mass",
+        "_name",
+        "_origin",
+        "_visuals",
+        "parent",
+    )
+
+    def __init__(self, link: Link, rows: NDArray[np.intp], resources: Resources, *, rendered: bool) -> None:
+        body = link.body
+        _refuse_link_fields(body)
+        self.parent = link.parent
+        self._name = link.name
+        self._origin = body.origin
+        self._collisions = prepare_collisions(body, rows, resources)
+        self._visuals = prepare_visuals(body, rows, resources) if rendered else ()
+        self._mass = prepare_mass(body, rows)
+        self._knobs = split_setters(BODY_PROPERTIES.steps(body, rows))
+        self._look = split_setters(RENDER_PROPERTIES.steps(body, rows) if self._visuals else [])
+        self._joint = None if link.joint is None else PreparedJoint(link.joint, rows)
+
+    def cook(self) -> list[EngineFailure]:
+        """Cooks every mesh once; what the engine refuses."""
+        return cook_shapes((*self._collisions, *self._visuals))
+
+    def make(self, parent: Any, row: int) -> tuple[Any, Any]:
+        """A new entity, not yet in a scene, and its link, which hangs on `parent`.
+
+        Raises:
+            EngineFailure: the engine cannot make one of its shapes, or refuses a value.
+        """
+        try:
+            return self._make(parent, row)
+        except (RuntimeError, TypeError, ValueError) as error:
+            words = str(error).partition("\n")[0]
+            raise EngineFailure(
+                REFUSED_CODE, f"the engine refuses the link '{self._name}': {words}", origin=self._origin
+            ) from error
+
+    def _make(self, parent: Any, row: int) -> tuple[Any, Any]:
+        link = LINK_CLASS(parent)
+        for shape in self._collisions:
+            attach_shape(link, shape, row)
+        if self._mass is not None:
+            self._mass(link, row)
+        apply_setters(self._knobs, link, row)
+        link.set_name(self._name)
+        entity = sapien.Entity()
+        entity.add_component(link)
+        if self._visuals:
+            entity.add_component(make_render_component(self._visuals, self._look, self._name, row))
+        entity.set_name(self._name)
+        if self._joint is not None:
+            self._joint.apply(link.get_joint(), row)
+        return entity, link
+
+
+def _refuse_link_fields(body: BodyStructure) -> None:
+    """SAPIEN's links have no such property, and nothing is dropped unheard."""
+    said = [knob.get for knob, _ in BODY_PROPERTIES.said(body) if knob.get not in LINK_FIELDS]
+    if said:
+        raise EngineFailure(REFUSED_CODE, f"a link has no {said[0]}", origin=body.origin)
+
+
+def prepare_tendons(
+    structure: ArticulationStructure, rows: NDArray[np.intp]
+) -> list[Callable[[Any, list[Any], int], None]]:
+    """One call a mimic, on a new articulation and its links, of one of `rows`.
+
+    Raises:
+        EngineFailure: PhysX cannot do it.
+    """
+    return [_prepare_tendon(structure, mimic, rows) for mimic in structure.mimics]
+
+
+def _prepare_tendon(
+    structure: ArticulationStructure, mimic: Mimic, rows: NDArray[np.intp]
+) -> Callable[[Any, list[Any], int], None]:
+    try:
+        over = tendon_links(structure, mimic)
+    except ValueError as error:
+        raise EngineFailure(REFUSED_CODE, str(error), origin=mimic.origin or structure.origin) from None
+    numbers = np.broadcast_arrays(select_rows(mimic.multiplier, rows), select_rows(mimic.offset, rows))
+    pulls = [tendon_pull(*pair) for pair in zip(*(column.tolist() for column in numbers), strict=True)]
+    made = [(tendon_coefficients(structure, mimic, over, ends), ends.rest_length) for ends in pulls]
+
+    def bind(articulation: Any, links: list[Any], row: int) -> None:
+        coefficients, rest_length = item_at(made, row)
+        articulation.create_fixed_tendon(
+            [links[number] for number in over],
+            coefficients,
+            coefficients,
+            rest_length=rest_length,
+            stiffness=TENDON_STIFFNESS,
+        )
+
+    return bind
 
 
 class BatchArticulationBuilder:
@@ -45,17 +234,17 @@ class BatchArticulationBuilder:
         *,
         rendered: bool,
     ) -> None:
-        _refuse_what_cannot_be(structure)
+        _refuse_unsupported_articulation(structure)
         self._name = entity.name
         self._origin = structure.origin or entity.origin
         self._structure = structure
         self._rows = rows
-        self._links = [LinkSteps(link, rows, resources, rendered=rendered) for link in structure.links]
+        self._links = [PreparedLink(link, rows, resources, rendered=rendered) for link in structure.links]
         self._root_type = "fixed" if structure.fix_root_link else "undefined"
-        self._poses = poses(taken(entity.pose, rows))
-        self._tendons = tendons(structure, rows)
-        self._knobs = split(ARTICULATION_KNOBS.steps(structure, rows))
-        self._velocities = split(ROOT_KNOBS.steps(structure, rows))
+        self._poses = to_poses(select_rows(entity.pose, rows))
+        self._tendons = prepare_tendons(structure, rows)
+        self._knobs = split_setters(ARTICULATION_PROPERTIES.steps(structure, rows))
+        self._velocities = split_setters(ROOT_PROPERTIES.steps(structure, rows))
         self._qpos: list[NDArray[np.float32]] | None = None
         self._qvel: list[NDArray[np.float32]] = []
 
@@ -76,7 +265,7 @@ class BatchArticulationBuilder:
             entities.append(entity)
             links.append(link)
         links[0].get_joint().set_type(self._root_type)
-        entities[0].set_pose(at(self._poses, row))
+        entities[0].set_pose(item_at(self._poses, row))
         if self._tendons:
             articulation = links[0].get_articulation()
             for tendon in self._tendons:
@@ -92,7 +281,7 @@ class BatchArticulationBuilder:
         articulation = links[0].get_articulation()
         with self._told():
             articulation.set_name(self._name)
-            apply(self._knobs, articulation, row)
+            apply_setters(self._knobs, articulation, row)
         return articulation
 
     def start(self, links: list[Any], row: int) -> Any:
@@ -113,21 +302,21 @@ class BatchArticulationBuilder:
         except (RuntimeError, TypeError, ValueError) as error:
             words = str(error).partition("\n")[0]
             message = f"the engine refuses the articulation '{self._name}': {words}"
-            raise EngineFailure(REFUSED, message, origin=self._origin) from error
+            raise EngineFailure(REFUSED_CODE, message, origin=self._origin) from error
 
     def _start(self, articulation: Any, links: list[Any], row: int) -> None:
         if self._qpos is None:
-            order = engine_order(self._structure, links)
+            order = engine_joint_order(self._structure, links)
             self._qpos = list(joint_rows(self._structure, "qpos", self._rows, order))
             if any(joint.qvel is not None for joint in self._structure.active_joints):
                 self._qvel = list(joint_rows(self._structure, "qvel", self._rows, order))
-        apply(self._velocities, articulation, row)
-        place(articulation, at(self._qpos, row))
+        apply_setters(self._velocities, articulation, row)
+        set_joint_positions(articulation, item_at(self._qpos, row))
         if self._qvel:
-            articulation.set_qvel(at(self._qvel, row))
+            articulation.set_qvel(item_at(self._qvel, row))
 
 
-def place(articulation: Any, qpos: NDArray[np.float32]) -> None:
+def set_joint_positions(articulation: Any, qpos: NDArray[np.float32]) -> None:
     """Sets `qpos`, and with it the poses of the entities of all links; without joints that move, these alone."""
     if len(qpos):
         articulation.set_qpos(qpos)
@@ -135,7 +324,7 @@ def place(articulation: Any, qpos: NDArray[np.float32]) -> None:
         articulation.set_root_pose(articulation.get_root_pose())
 
 
-def engine_order(structure: ArticulationStructure, links: list[Any]) -> NDArray[np.intp]:
+def engine_joint_order(structure: ArticulationStructure, links: list[Any]) -> NDArray[np.intp]:
     """Numbers among `active_joints` in the order of the engine's `qpos`: that of its links, level after level."""
     moving = [n for n, link in enumerate(structure.links) if link.joint is not None and link.joint.type != "fixed"]
     return np.argsort([links[number].get_index() for number in moving], kind="stable")
@@ -146,15 +335,15 @@ def joint_rows(
 ) -> NDArray[np.float32]:
     """(B, dof) or (1, dof) of a number of the joints that move, in some order; 0 where nothing is said."""
     columns = [getattr(joint, field) for joint in structure.active_joints]
-    data = [np.zeros(1) if value is None else taken(value, rows) for value in columns]
+    data = [np.zeros(1) if value is None else select_rows(value, rows) for value in columns]
     found = np.stack(np.broadcast_arrays(*data), axis=-1) if data else np.zeros((1, 0))
     return np.ascontiguousarray(found[:, order], dtype=np.float32)
 
 
-def _refuse_what_cannot_be(structure: ArticulationStructure) -> None:
+def _refuse_unsupported_articulation(structure: ArticulationStructure) -> None:
     count = len(structure.links)
     if count > MAX_LINKS:
         message = f"an articulation of {count} links; PhysX on the CPU takes {MAX_LINKS} at most"
-        raise EngineFailure(REFUSED, message, origin=structure.origin)
-    if structure.fix_root_link and (said := [knob.get for knob, _ in ROOT_KNOBS.said(structure)]):
-        raise EngineFailure(REFUSED, f"a root that is fixed has no {said[0]}", origin=structure.origin)
+        raise EngineFailure(REFUSED_CODE, message, origin=structure.origin)
+    if structure.fix_root_link and (said := [knob.get for knob, _ in ROOT_PROPERTIES.said(structure)]):
+        raise EngineFailure(REFUSED_CODE, f"a root that is fixed has no {said[0]}", origin=structure.origin)

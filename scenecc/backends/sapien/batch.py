@@ -1,4 +1,4 @@
-"""Live scenes, as a user handles them."""
+"""Live scenes, as users handle them, and the registry of the objects in them."""
 
 from __future__ import annotations
 
@@ -6,31 +6,130 @@ from contextlib import nullcontext
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from scenecc.backends.sapien.diverged import LOOK_EVERY, look
-from scenecc.backends.sapien.fitting import fitting
-from scenecc.backends.sapien.members import Members
-from scenecc.backends.sapien.place import place, place_afresh
-from scenecc.backends.sapien.selected import scene_indices, seeds_of
-from scenecc.backends.sapien.start import Start
+from scenecc.backends.sapien.divergence import CHECK_INTERVAL, check_divergence
+from scenecc.backends.sapien.entity_batch import ArticulationBatch, EntityBatch
+from scenecc.backends.sapien.objects import ArticulationObjects, BodyObjects, iterate_entities
+from scenecc.backends.sapien.reset import ResetSampler
+from scenecc.backends.sapien.selection import check_scene_idxs, check_seeds
+from scenecc.backends.sapien.state import SceneState
+from scenecc.backends.sapien.state_io import (
+    RemovedArticulation,
+    make_state_writer,
+    read_articulations,
+    read_state,
+    restore_in_new_scene,
+    restore_scene,
+    validate_state,
+)
 from scenecc.interrupt import interrupts_wait
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
     from types import TracebackType
 
     from numpy.typing import ArrayLike
     from typing_extensions import Self
 
-    from scenecc.backends.sapien.articulation_batch import ArticulationBatch
-    from scenecc.backends.sapien.bodies import Articulations, Bodies
+    from scenecc.backends.sapien.cameras import CameraBatch
+    from scenecc.backends.sapien.constraints import ConstraintBatch, ConstraintSet, TargetCalls
     from scenecc.backends.sapien.engine import sapien
-    from scenecc.backends.sapien.entity_batch import EntityBatch
-    from scenecc.backends.sapien.seen.batches import CameraBatch, LightBatch
-    from scenecc.backends.sapien.seen.dress import Dress, Moves
-    from scenecc.backends.sapien.state import AnyState, SceneState
-    from scenecc.backends.sapien.ties import Again, ConstraintBatch, Ties
+    from scenecc.backends.sapien.rendering import EntityPoses, LightBatch, LightsAndCameras
+    from scenecc.backends.sapien.state import AnyState
+    from scenecc.backends.sapien.state_io import ArticulationStateWriter, StateWriter
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
+
+
+class ObjectRegistry:
+    """The bodies and articulations of a batch.
+
+    Attributes:
+        held: all that were built, by name.
+        entities, articulations: those that are in the scenes now, by name, in build order.
+    """
+
+    def __init__(self, held: Sequence[BodyObjects | ArticulationObjects]) -> None:
+        self.held = {each.name: each for each in held}
+        self.entities = {each.name: EntityBatch(each) for each in held if isinstance(each, BodyObjects)}
+        self.articulations = {
+            each.name: ArticulationBatch(each) for each in held if isinstance(each, ArticulationObjects)
+        }
+        self._order = list(self.held)
+        self._removed: dict[str, EntityBatch | ArticulationBatch] = {}
+        self._parked: dict[str, RemovedArticulation] = {}
+
+    def remove(self, name: str, scene_at: Callable[[int], Any]) -> None:
+        """Takes one out of every scene. `scene_at`: from the plan's index to the scene.
+
+        Raises:
+            KeyError: there is none of this name.
+            ValueError: it is removed already.
+        """
+        if name in self._removed:
+            raise ValueError(f"'{name}' is removed already")
+        self._removed[name] = self._present(name)
+        held = self.held[name]
+        if isinstance(held, ArticulationObjects):
+            self._parked[name] = RemovedArticulation(read_articulations(held, held.scene_idxs))
+        for index, entity in iterate_entities(held):
+            scene_at(index).remove_entity(entity)
+        self.entities.pop(name, None)
+        self.articulations.pop(name, None)
+        self._order.remove(name)
+
+    def add(self, name: str, scene_at: Callable[[int], Any]) -> None:
+        """Puts a removed one back, as the last in build order. `scene_at`: as for `remove`.
+
+        Raises:
+            KeyError: there is none of this name.
+            ValueError: it is there.
+        """
+        if name not in self._removed:
+            self._present(name)
+            raise ValueError(f"'{name}' is there; only what was removed can be added")
+        held, batch = self.held[name], self._removed.pop(name)
+        for index, entity in iterate_entities(held):
+            scene_at(index).add_entity(entity)
+        self._order.append(name)
+        if isinstance(batch, EntityBatch):
+            self.entities[name] = batch
+        else:
+            self.articulations[name] = batch
+        if isinstance(held, ArticulationObjects):
+            self._parked.pop(name).put_back(held)
+
+    def present(self) -> Iterator[BodyObjects | ArticulationObjects]:
+        """Those that are in the scenes now."""
+        return (self.held[name] for name in self._order)
+
+    def state(self, scene_idxs: tuple[int, ...]) -> SceneState:
+        """The state of all in these scenes, and of those that are removed from them."""
+        found = {name: read_state(held, self._parked.get(name), scene_idxs) for name, held in self.held.items()}
+        return SceneState.of(scene_idxs, found)
+
+    def placements(self, states: Mapping[str, AnyState]) -> list[StateWriter | ArticulationStateWriter]:
+        """What puts each where its state says, in build order; removed articulations have theirs when they are added.
+
+        Args:
+            states: by name, of some or all.
+        """
+        for name in self._parked.keys() & states.keys():
+            self._parked[name].change(states[name])
+        names = [name for name in (*self._order, *self._removed) if name in states]
+        return [make_state_writer(self.held[name], states[name]) for name in names]
+
+    def close(self) -> None:
+        """Lets go of everything, and has what a user holds of it say so."""
+        for each in (*self.entities.values(), *self.articulations.values(), *self._removed.values()):
+            each._close()  # noqa: SLF001  # pyright: ignore[reportPrivateUsage]
+        self.held, self.entities, self.articulations = {}, {}, {}
+        self._order, self._removed, self._parked = [], {}, {}
+
+    def _present(self, name: str) -> EntityBatch | ArticulationBatch:
+        present = {**self.entities, **self.articulations}
+        if name not in present:
+            raise KeyError(f"no entity '{name}'; there are {', '.join(sorted(present)) or 'none'}")
+        return present[name]
 
 
 class SceneBatch:
@@ -44,7 +143,7 @@ class SceneBatch:
         plan: ScenePlan,
         scene_idxs: tuple[int, ...],
         scenes: list[Any],
-        bodies: Sequence[Bodies | Articulations],
+        bodies: Sequence[BodyObjects | ArticulationObjects],
         *,
         render: bool,
         sink: Sink,
@@ -52,11 +151,11 @@ class SceneBatch:
         self._plan = plan
         self._scene_idxs = scene_idxs
         self._scenes = scenes
-        self._members = Members(bodies)
+        self._members = ObjectRegistry(bodies)
         self._render = render
         self._number_of = {index: number for number, index in enumerate(scene_idxs)}
-        self._ties: Ties | None = None
-        self._dress: Dress | None = None
+        self._ties: ConstraintSet | None = None
+        self._dress: LightsAndCameras | None = None
         self._sink = sink
         self._steps = dict.fromkeys(scene_idxs, 0)
         self._seeds = dict.fromkeys(scene_idxs, plan.seed)
@@ -152,11 +251,11 @@ class SceneBatch:
         self._check_open()
         return {} if self._ties is None else self._ties.batches
 
-    def tie(self, ties: Ties) -> None:
+    def tie(self, ties: ConstraintSet) -> None:
         """Takes in the constraints that were built into its scenes; for those who build batches."""
         self._ties = ties
 
-    def dress(self, dress: Dress) -> None:
+    def dress(self, dress: LightsAndCameras) -> None:
         """Takes in the lights and cameras that were built into its scenes; for those who build batches."""
         self._dress = dress
 
@@ -176,7 +275,7 @@ class SceneBatch:
         self._check_open()
         if n < 0:
             raise ValueError(f"n must not be negative, not {n}")
-        stride = LOOK_EVERY if check else max(n, 1)
+        stride = CHECK_INTERVAL if check else max(n, 1)
         for done in range(0, max(n, 1), stride):
             count = min(stride, n - done)
             for index, scene in zip(self._scene_idxs, self._scenes, strict=True):
@@ -185,7 +284,7 @@ class SceneBatch:
                     step()
                 self._steps[index] += count
             if check:
-                look(self._plan, self._members.present(), self._steps, self._sink.another())
+                check_divergence(self._plan, self._members.present(), self._steps, self._sink.another())
 
     def remove(self, name: str) -> None:
         """Takes an entity out of every scene; `add` puts it back.
@@ -248,13 +347,13 @@ class SceneBatch:
         """
         self._check_open()
         chosen = self._chosen(scene_idxs)
-        seeds = seeds_of(seed, [self._seeds[index] for index in chosen])
+        seeds = check_seeds(seed, [self._seeds[index] for index in chosen])
         drawing = self._start.batch(chosen, seeds, draws or {})
         states = self._start.drawn(drawing)
-        moves: Moves = []
+        moves: EntityPoses = []
         if self._dress is not None and self._dress.follows:
             moves = self._dress.moves(drawing)
-        again: Again = []
+        again: TargetCalls = []
         if self._ties is not None and self._ties.pulls:
             again = self._ties.again(drawing)
         self._place(chosen, states, exact=exact)
@@ -302,7 +401,7 @@ class SceneBatch:
         """
         self._check_open()
         chosen = self._chosen(state.scene_idxs if scene_idxs is None else scene_idxs)
-        self._place(chosen, fitting(state, self._members.held, chosen), exact=exact)
+        self._place(chosen, validate_state(state, self._members.held, chosen), exact=exact)
 
     def close(self) -> None:
         """Empties every scene and lets go of it. Closing twice is allowed."""
@@ -318,8 +417,8 @@ class SceneBatch:
         self._scenes = []
 
     @cached_property
-    def _start(self) -> Start:
-        return Start(self._plan, self._scene_idxs, self._members.held)
+    def _start(self) -> ResetSampler:
+        return ResetSampler(self._plan, self._scene_idxs, self._members.held)
 
     def _place(self, scene_idxs: Sequence[int], states: Mapping[str, AnyState], *, exact: bool) -> None:
         placements = self._members.placements(states)
@@ -328,15 +427,15 @@ class SceneBatch:
                 self._steps[index] = 0
                 if exact:
                     number = self._number_of[index]
-                    self._scenes[number] = place_afresh(placements, index, self._scenes[number])
+                    self._scenes[number] = restore_in_new_scene(placements, index, self._scenes[number])
                 else:
                     with nullcontext() if self._ties is None else self._ties.apart(index):
-                        place(placements, index)
+                        restore_scene(placements, index)
 
     def _chosen(self, scene_idxs: Sequence[int] | None) -> tuple[int, ...]:
         if scene_idxs is None:
             return self._scene_idxs
-        chosen = scene_indices(scene_idxs)
+        chosen = check_scene_idxs(scene_idxs)
         for index in chosen:
             if index not in self._number_of:
                 raise KeyError(f"no scene {index} in this batch; it has {list(self._scene_idxs)}")

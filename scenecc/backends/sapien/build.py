@@ -1,23 +1,36 @@
-"""The loop that fills scenes: every scene gets its entities in the order of the plan."""
+"""From a plan to live scenes: the machine, the settings, the loop over scenes, the audit."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final, Literal
 
-from scenecc.backends.sapien.assets_on_disk import check_unchanged, refresh
+from scenecc.backends.sapien.assets import report_changed_files
+from scenecc.backends.sapien.audit.batch import audit_batch
+from scenecc.backends.sapien.audit.reference import read_defaults
+from scenecc.backends.sapien.audit.rendering import audit_rendering
 from scenecc.backends.sapien.batch import SceneBatch
-from scenecc.backends.sapien.engine import physx, render, sapien
-from scenecc.backends.sapien.failure import EngineFailure
-from scenecc.backends.sapien.resources import Resources
-from scenecc.backends.sapien.turn import take_turn
-from scenecc.diagnostics import Location
+from scenecc.backends.sapien.constraints import ConstraintSet
+from scenecc.backends.sapien.engine import (
+    EngineFailure,
+    engine_settings,
+    gpu_refusal,
+    new_render_system,
+    physx,
+    render,
+    render_problem,
+    report_failure,
+    sapien,
+)
+from scenecc.backends.sapien.preparation import EntityLookup, prepare_entities
+from scenecc.backends.sapien.rendering import LightsAndCameras
+from scenecc.diagnostics.collector import collector_paused
 from scenecc.interrupt import interrupts_wait
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from scenecc.backends.sapien.turn import AnyTurn
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.backends.sapien.preparation import PreparedEntity
+    from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
 
 
@@ -28,15 +41,15 @@ def build_scenes(
     *,
     rendered: bool,
     progress: Callable[[int, int], None] | None,
-) -> tuple[SceneBatch, list[AnyTurn]] | None:
+) -> tuple[SceneBatch, list[PreparedEntity]] | None:
     """Builds the scenes named; after a failure, which is reported, nothing is left of them."""
-    turns = prepare(plan, scene_idxs, sink, rendered=rendered)
+    turns = prepare_entities(plan, scene_idxs, sink, rendered=rendered)
     if turns is None:
         return None
     scenes: list[Any] = []
     try:
         scenes.extend(new_scene(plan, rendered=rendered) for _ in scene_idxs)
-        fill(scenes, turns, progress)
+        fill_scenes(scenes, turns, progress)
         bodies = [turn.held() for turn in turns]
         return SceneBatch(plan, scene_idxs, scenes, bodies, render=rendered, sink=sink.another()), turns
     except BaseException as error:
@@ -44,7 +57,7 @@ def build_scenes(
             scene.clear()
         if not isinstance(error, EngineFailure):
             raise
-        report(error, sink, plan.origin)
+        report_failure(error, sink, plan.origin)
         return None
 
 
@@ -60,34 +73,9 @@ def new_scene(plan: ScenePlan, *, rendered: bool) -> Any:
     return scene
 
 
-def prepare(plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sink, *, rendered: bool) -> list[AnyTurn] | None:
-    """Everything that is done once: argument tables, materials, and every mesh cooked.
-
-    All that fail are reported, not only the first.
-    """
-    refresh(plan, rendered=rendered)
-    resources = Resources(plan)
-    turns: list[AnyTurn] = []
-    failed, crowded = False, None
-    for entity in plan.entities:
-        try:
-            turn, failures = take_turn(entity, scene_idxs, resources, rendered=rendered)
-        except EngineFailure as failure:
-            turn, failures = None, [failure]
-        for failure in failures:
-            report(failure, sink, entity.origin)
-        failed = failed or bool(failures)
-        if turn is not None:
-            turns.append(turn)
-        if crowded is None and resources.crowded():
-            crowded = entity
-    if crowded is not None and (failure := resources.crowded()):
-        report(failure, sink, crowded.origin)
-        failed = True
-    return None if failed else turns
-
-
-def fill(scenes: Sequence[Any], turns: Sequence[AnyTurn], progress: Callable[[int, int], None] | None) -> None:
+def fill_scenes(
+    scenes: Sequence[Any], turns: Sequence[PreparedEntity], progress: Callable[[int, int], None] | None
+) -> None:
     """Builds scene after scene: faster than entity after entity, since a scene's memory stays warm.
 
     Raises:
@@ -102,16 +90,80 @@ def fill(scenes: Sequence[Any], turns: Sequence[AnyTurn], progress: Callable[[in
             progress(number + 1, len(scenes))
 
 
-def unchanged(plan: ScenePlan, sink: Sink) -> bool:
-    """Whether the files that the engine has opened are those that were checked; reported where they are not."""
+DRIVER_HINT: Final = (
+    "with a GPU, install its Vulkan driver (in a container of NVIDIA's, ask for the capability `graphics`);\n"
+    "without one, Mesa's lavapipe, 24.3 or later, renders on the CPU: `apt-get install mesa-vulkan-drivers libvulkan1`"
+)
+"""How to get a render device, in two lines."""
+
+
+def build_batch(
+    plan: ScenePlan,
+    sink: Sink,
+    scene_idxs: tuple[int, ...],
+    *,
+    device: Literal["cpu", "cuda"],
+    render: bool | None,
+    audit: Literal["full", "fast", "off"],
+    progress: Callable[[int, int], None] | None,
+) -> SceneBatch | None:
+    """`scenecc.backends.sapien.instantiate` once the engine is known to be there."""
     try:
-        check_unchanged(plan.files)
+        if device == "cuda":
+            raise gpu_refusal()
+        rendered = _should_render(render=render)
     except EngineFailure as failure:
-        report(failure, sink, plan.origin)
+        report_failure(failure, sink, plan.origin)
+        return None
+    # Without a system that holds it, SAPIEN's renderer is started and ended again for every single material.
+    renderer = new_render_system() if rendered else None
+    present = read_defaults(rendered=rendered)
+    with engine_settings(plan.physics), collector_paused():
+        built = build_scenes(plan, scene_idxs, sink, rendered=rendered, progress=progress)
+        if built is None:
+            return None
+        del renderer
+        batch, turns = built
+        good = False
+        try:
+            # Before anything else is built: the audit of bodies finds nothing but them in the scenes.
+            good = (
+                (audit == "off" or audit_batch(batch, turns, present, sink, audit))
+                and _add_constraints_and_cameras(batch, turns, sink, audited=audit != "off")
+                and report_changed_files(plan, sink)
+            )
+        finally:
+            # Also after an error of ours and after Ctrl-C.
+            if not good:
+                batch.close()
+        return batch if good else None
+
+
+def _add_constraints_and_cameras(batch: SceneBatch, turns: list[PreparedEntity], sink: Sink, *, audited: bool) -> bool:
+    """Builds constraints, lights and cameras; whether they are there, and as the plan asks where it is audited."""
+    plan, standing = batch.plan, EntityLookup(batch.scene_idxs, batch.scenes, turns)
+    try:
+        if plan.constraints:
+            ties = ConstraintSet(plan, standing)
+            batch.tie(ties)
+            if audited and not ties.audit(sink):
+                return False
+        dress = LightsAndCameras(plan, standing, rendered=batch.render)
+    except EngineFailure as failure:
+        report_failure(failure, sink, plan.origin)
         return False
-    return True
+    batch.dress(dress)
+    return not (audited and batch.render) or audit_rendering(plan, dress, standing, sink)
 
 
-def report(failure: EngineFailure, sink: Sink, place: Origin | None) -> None:
-    """Puts a failure into the sink, at the node that asked or else at `place`."""
-    sink.report(failure.code, failure.message, failure.origin or place or Location(None), hint=failure.hint)
+def _should_render(*, render: bool | None) -> bool:
+    if render is False:
+        return False
+    problem = render_problem()
+    if render is None or problem is None:
+        return problem is None
+    raise EngineFailure(
+        "SC803",
+        f"visuals were asked for, and there is no render device: {problem}",
+        hint=DRIVER_HINT,
+    )

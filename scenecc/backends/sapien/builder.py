@@ -1,22 +1,252 @@
-"""A strict, table-driven `ActorBuilder` for batches: parse and cook once, instantiate in every scene."""
+"""A strict, table-driven `ActorBuilder` for batches. Shapes and mass are prepared once and made in every scene."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scenecc.backends.sapien.columns import position_and_rotation, taken
-from scenecc.backends.sapien.engine import physx, sapien
-from scenecc.backends.sapien.failure import REFUSED, EngineFailure
-from scenecc.backends.sapien.knobs import BODY_KNOBS, RENDER_KNOBS
-from scenecc.backends.sapien.mass import mass_step
-from scenecc.backends.sapien.shapes import apply, attach, collision_steps, cook, render_component, split, visual_steps
+import numpy as np
+
+from scenecc.backends.sapien.assets import load_all_parts
+from scenecc.backends.sapien.engine import REFUSED_CODE, EngineFailure, physx, render, sapien
+from scenecc.backends.sapien.geometry import (
+    COLLISION_MAKERS,
+    VISUAL_MAKERS,
+    CollisionContext,
+    VisualContext,
+    front_face_column,
+)
+from scenecc.backends.sapien.properties import (
+    BODY_PROPERTIES,
+    COLLISION_GROUPS,
+    RENDER_PROPERTIES,
+    SHAPE_POSE,
+    SHAPE_PROPERTIES,
+    VISUAL_POSE,
+    FixedSetters,
+    PreparedSetters,
+    SetterColumn,
+    apply_setters,
+    property_setters,
+    select_rows,
+    split_poses,
+    split_setters,
+    to_poses,
+    to_scalars,
+    to_vectors,
+)
+from scenecc.plan import ConvexParts, MeshGeometry, Plane
 
 if TYPE_CHECKING:
-    import numpy as np
+    from collections.abc import Callable, Sequence
+
     from numpy.typing import NDArray
 
-    from scenecc.backends.sapien.resources import Resources
-    from scenecc.plan import BodyStructure, Entity
+    from scenecc.backends.sapien.assets import Resources
+    from scenecc.diagnostics import Origin
+    from scenecc.plan import (
+        BodyStructure,
+        CollisionGeometry,
+        CollisionShape,
+        Entity,
+        Inertial,
+        Value,
+        VisualGeometry,
+        VisualShape,
+    )
+
+
+class PreparedShape(NamedTuple):
+    """How one shape of the plan is made, row by row. A plain tuple: there is one for every shape of a plan.
+
+    Attributes:
+        make: a row to a new shape (`many`: to a list of shapes).
+        fixed: setters whose value is the same in every row.
+        varying: setters with a value a row.
+        samples: rows that between them name every file of the shape; none where there is no file.
+        code: of the diagnostic if the engine refuses.
+        origin: the shape in the document.
+    """
+
+    make: Callable[[int], Any]
+    fixed: FixedSetters
+    varying: tuple[SetterColumn, ...]
+    many: bool
+    samples: tuple[int, ...]
+    code: str
+    origin: Origin | None
+
+
+def attach_shape(component: Any, shape: PreparedShape, row: int) -> None:
+    """Makes the shape of a row and gives it to the component; every failure is one.
+
+    Raises:
+        EngineFailure: the engine cannot make the shape.
+    """
+    try:
+        made = shape.make(row)
+        for part in made if shape.many else (made,):
+            for setter, value in shape.fixed:
+                setter(part, value)
+            for setter, values in shape.varying:
+                setter(part, values[row])
+            component.attach(part)
+    except (RuntimeError, TypeError, ValueError) as error:
+        raise shape_failure(shape, error) from error
+
+
+def shape_failure(shape: PreparedShape, error: Exception) -> EngineFailure:
+    """The engine's complaint about a shape, in its own words."""
+    return EngineFailure(shape.code, f"the engine cannot make this shape: {error}", origin=shape.origin)
+
+
+def cook_shapes(shapes: Sequence[PreparedShape]) -> list[EngineFailure]:
+    """Has the engine read and cook every file once, so that all that fail are known before any scene is built."""
+    tried = [_cooking_failure(shape, row) for shape in shapes for row in shape.samples]
+    return [failure for failure in tried if failure is not None]
+
+
+def _cooking_failure(shape: PreparedShape, row: int) -> EngineFailure | None:
+    try:
+        if shape.many:
+            load_all_parts(lambda: shape.make(row))
+        else:
+            shape.make(row)
+    except (RuntimeError, TypeError, ValueError) as error:
+        return shape_failure(shape, error)
+    return None
+
+
+def prepare_collisions(
+    structure: BodyStructure, rows: NDArray[np.intp], resources: Resources
+) -> tuple[PreparedShape, ...]:
+    """The colliding shapes of a body, in the order of the plan."""
+    groups = (
+        []
+        if structure.collision_groups is None
+        else property_setters(COLLISION_GROUPS, structure.collision_groups, rows)
+    )
+    return tuple(_prepare_collision(shape, groups, rows, resources) for shape in structure.collisions)
+
+
+def prepare_visuals(
+    structure: BodyStructure, rows: NDArray[np.intp], resources: Resources
+) -> tuple[PreparedShape, ...]:
+    """The visible shapes of a body, in the order of the plan."""
+    return tuple(_prepare_visual(shape, rows, resources) for shape in structure.visuals)
+
+
+def make_render_component(visuals: Sequence[PreparedShape], look: PreparedSetters, name: str, row: int) -> Any:
+    """What is seen of a body in a row.
+
+    Raises:
+        EngineFailure: the engine cannot make one of the shapes.
+    """
+    component = render.RenderBodyComponent()
+    for shape in visuals:
+        attach_shape(component, shape, row)
+    apply_setters(look, component, row)
+    component.set_name(name)
+    return component
+
+
+def _prepare_collision(
+    shape: CollisionShape, groups: list[SetterColumn], rows: NDArray[np.intp], resources: Resources
+) -> PreparedShape:
+    material = resources.physical(shape.material, rows)
+    try:
+        make = COLLISION_MAKERS[type(shape.geometry)](shape.geometry, CollisionContext(rows, material, resources))
+    except EngineFailure as failure:
+        failure.origin = failure.origin or shape.origin
+        raise
+    found = SHAPE_PROPERTIES.steps(shape, rows) + groups
+    if shape.pose is not None:
+        found = property_setters(SHAPE_POSE, shape.pose, rows) + found
+    if shape.density is None and isinstance(shape.geometry, Plane):
+        # A fresh plane has the density of every fresh shape; SAPIEN's builder gives it none.
+        found.append((SHAPE_PROPERTIES.by_field["density"].set, [0.0]))
+    fixed, varying = split_setters(found)
+    many = isinstance(shape.geometry, ConvexParts)
+    return PreparedShape(make, fixed, varying, many, _rows_of_files(shape.geometry, rows), "SC801", shape.origin)
+
+
+def _prepare_visual(shape: VisualShape, rows: NDArray[np.intp], resources: Resources) -> PreparedShape:
+    try:
+        material = None if shape.material is None else resources.visual(shape.material, rows)
+        make = VISUAL_MAKERS[type(shape.geometry)](shape.geometry, VisualContext(rows, material, resources))
+    except EngineFailure as failure:
+        failure.origin = failure.origin or shape.origin
+        raise
+    found = [] if shape.pose is None else property_setters(VISUAL_POSE, shape.pose, rows)
+    faces = front_face_column(shape.geometry, shape.front_face, rows)
+    if faces is not None:
+        found.append((_set_front_face, faces))
+    if shape.name:
+        found.append((_set_name, [shape.name]))
+    fixed, varying = split_setters(found)
+    return PreparedShape(make, fixed, varying, False, _rows_of_files(shape.geometry, rows), "SC807", shape.origin)
+
+
+def _rows_of_files(geometry: CollisionGeometry | VisualGeometry, rows: NDArray[np.intp]) -> tuple[int, ...]:
+    if not isinstance(geometry, MeshGeometry):
+        return ()
+    _, first = np.unique(select_rows(geometry.file, rows), return_index=True)
+    return tuple(first.tolist())
+
+
+def _set_front_face(shape: Any, face: str) -> None:
+    shape.set_front_face(face)
+
+
+def _set_name(shape: Any, name: str) -> None:
+    shape.set_name(name)
+
+
+def prepare_mass(structure: BodyStructure, rows: NDArray[np.intp]) -> Callable[[Any, int], None] | None:
+    """What to do to a component once its shapes are attached; None: the densities decide."""
+    if structure.inertial is not None:
+        return _inertial_setter(structure.inertial, rows)
+    if structure.mass is not None:
+        return _mass_setter(structure.mass, rows, structure.origin)
+    return None
+
+
+def _inertial_setter(inertial: Inertial, rows: NDArray[np.intp]) -> Callable[[Any, int], None]:
+    """What sets mass, centre of mass and inertia as they are given, on a component of one of `rows`."""
+    mass = _expand_column(to_scalars(select_rows(inertial.mass, rows)), len(rows))
+    com = _expand_column(to_poses(select_rows(inertial.com, rows)), len(rows))
+    inertia = _expand_column(to_vectors(select_rows(inertial.inertia, rows)), len(rows))
+
+    def step(component: Any, row: int) -> None:
+        """Sets what is given for the row."""
+        component.set_mass(mass[row])
+        component.set_cmass_local_pose(com[row])
+        component.set_inertia(inertia[row])
+
+    return step
+
+
+def _mass_setter(value: Value, rows: NDArray[np.intp], origin: Origin | None) -> Callable[[Any, int], None]:
+    """What sets the mass alone, and scales with it the inertia that the engine computed from the densities."""
+    mass = _expand_column(to_scalars(select_rows(value, rows)), len(rows))
+
+    def step(component: Any, row: int) -> None:
+        """Sets the mass of the row; EngineFailure (SC512) where the computed one cannot be scaled."""
+        computed = component.get_mass()
+        if not 0 < computed < np.inf:
+            # Sizes of a mesh are known here first; those of other shapes were checked.
+            message = f"the densities give a mass of {computed} kg, which nothing can be scaled from"
+            raise EngineFailure("SC512", message, origin=origin, hint="mend the scale or the density: metres, kg/m³")
+        # In float64, and rounded once by the engine: "Numbers" in the language's description.
+        inertia = component.get_inertia().astype(np.float64) * (mass[row] / computed)
+        component.set_mass(mass[row])
+        component.set_inertia(inertia)
+
+    return step
+
+
+def _expand_column(column: list[Any], length: int) -> list[Any]:
+    return column if len(column) == length else column * length
+
 
 _COMPONENTS: dict[str, Any] = {
     "dynamic": physx.PhysxRigidDynamicComponent,
@@ -47,7 +277,7 @@ class BatchActorBuilder(sapien.ActorBuilder):
     ) -> None:
         super().__init__()
         if structure.body_type in ("static", "none"):
-            _refuse_what_cannot_be(structure)
+            _refuse_unsupported_fields(structure)
         # Shapes come from the plan alone: SAPIEN's add_* methods append to these, and must not do so unheard.
         self.collision_records = self.visual_records = ()  # pyright: ignore[reportAttributeAccessIssue]
         self.name = entity.name
@@ -55,22 +285,22 @@ class BatchActorBuilder(sapien.ActorBuilder):
         self.row = 0
         self._origin = structure.origin
         self._component = _COMPONENTS[structure.body_type]
-        self._collisions = collision_steps(structure, rows, resources)
-        self._visuals = visual_steps(structure, rows, resources) if rendered else ()
-        self._mass_step = mass_step(structure, rows)
-        self._knobs = split(BODY_KNOBS.steps(structure, rows))
-        self._look = split(RENDER_KNOBS.steps(structure, rows) if self._visuals else [])
+        self._collisions = prepare_collisions(structure, rows, resources)
+        self._visuals = prepare_visuals(structure, rows, resources) if rendered else ()
+        self._mass_step = prepare_mass(structure, rows)
+        self._knobs = split_setters(BODY_PROPERTIES.steps(structure, rows))
+        self._look = split_setters(RENDER_PROPERTIES.steps(structure, rows) if self._visuals else [])
         self._only_pose: Any = None
         if entity.pose.varies:
             # One by one, when their turn comes: they are still in the processor's cache then.
-            self._p, self._q = position_and_rotation(taken(entity.pose, rows))
+            self._p, self._q = split_poses(select_rows(entity.pose, rows))
         else:
             numbers = entity.pose.as_drawn()
             self._only_pose = sapien.Pose(numbers[:3], numbers[3:])
 
     def cook(self) -> list[EngineFailure]:
         """Cooks every mesh once; what the engine refuses."""
-        return cook((*self._collisions, *self._visuals))
+        return cook_shapes((*self._collisions, *self._visuals))
 
     def make(self, row: int) -> tuple[Any, Any]:
         """A new entity, not yet in a scene, and its physical component (None where it has none).
@@ -82,13 +312,13 @@ class BatchActorBuilder(sapien.ActorBuilder):
             return self._make(row)
         except (RuntimeError, TypeError, ValueError) as error:
             words = str(error).partition("\n")[0]
-            raise EngineFailure(REFUSED, f"the engine refuses this body: {words}", origin=self._origin) from error
+            raise EngineFailure(REFUSED_CODE, f"the engine refuses this body: {words}", origin=self._origin) from error
 
     def _make(self, row: int) -> tuple[Any, Any]:
         entity = sapien.Entity()
         component = None
         if self._visuals:
-            entity.add_component(render_component(self._visuals, self._look, self.name, row))
+            entity.add_component(make_render_component(self._visuals, self._look, self.name, row))
         if self._component is not None:
             component = self._make_physx_component(row)
             entity.add_component(component)
@@ -110,26 +340,28 @@ class BatchActorBuilder(sapien.ActorBuilder):
 
     def build_render_component(self) -> Any:
         """The render component of `row`."""
-        return render_component(self._visuals, self._look, self.name, self.row)
+        return make_render_component(self._visuals, self._look, self.name, self.row)
 
     def _make_physx_component(self, row: int) -> Any:
         component = self._component()
         if self.physx_body_type == "kinematic":
             component.set_kinematic(True)
         for shape in self._collisions:
-            attach(component, shape, row)
+            attach_shape(component, shape, row)
         if self._mass_step is not None:
             self._mass_step(component, row)
-        apply(self._knobs, component, row)
+        apply_setters(self._knobs, component, row)
         component.set_name(self.name)
         return component
 
 
-def _refuse_what_cannot_be(structure: BodyStructure) -> None:
+def _refuse_unsupported_fields(structure: BodyStructure) -> None:
     """These types have no component that could hold it, and nothing is dropped unheard."""
-    said = [knob.get for knob, _ in BODY_KNOBS.said(structure)]
+    said = [knob.get for knob, _ in BODY_PROPERTIES.said(structure)]
     said += [name for name in ("mass", "inertial") if getattr(structure, name) is not None]
     if structure.body_type == "none":
         said += [name for name in ("collisions", "collision_groups") if getattr(structure, name)]
     if said:
-        raise EngineFailure(REFUSED, f"a body of type {structure.body_type} has no {said[0]}", origin=structure.origin)
+        raise EngineFailure(
+            REFUSED_CODE, f"a body of type {structure.body_type} has no {said[0]}", origin=structure.origin
+        )

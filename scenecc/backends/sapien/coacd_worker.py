@@ -16,7 +16,7 @@ import numpy as np
 
 from scenecc.files import read_checked
 
-HEADER = """ply
+PLY_HEADER = """ply
 format binary_little_endian 1.0
 element vertex {vertices}
 property uchar none
@@ -32,7 +32,7 @@ place: so a byte of 0 that nobody reads stands before the numbers."""
 _PR_SET_PDEATHSIG = 1
 
 
-def ply(parts: list[tuple[Any, Any]]) -> bytes:
+def encode_ply(parts: list[tuple[Any, Any]]) -> bytes:
     """One mesh of separate parts, each (vertices, faces)."""
     points = np.concatenate([np.asarray(points, dtype="<f4") for points, _ in parts])
     if not len(points):
@@ -43,14 +43,14 @@ def ply(parts: list[tuple[Any, Any]]) -> bytes:
     indices = np.concatenate([np.asarray(faces) + start for (_, faces), start in zip(parts, starts, strict=False)])
     faces = np.empty(len(indices), dtype=[("count", "u1"), ("indices", "<i4", 3)])
     faces["count"], faces["indices"] = 3, indices
-    header = HEADER.format(vertices=len(vertices), faces=len(faces))
+    header = PLY_HEADER.format(vertices=len(vertices), faces=len(faces))
     return header.encode("ascii") + vertices.tobytes() + faces.tobytes()
 
 
 def main() -> None:
     """Cuts one mesh into convex parts and writes them as one mesh of separate components."""
     request = json.load(sys.stdin)
-    _end_with(request["parent"])
+    _exit_with_parent(request["parent"])
     coacd: Any = importlib.import_module("coacd")
     trimesh: Any = importlib.import_module("trimesh")
     coacd.set_log_level("error")
@@ -62,10 +62,10 @@ def main() -> None:
     # SAPIEN passes each part through trimesh, which joins equal vertices; so must this, to be equal.
     meshes = [trimesh.Trimesh(vertices, faces) for vertices, faces in parts]
     with os.fdopen(request["output"], "wb") as file:
-        file.write(ply([(mesh.vertices, mesh.faces) for mesh in meshes]))
+        file.write(encode_ply([(mesh.vertices, mesh.faces) for mesh in meshes]))
 
 
-def _end_with(parent: int) -> None:
+def _exit_with_parent(parent: int) -> None:
     """Has Linux end this process as soon as the one that asked for it ends, however that ends."""
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:

@@ -1,26 +1,37 @@
-"""Constraints of the plan in live scenes: SAPIEN's components, and what is set on them, prepared once for all."""
+"""Constraints in live scenes: SAPIEN's components and their setters, their batches, their targets at a reset, and
+their audit.
+"""
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from dataclasses import dataclass
+from math import isinf
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.backends.sapien.columns import Column, poses, scalars, side_by_side, taken, vectors
 from scenecc.backends.sapien.engine import physx, sapien
+from scenecc.backends.sapien.objects import ComponentBatch
+from scenecc.backends.sapien.properties import Column, select_rows, to_poses, to_scalars, to_vectors, zip_columns
+from scenecc.diagnostics import Location
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import Connection, Distance, Drive, Gear, Weld, literal
 from scenecc.plan.constraint import WELD_SWING
 from scenecc.plan.properties import FLOAT32_MAX
+from scenecc.variation.errors import DrawError
+from scenecc.variation.per_scene_arrays import to_field_rows
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Generator, Iterator, Sequence
 
     from numpy.typing import NDArray
 
-    from scenecc.backends.sapien.standing import Standing
-    from scenecc.plan import Constraint, Value
+    from scenecc.backends.sapien.preparation import EntityLookup
+    from scenecc.diagnostics import Sink
+    from scenecc.plan import Constraint, ScenePlan, Value
+    from scenecc.variation.evaluation import Batch
+
 
 _COMPONENTS: dict[type, Any] = {
     Weld: physx.PhysxDriveComponent,
@@ -29,14 +40,18 @@ _COMPONENTS: dict[type, Any] = {
     Distance: physx.PhysxDistanceJointComponent,
     Gear: physx.PhysxGearComponent,
 }
-IDENTITY = literal(IDENTITY_POSE)
-STILL = literal((0.0, 0.0, 0.0))
-_NOTHING = literal(0.0)
-_NO_LIMIT = literal(FLOAT32_MAX)
+
+_IDENTITY = literal(IDENTITY_POSE)
+
+_ZERO_VELOCITY = literal((0.0, 0.0, 0.0))
+
+_ZERO = literal(0.0)
+
+_UNLIMITED = literal(FLOAT32_MAX)
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class SetterCall:
     """A setter of the engine.
 
     Attributes:
@@ -54,7 +69,7 @@ class Call:
         return self.rows[0 if len(self.rows) == 1 else number]
 
 
-class Tie:
+class PreparedConstraint:
     """A constraint, prepared for those of its scenes that are built.
 
     Attributes:
@@ -71,12 +86,12 @@ class Tie:
         self.rows = np.array([having[index] for index in self.scene_idxs], dtype=np.intp)
         self.in_parent = self._poses(constraint.pose_in_parent)
         self.in_child = self._poses(constraint.pose_in_child)
-        self.calls = list(_calls(constraint, self.rows)) if self.scene_idxs else []
+        self.calls = list(_joint_calls(constraint, self.rows)) if self.scene_idxs else []
 
     def _poses(self, value: Value | None) -> Column:
-        return poses(taken(IDENTITY if value is None else value, self.rows))
+        return to_poses(select_rows(_IDENTITY if value is None else value, self.rows))
 
-    def build(self, standing: Standing) -> list[Any]:
+    def build(self, standing: EntityLookup) -> list[Any]:
         """The component in each scene, in its child's entity: as `sapien.Scene.create_drive` and its like make it."""
         constraint = self.constraint
         number_of = {index: number for number, index in enumerate(standing.scene_idxs)}
@@ -96,79 +111,83 @@ class Tie:
         return made
 
 
-def _calls(constraint: Constraint, rows: NDArray[np.intp]) -> Iterator[Call]:
+def _joint_calls(constraint: Constraint, rows: NDArray[np.intp]) -> Iterator[SetterCall]:
     match constraint.joint:
         case Weld():
             for axis in ("x", "y", "z", "twist"):
-                yield Call(f"set_limit_{axis}", f"get_limit_{axis}", [(0.0, 0.0, 0.0, 0.0)])
+                yield SetterCall(f"set_limit_{axis}", f"get_limit_{axis}", [(0.0, 0.0, 0.0, 0.0)])
             swing = (*WELD_SWING, FLOAT32_MAX, "acceleration")
-            yield Call("set_drive_property_swing", "get_drive_property_swing", [swing])
+            yield SetterCall("set_drive_property_swing", "get_drive_property_swing", [swing])
         case Connection():
-            yield Call("set_limit", None, [(0.0, 0.0)])
+            yield SetterCall("set_limit", None, [(0.0, 0.0)])
         case Distance(limits, stiffness, damping):
-            yield Call("set_limit", None, _limited(limits, stiffness, damping, rows))
+            yield SetterCall("set_limit", None, _limit_columns(limits, stiffness, damping, rows))
         case Gear(ratio, enable_hinges):
-            yield Call("set_gear_ratio", "get_gear_ratio", side_by_side([_numbers(ratio, rows)]))
+            yield SetterCall("set_gear_ratio", "get_gear_ratio", zip_columns([_scalar_column(ratio, rows)]))
             if enable_hinges:
-                yield Call("enable_hinges", None, [()])
+                yield SetterCall("enable_hinges", None, [()])
         case Drive() as drive:
             yield from _drive_calls(drive, rows)
 
 
-def _drive_calls(drive: Drive, rows: NDArray[np.intp]) -> Iterator[Call]:
+def _drive_calls(drive: Drive, rows: NDArray[np.intp]) -> Iterator[SetterCall]:
     for limit in drive.limits:
-        arguments = _limited(limit.limits, limit.stiffness, limit.damping, rows)
-        yield Call(f"set_limit_{limit.axis}", f"get_limit_{limit.axis}", arguments)
+        arguments = _limit_columns(limit.limits, limit.stiffness, limit.damping, rows)
+        yield SetterCall(f"set_limit_{limit.axis}", f"get_limit_{limit.axis}", arguments)
     for each in drive.drives:
-        values = (each.stiffness, each.damping, each.force_limit or _NO_LIMIT)
-        columns: list[Column] = [*(_numbers(value, rows) for value in values), [each.mode or "force"]]
+        values = (each.stiffness, each.damping, each.force_limit or _UNLIMITED)
+        columns: list[Column] = [*(_scalar_column(value, rows) for value in values), [each.mode or "force"]]
         name = f"drive_property_{each.axis}"
-        yield Call(f"set_{name}", f"get_{name}", side_by_side(columns))
+        yield SetterCall(f"set_{name}", f"get_{name}", zip_columns(columns))
     if drive.target is not None:
-        yield target_call(poses(taken(drive.target, rows)))
+        yield target_call(to_poses(select_rows(drive.target, rows)))
     if drive.linear_velocity_target is not None or drive.angular_velocity_target is not None:
-        linear, angular = (value or STILL for value in (drive.linear_velocity_target, drive.angular_velocity_target))
-        yield velocity_call(vectors(taken(linear, rows)), vectors(taken(angular, rows)))
+        linear, angular = (
+            value or _ZERO_VELOCITY for value in (drive.linear_velocity_target, drive.angular_velocity_target)
+        )
+        yield velocity_call(to_vectors(select_rows(linear, rows)), to_vectors(select_rows(angular, rows)))
     for name in ("inv_mass_scales", "inv_inertia_scales"):
         value: Value | None = getattr(drive, name)
         if value is not None:
-            yield Call(f"set_{name}", None, list(map(tuple, taken(value, rows).tolist())))
+            yield SetterCall(f"set_{name}", None, list(map(tuple, select_rows(value, rows).tolist())))
 
 
-def target_call(targets: Column) -> Call:
+def target_call(targets: Column) -> SetterCall:
     """What a drive is driven to: `sapien.Pose`s."""
-    return Call("set_drive_target", "get_drive_target", side_by_side([targets]))
+    return SetterCall("set_drive_target", "get_drive_target", zip_columns([targets]))
 
 
-def velocity_call(linear: Column, angular: Column) -> Call:
+def velocity_call(linear: Column, angular: Column) -> SetterCall:
     """How fast it is driven: float32 vectors."""
-    return Call("set_drive_velocity_target", "get_drive_velocity_target", side_by_side([linear, angular]))
+    return SetterCall("set_drive_velocity_target", "get_drive_velocity_target", zip_columns([linear, angular]))
 
 
-def _numbers(value: Value, rows: NDArray[np.intp]) -> Column:
-    return scalars(taken(value, rows))
+def _scalar_column(value: Value, rows: NDArray[np.intp]) -> Column:
+    return to_scalars(select_rows(value, rows))
 
 
-def _limited(
+def _limit_columns(
     limits: Value, stiffness: Value | None, damping: Value | None, rows: NDArray[np.intp]
 ) -> list[tuple[Any, ...]]:
-    pairs = taken(limits, rows)
-    spring = [_numbers(value or _NOTHING, rows) for value in (stiffness, damping)]
-    return side_by_side([scalars(pairs[:, 0]), scalars(pairs[:, 1]), *spring])
+    pairs = select_rows(limits, rows)
+    spring = [_scalar_column(value or _ZERO, rows) for value in (stiffness, damping)]
+    return zip_columns([to_scalars(pairs[:, 0]), to_scalars(pairs[:, 1]), *spring])
 
 
-def start_calls(drive: Drive, rows: NDArray[np.intp]) -> list[Call]:
+def start_target_calls(drive: Drive, rows: NDArray[np.intp]) -> list[SetterCall]:
     """What a reset sets again on a drive that pulls: its targets, as built."""
     if not drive.drives:
         return []
-    linear, angular = (value or STILL for value in (drive.linear_velocity_target, drive.angular_velocity_target))
+    linear, angular = (
+        value or _ZERO_VELOCITY for value in (drive.linear_velocity_target, drive.angular_velocity_target)
+    )
     return [
-        target_call(poses(taken(drive.target or IDENTITY, rows))),
-        velocity_call(vectors(taken(linear, rows)), vectors(taken(angular, rows))),
+        target_call(to_poses(select_rows(drive.target or _IDENTITY, rows))),
+        velocity_call(to_vectors(select_rows(linear, rows)), to_vectors(select_rows(angular, rows))),
     ]
 
 
-def plain(found: Any) -> list[Any]:
+def flatten_values(found: Any) -> list[Any]:
     """What a getter of the engine gives, or a setter takes, as single numbers and words."""
     if isinstance(found, str):
         return [found]
@@ -176,5 +195,203 @@ def plain(found: Any) -> list[Any]:
         return [*found.p.tolist(), *found.q.tolist()]
     if isinstance(found, tuple | list):
         parts: list[Any] = [*found]  # pyright: ignore[reportUnknownArgumentType]
-        return [number for part in parts for number in plain(part)]
+        return [number for part in parts for number in flatten_values(part)]
     return np.asarray(found, np.float32).ravel().tolist()
+
+
+TargetCalls = list[tuple[Any, str, tuple[Any, ...]]]
+"""Components, what is set on them, and the arguments."""
+
+_AUDIT_CODE = "SC802"
+
+_ROTATION_TOLERANCE = 1e-6
+"""How far a component of a rotation may be from what was set: PhysX normalises what frames it takes."""
+
+
+class ConstraintBatch(ComponentBatch):
+    """One constraint of the plan, in every scene that has it.
+
+    `objs` are `sapien.physx.PhysxDriveComponent`s of a weld or a drive, `PhysxDistanceJointComponent`s of a connection
+    or a distance, and `PhysxGearComponent`s of a gear.
+    """
+
+    def in_scene(self, scene_idx: int) -> Any:
+        """The component in a scene of the plan; None where there is none. Raises RuntimeError once closed."""
+        return self.objs[self._scene_idxs.index(scene_idx)] if scene_idx in self._scene_idxs else None
+
+
+class ConstraintSet:
+    """The constraints of a batch.
+
+    Attributes:
+        batches: by name, in the order of the plan.
+    """
+
+    def __init__(self, plan: ScenePlan, standing: EntityLookup) -> None:
+        """Builds them, one after the other in each scene. What they tie together stands there already."""
+        self._ties = [
+            tie for each in plan.constraints if (tie := PreparedConstraint(each, standing.scene_idxs)).scene_idxs
+        ]
+        self.batches: dict[str, ConstraintBatch] = {
+            tie.constraint.name: ConstraintBatch(tie.constraint.name, tie.scene_idxs, tie.build(standing))
+            for tie in self._ties
+        }
+
+    def audit(self, sink: Sink) -> bool:
+        """Compares what the engine holds with what was set, reports differences, and says whether there is none.
+
+        The limits of a distance and the scales of a drive SAPIEN gives nobody.
+        """
+        good = True
+        for tie in self._ties:
+            wrong: dict[str, list[int]] = {}
+            for number, component in enumerate(self.batches[tie.constraint.name].objs):
+                for what in _constraint_differences(tie, component, number):
+                    wrong.setdefault(what, []).append(tie.scene_idxs[number])
+            for what, scene_idxs in wrong.items():
+                more = f" (and in {len(scene_idxs) - 1} more)" if len(scene_idxs) > 1 else ""
+                message = f"constraint '{tie.constraint.name}' in scene {scene_idxs[0]}{more}: the engine holds {what}"
+                sink.report(_AUDIT_CODE, message, tie.constraint.origin or Location(None))
+                good = False
+        return good
+
+    @property
+    def pulls(self) -> bool:
+        """Whether any of them is driven somewhere, so that a reset has something to set."""
+        return any(isinstance(tie.constraint.joint, Drive) and tie.constraint.joint.drives for tie in self._ties)
+
+    def again(self, batch: Batch) -> TargetCalls:
+        """The targets of drives at the start; nothing is set yet.
+
+        Args:
+            batch: the scenes that are reset.
+
+        Raises:
+            ValueError: something that is drawn has no value.
+        """
+        steps: TargetCalls = []
+        for tie in self._ties:
+            steps += sample_targets(tie, self.batches[tie.constraint.name].objs, batch)
+        return steps
+
+    @contextmanager
+    def apart(self, scene_idx: int) -> Generator[None, None, None]:
+        """Takes the constraints of a scene out of its simulation for a while, and puts them back in build order.
+
+        PhysX solves constraints in an order that follows from when their bodies came in, and moves on otherwise in the
+        last bit in another.
+        """
+        held = [
+            (component.get_entity(), component)
+            for each in self.batches.values()
+            if (component := each.in_scene(scene_idx)) is not None
+        ]
+        for entity, component in reversed(held):
+            entity.remove_component(component)
+        try:
+            yield
+        finally:
+            for entity, component in held:
+                entity.add_component(component)
+
+    def close(self) -> None:
+        """Lets go of everything."""
+        for each in self.batches.values():
+            each._close()  # noqa: SLF001  # pyright: ignore[reportPrivateUsage]
+        self.batches, self._ties = {}, []
+
+
+def sample_targets(
+    tie: PreparedConstraint, objs: Sequence[Any], batch: Batch
+) -> Iterator[tuple[Any, str, tuple[Any, ...]]]:
+    """The targets of one constraint at the start. `objs`: its components in the order of its scenes.
+
+    Raises:
+        ValueError: something that is drawn has no value.
+    """
+    joint = tie.constraint.joint
+    number_of = {index: number for number, index in enumerate(tie.scene_idxs)}
+    having = [number for number, index in enumerate(batch.scenes.tolist()) if index in number_of]
+    if not isinstance(joint, Drive) or not having:
+        return
+    part = batch if len(having) == len(batch.scenes) else batch.only(np.array(having, dtype=np.intp))
+    numbers = [number_of[index] for index in part.scenes.tolist()]
+    rows = tie.rows[numbers]
+    drawn = [
+        None if value is None or value.recipe is None else _sample_target(tie, what, value, part)
+        for what, value in (
+            ("target", joint.target),
+            ("velocity_target", joint.linear_velocity_target),
+            ("velocity_target", joint.angular_velocity_target),
+        )
+    ]
+    calls = [_replace_targets(call, drawn, len(rows)) for call in start_target_calls(joint, rows)]
+    for place, number in enumerate(numbers):
+        for call in calls:
+            yield objs[number], call.set, call.arguments(place)
+
+
+def _replace_targets(call: SetterCall, drawn: list[Any], count: int) -> SetterCall:
+    """A call with what is drawn in place of what was built."""
+    target, linear, angular = drawn
+    if call.set == "set_drive_target":
+        return call if target is None else target_call(to_poses(target))
+    if linear is None and angular is None:
+        return call
+    built = [call.arguments(number) for number in range(count)]
+    return velocity_call(
+        [one for one, _ in built] if linear is None else to_vectors(linear),
+        [one for _, one in built] if angular is None else to_vectors(angular),
+    )
+
+
+def _sample_target(tie: PreparedConstraint, what: str, value: Value, batch: Batch) -> Any:
+    """(B, 7) or (B, 3) of what a reset draws."""
+    assert value.recipe is not None
+    try:
+        found = np.asarray(to_field_rows(batch.evaluate(value.recipe)), np.float64)
+    except DrawError as error:
+        message = f"'{tie.constraint.name}' in scene {error.scene}: its {what} has no value: {error.message}"
+        raise ValueError(message) from None
+    with np.errstate(over="ignore"):
+        wrong = np.flatnonzero(~np.isfinite(found.astype(np.float32)).all(axis=1))
+    if wrong.size:
+        scene = int(batch.scenes[wrong[0]])
+        raise ValueError(
+            f"'{tie.constraint.name}' in scene {scene}: its {what} is drawn as {found[wrong[0]].tolist()}, and the "
+            "engine takes finite numbers in the range of float32 alone"
+        )
+    return found
+
+
+def _constraint_differences(tie: PreparedConstraint, component: Any, number: int) -> Iterator[str]:
+    frames = (("pose_in_child", tie.in_child), ("pose_in_parent", tie.in_parent))
+    for name, column in frames:
+        found, wanted = flatten_values(getattr(component, name)), flatten_values(column[number % len(column)])
+        if found[:3] != wanted[:3] or not np.allclose(found[3:], wanted[3:], rtol=0, atol=_ROTATION_TOLERANCE):
+            yield f"{name} = {found}, and the plan asks for {wanted}"
+    if (component.get_parent() is None) != (tie.constraint.parent is None):
+        yield "another parent than the plan asks for"
+    for call in tie.calls:
+        if call.set == "enable_hinges" and not component.is_hinges_enabled:
+            yield "no hinges, and the plan asks for them"
+        if call.get is None:
+            continue
+        found, wanted = flatten_values(getattr(component, call.get)()), flatten_values(call.arguments(number))
+        if not _is_close(found, wanted) and not _is_locked(call, wanted):
+            yield f"{call.get.removeprefix('get_')} = {found}, and the plan asks for {wanted}"
+
+
+def _is_locked(call: SetterCall, wanted: list[Any]) -> bool:
+    """Whether an axis is locked or free: then PhysX has no limits of it to give back."""
+    return call.set.startswith("set_limit") and (wanted[0] == wanted[1] or all(map(isinf, wanted[:2])))
+
+
+def _is_close(found: list[Any], wanted: list[Any]) -> bool:
+    if len(found) != len(wanted):
+        return False
+    exact = len(found) != 7  # a target is a frame too
+    return all(
+        one == other or (not exact and not isinstance(one, str) and abs(one - float(other)) <= _ROTATION_TOLERANCE)
+        for one, other in zip(found, wanted, strict=True)
+    )

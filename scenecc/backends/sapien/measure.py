@@ -1,4 +1,6 @@
-"""What the engine holds of a batch, as plain numbers: see `scenecc.plan.snapshot`."""
+"""Plain numbers read from a batch: a snapshot of what the engine holds (see `scenecc.plan.measured`), and poses during
+a simulation.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.backends.sapien.audit.meshes import Meshes
-from scenecc.backends.sapien.audit.shapes import part_counts
+from scenecc.backends.sapien.audit.reference import ReferenceMeshes, part_counts
 from scenecc.backends.sapien.engine import physx
 from scenecc.plan.articulation import ArticulationStructure
 from scenecc.plan.snapshot import (
@@ -25,12 +26,15 @@ from scenecc.plan.snapshot import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import NDArray
+
     from scenecc.backends.sapien.batch import SceneBatch
     from scenecc.geometry.rotations import Pose7
     from scenecc.plan import BodyStructure, Entity, Joint
     from scenecc.plan.snapshot import ShapeKind
 
-_KINDS: Final[dict[Any, tuple[ShapeKind, Callable[[Any], tuple[float, ...]]]]] = {
+
+_SHAPE_KINDS: Final[dict[Any, tuple[ShapeKind, Callable[[Any], tuple[float, ...]]]]] = {
     physx.PhysxCollisionShapeBox: ("box", lambda shape: _floats(shape.half_size)),
     physx.PhysxCollisionShapeSphere: ("sphere", lambda shape: (float(shape.radius),)),
     physx.PhysxCollisionShapeCapsule: ("capsule", lambda shape: _floats((shape.radius, shape.half_length))),
@@ -40,7 +44,7 @@ _KINDS: Final[dict[Any, tuple[ShapeKind, Callable[[Any], tuple[float, ...]]]]] =
     physx.PhysxCollisionShapeTriangleMesh: ("triangle_mesh", lambda _: ()),
 }
 
-_NUMBERS: Final = (
+_SHAPE_NUMBERS: Final = (
     "friction",
     "armature",
     "max_velocity",
@@ -59,17 +63,17 @@ def measure(batch: SceneBatch) -> EngineSnapshot:
     Raises:
         RuntimeError: the batch is closed.
     """
-    reader = _Reader(batch)
+    reader = _BatchReader(batch)
     scenes = zip(batch.scene_idxs, batch.scenes, strict=True)
     return EngineSnapshot(tuple(reader.scene(index, scene) for index, scene in scenes))
 
 
-class _Reader:
+class _BatchReader:
     """Reads bodies; meshes that shapes share are kept once."""
 
     def __init__(self, batch: SceneBatch) -> None:
         self._batch = batch
-        self._files = Meshes(batch.plan, physx.get_default_material())
+        self._files = ReferenceMeshes(batch.plan, physx.get_default_material())
         self._meshes: dict[str, MeasuredMesh] = {}
 
     def scene(self, index: int, scene: Any) -> MeasuredScene:
@@ -92,7 +96,7 @@ class _Reader:
             obj: Any = batch.objs[batch.scene_idxs.index(index)]
             component = obj.find_component_by_type(physx.PhysxRigidBaseComponent)
             shapes = self._shapes(structure, component, row)
-            pose, mass = _pose(obj.get_pose()), _mass(component)
+            pose, mass = _read_pose(obj.get_pose()), _read_mass(component)
             bodies = (MeasuredBody(entity.name, structure.body_type, structure, pose, mass, shapes),)
         return MeasuredEntity(entity, structure, row, bodies)
 
@@ -100,17 +104,17 @@ class _Reader:
         batch = self._batch.articulations[name]
         number = batch.scene_idxs.index(index)
         links = [batch.links[link.name][number] for link in structure.links]
-        numbers = _positions(batch.objs[number], links)
+        numbers = _joint_positions(batch.objs[number], links)
         return tuple(
             MeasuredBody(
                 link.name,
                 link.body.body_type,
                 link.body,
-                _pose(made.get_entity().get_pose()),
-                _mass(made),
+                _read_pose(made.get_entity().get_pose()),
+                _read_mass(made),
                 self._shapes(link.body, made, row),
                 link.parent,
-                None if link.joint is None else _joint(link.joint, made.get_joint(), *numbers[which]),
+                None if link.joint is None else _read_joint(link.joint, made.get_joint(), *numbers[which]),
             )
             for which, (link, made) in enumerate(zip(structure.links, links, strict=True))
         )
@@ -122,7 +126,7 @@ class _Reader:
         shapes = [shape for shape, count in zip(structure.collisions, counts, strict=True) for _ in range(count)]
         found: list[MeasuredShape] = []
         for made, shape in zip(component.get_collision_shapes(), shapes, strict=True):
-            kind, sizes = _KINDS[type(made)]
+            kind, sizes = _SHAPE_KINDS[type(made)]
             mesh = self._mesh(made) if kind.endswith("mesh") else None
             a, b, c, d = map(int, made.get_collision_groups())
             friction = made.get_physical_material()
@@ -130,7 +134,7 @@ class _Reader:
                 MeasuredShape(
                     kind=kind,
                     sizes=sizes(made),
-                    pose=_pose(made.get_local_pose()),
+                    pose=_read_pose(made.get_local_pose()),
                     shape=shape,
                     mesh=mesh,
                     static_friction=float(friction.static_friction),
@@ -156,14 +160,14 @@ class _Reader:
         return self._meshes[digest]
 
 
-def _mass(component: Any) -> MeasuredMass | None:
+def _read_mass(component: Any) -> MeasuredMass | None:
     if not isinstance(component, physx.PhysxRigidBodyComponent):
         return None
     x, y, z = _floats(component.get_inertia())
-    return MeasuredMass(float(component.get_mass()), _pose(component.get_cmass_local_pose()), (x, y, z))
+    return MeasuredMass(float(component.get_mass()), _read_pose(component.get_cmass_local_pose()), (x, y, z))
 
 
-def _positions(articulation: Any, links: list[Any]) -> list[tuple[float, float]]:
+def _joint_positions(articulation: Any, links: list[Any]) -> list[tuple[float, float]]:
     """Position and velocity of each link's joint; 0 of one that does not move."""
     moving = sorted((link.get_index(), which) for which, link in enumerate(links) if link.get_joint().get_dof())
     found = [(0.0, 0.0)] * len(links)
@@ -172,17 +176,17 @@ def _positions(articulation: Any, links: list[Any]) -> list[tuple[float, float]]
     return found
 
 
-def _joint(plan: Joint, joint: Any, qpos: float, qvel: float) -> MeasuredJoint:
+def _read_joint(plan: Joint, joint: Any, qpos: float, qvel: float) -> MeasuredJoint:
     moves = bool(joint.get_dof())
     low, high = _floats(joint.get_limits()[0]) if moves else (0.0, 0.0)
     # Of what a fixed joint has not, the engine gives empty arrays or anything.
-    numbers = {name: float(np.ravel(getattr(joint, name))[0]) if moves else 0.0 for name in _NUMBERS}
+    numbers = {name: float(np.ravel(getattr(joint, name))[0]) if moves else 0.0 for name in _SHAPE_NUMBERS}
     return MeasuredJoint(
         joint=plan,
         type=joint.get_type(),
         name=joint.get_name(),
-        pose_in_parent=_pose(joint.get_pose_in_parent()),
-        pose_in_child=_pose(joint.get_pose_in_child()),
+        pose_in_parent=_read_pose(joint.get_pose_in_parent()),
+        pose_in_child=_read_pose(joint.get_pose_in_child()),
         limits=(low, high),
         drive_mode=joint.get_drive_mode() if moves else "force",
         qpos=qpos,
@@ -191,10 +195,46 @@ def _joint(plan: Joint, joint: Any, qpos: float, qvel: float) -> MeasuredJoint:
     )
 
 
-def _pose(pose: Any) -> Pose7:
+def _read_pose(pose: Any) -> Pose7:
     x, y, z, qw, qx, qy, qz = _floats((*pose.p, *pose.q))
     return x, y, z, qw, qx, qy, qz
 
 
 def _floats(numbers: Any) -> tuple[float, ...]:
     return tuple(map(float, numbers))
+
+
+class PoseTracker:
+    """The dynamic and kinematic bodies of a batch, and its links.
+
+    Attributes:
+        keys: of each: index of its scene, name of its entity, and its own number among the entity's bodies.
+    """
+
+    def __init__(self, batch: SceneBatch) -> None:
+        """Raises RuntimeError if the batch is closed."""
+        found: list[tuple[tuple[int, str, int], Any]] = []
+        for entity in batch.plan.entities:
+            for row, index in enumerate(entity.scene_idxs):
+                if index in batch.scene_idxs:
+                    found += _moving_objects(batch, entity.name, entity.structure(row), index)
+        self.keys = tuple(key for key, _ in found)
+        self._objs = [obj for _, obj in found]
+
+    def poses(self) -> NDArray[np.float32]:
+        """(N, 7) p [m] then q (wxyz) of each, in the world of its scene."""
+        # All seven in one call: `p` and `q` each make an array, and this is asked for thirty times a second.
+        rows = [obj.get_pose().__getstate__() for obj in self._objs]
+        return np.array(rows, np.float32).reshape(len(rows), 7)
+
+
+def _moving_objects(batch: SceneBatch, name: str, structure: Any, index: int) -> list[tuple[tuple[int, str, int], Any]]:
+    if isinstance(structure, ArticulationStructure):
+        articulation = batch.articulations[name]
+        row = articulation.scene_idxs.index(index)
+        links = [articulation.links[link.name][row].get_entity() for link in structure.links]
+        return [((index, name, number), link) for number, link in enumerate(links)]
+    if structure.body_type not in {"dynamic", "kinematic"}:
+        return []
+    entity = batch.entities[name]
+    return [((index, name, 0), entity.objs[entity.scene_idxs.index(index)])]

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-_ARRAYS = ("pose", "linear_velocity", "angular_velocity", "kinematic_target", "dynamic", "asleep")
+_BODY_FIELDS = ("pose", "linear_velocity", "angular_velocity", "kinematic_target", "dynamic", "asleep")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,7 +39,7 @@ class EntityState:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, EntityState):
             return NotImplemented
-        pairs = ((getattr(self, name), getattr(other, name)) for name in _ARRAYS)
+        pairs = ((getattr(self, name), getattr(other, name)) for name in _BODY_FIELDS)
         return self.scene_idxs == other.scene_idxs and all(_same_bits(a, b) for a, b in pairs)
 
     def __hash__(self) -> int:
@@ -49,10 +49,10 @@ class EntityState:
         """A copy of some rows, in the order given, which keeps the scenes ascending."""
         scene_idxs = tuple(self.scene_idxs[row] for row in rows)
         index = np.array(rows, dtype=np.intp)
-        return EntityState(scene_idxs, *(getattr(self, name)[index] for name in _ARRAYS))
+        return EntityState(scene_idxs, *(getattr(self, name)[index] for name in _BODY_FIELDS))
 
 
-OF_ARTICULATIONS = (
+ARTICULATION_FIELDS = (
     "pose",
     "linear_velocity",
     "angular_velocity",
@@ -95,7 +95,7 @@ class ArticulationState:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, ArticulationState):
             return NotImplemented
-        pairs = ((getattr(self, name), getattr(other, name)) for name in OF_ARTICULATIONS)
+        pairs = ((getattr(self, name), getattr(other, name)) for name in ARTICULATION_FIELDS)
         return self.scene_idxs == other.scene_idxs and all(_same_bits(a, b) for a, b in pairs)
 
     def __hash__(self) -> int:
@@ -105,7 +105,7 @@ class ArticulationState:
         """A copy of some rows, in the order given, which keeps the scenes ascending."""
         scene_idxs = tuple(self.scene_idxs[row] for row in rows)
         index = np.array(rows, dtype=np.intp)
-        return ArticulationState(scene_idxs, *(getattr(self, name)[index] for name in OF_ARTICULATIONS))
+        return ArticulationState(scene_idxs, *(getattr(self, name)[index] for name in ARTICULATION_FIELDS))
 
 
 AnyState = EntityState | ArticulationState
@@ -139,7 +139,7 @@ class SceneState:
         return {**self.entities, **self.articulations}
 
 
-def resting(scene_idxs: tuple[int, ...], pose: NDArray[Any], dynamic: NDArray[np.bool_]) -> EntityState:
+def bodies_at_rest(scene_idxs: tuple[int, ...], pose: NDArray[Any], dynamic: NDArray[np.bool_]) -> EntityState:
     """Bodies at their poses (B, 7), without velocity, awake."""
     count = len(scene_idxs)
     zeros = np.zeros((2, count, 3), np.float32)
@@ -149,7 +149,7 @@ def resting(scene_idxs: tuple[int, ...], pose: NDArray[Any], dynamic: NDArray[np
     )
 
 
-def standing(scene_idxs: tuple[int, ...], pose: NDArray[Any], dof: int) -> ArticulationState:
+def articulations_at_rest(scene_idxs: tuple[int, ...], pose: NDArray[Any], dof: int) -> ArticulationState:
     """Articulations whose roots are at their poses (B, 7), all of whose joints are at 0 and without a target, awake."""
     count = len(scene_idxs)
     linear, angular = np.zeros((2, count, 3), np.float32)

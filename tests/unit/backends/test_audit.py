@@ -18,13 +18,13 @@ Level = Literal["full", "fast", "off"]
 
 def audited(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch, sabotage: Sabotage, level: Level) -> list[Diagnostic]:
     """What the audit says after `sabotage` was let loose on the scenes."""
-    fill = build.fill
+    fill = build.fill_scenes
 
     def filled(scenes: Any, turns: Any, progress: Any) -> None:
         fill(scenes, turns, progress)
         sabotage(list(scenes))
 
-    monkeypatch.setattr(build, "fill", filled)
+    monkeypatch.setattr(build, "fill_scenes", filled)
     sink = Sink()
     batch = instantiate(plan, sink, render=False, audit=level)
     assert (batch is None) == bool(sink.diagnostics())
@@ -158,13 +158,13 @@ def test_dropped_shape_of_the_builder(level: Level, plan: ScenePlan, monkeypatch
     """The builder itself leaves a shape out, in every scene, as SAPIEN's would."""
     from scenecc.backends.sapien import builder
 
-    attach = builder.attach
+    attach = builder.attach_shape
 
     def forgetful(component: Any, shape: Any, row: int) -> None:
         if shape.origin is None or shape.origin.path[-1] != 1:
             attach(component, shape, row)
 
-    monkeypatch.setattr(builder, "attach", forgetful)
+    monkeypatch.setattr(builder, "attach_shape", forgetful)
     sink = Sink()
     assert instantiate(plan, sink, render=False, audit=level) is None
     counts = [d for d in sink.diagnostics() if "collision_shapes = 1" in d.message]
@@ -175,14 +175,14 @@ def test_dropped_shape_of_the_builder(level: Level, plan: ScenePlan, monkeypatch
 def test_dropped_shape_in_one_scene(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
     from scenecc.backends.sapien import builder
 
-    attach = builder.attach
+    attach = builder.attach_shape
 
     def forgetful(component: Any, shape: Any, row: int) -> None:
         second = shape.origin is not None and shape.origin.path == ("entities", "cube", "shapes", 1)
         if not (second and row == 2):
             attach(component, shape, row)
 
-    monkeypatch.setattr(builder, "attach", forgetful)
+    monkeypatch.setattr(builder, "attach_shape", forgetful)
     sink = Sink()
     assert instantiate(plan, sink, render=False) is None
     messages = [d.message for d in sink.diagnostics()]

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import pytest
 
-from scenecc.backends.sapien import build, instantiate, resources, run, settings
+from scenecc.backends.sapien import assets, build, engine, instantiate
 from scenecc.backends.sapien.engine import physx
 from scenecc.diagnostics import Sink
 from scenecc.plan import Friction, Physics, ScenePlan, SdfConfig, constant
@@ -73,16 +73,16 @@ def test_settings_that_are_not_set(
 ) -> None:
     asked = replace(plan, physics=ASKED)
     assert not messages(asked, level)
-    set_it = settings._set
-    monkeypatch.setattr(settings, "_set", lambda it, *given: None if it == kind else set_it(it, *given))
+    set_it = engine._set_config
+    monkeypatch.setattr(engine, "_set_config", lambda it, *given: None if it == kind else set_it(it, *given))
     found = messages(asked, level)
     for name in names:
         assert any(f" {name} = " in message for message in found), (name, found)
 
 
 def test_settings_that_nobody_asked_for(level: Level, plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
-    set_them = settings.engine_settings
-    monkeypatch.setattr(run, "engine_settings", lambda _: set_them(ASKED))
+    set_them = engine.engine_settings
+    monkeypatch.setattr(build, "engine_settings", lambda _: set_them(ASKED))
     found = messages(plan, level)
     for name in ("gravity", "enable_ccd", "contact_offset", "sleep_threshold", "spacing"):
         assert any(f" {name} = " in message for message in found), (name, found)
@@ -115,7 +115,7 @@ def test_swapped_frictions(
 
     asked = replace(plan, physics=Physics(default_material=default))
     assert not messages(asked, level)
-    monkeypatch.setattr(resources, "_physical", swapped)
+    monkeypatch.setattr(assets, "_make_physical_material", swapped)
     if default is None:
         assert told(asked, level, "'cube'", "static_friction = 0.5", "0.6")
     else:
@@ -126,7 +126,7 @@ def test_another_default_material_than_the_engines(
     level: Level, plan: ScenePlan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     own = physx.PhysxMaterial(0.9, 0.9, 0.0)
-    monkeypatch.setattr(resources, "physx", _With(physx, get_default_material=lambda: own))
+    monkeypatch.setattr(assets, "physx", _With(physx, get_default_material=lambda: own))
     assert told(plan, level, "'post'", "static_friction = 0.9", "0.3")
 
 
@@ -150,7 +150,7 @@ def alike(plan: ScenePlan) -> ScenePlan:
 @pytest.mark.parametrize("number", [0, 3])
 def test_build_order(number: int, level: Level, plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
     """Two entities of one pose change places, in the first scene or in the last."""
-    fill = build.fill
+    fill = build.fill_scenes
 
     def filled(scenes: Any, turns: Any, progress: Any) -> None:
         for each, scene in enumerate(scenes):
@@ -158,7 +158,7 @@ def test_build_order(number: int, level: Level, plan: ScenePlan, monkeypatch: py
 
     asked = alike(plan)
     assert not messages(asked, level)
-    monkeypatch.setattr(build, "fill", filled)
+    monkeypatch.setattr(build, "fill_scenes", filled)
     assert told(asked, level, "'cube'", f"in scene {number}:", "build order", "'post'")
 
 
@@ -169,11 +169,11 @@ def _swapped(turns: list[Any]) -> list[Any]:
 
 def test_objects_handed_out_for_one_another(level: Level, plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
     """The batch hands out each other's objects."""
-    fill = build.fill
+    fill = build.fill_scenes
 
     def filled(scenes: Any, turns: Any, progress: Any) -> None:
         fill(scenes, turns, progress)
         turns[1].objs[:], turns[2].objs[:] = turns[2].objs[:], turns[1].objs[:]
 
-    monkeypatch.setattr(build, "fill", filled)
+    monkeypatch.setattr(build, "fill_scenes", filled)
     assert told(alike(plan), level, "'cube'", "entity = another")

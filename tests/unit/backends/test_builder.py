@@ -13,13 +13,17 @@ from plugins.structures import body_of
 from sapien import physx
 
 from scenecc.backends.sapien import instantiate
-from scenecc.backends.sapien.audit.geometry import COLLISION_SIZES, VISUAL_SIZES
-from scenecc.backends.sapien.audit.mass import VOLUME
+from scenecc.backends.sapien.assets import Resources
+from scenecc.backends.sapien.audit.reference import SHAPE_VOLUMES
 from scenecc.backends.sapien.builder import BatchActorBuilder
-from scenecc.backends.sapien.collision import COLLISION
-from scenecc.backends.sapien.knobs import BODY_KNOBS, GROUPS, RENDER_KNOBS, SHAPE_KNOBS, SHAPE_POSE
-from scenecc.backends.sapien.resources import Resources
-from scenecc.backends.sapien.visual import VISUAL
+from scenecc.backends.sapien.geometry import COLLISION_MAKERS, COLLISION_SIZES, VISUAL_MAKERS, VISUAL_SIZES
+from scenecc.backends.sapien.properties import (
+    BODY_PROPERTIES,
+    COLLISION_GROUPS,
+    RENDER_PROPERTIES,
+    SHAPE_POSE,
+    SHAPE_PROPERTIES,
+)
 from scenecc.diagnostics import Sink
 from scenecc.plan import (
     BodyStructure,
@@ -34,17 +38,17 @@ from scenecc.plan import (
 
 def test_tables_cover_every_geometry() -> None:
     """A new shape in the plan without a row in each table fails here."""
-    assert set(COLLISION) == set(COLLISION_SIZES) == set(VOLUME) == set(get_args(CollisionGeometry))
-    assert set(VISUAL) == set(VISUAL_SIZES) == set(get_args(VisualGeometry))
+    assert set(COLLISION_MAKERS) == set(COLLISION_SIZES) == set(SHAPE_VOLUMES) == set(get_args(CollisionGeometry))
+    assert set(VISUAL_MAKERS) == set(VISUAL_SIZES) == set(get_args(VisualGeometry))
 
 
 def test_tables_cover_every_field() -> None:
     """A new field of a body or a shape that nothing sets or reads fails here."""
     body = {f.name for f in fields(BodyStructure)}
     elsewhere = {"body_type", "collisions", "visuals", "mass", "inertial", "collision_groups", "origin"}
-    assert body == set(BODY_KNOBS.by_field) | set(RENDER_KNOBS.by_field) | elsewhere
+    assert body == set(BODY_PROPERTIES.by_field) | set(RENDER_PROPERTIES.by_field) | elsewhere
     shape = {f.name for f in fields(CollisionShape)}
-    assert shape == set(SHAPE_KNOBS.by_field) | {"geometry", "pose", "material", "origin"}
+    assert shape == set(SHAPE_PROPERTIES.by_field) | {"geometry", "pose", "material", "origin"}
 
 
 SHAPES = {
@@ -68,9 +72,9 @@ def test_a_fresh_shape_holds_the_defaults_that_are_not_set_again(name: str, chan
         made = SHAPES[name](physx.get_default_material())
     finally:
         physx.set_shape_config(config)
-    assert made.collision_groups == list(GROUPS.default)
+    assert made.collision_groups == list(COLLISION_GROUPS.default)
     assert made.local_pose.__getstate__() == SHAPE_POSE.default
-    for field, knob in SHAPE_KNOBS.by_field.items():
+    for field, knob in SHAPE_PROPERTIES.by_field.items():
         if knob.default is not None:
             assert getattr(made, knob.get) == knob.default, field
 
@@ -82,7 +86,7 @@ def test_a_fresh_body_holds_the_defaults_that_are_not_set_again() -> None:
         made = physx.PhysxRigidDynamicComponent()
     finally:
         physx.set_body_config(config)
-    for field, knob in BODY_KNOBS.by_field.items():
+    for field, knob in BODY_PROPERTIES.by_field.items():
         if knob.default is not None:
             assert np.array_equal(getattr(made, knob.get), knob.default), field
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from plugins.mesh_files import TETRA, checked, gltf_document, write
 
-from scenecc.backends.sapien import decomposition
-from scenecc.backends.sapien.failure import EngineFailure
+from scenecc.backends.sapien import assets
+from scenecc.backends.sapien.engine import EngineFailure
 from scenecc.plan import CoacdParams
 
 pytest.importorskip("coacd")
@@ -22,7 +22,7 @@ def test_a_mesh_in_a_buffer_beside_the_gltf_counts(tmp_path: Path, monkeypatch: 
     def run(content: object, arguments: object, result: Path) -> None:
         result.write_bytes(b"ply")
 
-    monkeypatch.setattr(decomposition, "_run", run)
+    monkeypatch.setattr(assets, "_run_coacd", run)
     document, body = gltf_document()
     document["buffers"][0]["uri"] = "mesh.bin"
     path, buffer = tmp_path / "mesh.gltf", tmp_path / "mesh.bin"
@@ -30,7 +30,7 @@ def test_a_mesh_in_a_buffer_beside_the_gltf_counts(tmp_path: Path, monkeypatch: 
     kept: list[Path] = []
     for content in (body, body + b"\x01", body):
         buffer.write_bytes(content)
-        kept.append(decomposition.decompose(checked(path, "decomposed"), CoacdParams()))
+        kept.append(assets.decompose(checked(path, "decomposed"), CoacdParams()))
     assert kept[0] == kept[2]
     assert kept[0] != kept[1]
 
@@ -58,9 +58,9 @@ def test_what_is_cut_is_what_was_checked_and_nothing_else_is_opened(
         file = checked(path, "decomposed")
         os.mkfifo(tmp_path / "skin.png")
         assert [one.uri for one in file.names] == ["mesh.bin"]
-        assert decomposition.decompose(file, CoacdParams()).stat().st_size
+        assert assets.decompose(file, CoacdParams()).stat().st_size
     file = checked(path, "decomposed") if kind == "obj" else file
-    assert decomposition.decompose(file, CoacdParams(seed=1)).stat().st_size
+    assert assets.decompose(file, CoacdParams(seed=1)).stat().st_size
     changing.write_bytes(changing.read_bytes() + b"\n")
     with pytest.raises(EngineFailure, match="changed while the scene was built"):
-        decomposition.decompose(file, CoacdParams(seed=2))
+        assets.decompose(file, CoacdParams(seed=2))

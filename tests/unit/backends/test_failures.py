@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenecc.backends.sapien import build, instantiate, run
-from scenecc.backends.sapien.assets_on_disk import crashes_the_reader
-from scenecc.backends.sapien.coacd_worker import ply
+from scenecc.backends.sapien import build, instantiate
+from scenecc.backends.sapien.assets import crashes_ply_reader
+from scenecc.backends.sapien.coacd_worker import encode_ply
 from scenecc.backends.sapien.engine import physx
 from scenecc.diagnostics import Diagnostic, Origin, Sink
 from scenecc.plan import (
@@ -106,12 +106,12 @@ def test_a_file_that_fails_in_some_scenes_only(text: Path, tmp_path: Path) -> No
 
 
 def test_a_refusal_in_the_middle_tears_down(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
-    from scenecc.backends.sapien import shapes
+    from scenecc.backends.sapien import builder
 
     made: list[Any] = []
     new_scene = build.new_scene
     monkeypatch.setattr(build, "new_scene", lambda *a, **k: made.append(new_scene(*a, **k)) or made[-1])
-    caller = shapes.ShapeSteps
+    caller = builder.PreparedShape
 
     def steps(make: Any, *rest: Any) -> Any:
         def refuse(row: int) -> Any:
@@ -121,7 +121,7 @@ def test_a_refusal_in_the_middle_tears_down(plan: ScenePlan, monkeypatch: pytest
 
         return caller(refuse, *rest)
 
-    monkeypatch.setattr(shapes, "ShapeSteps", steps)
+    monkeypatch.setattr(builder, "PreparedShape", steps)
     (told,) = complaints(plan)
     assert (told.code, told.path) == ("SC801", "entities.table.shapes[0]")
     assert "out of luck" in told.message
@@ -131,7 +131,8 @@ def test_a_refusal_in_the_middle_tears_down(plan: ScenePlan, monkeypatch: pytest
 
 @pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
 @pytest.mark.parametrize(
-    ("module", "step"), [(run, "audit_batch"), (run, "Ties"), (run, "Dress"), (build, "SceneBatch")]
+    ("module", "step"),
+    [(build, "audit_batch"), (build, "ConstraintSet"), (build, "LightsAndCameras"), (build, "SceneBatch")],
 )
 def test_an_error_once_the_bodies_stand_tears_down(
     module: ModuleType, step: str, error: type[BaseException], plan: ScenePlan, monkeypatch: pytest.MonkeyPatch
@@ -174,7 +175,7 @@ def test_what_a_body_type_does_not_have(kind: Any, said: dict[str, Any], plan_of
 
 
 def test_no_render_device(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(run, "render_problem", lambda: "failed to find a rendering device")
+    monkeypatch.setattr(build, "render_problem", lambda: "failed to find a rendering device")
     (told,) = complaints(plan, render=True)
     assert told.code == "SC803"
     batch = instantiate(plan, Sink(), render=None)
@@ -192,12 +193,12 @@ def test_cuda_without_the_library(plan: ScenePlan, monkeypatch: pytest.MonkeyPat
 
 
 def test_cuda_with_the_library(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from scenecc.backends.sapien import cuda
+    from scenecc.backends.sapien import engine
 
     monkeypatch.setenv("HOME", str(tmp_path))
-    cuda.library().parent.mkdir(parents=True)
-    cuda.library().write_bytes(b"")
-    monkeypatch.setattr(cuda.ctypes, "CDLL", lambda name: None)
+    engine.gpu_library_path().parent.mkdir(parents=True)
+    engine.gpu_library_path().write_bytes(b"")
+    monkeypatch.setattr(engine.ctypes, "CDLL", lambda name: None)
     (told,) = complaints(plan, device="cuda")
     assert told.code == "SC804"
     assert "does not run scenes on the GPU yet" in told.message
@@ -205,7 +206,7 @@ def test_cuda_with_the_library(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch,
     def no_driver(name: str) -> None:
         raise OSError(name)
 
-    monkeypatch.setattr(cuda.ctypes, "CDLL", no_driver)
+    monkeypatch.setattr(engine.ctypes, "CDLL", no_driver)
     (told,) = complaints(plan, device="cuda")
     assert "no CUDA driver" in told.message
 
@@ -250,10 +251,10 @@ def test_importing_the_backend_loads_no_engine_and_warns_of_nothing() -> None:
 
 
 def test_coacd_missing(text: Path, plan_of_shapes: PlanOf, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from scenecc.backends.sapien import decomposition
+    from scenecc.backends.sapien import assets
 
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setattr(decomposition.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(assets.importlib.util, "find_spec", lambda name: None)
     (told,) = complaints(plan_of_shapes(mesh(ConvexParts, coacd=CoacdParams()), files=(text,)))
     assert (told.code, told.path) == ("SC806", "entities.body.shapes[0]")
     assert "scenecc[convex]" in (told.hint or "")
@@ -285,8 +286,8 @@ def test_ply_of_parts_never_starts_like_a_line_break(tmp_path: Path) -> None:
     for byte in b"\n\r":
         vertices[0, 0] = np.frombuffer(bytes([byte, 0, 0, 61]), "<f4")[0]
         path = tmp_path / f"{byte}.ply"
-        path.write_bytes(ply([(vertices, faces)]))
-        assert not crashes_the_reader(path)
+        path.write_bytes(encode_ply([(vertices, faces)]))
+        assert not crashes_ply_reader(path)
         (part,) = physx.PhysxCollisionShapeConvexMesh.load_multiple(str(path), (1, 1, 1), physx.PhysxMaterial(0, 0, 0))
         assert {*map(tuple, part.vertices)} == {*map(tuple, vertices)}
 

@@ -15,9 +15,8 @@ from fidelity.hand import component
 from plugins.mesh_files import checked
 from unit.checks.test_assets import png
 
-from scenecc.backends.sapien import assets_on_disk, engine_log, instantiate
-from scenecc.backends.sapien.engine import physx, sapien
-from scenecc.backends.sapien.failure import EngineFailure
+from scenecc.backends.sapien import assets, engine, instantiate
+from scenecc.backends.sapien.engine import EngineFailure, physx, sapien
 from scenecc.diagnostics import Sink
 from scenecc.plan import AssetFile, CollisionShape, ConvexMesh, ConvexParts, ScenePlan, TriangleMesh, constant
 
@@ -89,7 +88,7 @@ def test_a_mesh_that_did_not_change_stays_cooked(
     write(path, 0.25)
     plan = plan_of_shapes(shape(ConvexMesh), files=(path,))
     extent(plan)
-    monkeypatch.setattr(assets_on_disk.MESHES, "_clear", lambda: pytest.fail("the cache was emptied"))
+    monkeypatch.setattr(assets.MESH_CACHE, "_clear", lambda: pytest.fail("the cache was emptied"))
     assert extent(plan) == 0.25
 
 
@@ -97,13 +96,13 @@ def test_files_from_before_the_process_are_trusted(tmp_path: Path, monkeypatch: 
     path = tmp_path / "box.obj"
     write(path, 0.25)
     cleared: list[int] = []
-    started = assets_on_disk._started()
+    started = assets._process_start()
     assert 0 < started < path.stat().st_mtime_ns
-    assets_on_disk.Remembered(lambda: cleared.append(1)).refresh([AssetFile("box.obj", path)])
+    assets.FileCache(lambda: cleared.append(1)).refresh([AssetFile("box.obj", path)])
     assert cleared == [1]
-    later = path.stat().st_ctime_ns + 10 * assets_on_disk._MARGIN
-    monkeypatch.setattr(assets_on_disk, "_started", lambda: later)
-    assets_on_disk.Remembered(lambda: cleared.append(2)).refresh([AssetFile("box.obj", path)])
+    later = path.stat().st_ctime_ns + 10 * assets._START_MARGIN
+    monkeypatch.setattr(assets, "_process_start", lambda: later)
+    assets.FileCache(lambda: cleared.append(2)).refresh([AssetFile("box.obj", path)])
     assert cleared == [1]
 
 
@@ -115,13 +114,13 @@ def test_what_a_file_names_counts_as_the_file(name: str, tmp_path: Path) -> None
     (tmp_path / "thing.mtl").write_text("newmtl a\nmap_Kd -s 1 1 1 wood grain.png\n")
     (tmp_path / "wood grain.png").write_bytes(png())
     file = checked(tmp_path / "thing.obj", "seen")
-    before = assets_on_disk.signature(file)
+    before = assets.file_signature(file)
     assert len(before) == 3
-    assets_on_disk.check_unchanged([file])
+    assets.check_files_unchanged([file])
     (tmp_path / name).write_bytes((tmp_path / name).read_bytes() + b"\n")
-    assert assets_on_disk.signature(file) != before
+    assert assets.file_signature(file) != before
     with pytest.raises(EngineFailure, match=f"{name}' changed while the scene was built"):
-        assets_on_disk.check_unchanged([file])
+        assets.check_files_unchanged([file])
 
 
 def parts_with_a_speck(path: Path) -> Path:
@@ -156,8 +155,8 @@ def test_a_dropped_part_is_seen_where_the_engine_is_silenced(
     sapien.set_log_level(level)
     try:
         assert instantiate(plan, sink, render=False) is None
-        with tempfile.TemporaryFile() as file, engine_log._standard_error(file.fileno()):
-            assert engine_log._level(file) == level, "as the user has set it"
+        with tempfile.TemporaryFile() as file, engine._redirect_standard_error(file.fileno()):
+            assert engine._log_level(file) == level, "as the user has set it"
     finally:
         sapien.set_log_level("warn")
     assert "1 of the mesh's parts" in sink.diagnostics()[0].message

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import scenecc
-from scenecc.backends.sapien import resources
+from scenecc.backends.sapien import assets
 
 _CHILD = """
 import scenecc
@@ -45,7 +45,7 @@ def test_as_many_as_the_engine_can_number_are_built_and_no_more() -> None:
 def few(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """A process that holds a hundred."""
     gc.collect()
-    monkeypatch.setattr(resources, "_MOST_MATERIALS", 100 + len(resources._materials))
+    monkeypatch.setattr(assets, "_MATERIAL_LIMIT", 100 + len(assets._live_materials))
     gc.disable()
     yield
     gc.enable()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import scenecc
-from scenecc.backends.sapien.selected import scene_indices
+from scenecc.backends.sapien.selection import check_scene_idxs
 
 BALL: dict[str, Any] = {
     "scenecc": 1,
@@ -14,7 +14,7 @@ BALL: dict[str, Any] = {
 
 
 def test_integers_of_any_kind_become_pythons() -> None:
-    found = scene_indices(np.array([2, 0]))
+    found = check_scene_idxs(np.array([2, 0]))
     assert found == (2, 0)
     assert all(type(index) is int for index in found)
 

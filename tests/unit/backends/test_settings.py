@@ -12,7 +12,7 @@ from fidelity.hand import component
 from sapien import physx
 
 from scenecc.backends.sapien import build, instantiate
-from scenecc.backends.sapien.settings import engine_settings
+from scenecc.backends.sapien.engine import engine_settings
 from scenecc.diagnostics import Sink
 from scenecc.plan import Friction, Physics, ScenePlan, SdfConfig
 
@@ -123,7 +123,7 @@ def test_restored_after_a_failure(error: BaseException, plan: ScenePlan, monkeyp
         scenes.extend(given)
         raise error
 
-    monkeypatch.setattr(build, "fill", fail)
+    monkeypatch.setattr(build, "fill_scenes", fail)
     with pytest.raises(type(error)):
         instantiate(replace(plan, physics=ALL), Sink(), render=False)
     assert state() == before

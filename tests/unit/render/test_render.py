@@ -61,12 +61,12 @@ def test_missing_packages_are_named_with_the_way_to_get_them(monkeypatch: pytest
 
 @pytest.mark.render
 def test_a_renderer_that_fails_is_the_machines_fault(monkeypatch: pytest.MonkeyPatch) -> None:
-    from scenecc.backends.sapien.seen import batches
+    from scenecc.backends.sapien import cameras
 
     def failing(*_: object) -> None:
         raise RuntimeError("vk::Device::allocateMemory: ErrorOutOfDeviceMemory")
 
-    monkeypatch.setattr(batches, "picture", failing)
+    monkeypatch.setattr(cameras, "read_picture", failing)
     with pytest.raises(scenecc.SceneError) as caught:
         scenecc.render_scene(SCENE, camera="wide")
     (told,) = caught.value.diagnostics

@@ -1,53 +1,392 @@
-"""All bodies of one structure against the plan: shape count and mass, as arrays."""
+"""Audit of bodies: every property of single bodies and their shapes, and shape counts and masses of all as arrays."""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.backends.sapien.audit.difference import CODE, shown
-from scenecc.backends.sapien.audit.mass import expected_mass, fault, misses
-from scenecc.backends.sapien.audit.shapes import part_counts
-from scenecc.backends.sapien.audit.sweep import Place, Sweep
-from scenecc.backends.sapien.engine import physx
-from scenecc.plan import ConvexParts
+from scenecc.backends.sapien.assets import axis_signs
+from scenecc.backends.sapien.audit.comparison import (
+    AUDIT_CODE,
+    BatchComparison,
+    BodyLocation,
+    format_value,
+    is_same,
+    is_same_local_pose,
+)
+from scenecc.backends.sapien.audit.reference import (
+    PRECISION_CODE,
+    EngineDefaults,
+    expected_friction,
+    expected_mass,
+    is_wrong_mass,
+    part_counts,
+    round_as_inverse,
+    shapes_mass,
+    wrong_mass_code,
+)
+from scenecc.backends.sapien.engine import physx, render
+from scenecc.backends.sapien.geometry import COLLISION_SIZES, VISUAL_SIZES, tiled_plane_vertices
+from scenecc.backends.sapien.properties import (
+    BODY_PROPERTIES,
+    COLLISION_GROUPS,
+    RENDER_PROPERTIES,
+    SHAPE_PROPERTIES,
+    row_value,
+    to_poses,
+)
+from scenecc.plan import ConvexMesh, ConvexParts, Mesh, MeshGeometry, Plane, TiledPlane, TriangleMesh, VisualMaterial
+from scenecc.plan.properties import MAX_BODY_OFFSET
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from scenecc.backends.sapien.audit.meshes import Meshes
-    from scenecc.backends.sapien.turn import AnyTurn, Part
-    from scenecc.plan import BodyStructure
-
-_shapes_of = physx.PhysxRigidBaseComponent.get_collision_shapes
-_mass_of = physx.PhysxRigidBodyComponent.get_mass
+    from scenecc.backends.sapien.audit.comparison import ExpectedProperties
+    from scenecc.backends.sapien.audit.reference import ReferenceMeshes
+    from scenecc.backends.sapien.preparation import PreparedActor, PreparedEntity, StructureRows
+    from scenecc.plan import BodyStructure, CollisionShape, Inertial, ScenePlan, Texture, Value, VisualShape
 
 
-def look_at_all(
-    turn: AnyTurn,
-    part: Part[BodyStructure],
+class ShapeAudit:
+    """Reads the colliding shapes of bodies."""
+
+    def __init__(
+        self, plan: ScenePlan, defaults: EngineDefaults, meshes: ReferenceMeshes, sweep: BatchComparison
+    ) -> None:
+        self._defaults = defaults
+        self._meshes = meshes
+        self._sweep = sweep
+        self._materials = plan.physical_materials
+        self._frictions: dict[int, ExpectedProperties] = {}
+
+    def look_at(self, structure: BodyStructure, body: Any, row: int, place: BodyLocation) -> None:
+        """All shapes of a body."""
+        found, counts = body.collision_shapes, part_counts(structure, row, self._meshes)
+        if len(found) != sum(counts):
+            self._sweep.tell(place, "collision_shapes", sum(counts), len(found))
+            return
+        start = 0
+        for shape, count in zip(structure.collisions, counts, strict=True):
+            where = place._replace(origin=shape.origin)
+            self._shape(structure, shape, found[start : start + count], row, where)
+            start += count
+
+    def _shape(
+        self, structure: BodyStructure, shape: CollisionShape, parts: Sequence[Any], row: int, place: BodyLocation
+    ) -> None:
+        kind, sizes = COLLISION_SIZES[type(shape.geometry)]
+        own = self._own(structure, shape, row)
+        no_density = shape.density is None and isinstance(shape.geometry, Plane)
+        defaults = self._defaults.plane if no_density else self._defaults.shape
+        material = shape.material
+        friction = self._defaults.friction if material is None else self._friction(int(material.row(row)), row)
+        for number, part in enumerate(parts):
+            if type(part) is not kind:
+                self._sweep.tell(place, "type", kind.__name__, type(part).__name__)
+                continue
+            for name, size in sizes(shape.geometry, row).items():
+                self._sweep.hold(name, size, part, place)
+            if isinstance(shape.geometry, MeshGeometry):
+                self._mesh(shape.geometry, part, number, row, place)
+            compare_shape_pose(shape.pose, part, row, place, self._sweep, self._defaults)
+            self._sweep.expect_but(defaults, own, part, place)
+            self._sweep.expect(friction, part.physical_material, place)
+
+    def _friction(self, index: int, row: int) -> ExpectedProperties:
+        known = self._frictions.get(index)
+        if known is None:
+            material = self._materials[index]
+            known = expected_friction(material.row(row))
+            if not any(value.varies for value in material.values()):
+                self._frictions[index] = known
+        return known
+
+    def _own(self, structure: BodyStructure, shape: CollisionShape, row: int) -> ExpectedProperties:
+        said = {knob.get: row_value(value, row) for knob, value in SHAPE_PROPERTIES.said(shape)}
+        if structure.collision_groups is not None:
+            said[COLLISION_GROUPS.get] = structure.collision_groups.row(row).tolist()
+        return said
+
+    def _mesh(
+        self, geometry: ConvexMesh | ConvexParts | TriangleMesh, part: Any, number: int, row: int, place: BodyLocation
+    ) -> None:
+        match geometry:
+            case ConvexMesh(file=file, scale=scale):
+                reference = self._meshes.hull(int(file.row(row)), axis_signs(scale, row))
+            case ConvexParts(file=file, scale=scale, coacd=coacd):
+                reference = self._meshes.parts(int(file.row(row)), coacd, axis_signs(scale, row))[number]
+            case TriangleMesh(file=file, sdf=sdf):
+                reference = self._meshes.triangles(int(file.row(row)), sdf=sdf)
+        for name in ("vertices", "triangles"):
+            if not np.array_equal(getattr(reference, name), getattr(part, name)):
+                self._sweep.tell(place, name, "those of the file", "others")
+
+
+def compare_shape_pose(
+    pose: Value | None, part: Any, row: int, place: BodyLocation, sweep: BatchComparison, defaults: EngineDefaults
+) -> None:
+    """The pose of a shape, colliding or seen, in its body."""
+    if pose is None:
+        sweep.expect(defaults.pose, part, place)
+    else:
+        sweep.hold("local_pose", pose.row(row), part, place)
+
+
+_TEXTURE_FIELDS = tuple(
+    f"{name}_texture" for name in ("base_color", "normal", "roughness", "metallic", "emission", "transmission")
+)
+
+_SAMPLER_FIELDS = {
+    "mipmap_levels": "mipmap_levels",
+    "filter_mode": "filter_mode",
+    "address_mode": "address_mode",
+    "is_srgb": "srgb",
+}
+"""SAPIEN's names for how an image is sampled to the plan's."""
+
+_SAMPLER_DEFAULTS = {"mipmap_levels": 1, "filter_mode": "linear", "address_mode": "repeat", "is_srgb": True}
+"""What `sapien.render.RenderTexture2D` takes for an image of which nothing is said, by its signature."""
+
+_DEFAULT_MATERIAL = VisualMaterial()
+
+
+class VisualAudit:
+    """Reads the render components of bodies."""
+
+    def __init__(self, plan: ScenePlan, defaults: EngineDefaults, sweep: BatchComparison) -> None:
+        self._plan = plan
+        self._defaults = defaults
+        self._sweep = sweep
+
+    def look_at(self, structure: BodyStructure, component: Any, row: int, place: BodyLocation) -> None:
+        """A render component and all its shapes."""
+        own = {knob.get: row_value(value, row) for knob, value in RENDER_PROPERTIES.said(structure)}
+        self._sweep.expect_but(self._defaults.look, own, component, place)
+        found = component.render_shapes
+        if len(found) != len(structure.visuals):
+            self._sweep.tell(place, "render_shapes", len(structure.visuals), len(found))
+            return
+        for shape, made in zip(structure.visuals, found, strict=True):
+            self._shape(shape, made, row, place._replace(origin=shape.origin))
+
+    def _shape(self, shape: VisualShape, found: Any, row: int, place: BodyLocation) -> None:
+        kind, sizes = VISUAL_SIZES[type(shape.geometry)]
+        if type(found) is not kind:
+            self._sweep.tell(place, "type", kind.__name__, type(found).__name__)
+            return
+        expected = sizes(shape.geometry, row) | {
+            "name": shape.name or "",
+            "front_face": _expected_front_face(shape, row),
+        }
+        if isinstance(shape.geometry, Mesh):
+            expected["filename"] = self._path(int(shape.geometry.file.row(row)))
+        self._compare(expected, found, place)
+        compare_shape_pose(shape.pose, found, row, place, self._sweep, self._defaults)
+        if isinstance(shape.geometry, TiledPlane):
+            corners, uvs = tiled_plane_vertices(shape.geometry, row)
+            part = found.parts[0]
+            for name, wanted, actual in (("vertices", corners, part.vertices), ("uvs", uvs, part.get_vertex_uv())):
+                if not is_same(wanted, actual):
+                    self._sweep.tell(place, name, wanted.tolist(), actual.tolist())
+        if shape.material is not None or not isinstance(shape.geometry, Mesh):
+            asked = (
+                _DEFAULT_MATERIAL
+                if shape.material is None
+                else self._plan.visual_materials[int(shape.material.row(row))]
+            )
+            for part in found.parts:
+                self._paint(asked, part.material, row, place)
+
+    def _paint(self, asked: VisualMaterial, found: Any, row: int, place: BodyLocation) -> None:
+        self._compare(self._defaults.paint | asked.row(row), found, place)
+        for name in _TEXTURE_FIELDS:
+            texture, image = getattr(asked, name), getattr(found, name)
+            if texture is None or image is None:
+                if texture is not image:
+                    self._sweep.tell(place, name, _image_presence(texture), _image_presence(image))
+                continue
+            for key, wanted in expected_texture(self._plan, texture, row).items():
+                if wanted != (actual := getattr(image, key)):
+                    self._sweep.tell(place, f"{name}.{key}", wanted, actual)
+
+    def _compare(self, expected: Mapping[str, Any], found: Any, place: BodyLocation) -> None:
+        for name, value in expected.items():
+            actual = getattr(found, name)
+            if not is_same(value, actual):
+                self._sweep.tell(place, name, format_value(value), format_value(actual))
+
+    def _path(self, file: int) -> str:
+        return str(self._plan.files[file].path)
+
+
+def expected_texture(plan: ScenePlan, texture: Texture, row: int) -> dict[str, object]:
+    """What can be read of an image, by the engine's names; SAPIEN's own where the plan says nothing."""
+    said = {key: getattr(texture, name) for key, name in _SAMPLER_FIELDS.items()}
+    own = {key: _SAMPLER_DEFAULTS[key] if value is None else value for key, value in said.items()}
+    return {"filename": str(plan.files[int(texture.file.row(row))].path), **own}
+
+
+def _image_presence(image: object) -> str:
+    return "none" if image is None else "an image"
+
+
+def _expected_front_face(shape: VisualShape, row: int) -> str:
+    if shape.front_face is not None:
+        return shape.front_face
+    mirrored = isinstance(shape.geometry, Mesh) and math.prod(shape.geometry.scale.row(row).tolist()) < 0
+    return "clockwise" if mirrored else "counterclockwise"
+
+
+_COMPONENT_CLASSES = {
+    "dynamic": physx.PhysxRigidDynamicComponent,
+    "kinematic": physx.PhysxRigidDynamicComponent,
+    "static": physx.PhysxRigidStaticComponent,
+    "link": physx.PhysxArticulationLinkComponent,
+}
+
+
+class BodyAudit:
+    """Looks at bodies; what differs is in the sweep afterwards."""
+
+    def __init__(
+        self,
+        plan: ScenePlan,
+        defaults: EngineDefaults,
+        meshes: ReferenceMeshes,
+        sweep: BatchComparison,
+        *,
+        rendered: bool,
+    ) -> None:
+        self._meshes = meshes
+        self._defaults = defaults
+        self._sweep = sweep
+        self._rendered = rendered
+        self._shapes = ShapeAudit(plan, defaults, meshes, sweep)
+        self._visuals = VisualAudit(plan, defaults, sweep)
+
+    def look_at(self, turn: PreparedActor, structure: BodyStructure, number: int) -> None:
+        """The body that is number `number` of its entity; its name, scene and pose are looked at elsewhere."""
+        place = BodyLocation(turn, number, structure.origin)
+        self.components(turn.entity.name, structure, turn.objs[number].components, int(turn.rows[number]), place)
+
+    def components(
+        self, name: str, structure: BodyStructure, components: list[Any], row: int, place: BodyLocation
+    ) -> None:
+        """What an entity has: a body of a name, in a row of the plan's values."""
+        kinds = self._kinds(structure)
+        if list(map(type, components)) != kinds:
+            names = [[kind.__name__ for kind in some] for some in (kinds, map(type, components))]
+            self._sweep.tell(place, "components", names[0], names[1])
+            return
+        for component in components:
+            self._sweep.hold("component.name", name, component, place)
+            if isinstance(component, render.RenderBodyComponent):
+                self._visuals.look_at(structure, component, row, place)
+            else:
+                self._body(structure, component, row, place)
+
+    def _kinds(self, structure: BodyStructure) -> list[Any]:
+        seen: list[Any] = [render.RenderBodyComponent] if self._rendered and structure.visuals else []
+        if structure.body_type == "none":
+            return seen
+        own = _COMPONENT_CLASSES[structure.body_type]
+        # SAPIEN's builders make the look of an actor first, and that of a link last.
+        return [own, *seen] if structure.body_type == "link" else [*seen, own]
+
+    def _body(self, structure: BodyStructure, body: Any, row: int, place: BodyLocation) -> None:
+        self._shapes.look_at(structure, body, row, place)
+        if structure.body_type != "static":
+            kinds = {"kinematic": self._defaults.kinematic, "link": self._defaults.link}
+            defaults = kinds.get(structure.body_type, self._defaults.dynamic)
+            own = {knob.get: row_value(value, row) for knob, value in BODY_PROPERTIES.said(structure)}
+            self._sweep.expect_but(defaults, own, body, place)
+            if structure.inertial is not None:
+                self._given_mass(structure.inertial, body, row, place)
+            else:
+                self._mass(structure, body, row, place)
+
+    def _given_mass(self, inertial: Inertial, body: Any, row: int, place: BodyLocation) -> None:
+        self._stored(inertial.mass.row(row), inertial.inertia.row(row), body, place)
+        if not is_same_local_pose(inertial.com.row(row), body.cmass_local_pose):
+            self._sweep.tell(
+                place, "cmass_local_pose", format_value(inertial.com.row(row)), format_value(body.cmass_local_pose)
+            )
+
+    def _mass(self, structure: BodyStructure, body: Any, row: int, place: BodyLocation) -> None:
+        """The engine computes mass and inertia again, on a body of the shapes alone, and must weigh what these do."""
+        reference = self._reference(structure, row)
+        weight = shapes_mass(structure, np.array([row]), self._meshes)
+        if is_wrong_mass(reference.mass, weight):
+            self._sweep.tell(
+                place, "mass", format_value(weight[0]), format_value(reference.mass), wrong_mass_code(weight[0])
+            )
+        centre = reference.cmass_local_pose.p
+        if structure.body_type != "kinematic" and not np.abs(centre).max() <= MAX_BODY_OFFSET:
+            self._sweep.tell(place, "cmass_local_pose.p", "a place within 10 km", format_value(centre), PRECISION_CODE)
+        if structure.mass is not None:
+            mass = structure.mass.row(row)
+            self._stored(mass, reference.inertia.astype(np.float64) * (mass / reference.mass), body, place)
+        else:
+            self._sweep.hold("mass", reference.mass, body, place)
+            self._sweep.hold("inertia", reference.inertia, body, place)
+        # To the bit, unlike poses of the plan: the engine has computed and normalised both.
+        found, wanted = body.cmass_local_pose, reference.cmass_local_pose
+        if found.__getstate__() != wanted.__getstate__():
+            self._sweep.tell(place, "cmass_local_pose", format_value(wanted), format_value(found))
+
+    def _stored(self, mass: Any, inertia: Any, body: Any, place: BodyLocation) -> None:
+        if body.mass != round_as_inverse(mass):
+            self._sweep.tell(place, "mass", format_value(mass), format_value(body.mass))
+        if (body.inertia != round_as_inverse(inertia)).any():
+            self._sweep.tell(place, "inertia", format_value(inertia), format_value(body.inertia))
+
+    def _reference(self, structure: BodyStructure, row: int) -> Any:
+        body = physx.PhysxRigidDynamicComponent()
+        for shape in structure.collisions:
+            for part in self._meshes.fresh(shape.geometry, row):
+                if shape.pose is not None:
+                    part.set_local_pose(to_poses(shape.pose.row(row)[None])[0])
+                if shape.density is not None:
+                    part.set_density(float(shape.density.row(row)))
+                body.attach(part)
+        return body
+
+
+_get_collision_shapes = physx.PhysxRigidBaseComponent.get_collision_shapes
+
+_get_mass = physx.PhysxRigidBodyComponent.get_mass
+
+
+def compare_bodies(
+    turn: PreparedEntity,
+    part: StructureRows[BodyStructure],
     components: list[Any],
-    meshes: Meshes,
-    sweep: Sweep,
+    meshes: ReferenceMeshes,
+    sweep: BatchComparison,
     *,
     link: str | None = None,
 ) -> None:
     """Shape count and mass of all bodies of one structure, given their components."""
 
-    def place(body: int) -> Place:
-        return Place(turn, int(part.numbers[body]), part.structure.origin, link)
+    def place(body: int) -> BodyLocation:
+        return BodyLocation(turn, int(part.numbers[body]), part.structure.origin, link)
 
-    _counts(part, components, place, meshes, sweep)
+    _compare_shape_counts(part, components, place, meshes, sweep)
     if part.structure.body_type != "static":
-        _masses(part, components, place, meshes, sweep)
+        _compare_masses(part, components, place, meshes, sweep)
 
 
-def _counts(
-    part: Part[BodyStructure], components: list[Any], place: Callable[[int], Place], meshes: Meshes, sweep: Sweep
+def _compare_shape_counts(
+    part: StructureRows[BodyStructure],
+    components: list[Any],
+    place: Callable[[int], BodyLocation],
+    meshes: ReferenceMeshes,
+    sweep: BatchComparison,
 ) -> None:
     # One body's shapes at a time: Python's objects for all of them would have to be made and kept at once.
-    shapes: Iterator[Any] = map(_shapes_of, components)
+    shapes: Iterator[Any] = map(_get_collision_shapes, components)
     found = np.fromiter(map(len, shapes), dtype=np.int64, count=len(components))
     if any(isinstance(shape.geometry, ConvexParts) for shape in part.structure.collisions):
         expected = np.array([sum(part_counts(part.structure, row, meshes)) for row in map(int, part.rows)])
@@ -57,18 +396,28 @@ def _counts(
         sweep.tell(place(i), "collision_shapes", int(expected[i]), int(found[i]))
 
 
-def _masses(
-    part: Part[BodyStructure], components: list[Any], place: Callable[[int], Place], meshes: Meshes, sweep: Sweep
+def _compare_masses(
+    part: StructureRows[BodyStructure],
+    components: list[Any],
+    place: Callable[[int], BodyLocation],
+    meshes: ReferenceMeshes,
+    sweep: BatchComparison,
 ) -> None:
-    found = np.array([*map(_mass_of, components)], dtype=np.float32)
+    found = np.array([*map(_get_mass, components)], dtype=np.float32)
     expected, exact = expected_mass(part.structure, part.rows, meshes)
     if exact:
         wrong = found != expected
     else:
-        wrong = misses(found, expected)
+        wrong = is_wrong_mass(found, expected)
         if len(expected) == 1:
             # One value of every size and density: then the engine's sum is one value, too.
             wrong |= found != found[0]
     for i in np.flatnonzero(wrong).tolist():
         wanted = np.broadcast_to(expected, found.shape)[i]
-        sweep.tell(place(i), "mass", shown(wanted), shown(found[i]), CODE if exact else fault(wanted))
+        sweep.tell(
+            place(i),
+            "mass",
+            format_value(wanted),
+            format_value(found[i]),
+            AUDIT_CODE if exact else wrong_mass_code(wanted),
+        )

@@ -1,0 +1,230 @@
+"""From a plan to a filled `ManiSkillScene`, and the plan's settings against those of the environment."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.backends.maniskill.builders import build_actor, build_articulation, deduplicate_planes
+from scenecc.backends.maniskill.compat import SimConfig
+from scenecc.backends.maniskill.loaded_scene import (
+    LoadedScene,
+    ManiSkillConstraints,
+    ManiSkillEntityLookup,
+    ManiSkillLights,
+)
+from scenecc.backends.maniskill.sensors import unsupported_cameras
+from scenecc.backends.sapien.assets import report_changed_files
+from scenecc.backends.sapien.engine import EngineFailure, engine_settings, physx, report_failure
+from scenecc.backends.sapien.preparation import PreparedArticulation, prepare_entities
+from scenecc.diagnostics import Location
+from scenecc.diagnostics.collector import collector_paused
+from scenecc.plan import Physics
+from scenecc.plan.physics import process_wide_settings
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scenecc.backends.sapien.preparation import PreparedEntity
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.plan import Friction, GpuMemory, ScenePlan
+
+
+CONFLICT_CODE = "SC810"
+
+_CONFLICT_HINT = (
+    "make the environment with `sim_config=scenecc.maniskill.sim_config(…)` of this file, or leave the key out"
+)
+
+_DEFAULT_CONTROL_FREQ = 20
+"""ManiSkill's, a second."""
+
+_SIM_FREQ_LIMIT = 1_000_000
+"""A second: what is finer is no time step of a simulation."""
+
+
+def report_conflicts(physics: Physics, scene: Any, sink: Sink) -> bool:
+    """Reports every key that says something else than the environment has; whether there are any."""
+    found = False
+    for path, said, present in _compared_settings(physics, scene):
+        if not np.array_equal(np.asarray(said, np.float32), np.asarray(present, np.float32)):
+            message = (
+                f"`{'.'.join(path)}` is {_format_value(said)} here, and the environment has {_format_value(present)}"
+            )
+            sink.report(CONFLICT_CODE, message, _key_origin(physics.origin, *path), hint=_CONFLICT_HINT)
+            found = True
+    return found
+
+
+def sim_config(physics: Physics, sink: Sink, control_freq: int | None = None) -> Any:
+    """ManiSkill's `SimConfig` with what a plan says, and ManiSkill's defaults for the rest.
+
+    Args:
+        physics: of the plan. `sdf` is no part of ManiSkill's configuration: it is set while a scene is loaded.
+        sink: told a time step that ManiSkill cannot have.
+        control_freq: actions a second; None: ManiSkill's 20, or the next less that divides the steps a second.
+
+    Returns:
+        None after an error.
+
+    Raises:
+        ValueError: `control_freq` is not positive, or does not divide the steps a second.
+    """
+    config = SimConfig()
+    if physics.timestep is not None:
+        steps = round(1 / physics.timestep)
+        if not 1 <= steps <= _SIM_FREQ_LIMIT or np.float32(1 / steps) != np.float32(physics.timestep):
+            count = f"{1 / physics.timestep:.6g}"
+            message = f"ManiSkill takes whole steps a second, and of {physics.timestep} s there are {count}"
+            sink.report(
+                CONFLICT_CODE, message, _key_origin(physics.origin, "timestep"), hint="as with 0.01, 0.005 or 0.002 s"
+            )
+            return None
+        config.sim_freq = steps
+    config.control_freq = _control_freq(config.sim_freq, control_freq)
+    given = process_wide_settings(physics)
+    for name, value in {**given["scene"], **given["shape"], **given["body"]}.items():
+        setattr(config.scene_config, name, value)
+    if physics.gravity is not None:
+        config.scene_config.gravity = list(physics.gravity)
+    if physics.cpu_workers is not None:
+        config.scene_config.cpu_workers = physics.cpu_workers
+    if physics.scene_spacing is not None:
+        config.spacing = physics.scene_spacing
+    for name, value in _specified_fields(physics.default_material):
+        setattr(config.default_materials_config, name, value)
+    for name, value in _specified_fields(physics.gpu_memory):
+        setattr(config.gpu_memory_config, name, value)
+    return config
+
+
+def _control_freq(sim_freq: int, asked: int | None) -> int:
+    if asked is None:
+        return next(each for each in range(min(_DEFAULT_CONTROL_FREQ, sim_freq), 0, -1) if sim_freq % each == 0)
+    if asked < 1 or sim_freq % asked:
+        raise ValueError(f"control_freq divides the {sim_freq} steps a second, and {asked} does not")
+    return asked
+
+
+def _compared_settings(physics: Physics, scene: Any) -> Iterator[tuple[tuple[str, ...], Any, Any]]:
+    """Each key that is said, with its value and the environment's."""
+    if physics.timestep is not None:
+        yield ("timestep",), physics.timestep, scene.px.timestep
+    given = process_wide_settings(physics)
+    held = {"scene": scene.px.config, "shape": physx.get_shape_config(), "body": physx.get_body_config()}
+    for kind, present in held.items():
+        for name, value in given[kind].items():
+            yield (name,), value, getattr(present, name)
+    config = scene.sim_config
+    if physics.cpu_workers is not None:
+        yield ("cpu_workers",), physics.cpu_workers, config.scene_config.cpu_workers
+    material = physx.get_default_material()
+    for name, value in _specified_fields(physics.default_material):
+        yield ("default_material", name), value, getattr(material, name)
+    if physics.scene_spacing is not None:
+        yield ("scene_spacing",), physics.scene_spacing, config.spacing
+    for name, value in _specified_fields(physics.gpu_memory):
+        yield ("gpu_memory", name), value, getattr(config.gpu_memory_config, name)
+
+
+def _specified_fields(group: Friction | GpuMemory | None) -> Iterator[tuple[str, Any]]:
+    if group is None:
+        return
+    for each in fields(group):
+        if (value := getattr(group, each.name)) is not None:
+            yield each.name, value
+
+
+def _key_origin(origin: Origin | None, *path: str) -> Origin | Location:
+    return Location(None) if origin is None else origin.child(*path)
+
+
+def _format_value(value: Any) -> str:
+    """With as many digits as the engine keeps."""
+    if isinstance(value, bool | int):
+        return str(value).lower()
+    numbers = [float(str(np.float32(number))) for number in np.ravel(value)]
+    return str(numbers if np.ndim(value) else numbers[0])
+
+
+_AGENT_HINT = (
+    "call one of them otherwise; if it is the agent's robot, leave this one out,"
+    " or derive the task from the class that `register_env` returns"
+)
+
+
+def build_plan(plan: ScenePlan, scene: Any, sink: Sink) -> LoadedScene | None:
+    """`scenecc.backends.maniskill.instantiate` once ManiSkill is known to be there."""
+    if not _check_environment(plan, scene, sink):
+        return None
+    try:
+        built = deduplicate_planes(plan) if scene.gpu_sim_enabled else plan
+    except EngineFailure as failure:
+        report_failure(failure, sink, plan.origin)
+        return None
+    # The environment has no say in these alone.
+    with engine_settings(Physics(sdf=plan.physics.sdf)), collector_paused():
+        turns = prepare_entities(built, tuple(range(plan.num_scenes)), sink, rendered=scene.can_render())
+        loaded = None if turns is None else _fill_scene(plan, turns, scene, sink)
+    return loaded if loaded is not None and report_changed_files(plan, sink) else None
+
+
+def _fill_scene(plan: ScenePlan, turns: list[PreparedEntity], scene: Any, sink: Sink) -> LoadedScene | None:
+    actors: dict[str, Any] = {}
+    articulations: dict[str, Any] = {}
+    place = plan.origin
+    try:
+        for turn in turns:
+            name, place = turn.entity.name, turn.entity.origin
+            if isinstance(turn, PreparedArticulation):
+                articulations[name] = build_articulation(turn, scene)
+            else:
+                actors[name] = build_actor(turn, scene)
+        place = plan.origin
+        standing = ManiSkillEntityLookup(tuple(range(plan.num_scenes)), _environment_scenes(scene), turns)
+        ties = ManiSkillConstraints(plan, standing, scene)
+        lights = ManiSkillLights(plan, _light_lookup(standing, scene, turns)) if scene.can_render() else None
+    except EngineFailure as failure:
+        report_failure(failure, sink, place)
+        return None
+    held = {turn.entity.name: turn.held() for turn in turns}
+    return LoadedScene(plan, scene, actors, articulations, held, ties, lights)
+
+
+def _environment_scenes(scene: Any) -> list[Any]:
+    """The scene of each environment; where they are shown together, it is the first for all."""
+    if scene.parallel_in_single_scene:
+        return [scene.sub_scenes[0]] * len(scene.sub_scenes)
+    return list(scene.sub_scenes)
+
+
+def _light_lookup(standing: ManiSkillEntityLookup, scene: Any, turns: list[PreparedEntity]) -> ManiSkillEntityLookup:
+    """Where lights are built: once where environments are shown together, as ManiSkill's."""
+    return ManiSkillEntityLookup((0,), standing.scenes[:1], turns) if scene.parallel_in_single_scene else standing
+
+
+def _check_environment(plan: ScenePlan, scene: Any, sink: Sink) -> bool:
+    """Whether the environment can have the plan; everything that it cannot have is reported."""
+    contradicted = report_conflicts(plan.physics, scene, sink)
+    failures = list(_name_conflicts(plan, scene))
+    if scene.can_render():
+        failures += unsupported_cameras(plan)
+    for failure in failures:
+        report_failure(failure, sink, plan.origin)
+    return not contradicted and not failures
+
+
+def _name_conflicts(plan: ScenePlan, scene: Any) -> list[EngineFailure]:
+    """Objects of names that the environment has already; ManiSkill would stop in between."""
+    taken = [entity for entity in plan.entities if entity.name in scene.actors or entity.name in scene.articulations]
+    return [
+        EngineFailure(
+            "SC809",
+            f"the environment has an object '{entity.name}' already",
+            origin=entity.origin,
+            hint=_AGENT_HINT if entity.name in scene.articulations else "call one of them otherwise",
+        )
+        for entity in taken
+    ]

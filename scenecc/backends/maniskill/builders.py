@@ -1,0 +1,238 @@
+"""Bodies and articulations of the plan as ManiSkill's, made through its own builders.
+
+Environments on a GPU share one simulation. PhysX separates them by distance alone, and a plane is endless, so a
+plane is built once for all of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.backends.maniskill.compat import (
+    UNSUPPORTED_CODE,
+    Actor,
+    ActorBuilder,
+    Articulation,
+    ArticulationBuilder,
+    Pose,
+    torch,
+)
+from scenecc.backends.sapien.engine import EngineFailure
+from scenecc.backends.sapien.properties import select_rows
+from scenecc.plan import BodyStructure, Entity, Plane, Value
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from scenecc.backends.sapien.preparation import PreparedActor, PreparedArticulation, PreparedEntity
+    from scenecc.plan import CollisionShape, ScenePlan
+
+
+_PLANE_HINT = "environments share one simulation on the GPU: put a box there, or the same plane in all of them"
+
+
+def deduplicate_planes(plan: ScenePlan) -> ScenePlan:
+    """The plan with each plane in the first scene alone, but for those that are asked for in every scene.
+
+    Raises:
+        EngineFailure: a plane is not the same in all scenes.
+    """
+    if plan.num_scenes == 1 or not any(map(_has_plane, plan.entities)):
+        return plan
+    entities = [
+        _deduplicate_plane(entity, plan.num_scenes) if _has_plane(entity) else entity for entity in plan.entities
+    ]
+    return replace(plan, entities=tuple(entities))
+
+
+def without_planes(structure: BodyStructure) -> BodyStructure:
+    """The structure without those planes that are built once."""
+    return replace(structure, collisions=tuple(shape for shape in structure.collisions if not _is_shared(shape)))
+
+
+def _has_plane(entity: Entity) -> bool:
+    return any(map(_is_shared, (shape for body in entity.bodies for shape in body.collisions)))
+
+
+def _is_shared(shape: CollisionShape) -> bool:
+    return isinstance(shape.geometry, Plane) and not shape.geometry.every_scene
+
+
+def _deduplicate_plane(entity: Entity, num_scenes: int) -> Entity:
+    if len(entity.scene_idxs) < num_scenes:
+        message = f"the plane of '{entity.name}' would be in every environment, and is asked for in some"
+        raise EngineFailure(UNSUPPORTED_CODE, message, origin=entity.origin, hint=_PLANE_HINT)
+    whole = entity.structures[0]
+    if len(entity.structures) > 1 or not isinstance(whole, BodyStructure) or _plane_varies(entity, whole):
+        message = f"the plane of '{entity.name}' differs between environments"
+        raise EngineFailure(UNSUPPORTED_CODE, message, origin=entity.origin, hint=_PLANE_HINT)
+    pick = np.ones(num_scenes, dtype=np.int64)
+    pick[0] = 0
+    return replace(entity, structures=(whole, without_planes(whole)), pick=Value(pick))
+
+
+def _plane_varies(entity: Entity, structure: BodyStructure) -> bool:
+    planes = filter(_is_shared, structure.collisions)
+    values = [entity.pose, *(value for shape in planes for value in (shape.pose, shape.material))]
+    return any(value is not None and value.varies for value in values)
+
+
+_BODY_TYPES = {"none": "static"}
+"""What ManiSkill calls a body that it does not know by our name: one that never moves."""
+
+
+class PlannedActorBuilder(ActorBuilder):
+    """ManiSkill's builder, whose entities come from a turn of the plan, scene by scene.
+
+    ManiSkill's `build` names them, places them, adds them to their sub-scenes and registers the actor. What it would
+    have made of its records is made by the turn, which leaves out nothing that the engine refuses.
+    """
+
+    def __init__(self, turn: PreparedActor) -> None:
+        super().__init__()  # pyright: ignore[reportUnknownMemberType]
+        self._turn = turn
+        # Shapes come from the plan alone: the add_* methods append to these, and must not do so unheard.
+        self.collision_records = self.visual_records = ()
+        structure = turn.parts[0].structure
+        self.physx_body_type = _BODY_TYPES.get(structure.body_type, structure.body_type)
+
+    def build_entity(self) -> Any:
+        """The next of the turn's entities, by ascending scene index."""
+        turn = self._turn
+        index = turn.scene_idxs[len(turn.objs)]
+        if turn.make is not None:
+            entity, component = turn.make(index)
+        else:
+            own = turn.table[index]
+            assert own is not None
+            entity, component = own[0](own[1])
+        turn.objs.append(entity)
+        turn.components.append(component)
+        return entity
+
+
+def build_actor(turn: PreparedActor, scene: Any) -> Any:
+    """One entity of the plan in a `ManiSkillScene`, all of whose sub-scenes are among the turn's, by their index.
+
+    Where the shapes are not the same in all of its scenes, what is returned is a view by `Actor.merge`, in scene order.
+    The actor in `scene.actors`, and in the environment's state, has the same bodies and name.
+
+    Raises:
+        EngineFailure: the engine refuses a shape or a value, or ManiSkill cannot handle the bodies as one actor.
+    """
+    _refuse_mixed_types(turn)
+    name = turn.entity.name
+    builder = PlannedActorBuilder(turn)
+    builder.set_scene(scene)
+    builder.set_scene_idxs(list(turn.scene_idxs))
+    builder.initial_pose = batched_pose(turn, scene)
+    actor = builder.build(name)
+    return Actor.merge([actor], name=name) if _shapes_differ(turn) else actor
+
+
+def batched_pose(turn: PreparedEntity, scene: Any) -> Any:
+    """Where an entity starts: a row for each of its scenes, or one for all."""
+    rows = select_rows(turn.entity.pose, turn.rows).astype(np.float32)
+    return Pose.create(torch.from_numpy(np.ascontiguousarray(rows)), device=scene.device)
+
+
+def _refuse_mixed_types(turn: PreparedActor) -> None:
+    types = sorted({part.structure.body_type for part in turn.parts})
+    if len(types) > 1:
+        message = f"the variants of '{turn.entity.name}' are bodies of the types {' and '.join(types)}"
+        hint = "an actor of ManiSkill's is of one type in all environments: give them one, or entities of their own"
+        raise EngineFailure(UNSUPPORTED_CODE, message, hint=hint)
+
+
+def _shapes_differ(turn: PreparedActor) -> bool:
+    """Whether a mesh of one scene's body would be wrong for another's."""
+    if len(turn.scene_idxs) == 1:
+        return False
+    first, *others = (without_planes(part.structure) for part in turn.parts)
+    return any(other != first for other in others) or any(
+        value.varies
+        for part in turn.parts
+        for shape in (*part.structure.collisions, *part.structure.visuals)
+        for value in (shape.pose, *(getattr(shape.geometry, each.name) for each in fields(shape.geometry)))
+        if isinstance(value, Value)
+    )
+
+
+class PlannedArticulationBuilder(ArticulationBuilder):
+    """ManiSkill's builder, whose links come from a turn of the plan, scene by scene.
+
+    ManiSkill's `build` adds them to their sub-scenes and registers the articulation. Links, joints and mimics are made
+    by the turn: ManiSkill's own have frictions that are dropped and mimics that mean something else.
+    """
+
+    def __init__(self, turn: PreparedArticulation, scene_idxs: Sequence[int]) -> None:
+        super().__init__()  # pyright: ignore[reportUnknownMemberType]
+        self._turn = turn
+        self._waiting = list(scene_idxs)
+
+    def _build_entities(
+        self, fix_root_link: object = None, name_prefix: str = "", initial_pose: Any = None
+    ) -> list[Any]:
+        del fix_root_link  # the turn has it
+        own = self._turn.table[self._waiting.pop(0)]
+        assert own is not None
+        builder, row = own
+        entities, links = builder.make(row)
+        for link in links:
+            link.set_name(name_prefix + link.get_name())
+            joint = link.get_joint()
+            joint.set_name(name_prefix + joint.get_name())
+        if initial_pose is not None:
+            entities[0].set_pose(initial_pose)
+        self._turn.entities.append(entities)
+        self._turn.links.append(links)
+        return entities
+
+
+def build_articulation(turn: PreparedArticulation, scene: Any) -> Any:
+    """One articulation of the plan in a `ManiSkillScene`, all of whose sub-scenes are among the turn's, by their index.
+
+    Where the links are not the same in all of its scenes, each scene has one of its own, `NAME-INDEX`, and what is
+    returned, and stands in the environment's state, is a view by `Articulation.merge`, in scene order.
+
+    Raises:
+        EngineFailure: the engine refuses a shape or a value.
+    """
+    name, pose = turn.entity.name, batched_pose(turn, scene)
+    if len(turn.parts) == 1:
+        return _build_part(turn, scene, name, turn.scene_idxs, pose)
+    parts: list[Any] = []
+    for number, index in enumerate(turn.scene_idxs):
+        part = _build_part(turn, scene, f"{name}-{index}", (index,), pose if len(pose) == 1 else pose[number])
+        scene.remove_from_state_dict_registry(part)
+        parts.append(part)
+    links = [[link.name for link in part.structure.links] for part in turn.parts]
+    view = Articulation.merge(parts, name=name, merge_links=all(names == links[0] for names in links))
+    view.initial_pose = pose
+    scene.add_to_state_dict_registry(view)
+    return view
+
+
+def _build_part(turn: PreparedArticulation, scene: Any, name: str, scene_idxs: Sequence[int], pose: Any) -> Any:
+    builder = PlannedArticulationBuilder(turn, scene_idxs)
+    builder.set_scene(scene)
+    builder.set_scene_idxs(list(scene_idxs))
+    builder.initial_pose = pose
+    before = len(turn.links)
+    articulation = builder.build(name)
+    for index, links in zip(scene_idxs, turn.links[before:], strict=True):
+        turn.objs.append(_start_articulation(turn, links, index, f"scene-{index}_{name}", on_gpu=scene.gpu_sim_enabled))
+    return articulation
+
+
+def _start_articulation(turn: PreparedArticulation, links: list[Any], index: int, name: str, *, on_gpu: bool) -> Any:
+    """Everything that ManiSkill's builder does not set; a GPU holds positions in buffers that are not there yet."""
+    own = turn.table[index]
+    assert own is not None
+    builder, row = own
+    articulation = builder.settle(links, row) if on_gpu else builder.start(links, row)
+    articulation.set_name(name)
+    return articulation

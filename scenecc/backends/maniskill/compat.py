@@ -1,0 +1,71 @@
+"""The one place that imports ManiSkill and PyTorch. Everything here that needs them imports them from this module.
+
+They are untyped here: ManiSkill ships no types, and a type checker need not find either.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+_STRUCTS = "mani_skill.utils.structs"
+
+_BUILDING = "mani_skill.utils.building"
+
+_CAMERA: Any = import_module("mani_skill.sensors.camera")
+
+_REGISTRATION: Any = import_module("mani_skill.utils.registration")
+
+gym: Any = import_module("gymnasium")
+
+torch: Any = import_module("torch")
+
+Actor: Any = import_module(f"{_STRUCTS}.actor").Actor
+
+ActorBuilder: Any = import_module(f"{_BUILDING}.actor_builder").ActorBuilder
+
+Articulation: Any = import_module(f"{_STRUCTS}.articulation").Articulation
+
+ArticulationBuilder: Any = import_module(f"{_BUILDING}.articulation_builder").ArticulationBuilder
+
+Pose: Any = import_module(f"{_STRUCTS}.pose").Pose
+
+BaseEnv: Any = import_module("mani_skill.envs.sapien_env").BaseEnv
+
+SceneBuilder: Any = import_module("mani_skill.utils.scene_builder").SceneBuilder
+
+REGISTERED_ENVS: Any = _REGISTRATION.REGISTERED_ENVS
+
+register_env: Any = _REGISTRATION.register_env
+
+agents_by_uid: Any = import_module("mani_skill.agents").REGISTERED_AGENTS
+
+look_at: Any = import_module("mani_skill.utils.sapien_utils").look_at
+
+CameraConfig: Any = _CAMERA.CameraConfig
+
+SHADERS: Any = _CAMERA.PREBUILT_SHADER_CONFIGS
+
+SimConfig: Any = import_module(f"{_STRUCTS}.types").SimConfig
+
+__all__ = [
+    "REGISTERED_ENVS",
+    "SHADERS",
+    "Actor",
+    "ActorBuilder",
+    "Articulation",
+    "ArticulationBuilder",
+    "BaseEnv",
+    "CameraConfig",
+    "Pose",
+    "SceneBuilder",
+    "SimConfig",
+    "agents_by_uid",
+    "gym",
+    "look_at",
+    "register_env",
+    "torch",
+]
+
+UNSUPPORTED_CODE = "SC811"
+"""Its code."""

@@ -1,0 +1,273 @@
+"""What was built in a `ManiSkillScene`: its objects, constraints and lights, and their start in an episode.
+
+On the CPU a state is set on the engine's objects; on a GPU it goes into ManiSkill's buffers, which ManiSkill
+applies at the end of a reset.
+"""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from scenecc.backends.maniskill.compat import UNSUPPORTED_CODE, Pose, torch
+from scenecc.backends.maniskill.sensors import camera_configs, hidden_objects
+from scenecc.backends.sapien.assets import Resources
+from scenecc.backends.sapien.constraints import PreparedConstraint, sample_targets
+from scenecc.backends.sapien.engine import EngineFailure
+from scenecc.backends.sapien.objects import ArticulationObjects, is_dynamic, root_is_fixed
+from scenecc.backends.sapien.preparation import EntityLookup, PreparedArticulation
+from scenecc.backends.sapien.properties import to_poses
+from scenecc.backends.sapien.rendering import LightBatch, build_environment, build_light, sample_poses
+from scenecc.backends.sapien.reset import ResetSampler
+from scenecc.backends.sapien.selection import check_scene_idxs, check_seeds
+from scenecc.backends.sapien.state import ArticulationState
+from scenecc.backends.sapien.state_io import ArticulationStateWriter
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Iterable, Mapping, Sequence
+
+    from numpy.typing import ArrayLike
+
+    from scenecc.backends.sapien.constraints import TargetCalls
+    from scenecc.backends.sapien.objects import BodyObjects
+    from scenecc.backends.sapien.rendering import EntityPoses
+    from scenecc.backends.sapien.state import AnyState, EntityState
+    from scenecc.plan import Light, ScenePlan
+    from scenecc.plan.body import Mount
+    from scenecc.variation.evaluation import Batch
+
+
+class ManiSkillEntityLookup(EntityLookup):
+    """Bodies by their mounts; links by their names in the plan, which ManiSkill's are longer than."""
+
+    def component(self, mount: Mount, number: int) -> Any:
+        """The physical component that a mount names in the scene of a number. Errors as of `EntityLookup`."""
+        turn = self._turns[mount.entity]
+        if not isinstance(turn, PreparedArticulation) or mount.link is None:
+            return super().component(mount, number)
+        row = self._row_of[mount.entity][self.scene_idxs[number]]
+        (part,) = (part for part in turn.parts if row in part.numbers)
+        names = [link.name for link in part.structure.links]
+        return turn.links[row][names.index(mount.link)]
+
+
+class ManiSkillConstraints:
+    """Constraints of the plan, built once all entities stand."""
+
+    def __init__(self, plan: ScenePlan, standing: EntityLookup, scene: Any) -> None:
+        """Builds them.
+
+        Raises:
+            EngineFailure: one holds on to the world where environments share one simulation.
+        """
+        self._built: list[tuple[PreparedConstraint, list[Any]]] = []
+        for constraint in plan.constraints:
+            if constraint.parent is None and scene.gpu_sim_enabled and plan.num_scenes > 1:
+                message = f"'{constraint.name}' holds on to the world, which environments share on the GPU"
+                hint = "put a static or kinematic body there, and hold on to that"
+                raise EngineFailure(UNSUPPORTED_CODE, message, origin=constraint.origin, hint=hint)
+            tie = PreparedConstraint(constraint, standing.scene_idxs)
+            self._built.append((tie, tie.build(standing)))
+
+    def again(self, batch: Batch) -> TargetCalls:
+        """The targets of drives at the start, drawn anew, not set yet. Raises ValueError as `sample_targets` does."""
+        return [step for tie, components in self._built for step in sample_targets(tie, components, batch)]
+
+
+class ManiSkillLights:
+    """Surroundings and lights of scenes that render."""
+
+    def __init__(self, plan: ScenePlan, standing: EntityLookup) -> None:
+        """Builds them.
+
+        Raises:
+            EngineFailure: the renderer cannot make one.
+        """
+        resources = Resources(plan)
+        if plan.environment is not None:
+            build_environment(plan.environment, standing, resources)
+        self._built: list[tuple[Light, LightBatch]] = []
+        for light in plan.lights:
+            where = tuple(index for index in standing.scene_idxs if index in light.scene_idxs)
+            self._built.append((light, LightBatch(light.name, where, build_light(light, standing, resources))))
+
+    def moves(self, batch: Batch) -> EntityPoses:
+        """Where those go that stand relative to what a reset draws anew. Raises ValueError as `sample_poses` does."""
+        return [move for light, found in self._built for move in sample_poses(light, found, batch)]
+
+
+def write_state_on_cpu(held: BodyObjects | ArticulationObjects, state: AnyState) -> None:
+    """Puts an entity where its state says, in the scenes that the state is of. What is static stays."""
+    if isinstance(held, ArticulationObjects):
+        assert isinstance(state, ArticulationState)
+        placement = ArticulationStateWriter(held, state)
+        for index in state.scene_idxs:
+            placement.settle(index)
+        return
+    assert not isinstance(state, ArticulationState)
+    where = to_poses(state.pose)
+    for number, row in enumerate(held.rows_in(state.scene_idxs)):
+        component = held.components[row]
+        if not _is_rigid_dynamic(component):
+            continue
+        held.objs[row].set_pose(where[number])
+        if is_dynamic(component):
+            component.set_linear_velocity(state.linear_velocity[number])
+            component.set_angular_velocity(state.angular_velocity[number])
+
+
+def write_state_on_gpu(objects: Sequence[Any], held: BodyObjects | ArticulationObjects, state: AnyState) -> None:
+    """The same in ManiSkill's buffers, by the setters of `Actor`s or `Articulation`s.
+
+    Args:
+        objects: those of ManiSkill that have the entity's bodies, in scene order.
+        held: the engine's.
+        state: of the environments that ManiSkill's setters reach now.
+    """
+    if not isinstance(state, ArticulationState):
+        _write_actor(objects[0], state)
+        return
+    assert isinstance(held, ArticulationObjects)
+    for each in objects:
+        own = set(each._scene_idxs.tolist())  # noqa: SLF001
+        rows = [row for row, index in enumerate(state.scene_idxs) if index in own]
+        if rows:
+            _write_articulation(each, state.rows(rows), fixed=root_is_fixed(held.links[held.row_of[min(own)]]))
+
+
+@contextmanager
+def restrict_reset(scene: Any, chosen: Sequence[int]) -> Generator[None]:
+    """Lets ManiSkill's setters reach some environments alone, as while these are reset."""
+    before = scene._reset_mask  # noqa: SLF001
+    mask = torch.zeros_like(before)
+    mask[list(chosen)] = True
+    scene._reset_mask = mask  # noqa: SLF001
+    try:
+        yield
+    finally:
+        scene._reset_mask = before  # noqa: SLF001
+
+
+def _write_actor(actor: Any, state: EntityState) -> None:
+    if actor.px_body_type == "static":
+        return
+    actor.set_pose(Pose.create(torch.from_numpy(state.pose), device=actor.device))
+    if actor.px_body_type == "dynamic":
+        actor.set_linear_velocity(state.linear_velocity)
+        actor.set_angular_velocity(state.angular_velocity)
+
+
+def _write_articulation(articulation: Any, state: ArticulationState, *, fixed: bool) -> None:
+    articulation.set_pose(Pose.create(torch.from_numpy(state.pose), device=articulation.device))
+    dof = articulation.max_dof
+    if dof:
+        articulation.set_qpos(state.qpos[:, :dof])
+        articulation.set_qvel(state.qvel[:, :dof])
+        articulation.set_qf(state.qf[:, :dof])
+        joints = articulation.active_joints
+        articulation.set_joint_drive_targets(state.drive_target[:, :dof], joints)
+        articulation.set_joint_drive_velocity_targets(state.drive_velocity_target[:, :dof], joints)
+    if not fixed:
+        articulation.set_root_linear_velocity(state.linear_velocity)
+        articulation.set_root_angular_velocity(state.angular_velocity)
+
+
+def _is_rigid_dynamic(component: Any) -> bool:
+    return component is not None and hasattr(component, "get_kinematic")
+
+
+class LoadedScene:
+    """The objects of a plan in a `ManiSkillScene`.
+
+    Attributes:
+        plan: what was built.
+        scene: the `ManiSkillScene`.
+        actors: entity → `Actor`, in build order; a view by `Actor.merge` where its scenes have different shapes.
+        articulations: entity → `Articulation`, in build order; a view by `Articulation.merge` where its scenes have
+            different links.
+    """
+
+    def __init__(
+        self,
+        plan: ScenePlan,
+        scene: Any,
+        actors: Mapping[str, Any],
+        articulations: Mapping[str, Any],
+        held: Mapping[str, BodyObjects | ArticulationObjects],
+        ties: ManiSkillConstraints,
+        lights: ManiSkillLights | None,
+    ) -> None:
+        self.plan = plan
+        self.scene = scene
+        self.actors = dict(actors)
+        self.articulations = dict(articulations)
+        self._held = dict(held)
+        self._ties = ties
+        self._lights = lights
+
+    @property
+    def sensor_configs(self) -> list[Any]:
+        """A `CameraConfig` for each camera of the plan: what `_default_sensor_configs` of the environment returns."""
+        return camera_configs(self.plan, self.actors, self.articulations)
+
+    @property
+    def hidden_objects(self) -> list[Any]:
+        """The `hidden` entities, for `_hidden_objects` of the environment: sensors do not see them."""
+        return hidden_objects(self.plan, self.scene)
+
+    def initialize(
+        self,
+        env_idx: Iterable[int] | None = None,
+        seed: int | Sequence[int] | None = None,
+        *,
+        draws: Mapping[str, ArrayLike] | None = None,
+    ) -> None:
+        """Puts every object to its start in some environments, with what a running simulation can change drawn anew.
+
+        Call it in `_initialize_episode`: ManiSkill then hands what is set to the simulation. Poses, velocities, joint
+        positions and drive targets are set; static bodies, and the other environments, are not touched.
+
+        Args:
+            env_idx: which environments, as `_initialize_episode` is told; None: all.
+            seed: of the draws, for all of these environments or one for each; None: the plan's. With
+                `scenecc.maniskill.episode_seeds` those of the environment's episodes.
+            draws: values of shared draws in place of drawing, name → one row for each of these environments.
+
+        Raises:
+            ValueError: something is drawn that has no value, or an argument does not fit.
+        """
+        count = self.plan.num_scenes
+        chosen = tuple(range(count)) if env_idx is None else check_scene_idxs(map(int, env_idx))
+        if any(not 0 <= index < count for index in chosen):
+            raise ValueError(f"env_idx are in 0 to {count - 1}, not {list(chosen)}")
+        seeds = check_seeds(seed, [self.plan.seed] * len(chosen))
+        if not chosen:
+            return
+        batch = self._start.batch(chosen, seeds, draws or {})
+        states = self._start.drawn(batch)
+        moves = [] if self._lights is None else self._lights.moves(batch)
+        pulls = self._ties.again(batch)
+        for entity, pose in moves:
+            entity.set_pose(pose)
+        for component, name, arguments in pulls:
+            getattr(component, name)(*arguments)
+        if not self.scene.gpu_sim_enabled:
+            for name, state in states.items():
+                write_state_on_cpu(self._held[name], state)
+            return
+        with restrict_reset(self.scene, chosen):
+            for name, state in states.items():
+                write_state_on_gpu(self._objects(name), self._held[name], state)
+
+    def _objects(self, name: str) -> list[Any]:
+        """ManiSkill's objects of an entity, in scene order: one, or of articulations that differ one a scene."""
+        if name in self.actors:
+            return [self.scene.actors[name]]
+        if name in self.scene.articulations:
+            return [self.scene.articulations[name]]
+        return [self.scene.articulations[f"{name}-{index}"] for index in self._held[name].scene_idxs]
+
+    @cached_property
+    def _start(self) -> ResetSampler:
+        return ResetSampler(self.plan, tuple(range(self.plan.num_scenes)), self._held)

@@ -1,0 +1,507 @@
+"""Files and materials of a plan in the engine: file caches, convex decomposition, mirrored meshes, and shared
+resources.
+
+PhysX and the renderer cache files by path for the life of the process, so a cache is emptied when a file has
+changed. CoACD runs in a process of its own; its results, and convex meshes of negative scale, are kept in the
+user's cache folder.
+"""
+
+from __future__ import annotations
+
+import gc
+import hashlib
+import importlib
+import importlib.util
+import inspect
+import json
+import os
+import re
+import sys
+import tempfile
+import time
+from dataclasses import asdict, astuple
+from importlib.metadata import version
+from pathlib import Path
+from subprocess import DEVNULL, PIPE
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from weakref import WeakSet
+
+import numpy as np
+
+from scenecc.backends.sapien.coacd_worker import encode_ply
+from scenecc.backends.sapien.engine import (
+    DROPPED_PART,
+    EngineFailure,
+    capture_engine_log,
+    physx,
+    render,
+    report_failure,
+)
+from scenecc.backends.sapien.properties import select_rows
+from scenecc.files import State, open_regular, replace_all, state_now
+from scenecc.interrupt import child
+from scenecc.plan import MeshGeometry
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from numpy.typing import NDArray
+
+    from scenecc.backends.sapien.properties import Column
+    from scenecc.diagnostics import Sink
+    from scenecc.plan import AssetFile, CoacdParams, ScenePlan, Texture, Value, VisualMaterial
+
+
+Signature = tuple[State, ...]
+"""Of a file and of those that it names."""
+
+_PLY_HEADER_LIMIT = 1 << 20
+"""Bytes in which the header of a PLY ends."""
+
+_START_MARGIN = 2_000_000_000
+"""Nanoseconds by which the start of the process may be off: the kernel tells its boot time in whole seconds."""
+
+
+class FileCache:
+    """Files that the engine has in one of its caches, as they were when it read them."""
+
+    def __init__(self, clear: Callable[[], None]) -> None:
+        self._clear = clear
+        self._signatures: dict[str, Signature] = {}
+
+    def refresh(self, files: Iterable[AssetFile]) -> None:
+        """Empties the cache if one of the files that are about to be read is not what the cache may hold.
+
+        A file seen for the first time may have been read by others in this process. What they read is
+        still true if the file has not changed since the process started.
+        """
+        present = {str(file.path): file_signature(file) for file in files}
+        known = self._signatures
+        if any(
+            known[p] != s if p in known else _latest_change(s) > _process_start() - _START_MARGIN
+            for p, s in present.items()
+        ):
+            self.forget()
+        known.update(present)
+
+    def forget(self) -> None:
+        """Empties the cache."""
+        self._clear()
+        self._signatures.clear()
+
+
+MESH_CACHE = FileCache(physx.clear_cache)
+"""What PhysX has cooked."""
+
+RENDER_CACHE = FileCache(lambda: render.clear_cache(models=True, images=True))
+"""What the renderer has loaded."""
+
+
+def load_all_parts(load: Callable[[], Any]) -> Any:
+    """What `load` gives of a mesh's parts.
+
+    Raises:
+        ValueError: the engine cannot cook some. SAPIEN leaves these out and says so in its log alone.
+    """
+    with capture_engine_log() as log:
+        made = load()
+    if (dropped := log.text.count(DROPPED_PART)) > 0:
+        # The next one to ask would get what is left of the parts from the cache, without a word.
+        MESH_CACHE.forget()
+        raise ValueError(f"{dropped} of the mesh's parts cannot be cooked")
+    return made
+
+
+def refresh_caches(plan: ScenePlan, *, rendered: bool) -> None:
+    """To be called before the plan's files are read: nothing that has changed is taken from a cache."""
+    if not plan.files:
+        return
+    bodies = [body for entity in plan.entities for body in entity.bodies]
+    used: set[int] = set()
+    for geometry in (shape.geometry for body in bodies for shape in body.collisions):
+        if isinstance(geometry, MeshGeometry):
+            used.update(geometry.file.data.tolist())
+    MESH_CACHE.refresh(plan.files[index] for index in sorted(used))
+    if rendered:
+        RENDER_CACHE.refresh(plan.files)
+
+
+def file_signature(file: AssetFile) -> Signature:
+    """Tells one state of a file, and of those that it names, from another; empty for a missing file."""
+    states = [state_now(path) for path in (file.path, *(one.path for one in file.names)) if path is not None]
+    return tuple(state for state in states if state is not None)
+
+
+def check_files_unchanged(files: Iterable[AssetFile]) -> None:
+    """Whether files are what they were when they were checked: the engine opens them by their names.
+
+    Raises:
+        EngineFailure: one is not.
+    """
+    for file in files:
+        for one in (file, *file.names):
+            if one.state is not None and one.path is not None and state_now(one.path) != one.state:
+                hint = "build it again, when all is written"
+                raise EngineFailure("SC422", f"'{one.path}' changed while the scene was built", hint=hint)
+
+
+def crashes_ply_reader(path: Path) -> bool:
+    """Whether it is a binary PLY on which SAPIEN's reader ends the whole process.
+
+    After the header the reader skips line breaks, also one that is the first byte of the data (one file
+    in 128), and then reads indices out of the middle of numbers.
+    """
+    if path.suffix.lower() != ".ply":
+        return False
+    with open_regular(path) as file:
+        head = file.read(_PLY_HEADER_LIMIT)
+    return re.match(rb"ply\s.*?\bformat binary_.*?\bend_header\r?\n[\r\n]", head, re.DOTALL) is not None
+
+
+def _latest_change(state: Signature) -> int:
+    return max((max(times) for _, _, _, *times in state), default=0)
+
+
+def _process_start() -> int:
+    """When this process started [ns since the epoch]; 0, which trusts no file, where the system does not tell."""
+    try:
+        ticks = int(Path("/proc/self/stat").read_text().rsplit(")", 1)[1].split()[19])
+        running = time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK")
+    except (OSError, AttributeError, ValueError, IndexError):
+        return 0
+    return time.time_ns() - int(running * 1e9)
+
+
+COACD_CODE = "SC806"
+
+
+class _CoacdInput(NamedTuple):
+    """What is cut.
+
+    Attributes:
+        mesh: path and hash of the mesh.
+        buffers: path and hash of what a glTF names, by the names that it has for them.
+    """
+
+    mesh: tuple[str, str]
+    buffers: dict[str, tuple[str, str]]
+
+    @classmethod
+    def of(cls, file: AssetFile) -> _CoacdInput:
+        """That of a file. Raises OSError."""
+        named = file.names if file.path.suffix.lower() in {".gltf", ".glb"} else ()
+        with open_regular(file.path) as stream:
+            digest = file.sha256 or hashlib.sha256(stream.read()).hexdigest()
+        return cls((str(file.path.absolute()), digest), {one.uri: (str(one.path), one.sha256) for one in named})
+
+    def key(self, arguments: dict[str, Any]) -> str:
+        """The content, and what is done with it, without where it lies."""
+        path, digest = self.mesh
+        hashes = [digest, *sorted((uri, named) for uri, (_, named) in self.buffers.items())]
+        how = [Path(path).suffix.lower(), version("coacd"), arguments]
+        return hashlib.sha256(json.dumps([hashes, how], sort_keys=True).encode()).hexdigest()
+
+
+def decompose(file: AssetFile, params: CoacdParams) -> Path:
+    """A PLY file whose connected parts are the convex parts that CoACD finds in a mesh.
+
+    The result is what `sapien.wrapper.coacd.do_coacd` gives for the same parameters. It is kept under
+    `$XDG_CACHE_HOME/scenecc/coacd` (`~/.cache` without that variable) by the mesh's content, that of its buffers, the
+    parameters and CoACD's version. Materials and images are not read.
+
+    Raises:
+        EngineFailure: CoACD is not installed or fails, or the cache folder cannot be written.
+    """
+    for module in ("coacd", "trimesh"):
+        if importlib.util.find_spec(module) is None:
+            raise EngineFailure(
+                COACD_CODE,
+                f"convex decomposition needs the package '{module}', which is not installed",
+                hint="pip install 'scenecc[convex]'",
+            )
+    arguments = coacd_arguments(params)
+    folder = cache_folder("coacd")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        content = _CoacdInput.of(file)
+        result = folder / f"{content.key(arguments)}.ply"
+        if not result.exists():
+            _run_coacd(content, arguments, result)
+    except OSError as error:
+        raise EngineFailure(
+            COACD_CODE,
+            f"convex decomposition of '{file.path}': {error}",
+            hint=f"results are kept in '{folder}'; XDG_CACHE_HOME names another place",
+        ) from error
+    return result
+
+
+def cache_folder(kind: str) -> Path:
+    """Where files of a kind are kept that are made of others."""
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "scenecc" / kind
+
+
+def coacd_arguments(params: CoacdParams) -> dict[str, Any]:
+    """Arguments of `coacd.run_coacd`: the plan's, and SAPIEN's own defaults for those left out."""
+    do_coacd: Any = importlib.import_module("sapien.wrapper.coacd").do_coacd
+    parameters = inspect.signature(do_coacd).parameters
+    given = asdict(params)
+    return {name: parameters[name].default if value is None else value for name, value in given.items()}
+
+
+def _run_coacd(content: _CoacdInput, arguments: dict[str, Any], result: Path) -> None:
+    """Writes `result` whole or not at all. CoACD's automatic preprocessing may fail where a forced one does not."""
+    modes = [arguments["preprocess_mode"]]
+    if modes[0] != "on":
+        modes.append("on")
+    complaint = ""
+    for mode in modes:
+        parts, complaint = _run_worker(content, arguments | {"preprocess_mode": mode})
+        if parts:
+            replace_all({result: parts})
+            return
+    raise EngineFailure(COACD_CODE, f"CoACD failed on '{content.mesh[0]}': {complaint}")
+
+
+def _run_worker(content: _CoacdInput, arguments: dict[str, Any]) -> tuple[bytes, str]:
+    """What CoACD makes of a mesh, and its last words. It runs beside this process: a crash of it ends only itself."""
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    command = [sys.executable, "-m", "scenecc.backends.sapien.coacd_worker"]
+    with tempfile.TemporaryFile() as file:
+        output = file.fileno()
+        request = {**content._asdict(), "arguments": arguments, "output": output, "parent": os.getpid()}
+        # Our own module in this interpreter; the request goes in as data.
+        with child(command, stdin=PIPE, stdout=DEVNULL, stderr=PIPE, env=environment, pass_fds=[output]) as process:
+            _, errors = process.communicate(json.dumps(request).encode())
+        file.seek(0)
+        parts = file.read() if process.returncode == 0 else b""
+    words = errors.decode(errors="replace").strip().splitlines()
+    return parts, words[-1] if words else f"it ended with status {process.returncode}"
+
+
+AxisSigns = tuple[float, float, float]
+"""1 or -1 for each axis of a mesh."""
+
+UNMIRRORED: AxisSigns = (1.0, 1.0, 1.0)
+
+
+def axis_signs(scale: Value, row: int) -> AxisSigns:
+    """Along which axes a scale mirrors, in one row."""
+    x, y, z = np.sign(scale.row(row)).tolist()
+    return x, y, z
+
+
+def mirror_meshes(meshes: Column, scale: NDArray[np.float64], *, parts: bool) -> Column:
+    """As `mirror_mesh`, a row; one for all where both have one."""
+    if (scale > 0).all():
+        return meshes
+    signs: list[AxisSigns] = list(map(tuple, np.sign(scale).tolist()))
+    count = max(len(meshes), len(signs))
+    pairs = list(zip(meshes * (count // len(meshes)), signs * (count // len(signs)), strict=True))
+    found = {pair: mirror_mesh(*pair, parts=parts) for pair in dict.fromkeys(pairs)}
+    return [found[pair] for pair in pairs]
+
+
+def mirror_mesh(mesh: str, signs: AxisSigns, *, parts: bool) -> str:
+    """Path of the convex hull of a mesh, or of the hulls of its connected parts, mirrored; of the mesh where it is not.
+
+    PhysX allows no negative scale of a convex mesh: its faces would look inwards, it would weigh nothing, and the
+    process would die at the first contact. The file stands in the user's cache folder, named by what it holds.
+
+    Raises:
+        EngineFailure: the engine cannot read the mesh, or the cache folder cannot be written.
+    """
+    if min(signs) > 0:
+        return mesh
+    try:
+        shapes = _load_hulls(mesh, parts=parts)
+    except (RuntimeError, ValueError) as error:
+        raise EngineFailure("SC801", f"the engine cannot make this shape: {error}") from error
+    turned = -1 if np.prod(signs) < 0 else 1
+    content = encode_ply([(shape.vertices * np.array(signs), shape.triangles[:, ::turned]) for shape in shapes])
+    folder = cache_folder("mirrored")
+    file = folder / f"{hashlib.sha256(content).hexdigest()}.ply"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if not file.exists():
+            replace_all({file: content})
+    except OSError as error:
+        hint = f"mirrored meshes are kept in '{folder}'; XDG_CACHE_HOME names another place"
+        raise EngineFailure("SC801", f"the mirrored '{mesh}' cannot be written: {error}", hint=hint) from error
+    return str(file)
+
+
+def _load_hulls(mesh: str, *, parts: bool) -> list[Any]:
+    hull = physx.PhysxCollisionShapeConvexMesh
+    material: Any = physx.get_default_material()
+    if parts:
+        return load_all_parts(lambda: hull.load_multiple(mesh, UNMIRRORED, material))
+    return [hull(mesh, UNMIRRORED, material)]
+
+
+_MATERIAL_LIMIT: Final = 65_534
+"""PhysX has 65 535 numbers for those of a process, and one of them is its default material's."""
+
+_live_materials: Final[WeakSet[Any]] = WeakSet()
+"""Those of all batches that are open: what a batch was built from lives as long as it."""
+
+
+class Resources:
+    """The tables of a plan as objects of the engine.
+
+    Materials are shared by all shapes that name them, in all scenes where their numbers are the same, as in a
+    script that makes each once: changing a friction later changes it for all of them.
+    """
+
+    def __init__(self, plan: ScenePlan) -> None:
+        self._plan = plan
+        default = plan.physics.default_material
+        self._physical: dict[tuple[float, ...], Any] = {}
+        self._lacking = 0
+        self.default_material: Any = (
+            physx.get_default_material() if default is None else self._physical_material((-1, *astuple(default)))
+        )
+        self._same: dict[int, Column | None] = {}
+        self._visual: dict[tuple[object, ...], Any] = {}
+        self._textures: dict[tuple[object, ...], Any] = {}
+
+    def physical(self, material: Value | None, rows: NDArray[np.intp]) -> Column:
+        """`PhysxMaterial` a row, or one for all; None: the default material."""
+        if material is None:
+            return [self.default_material]
+        if not material.varies and (fixed := self._fixed(int(material.as_drawn()[0]))) is not None:
+            return fixed
+        indices = np.broadcast_to(select_rows(material, rows), len(rows))
+        numbers = np.empty((len(rows), 3))
+        for index in np.unique(indices).tolist():
+            where = indices == index
+            numbers[where] = self._numbers(index, rows[where])
+        return list(map(self._physical_material, zip(indices.tolist(), *numbers.T.tolist(), strict=True)))
+
+    def crowded(self) -> EngineFailure | None:
+        """What is wrong if the engine cannot number all physical materials that were asked for."""
+        if not self._lacking:
+            return None
+        count = len(self._physical)
+        others = _MATERIAL_LIMIT - (count - self._lacking)
+        return EngineFailure(
+            "SC821",
+            f"these scenes need {count} physical materials{f' beside {others} of other batches' * (others > 0)};"
+            f" a process holds {_MATERIAL_LIMIT}",
+            hint="build fewer scenes in one process, or draw friction and restitution from few values (`choice`)",
+        )
+
+    def _fixed(self, index: int) -> Column | None:
+        """A physical material that is the same in every scene, as the column of all shapes that have it."""
+        if index not in self._same:
+            values = self._plan.physical_materials[index].values()
+            numbers = [value.as_drawn()[0] for value in values]
+            differs = any(value.varies for value in values)
+            self._same[index] = None if differs else [self._physical_material((index, *numbers))]
+        return self._same[index]
+
+    def _numbers(self, index: int, rows: NDArray[np.intp]) -> NDArray[np.float64]:
+        """Of a physical material (B, 3)."""
+        columns = [select_rows(value, rows) for value in self._plan.physical_materials[index].values()]
+        return np.stack(np.broadcast_arrays(*columns), axis=1)
+
+    def _physical_material(self, key: tuple[float, ...]) -> Any:
+        if key not in self._physical:
+            self._physical[key] = self._new_material(*key[1:])
+        return self._physical[key]
+
+    def _new_material(self, *numbers: float) -> Any:
+        if not self._lacking and len(_live_materials) == _MATERIAL_LIMIT:
+            gc.collect()  # a batch that was dropped without being closed may still have some
+        if self._lacking or len(_live_materials) == _MATERIAL_LIMIT:
+            # SAPIEN crashes on one too many. From here on they are counted, for `crowded`, and not made.
+            self._lacking += 1
+            return physx.get_default_material()
+        made = _make_physical_material(*numbers)
+        _live_materials.add(made)
+        return made
+
+    def visual(self, material: Value, rows: NDArray[np.intp]) -> Column:
+        """`RenderMaterial` a row, or one for all."""
+        table = self._plan.visual_materials
+        indices: list[int] = select_rows(material, rows).tolist()
+        varying = {i: [value for value in table[i].values() if value.varies] for i in dict.fromkeys(indices)}
+        if len(indices) == 1 and varying[indices[0]]:
+            indices *= len(rows)
+        column: Column = []
+        for index, row in zip(indices, rows.tolist(), strict=False):
+            key = (index, *(value.data[row].tobytes() for value in varying[index]))
+            if key not in self._visual:
+                self._visual[key] = self._make_visual(table[index], row)
+            column.append(self._visual[key])
+        return column
+
+    def meshes(self, indices: NDArray[np.int64], code: str) -> Column:
+        """Path of a mesh a row.
+
+        Raises:
+            EngineFailure: with `code`, where there is no such file (SAPIEN's own words for it are no help).
+        """
+        files = self._plan.files
+        paths: dict[int, Path] = {i: files[i].path for i in set(map(int, indices))}
+        check_files_unchanged(files[i] for i in paths)
+        for path in paths.values():
+            if not path.is_file():
+                raise EngineFailure(code, f"there is no file '{path}'")
+            if crashes_ply_reader(path):
+                raise EngineFailure(
+                    code,
+                    f"SAPIEN's reader crashes on this PLY file, whose data begin like a line break: '{path}'",
+                    hint="write it as OBJ, or with its vertices in another order",
+                )
+        return [str(paths[i]) for i in indices.tolist()]
+
+    def parts(self, indices: NDArray[np.int64], params: CoacdParams | None) -> Column:
+        """Path a row of a mesh whose connected parts are convex; CoACD has cut it where `params` are given."""
+        whole = self.meshes(indices, "SC801")
+        if params is None:
+            return whole
+        order: list[int] = indices.tolist()
+        cut = {i: str(decompose(self._plan.files[i], params)) for i in dict.fromkeys(order)}
+        return [cut[i] for i in order]
+
+    def path(self, index: int) -> str:
+        """Where the plan's file number `index` is on this machine."""
+        check_files_unchanged([self._plan.files[index]])
+        return str(self._plan.files[index].path)
+
+    def _make_visual(self, material: VisualMaterial, row: int) -> Any:
+        made = render.RenderMaterial(**material.row(row))
+        for name, texture in material.textures().items():
+            setattr(made, name, self.texture(texture, row))
+        return made
+
+    def texture(self, texture: Texture, row: int) -> Any:
+        """A `RenderTexture2D` as in one row of what has it; one for all that sample a file alike.
+
+        Raises:
+            EngineFailure: the renderer cannot load the file.
+        """
+        path, sampling = self.path(int(texture.file.row(row))), texture.sampling()
+        key = (path, *sampling.items())
+        if key not in self._textures:
+            try:
+                self._textures[key] = render.RenderTexture2D(path, **sampling)
+            except RuntimeError as error:
+                raise EngineFailure("SC807", f"the renderer cannot load the texture '{path}': {error}") from error
+        return self._textures[key]
+
+
+def _make_physical_material(static_friction: float, dynamic_friction: float, restitution: float) -> Any:
+    return physx.PhysxMaterial(static_friction, dynamic_friction, restitution)
+
+
+def report_changed_files(plan: ScenePlan, sink: Sink) -> bool:
+    """Whether the files that the engine has opened are those that were checked; reported where they are not."""
+    try:
+        check_files_unchanged(plan.files)
+    except EngineFailure as failure:
+        report_failure(failure, sink, plan.origin)
+        return False
+    return True

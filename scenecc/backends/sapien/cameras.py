@@ -1,0 +1,418 @@
+"""Cameras in live scenes: how they are made and attached, how they frame a scene, and their pictures as arrays."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager, suppress
+from math import atan, radians, sin, tan
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.backends.sapien.engine import EngineFailure, render, sapien, supports_ray_tracing
+from scenecc.backends.sapien.objects import ComponentBatch
+from scenecc.backends.sapien.properties import to_poses
+from scenecc.backends.sapien.selection import check_scene_idxs
+from scenecc.geometry import rotation_arrays
+from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.plan import Camera, Intrinsic, Orthographic, Perspective, literal
+from scenecc.plan.camera import RAY_TRACING_SHADERS
+from scenecc.plan.rendering import FLAT_THICKNESS, FRAMING_DIRECTION
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Iterable, Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.backends.sapien.preparation import EntityLookup
+    from scenecc.plan import Light
+
+
+MILLIMETRES = 1000.0
+"""What SAPIEN's shader pack `minimal` counts positions in."""
+
+
+def read_color(camera: Any) -> NDArray[Any]:
+    """(H, W, 4) float32, as on a screen (not linear), 0 to 1 and above where it is brighter; alpha last."""
+    return camera.get_picture("Color")
+
+
+def read_position(camera: Any) -> NDArray[Any]:
+    """(H, W, 3) float32 [m] in the camera's frame as SAPIEN's pictures have it: x right, y up, z backwards.
+
+    0 where there is nothing.
+    """
+    names = camera.get_picture_names()
+    if "PositionSegmentation" in names:
+        return camera.get_picture("PositionSegmentation")[..., :3].astype(np.float32) / np.float32(MILLIMETRES)
+    found: NDArray[Any] = camera.get_picture("Position")[..., :3]
+    if "HdrColor" in names:
+        # Ray tracing gives what is far away a place too.
+        found = np.where(read_segmentation(camera) == 0, np.float32(0), found)
+    return found
+
+
+def read_depth(camera: Any) -> NDArray[Any]:
+    """(H, W, 1) float32 [m] along the axis of the camera, positive; 0 where there is nothing."""
+    # As subtraction: nothing is 0.0, not -0.0.
+    return np.float32(0) - read_position(camera)[..., 2:3]
+
+
+def read_segmentation(camera: Any) -> NDArray[Any]:
+    """(H, W, 1) int32, `per_scene_id` of the entity that is seen; 0 where there is nothing."""
+    if "PositionSegmentation" in camera.get_picture_names():
+        return camera.get_picture("PositionSegmentation")[..., 3:4].astype(np.int32)
+    return camera.get_picture("Segmentation")[..., 1:2].astype(np.int32)
+
+
+def read_normal(camera: Any) -> NDArray[Any]:
+    """(H, W, 3) float32, where surfaces face, of length 1, in the frame of `read_position`; 0 where there is nothing.
+
+    Raises:
+        ValueError: the camera's shader pack has no such picture.
+    """
+    if "Normal" not in (names := camera.get_picture_names()):
+        raise ValueError(f"no picture 'normal' with this shader; there are {', '.join((*PICTURES, *sorted(names)))}")
+    return np.where(read_segmentation(camera) == 0, np.float32(0), camera.get_picture("Normal")[..., :3])
+
+
+PICTURES: Final[dict[str, Callable[[Any], NDArray[Any]]]] = {
+    "color": read_color,
+    "depth": read_depth,
+    "segmentation": read_segmentation,
+    "position": read_position,
+}
+"""What every camera takes, beside SAPIEN's own names of pictures."""
+
+_READERS: Final[dict[str, Callable[[Any], NDArray[Any]]]] = {**PICTURES, "normal": read_normal}
+
+
+def read_picture(camera: Any, what: str) -> NDArray[Any]:
+    """A picture that was taken, (H, W, C).
+
+    Raises:
+        ValueError: there is none of the name.
+    """
+    read = _READERS.get(what)
+    if read is not None:
+        return read(camera)
+    names = camera.get_picture_names()
+    if what not in names:
+        raise ValueError(f"no picture {what!r}; there are {', '.join((*PICTURES, *sorted(names)))}")
+    found: NDArray[Any] = camera.get_picture(what)
+    return found if found.ndim == 3 else found[..., None]
+
+
+NOT_RENDERED = (
+    "the batch was built without rendering, so that {what} is not there; build with render=True on a machine with a "
+    "Vulkan driver"
+)
+
+
+class RenderComponentBatch(ComponentBatch):
+    """A light or a camera of the plan, in every scene that has it.
+
+    Args:
+        name: in the plan.
+        scene_idxs: the scenes of the batch that have it, ascending.
+        objs: its components in this order; None where the batch does not render.
+    """
+
+    def __init__(self, name: str, scene_idxs: tuple[int, ...], objs: list[Any] | None) -> None:
+        super().__init__(name, scene_idxs, [] if objs is None else objs)
+        self._rendered = objs is not None
+
+    @property
+    def objs(self) -> list[Any]:
+        """SAPIEN's component in each of these scenes.
+
+        Raises:
+            RuntimeError: the batch was built without rendering, or is closed.
+        """
+        found = super().objs
+        if not self._rendered:
+            raise RuntimeError(NOT_RENDERED.format(what=f"'{self._name}'"))
+        return found
+
+
+class CameraBatch(RenderComponentBatch):
+    """One camera of the plan; `objs` are `sapien.render.RenderCameraComponent`s.
+
+    Args:
+        hidden: the render bodies of a scene that only people see.
+        names: what ids of entities in a scene stand for.
+        light: called with a scene's index before a picture of it.
+        aim: called with a row before a picture.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        scene_idxs: tuple[int, ...],
+        objs: list[Any] | None,
+        hidden: Callable[[int], Sequence[Any]],
+        names: Callable[[int], dict[int, str]],
+        light: Callable[[int], None],
+        aim: Callable[[int], None] | None = None,
+    ) -> None:
+        super().__init__(name, scene_idxs, objs)
+        self._hidden = hidden
+        self._names = names
+        self._light = light
+        self._aim = aim
+
+    def capture(
+        self,
+        what: str | Sequence[str] = tuple(PICTURES),
+        scene_idxs: Sequence[int] | None = None,
+        *,
+        human: bool = False,
+    ) -> dict[str, NDArray[Any]]:
+        """Takes pictures of the scenes as they are now.
+
+        Args:
+            what: of these, or SAPIEN's own names of pictures ("Normal", "Albedo", …), which are given as SAPIEN has
+                them, with a last axis:
+
+                - "color": (B, H, W, 4) float32, red, green, blue and alpha as on a screen, 0 to 1.
+                - "depth": (B, H, W, 1) float32 [m] along the camera's axis, 0 where there is nothing.
+                - "segmentation": (B, H, W, 1) int32, ids of entities; `names` says whose. 0: nothing.
+                - "position": (B, H, W, 3) float32 [m] in the frame of SAPIEN's pictures: x right, y up, z backwards;
+                  `objs[i].get_model_matrix()` takes it to the world. 0 where there is nothing.
+                - "normal": (B, H, W, 3) float32, where surfaces face, of length 1, in the frame of "position"; 0 where
+                  there is nothing. Only if asked for: not every shader pack has it.
+            scene_idxs: which of its scenes, in this order; all by default.
+            human: show what the plan hides from sensors.
+
+        Returns:
+            Name → array; rows are the scenes.
+
+        Raises:
+            ValueError: there is no such picture.
+            KeyError: the camera is in no such scene of this batch.
+            RuntimeError: the batch was built without rendering, it is closed, or what the camera is mounted on is
+                taken out of its scene, or it was itself.
+        """
+        wanted = [what] if isinstance(what, str) else list(what)
+        rows = self._rows(scene_idxs)
+        found = [self._shot(row, wanted, human=human) for row in rows]
+        return {name: np.stack([shot[i] for shot in found]) for i, name in enumerate(wanted)}
+
+    def retire(self, scene_idx: int) -> None:
+        """Takes it out of a scene for good, with the memory that its pictures take: some 300 bytes a pixel.
+
+        One of `SceneBatch.framed` comes back with the next picture of the scene, and frames it anew; another takes
+        no more pictures of it.
+
+        Raises:
+            KeyError: the camera is in no such scene of this batch.
+            RuntimeError: the batch was built without rendering, or is closed.
+        """
+        (row,) = self._rows([scene_idx])
+        component = self.objs[row]
+        if component is not None:
+            component.get_entity().remove_component(component)
+            self.objs[row] = None
+
+    def names(self, scene_idx: int) -> dict[int, str]:
+        """What the ids of a segmentation stand for in a scene: names of entities, and ENTITY/LINK of links.
+
+        Raises:
+            KeyError: the camera is in no such scene of this batch.
+            RuntimeError: the batch was built without rendering, or is closed.
+        """
+        self._rows([scene_idx])
+        return self._names(scene_idx)
+
+    def _rows(self, scene_idxs: Sequence[int] | None) -> list[int]:
+        have, _ = self._scene_idxs, self.objs
+        if scene_idxs is None:
+            return list(range(len(have)))
+        for index in (chosen := check_scene_idxs(scene_idxs)):
+            if index not in have:
+                raise KeyError(f"'{self._name}' is in no scene {index} of this batch; it is in {list(have)}")
+        return [have.index(index) for index in chosen]
+
+    def _shot(self, row: int, wanted: Sequence[str], *, human: bool) -> list[NDArray[Any]]:
+        self._light(self._scene_idxs[row])
+        if self._aim is not None:
+            self._aim(row)
+        camera = self.objs[row]
+        if camera is None:
+            raise RuntimeError(f"'{self._name}' was taken out of scene {self._scene_idxs[row]}")
+        scene = camera.get_entity().get_scene()
+        if scene is None:
+            raise RuntimeError(f"what '{self._name}' is mounted on is not in scene {self._scene_idxs[row]} now")
+        with _hide_bodies([] if human else self._hidden(self._scene_idxs[row]), scene):
+            scene.update_render()
+            camera.take_picture()
+            try:
+                return [read_picture(camera, name) for name in wanted]
+            except BaseException:
+                # Reading waits for the device: scenes that are cleared while it still draws them end the process.
+                with suppress(RuntimeError):
+                    camera.get_picture(camera.get_picture_names()[0])
+                raise
+
+
+@contextmanager
+def _hide_bodies(bodies: Sequence[Any], scene: Any) -> Generator[None, None, None]:
+    """Hides render bodies of a scene for a while."""
+    before = [body.visibility for body in bodies]
+    try:
+        for body in bodies:
+            body.visibility = 0.0
+        yield
+    finally:
+        for body, visibility in zip(bodies, before, strict=True):
+            body.visibility = visibility
+        if bodies:
+            scene.update_render()
+
+
+def render_bodies(entity: Any) -> list[Any]:
+    """What is seen of a `sapien.Entity`."""
+    return [each for each in entity.components if isinstance(each, render.RenderBodyComponent)]
+
+
+def attach_component(component: Any, held: Light | Camera, row: int, standing: EntityLookup, number: int) -> None:
+    """Puts a component into a scene.
+
+    Args:
+        component: of SAPIEN's, in no entity yet.
+        held: what it is in the plan.
+        row: its row in the plan's values.
+        standing: what stands in the scenes.
+        number: of the scene.
+
+    Raises:
+        EngineFailure: the renderer cannot take it.
+    """
+    component.name = held.name
+    try:
+        if held.mount is not None:
+            standing.entity(held.mount, number).add_component(component)
+            component.local_pose = to_pose(held.pose.row(row))
+            return
+        entity: Any = sapien.Entity()
+        entity.name = held.name
+        entity.add_component(component)
+        entity.set_pose(to_pose(held.pose.row(row)))
+        standing.scenes[number].add_entity(entity)
+    except RuntimeError as error:
+        raise EngineFailure("SC807", f"the renderer cannot make '{held.name}': {error}", origin=held.origin) from error
+
+
+def to_pose(numbers: NDArray[np.float64]) -> Any:
+    """A `sapien.Pose` of p, then q (7,)."""
+    return to_poses(numbers[None])[0]
+
+
+def build_camera(camera: Camera, standing: EntityLookup) -> list[Any]:
+    """The component of a camera in each scene that has it, among those that are built.
+
+    Raises:
+        EngineFailure: the renderer cannot make it, or the device cannot trace the rays that it asks for.
+    """
+    if camera.shader in RAY_TRACING_SHADERS and not supports_ray_tracing():
+        raise EngineFailure(
+            "SC807",
+            f"'{camera.name}' traces rays, and the render device cannot",
+            hint="leave `shader` out, or build where the Vulkan driver has VK_KHR_ray_tracing_pipeline",
+            origin=camera.origin and camera.origin.child("shader"),
+        )
+    rows = {index: row for row, index in enumerate(camera.scene_idxs)}
+    made: list[Any] = []
+    for number, index in enumerate(standing.scene_idxs):
+        if (row := rows.get(index)) is not None:
+            component = new_camera(camera, row)
+            attach_component(component, camera, row, standing, number)
+            made.append(component)
+    return made
+
+
+def new_camera(camera: Camera, row: int) -> Any:
+    """A `RenderCameraComponent` in no entity, as a camera is in one of its scenes."""
+    component = render.RenderCameraComponent(camera.width, camera.height, shader_folder(camera.shader))
+    near, far = float(camera.near.row(row)), float(camera.far.row(row))
+    match camera.lens:
+        case Perspective() as lens:
+            _set_angles(component, lens, row)
+            component.near, component.far = near, far
+        case Intrinsic() as lens:
+            numbers = [float(value.row(row)) for value in (lens.fx, lens.fy, lens.cx, lens.cy, lens.skew)]
+            component.set_perspective_parameters(near, far, *numbers)
+        case Orthographic() as lens:
+            top = float(lens.top.row(row))
+            # SAPIEN's own form with `top` alone divides width by height in whole numbers.
+            right = top * camera.width / camera.height
+            component.set_orthographic_parameters(near, far, -right, right, -top, top)
+    return component
+
+
+def _set_angles(component: Any, lens: Perspective, row: int) -> None:
+    alone = lens.fovx is None or lens.fovy is None
+    if lens.fovy is not None:
+        component.set_fovy(float(lens.fovy.row(row)), alone)
+    if lens.fovx is not None:
+        component.set_fovx(float(lens.fovx.row(row)), alone)
+
+
+def shader_folder(name: str | None) -> str:
+    """Where a shader pack of SAPIEN's is; "" for the default one."""
+    return "" if name is None else str(Path(sapien.__file__).parent / "vulkan_shader" / name)
+
+
+DEFAULT_CAMERA: Final = "default"
+
+DEFAULT_WIDTH, DEFAULT_HEIGHT, DEFAULT_FOVY = 640, 480, radians(60)
+
+FRAMING_MARGIN: Final = 1.1
+
+
+def default_camera(num_scenes: int, width: int = DEFAULT_WIDTH, height: int = DEFAULT_HEIGHT) -> Camera:
+    """The camera, at no place yet. `width`, `height`: of its pictures [px]."""
+    return Camera(
+        name=DEFAULT_CAMERA,
+        scene_idxs=tuple(range(num_scenes)),
+        pose=literal(IDENTITY_POSE),
+        width=width,
+        height=height,
+        lens=Perspective(fovy=literal(DEFAULT_FOVY)),
+        near=literal(0.01),
+        far=literal(100.0),
+    )
+
+
+def frame_scene(
+    scene: Any, width: int = DEFAULT_WIDTH, height: int = DEFAULT_HEIGHT
+) -> tuple[NDArray[np.float64], float, float]:
+    """The pose (7,) of a camera that sees all of a scene, with its near and far planes [m].
+
+    The sphere around the boxes of all that is seen fills the picture in width or height, whichever is less. What is
+    flat, as the ground is, counts only where there is nothing else.
+    """
+    low, high = _scene_bounds(scene.render_system.render_bodies)
+    middle, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 0.05)
+    half = DEFAULT_FOVY / 2 if width >= height else atan(tan(DEFAULT_FOVY / 2) * width / height)
+    distance = FRAMING_MARGIN * radius / sin(half)
+    back = np.array(FRAMING_DIRECTION) / np.linalg.norm(FRAMING_DIRECTION)
+    q, _ = rotation_arrays.looking(-back[None])
+    pose = np.concatenate([middle + distance * back, q[0]])
+    return pose, max(0.01, 0.01 * (distance - radius)), 100 * (distance + radius)
+
+
+def _scene_bounds(bodies: Iterable[Any]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    boxes = [np.asarray(body.compute_global_aabb_tight(), np.float64) for body in bodies if _has_bounds(body)]
+    boxes = [box for box in boxes if np.isfinite(box).all()]
+    solid = [box for box in boxes if (box[1] - box[0]).min() > FLAT_THICKNESS] or boxes
+    if not solid:
+        return np.full(3, -0.5), np.full(3, 0.5)
+    corners = np.stack(solid)
+    return corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
+
+
+def _has_bounds(body: Any) -> bool:
+    return bool(body.render_shapes) and not all(
+        isinstance(shape, render.RenderShapePlane) for shape in body.render_shapes
+    )

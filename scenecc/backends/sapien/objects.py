@@ -1,0 +1,222 @@
+"""Engine objects of one entity or component across the scenes of a batch, and checks of values that are set on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenecc.backends.sapien.engine import physx, sapien
+from scenecc.backends.sapien.selection import check_scene_idxs
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True)
+class BodyObjects:
+    """One entity's bodies, one for each scene of the batch that has it.
+
+    Attributes:
+        scene_idxs: indices among all scenes of the plan, ascending.
+        objs, components: the `sapien.Entity` and its physical component (None where it has none) of each scene.
+        row_of: scene index → row of the above.
+    """
+
+    name: str
+    scene_idxs: tuple[int, ...]
+    objs: list[Any]
+    components: list[Any]
+    row_of: dict[int, int] = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "row_of", {index: row for row, index in enumerate(self.scene_idxs)})
+
+    def rows_in(self, scene_idxs: Iterable[int]) -> list[int]:
+        """The rows of those of the scenes that have it, in the order given."""
+        return [self.row_of[index] for index in scene_idxs if index in self.row_of]
+
+
+@dataclass(frozen=True, slots=True)
+class ArticulationObjects:
+    """One entity's articulations, one for each scene of the batch that has it; made while all are in their scenes.
+
+    Attributes:
+        scene_idxs, row_of: as of `BodyObjects`.
+        objs: the `PhysxArticulation` of each scene.
+        entities, links: those of its links in each scene, in the order of the plan, in which they are added.
+        joints: those that move, in the order of the engine's `qpos`. Outside of a scene it names none.
+        columns: where in `qpos` each of them is that moves, in the order of the plan.
+        dof: how many move, at most.
+    """
+
+    name: str
+    scene_idxs: tuple[int, ...]
+    objs: list[Any]
+    entities: list[list[Any]]
+    links: list[list[Any]]
+    joints: list[list[Any]] = field(init=False)
+    columns: list[NDArray[np.intp]] = field(init=False)
+    dof: int = field(init=False)
+    row_of: dict[int, int] = field(init=False)
+
+    def __post_init__(self) -> None:
+        joints = [obj.get_active_joints() for obj in self.objs]
+        object.__setattr__(self, "row_of", {index: row for row, index in enumerate(self.scene_idxs)})
+        object.__setattr__(self, "joints", joints)
+        object.__setattr__(self, "columns", list(map(_joint_columns, self.links)))
+        object.__setattr__(self, "dof", max(map(len, joints), default=0))
+
+    def rows_in(self, scene_idxs: Iterable[int]) -> list[int]:
+        """The rows of those of the scenes that have it, in the order given."""
+        return [self.row_of[index] for index in scene_idxs if index in self.row_of]
+
+    def in_scene(self, row: int) -> bool:
+        """Whether it is in its scene now."""
+        return self.entities[row][0].get_scene() is not None
+
+
+def _joint_columns(links: list[Any]) -> NDArray[np.intp]:
+    moving = [link.get_index() for link in links if link.get_joint().get_dof()]
+    return np.argsort(np.argsort(moving))
+
+
+def iterate_entities(held: BodyObjects | ArticulationObjects) -> Iterator[tuple[int, Any]]:
+    """Scene index and `sapien.Entity` of each body, in build order in each scene."""
+    if isinstance(held, BodyObjects):
+        yield from zip(held.scene_idxs, held.objs, strict=True)
+    else:
+        for index, entities in zip(held.scene_idxs, held.entities, strict=True):
+            yield from ((index, entity) for entity in entities)
+
+
+def select_scene_rows(held: BodyObjects | ArticulationObjects, scene_idxs: Sequence[int] | None) -> Sequence[int]:
+    """The rows of the scenes that a user names, or all. Raises KeyError for one that has not the entity."""
+    if scene_idxs is None:
+        return range(len(held.objs))
+    asked = check_scene_idxs(scene_idxs)
+    missing = [index for index in asked if index not in held.row_of]
+    if missing:
+        there = list(held.scene_idxs)
+        raise KeyError(f"'{held.name}' is not in scene {missing[0]} of this batch; it is in {there}")
+    return [held.row_of[index] for index in asked]
+
+
+def is_dynamic(component: Any) -> bool:
+    """Whether a body has velocities of its own: it is dynamic, and not made kinematic meanwhile."""
+    return isinstance(component, physx.PhysxRigidDynamicComponent) and not component.get_kinematic()
+
+
+def is_kinematic(component: Any) -> bool:
+    """Whether the engine moves a body by its pose alone, and has targets for it."""
+    return isinstance(component, physx.PhysxRigidDynamicComponent) and component.get_kinematic()
+
+
+def root_is_fixed(links: Sequence[Any]) -> bool:
+    """Whether the first of an articulation's links is fixed to the world."""
+    return links[0].get_joint().get_type() == "fixed"
+
+
+class ComponentBatch:
+    """One thing of the plan, in every scene that has it.
+
+    Args:
+        name: in the plan.
+        scene_idxs: the scenes of the batch that have it, ascending.
+        objs: its components in this order.
+    """
+
+    def __init__(self, name: str, scene_idxs: tuple[int, ...], objs: list[Any]) -> None:
+        self._name = name
+        self._scene_idxs = scene_idxs
+        self._objs = objs
+        self._closed = False
+
+    def __len__(self) -> int:
+        return len(self._scene_idxs)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self._name!r}, scene_idxs={list(self._scene_idxs)})"
+
+    @property
+    def name(self) -> str:
+        """Its name in the plan; the components have the same."""
+        return self._name
+
+    @property
+    def scene_idxs(self) -> tuple[int, ...]:
+        """Indices among all scenes of the plan: those of this batch that have it."""
+        return self._scene_idxs
+
+    @property
+    def objs(self) -> list[Any]:
+        """SAPIEN's component in each of these scenes. Raises RuntimeError once the batch is closed."""
+        if self._closed:
+            raise RuntimeError(f"the scenes of '{self._name}' are closed")
+        return self._objs
+
+    def _close(self) -> None:
+        self._closed = True
+        self._objs = []
+
+
+UNIT_TOLERANCE = 1e-3
+"""How far a quaternion's length may be from 1: as in the scene language."""
+
+
+def spread_poses(pose: Any, count: int) -> list[sapien.Pose]:
+    """`count` poses from (7,), (count, 7), a `sapien.Pose` or a sequence of them. Raises ValueError."""
+    if isinstance(pose, sapien.Pose):
+        return [pose] * count
+    if isinstance(pose, (list, tuple)):
+        items: list[Any] = [*pose]  # pyright: ignore[reportUnknownArgumentType]
+        if items and all(isinstance(item, sapien.Pose) for item in items):
+            if len(items) != count:
+                raise ValueError(f"{len(items)} poses for {count} scenes")
+            return items
+    rows = _spread(pose, 7, count, "a pose")
+    lengths = np.linalg.norm(rows[:, 3:].astype(np.float64), axis=1)
+    if (np.abs(lengths - 1) > UNIT_TOLERANCE).any():
+        raise ValueError("a pose's quaternion (its last four numbers, wxyz) must be of unit length")
+    return [sapien.Pose(row[:3], row[3:]) for row in rows]
+
+
+def spread_vectors(vector: Any, count: int) -> NDArray[np.float32]:
+    """(count, 3) float32 from (3,) or (count, 3). Raises ValueError."""
+    return _spread(vector, 3, count, "a velocity")
+
+
+def spread_joint_values(numbers: Any, dofs: list[int], width: int, what: str) -> list[NDArray[np.float32]]:
+    """One row for each of some articulations, as long as it has joints that move, from (width,) or (B, width).
+
+    `dofs`: how many each has, `width` at most; what is given beyond is not looked at. Raises ValueError.
+    """
+    rows = np.asarray(numbers, dtype=np.float32)
+    if rows.shape not in ((width,), (1, width), (len(dofs), width)):
+        raise ValueError(f"{what} is ({width},) or ({len(dofs)}, {width}) here, not {rows.shape}")
+    rows = np.broadcast_to(rows, (len(dofs), width))
+    found = [row[:dof].copy() for row, dof in zip(rows, dofs, strict=True)]
+    if not all(np.isfinite(row).all() for row in found):
+        raise ValueError(f"{what} must be finite")
+    return found
+
+
+def pad_rows(rows: list[Any], width: int) -> NDArray[np.float32]:
+    """(B, width, …) of rows (dof, …), filled with NaN."""
+    shape = np.shape(rows[0])[1:] if rows else ()
+    found = np.full((len(rows), width, *shape), np.nan, np.float32)
+    for row, numbers in zip(found, rows, strict=True):
+        row[: len(numbers)] = numbers
+    return found
+
+
+def _spread(given: Any, width: int, count: int, what: str) -> NDArray[np.float32]:
+    rows = np.asarray(given, dtype=np.float32)
+    if rows.shape not in ((width,), (1, width), (count, width)):
+        raise ValueError(f"{what} is ({width},) or ({count}, {width}) here, not {rows.shape}")
+    if not np.isfinite(rows).all():
+        raise ValueError(f"{what} must be finite")
+    return np.broadcast_to(rows, (count, width)).copy()

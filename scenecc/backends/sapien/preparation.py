@@ -1,0 +1,299 @@
+"""Entities of the plan, prepared for the loop over scenes, and the lookup of what they built."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+
+import numpy as np
+
+from scenecc.backends.sapien.articulation_builder import BatchArticulationBuilder
+from scenecc.backends.sapien.assets import Resources, refresh_caches
+from scenecc.backends.sapien.builder import BatchActorBuilder
+from scenecc.backends.sapien.engine import EngineFailure, report_failure
+from scenecc.backends.sapien.objects import ArticulationObjects, BodyObjects
+from scenecc.plan import ArticulationStructure, BodyStructure
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.diagnostics import Sink
+    from scenecc.plan import Entity, ScenePlan
+    from scenecc.plan.body import Mount
+
+
+Structure = TypeVar("Structure", bound="BodyStructure | ArticulationStructure")
+
+PlaceInScene = Callable[[Callable[[Any], None], int], None]
+"""Builds an entity's part in a scene, given what adds an entity to it and the scene's number."""
+
+MakeRow = Callable[[int], "tuple[Any, Any]"]
+"""From a row of a builder to a new entity and its physical component."""
+
+
+@dataclass(frozen=True, slots=True)
+class StructureRows(Generic[Structure]):
+    """The bodies, or the articulations, of an entity that have one structure.
+
+    Attributes:
+        numbers: which of the entity's bodies, ascending.
+        rows: their rows in the plan's values.
+    """
+
+    structure: Structure
+    numbers: NDArray[np.intp]
+    rows: NDArray[np.intp]
+
+
+@dataclass(frozen=True, slots=True)
+class PreparedActor:
+    """A body in the loop over scenes.
+
+    Attributes:
+        scene_idxs: the scenes that are built and have it, ascending: one body each.
+        rows: the bodies' rows in the plan's values.
+        parts: the bodies by structure.
+        make: builds the body of any scene by the scene's number; None: it differs by scene.
+        table: then for each scene its builder and row there, or None where the entity is not in it.
+        objs, components: what was built, one each body.
+    """
+
+    entity: Entity
+    scene_idxs: tuple[int, ...]
+    rows: NDArray[np.intp]
+    parts: tuple[StructureRows[BodyStructure], ...]
+    make: MakeRow | None
+    table: list[tuple[MakeRow, int] | None]
+    objs: list[Any] = field(default_factory=list[Any])
+    components: list[Any] = field(default_factory=list[Any])
+
+    def placer(self) -> PlaceInScene:
+        """What builds its body in one scene after the other."""
+        everywhere, table = self.make, self.table
+        keep_entity, keep_component = self.objs.append, self.components.append
+
+        def place(add: Callable[[Any], None], number: int) -> None:
+            """Builds the body of a scene, adds it and keeps it; nothing where the entity is not in the scene."""
+            if everywhere is not None:
+                entity, component = everywhere(number)
+            elif (own := table[number]) is not None:
+                entity, component = own[0](own[1])
+            else:
+                return
+            add(entity)
+            keep_entity(entity)
+            keep_component(component)
+
+        return place
+
+    def held(self) -> BodyObjects:
+        """What was built, as the classes of a batch share it."""
+        return BodyObjects(self.entity.name, self.scene_idxs, self.objs, self.components)
+
+
+@dataclass(frozen=True, slots=True)
+class PreparedArticulation:
+    """An articulation in the loop over scenes.
+
+    Attributes:
+        scene_idxs, rows, parts: as of a body.
+        table: for each scene its builder and row there, or None where the entity is not in it.
+        objs: the `PhysxArticulation` of each scene that has it.
+        entities, links: those of their links, in the order of the plan.
+    """
+
+    entity: Entity
+    scene_idxs: tuple[int, ...]
+    rows: NDArray[np.intp]
+    parts: tuple[StructureRows[ArticulationStructure], ...]
+    table: list[tuple[BatchArticulationBuilder, int] | None]
+    objs: list[Any] = field(default_factory=list[Any])
+    entities: list[list[Any]] = field(default_factory=list[list[Any]])
+    links: list[list[Any]] = field(default_factory=list[list[Any]])
+
+    def placer(self) -> PlaceInScene:
+        """What builds its articulation in one scene after the other."""
+
+        def place(add: Callable[[Any], None], number: int) -> None:
+            """Builds the links of a scene, adds them and lets them start; nothing where the entity is not in it."""
+            if (own := self.table[number]) is None:
+                return
+            builder, row = own
+            entities, links = builder.make(row)
+            for entity in entities:
+                add(entity)
+            self.objs.append(builder.start(links, row))
+            self.entities.append(entities)
+            self.links.append(links)
+
+        return place
+
+    def held(self) -> ArticulationObjects:
+        """What was built, as the classes of a batch share it; called while all are in their scenes."""
+        return ArticulationObjects(self.entity.name, self.scene_idxs, self.objs, self.entities, self.links)
+
+
+PreparedEntity = PreparedActor | PreparedArticulation
+"""An entity's part in a build."""
+
+
+def prepare_entity(
+    entity: Entity, scene_idxs: tuple[int, ...], resources: Resources, *, rendered: bool
+) -> tuple[PreparedEntity | None, list[EngineFailure]]:
+    """The entity's part among the scenes named, None where it is in none, and what the engine cannot cook.
+
+    Raises:
+        EngineFailure: a shape cannot even be prepared.
+    """
+    present, rows = rows_in_scenes(entity, scene_idxs)
+    if not present:
+        return None, []
+    if isinstance(entity.structures[0], ArticulationStructure):
+        return _prepare_articulation(entity, scene_idxs, present, rows, resources, rendered=rendered)
+    failures: list[EngineFailure] = []
+    parts = cast("tuple[StructureRows[BodyStructure], ...]", group_by_structure(entity, rows))
+    makes: list[MakeRow] = []
+    for part in parts:
+        builder = BatchActorBuilder(entity, part.structure, part.rows, resources, rendered=rendered)
+        failures += builder.cook()
+        makes.append(builder.make)
+    if len(parts) == 1 and len(present) == len(scene_idxs):
+        return PreparedActor(entity, present, rows, parts, makes[0], []), failures
+    by_scene: dict[int, tuple[MakeRow, int]] = {}
+    for part, make in zip(parts, makes, strict=True):
+        by_scene.update((present[number], (make, row)) for row, number in enumerate(map(int, part.numbers)))
+    return PreparedActor(entity, present, rows, parts, None, [by_scene.get(index) for index in scene_idxs]), failures
+
+
+def _prepare_articulation(
+    entity: Entity,
+    scene_idxs: tuple[int, ...],
+    present: tuple[int, ...],
+    rows: NDArray[np.intp],
+    resources: Resources,
+    *,
+    rendered: bool,
+) -> tuple[PreparedArticulation, list[EngineFailure]]:
+    parts = cast("tuple[StructureRows[ArticulationStructure], ...]", group_by_structure(entity, rows))
+    failures: list[EngineFailure] = []
+    by_scene: dict[int, tuple[BatchArticulationBuilder, int]] = {}
+    for part in parts:
+        builder = BatchArticulationBuilder(entity, part.structure, part.rows, resources, rendered=rendered)
+        failures += builder.cook()
+        by_scene.update((present[number], (builder, row)) for row, number in enumerate(map(int, part.numbers)))
+    table = [by_scene.get(index) for index in scene_idxs]
+    return PreparedArticulation(entity, present, rows, parts, table), failures
+
+
+def rows_in_scenes(entity: Entity, scene_idxs: tuple[int, ...]) -> tuple[tuple[int, ...], NDArray[np.intp]]:
+    """Those of the scenes that have the entity, and their rows in the plan's values."""
+    if entity.scene_idxs == scene_idxs:
+        return scene_idxs, np.arange(len(scene_idxs))
+    row_of = {index: row for row, index in enumerate(entity.scene_idxs)}
+    present = tuple(index for index in scene_idxs if index in row_of)
+    return present, np.array([row_of[index] for index in present], dtype=np.intp)
+
+
+def group_by_structure(
+    entity: Entity, rows: NDArray[np.intp]
+) -> tuple[StructureRows[BodyStructure | ArticulationStructure], ...]:
+    """The bodies that have these rows in the plan's values, by structure."""
+    if entity.pick is None:
+        return (StructureRows(entity.structures[0], np.arange(len(rows)), rows),)
+    picks = np.broadcast_to(entity.pick.data, len(entity.scene_idxs))[rows]
+    chosen = [(pick, np.flatnonzero(picks == pick)) for pick in sorted(set(map(int, picks)))]
+    return tuple(StructureRows(entity.structures[pick], numbers, rows[numbers]) for pick, numbers in chosen)
+
+
+class EntityLookup:
+    """Bodies by their mounts.
+
+    Attributes:
+        scene_idxs: which of the plan's scenes are built, ascending.
+        scenes: the `sapien.Scene`s in this order.
+    """
+
+    def __init__(self, scene_idxs: tuple[int, ...], scenes: list[Any], turns: Sequence[PreparedEntity]) -> None:
+        self.scene_idxs = scene_idxs
+        self.scenes = scenes
+        self._turns = {turn.entity.name: turn for turn in turns}
+        self._row_of = {turn.entity.name: {index: row for row, index in enumerate(turn.scene_idxs)} for turn in turns}
+
+    def component(self, mount: Mount, number: int) -> Any:
+        """The physical component that a mount names in the scene of a number: of a body, or of a link.
+
+        None for a body of the type none. An articulation itself stands for its root.
+
+        Raises:
+            KeyError: the entity is not in this scene, or has no such link there.
+        """
+        turn = self._turns[mount.entity]
+        row = self._row_of[mount.entity][self.scene_idxs[number]]
+        if not isinstance(turn, PreparedArticulation):
+            if mount.link is not None:
+                raise KeyError(mount.link)
+            return turn.components[row]
+        if mount.link is None:
+            return turn.links[row][0]
+        return find_link(turn.links[row], mount.link)
+
+    def entity(self, mount: Mount, number: int) -> Any:
+        """The `sapien.Entity` of it. Raises KeyError as `component` does."""
+        turn = self._turns[mount.entity]
+        if isinstance(turn, PreparedArticulation):
+            return self.component(mount, number).get_entity()
+        if mount.link is not None:
+            raise KeyError(mount.link)
+        return turn.objs[self._row_of[mount.entity][self.scene_idxs[number]]]
+
+    def entities(self, index: int) -> Iterator[tuple[str, Any]]:
+        """The `sapien.Entity`s of a scene of the plan by name, those of links as ENTITY/LINK."""
+        for name, turn in self._turns.items():
+            row = self._row_of[name].get(index)
+            if row is None:
+                continue
+            if not isinstance(turn, PreparedArticulation):
+                yield name, turn.objs[row]
+                continue
+            for link in turn.links[row]:
+                yield f"{name}/{link.get_name()}", link.get_entity()
+
+
+def find_link(links: Sequence[Any], name: str) -> Any:
+    """The link of a name. Raises KeyError."""
+    for link in links:
+        if link.get_name() == name:
+            return link
+    raise KeyError(name)
+
+
+def prepare_entities(
+    plan: ScenePlan, scene_idxs: tuple[int, ...], sink: Sink, *, rendered: bool
+) -> list[PreparedEntity] | None:
+    """Everything that is done once: argument tables, materials, and every mesh cooked.
+
+    All that fail are reported, not only the first.
+    """
+    refresh_caches(plan, rendered=rendered)
+    resources = Resources(plan)
+    turns: list[PreparedEntity] = []
+    failed, crowded = False, None
+    for entity in plan.entities:
+        try:
+            turn, failures = prepare_entity(entity, scene_idxs, resources, rendered=rendered)
+        except EngineFailure as failure:
+            turn, failures = None, [failure]
+        for failure in failures:
+            report_failure(failure, sink, entity.origin)
+        failed = failed or bool(failures)
+        if turn is not None:
+            turns.append(turn)
+        if crowded is None and resources.crowded():
+            crowded = entity
+    if crowded is not None and (failure := resources.crowded()):
+        report_failure(failure, sink, crowded.origin)
+        failed = True
+    return None if failed else turns

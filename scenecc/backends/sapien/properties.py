@@ -1,0 +1,289 @@
+"""Properties of engine objects, one row per field: setter, getter, conversion, and what a fresh object holds.
+
+The builders write by these tables and the audit reads by them, so no field can be set without being checked. Values
+of the plan become columns, lists with one item, or one item per row that is built. Vectors become float32 arrays,
+which SAPIEN reads faster than lists.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
+
+import numpy as np
+
+from scenecc.backends.sapien.engine import physx, render, sapien
+from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.plan.properties import properties_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.plan import (
+        Value,
+    )
+
+
+Column = list[Any]
+
+Item = TypeVar("Item")
+
+
+def item_at(column: Sequence[Item], row: int) -> Item:
+    """The item of a row."""
+    return column[row if len(column) != 1 else 0]
+
+
+def select_rows(value: Value, rows: NDArray[np.intp]) -> NDArray[Any]:
+    """The rows of a value that are built; one row where it is the same in every scene."""
+    return value.data if value.data.shape[0] == 1 else value.data[rows]
+
+
+def row_value(value: Value, row: int) -> Any:
+    """One row as a Python number, or as a tuple or an array of numbers; no array is made where there is none."""
+    if value.varies:
+        found = value.data[row]
+        return found if found.ndim else found.item()
+    first, *others = numbers = value.as_drawn()
+    return numbers if others else first
+
+
+def to_scalars(data: NDArray[Any]) -> Column:
+    """Python floats, integers or booleans, or lists of them."""
+    return data.tolist()
+
+
+def to_vectors(data: NDArray[Any]) -> Column:
+    """float32 arrays."""
+    return list(data.astype(np.float32))
+
+
+def to_poses(data: NDArray[Any]) -> Column:
+    """`sapien.Pose` objects. The quaternion is passed on as it is: normalising it again would change bits."""
+    return list(map(sapien.Pose, *split_poses(data)))
+
+
+def split_poses(data: NDArray[Any]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """(B, 3) and (B, 4) of poses (B, 7), each in one piece: SAPIEN reads their rows faster than slices of a row."""
+    rows = data.astype(np.float32, copy=False)
+    return np.ascontiguousarray(rows[:, :3]), np.ascontiguousarray(rows[:, 3:])
+
+
+def scalar_column(value: Value, rows: NDArray[np.intp]) -> Column:
+    """Python numbers a row; no array is made where there is none."""
+    return value.data[rows].tolist() if value.varies else [value.as_drawn()[0]]
+
+
+def vector_column(value: Value, rows: NDArray[np.intp]) -> Column:
+    """Vectors a row: of what is built once, the plan's own tuple, which costs less than an array of it."""
+    if value.varies or len(rows) > 1:
+        return to_vectors(select_rows(value, rows))
+    return [value.as_drawn()]
+
+
+def zip_columns(columns: Sequence[Column]) -> list[tuple[Any, ...]]:
+    """The arguments of a call: one tuple in all, or one a row where any column has one item a row."""
+    length = max([len(column) for column in columns])
+    if length == 1:
+        return [tuple([column[0] for column in columns])]
+    return list(zip(*[column if len(column) == length else column * length for column in columns], strict=True))
+
+
+def bind_columns(function: Callable[..., Any], columns: Sequence[Column]) -> Callable[[int], Any]:
+    """`function` with its arguments bound, to be called with a row."""
+    arguments = zip_columns(columns)
+    if len(arguments) == 1:
+        only = arguments[0]
+        return lambda _: function(*only)
+    return lambda row: function(*arguments[row])
+
+
+SetterColumn = tuple["Callable[[Any, Any], Any]", Column]
+"""A setter of the engine, unbound, and its column of values."""
+
+
+@dataclass(frozen=True, slots=True)
+class EngineProperty:
+    """One field of the plan in the engine.
+
+    Attributes:
+        set: the engine's setter, unbound.
+        get: name of the engine's property.
+        convert: rows of the plan's data to a column.
+        default: what a fresh object of the engine holds whatever its configuration; None: it depends.
+    """
+
+    set: Callable[[Any, Any], Any]
+    get: str
+    convert: Callable[[NDArray[Any]], Column]
+    default: Any = None
+
+
+class PropertyTable:
+    """A table of knobs by the plan's field names; all fields of a holder are read in one call."""
+
+    def __init__(self, knobs: Mapping[str, EngineProperty]) -> None:
+        self.by_field = knobs
+        self._rows = tuple(knobs.values())
+        self._read = attrgetter(*knobs)
+
+    def said(self, holder: object) -> list[tuple[EngineProperty, Value]]:
+        """What the plan says of its fields, in the order of the table; most say nothing."""
+        values: tuple[Value | None, ...] = self._read(holder)
+        if values.count(None) == len(values):
+            return []
+        return [(knob, value) for knob, value in zip(self._rows, values, strict=True) if value is not None]
+
+    def steps(self, holder: object, rows: NDArray[np.intp]) -> list[SetterColumn]:
+        """Setters for what the plan says, without those that would set what is there already."""
+        return [step for knob, value in self.said(holder) for step in property_setters(knob, value, rows)]
+
+
+def property_setters(knob: EngineProperty, value: Value, rows: NDArray[np.intp]) -> list[SetterColumn]:
+    """The setter of one knob; none where it would set what is there already."""
+    data = select_rows(value, rows)
+    return [] if is_default(data, knob.default) else [(knob.set, knob.convert(data))]
+
+
+_CollisionShapeClass = physx.PhysxCollisionShape
+
+_BodyClass = physx.PhysxRigidDynamicComponent
+
+SHAPE_POSE = EngineProperty(_CollisionShapeClass.set_local_pose, "local_pose", to_poses, IDENTITY_POSE)
+
+VISUAL_POSE = EngineProperty(render.RenderShape.set_local_pose, "local_pose", to_poses, IDENTITY_POSE)
+"""`pose` of a shape, colliding or seen."""
+
+COLLISION_GROUPS = EngineProperty(
+    _CollisionShapeClass.set_collision_groups, "collision_groups", to_scalars, (1, 1, 0, 0)
+)
+"""`BodyStructure.collision_groups`, set on every shape of the body."""
+
+
+def _plan_properties(component: Any, part: Literal["body", "shape"]) -> PropertyTable:
+    """Rows of the plan's table; the engine's names are the plan's."""
+    return PropertyTable(
+        {
+            knob.field: EngineProperty(
+                getattr(component, f"set_{knob.field}"),
+                knob.field,
+                to_vectors if knob.dtype == "float64" and knob.shape else to_scalars,
+                knob.untouched,
+            )
+            for knob in properties_of(part)
+        }
+    )
+
+
+SHAPE_PROPERTIES = _plan_properties(_CollisionShapeClass, "shape")
+"""Fields of `CollisionShape`, set before the shape is attached (its density cannot be set later)."""
+
+BODY_PROPERTIES = _plan_properties(_BodyClass, "body")
+"""Fields of `BodyStructure` that a dynamic or kinematic body has, set once its shapes and mass are there."""
+
+_ArticulationClass = physx.PhysxArticulation
+
+ARTICULATION_PROPERTIES = PropertyTable(
+    {
+        field: EngineProperty(getattr(_ArticulationClass, f"set_{field}"), field, to_scalars)
+        for field in ("solver_position_iterations", "solver_velocity_iterations", "sleep_threshold")
+    }
+)
+"""Fields of `ArticulationStructure` that are the whole's, set once it is in a scene."""
+
+ROOT_PROPERTIES = PropertyTable(
+    {
+        field: EngineProperty(
+            getattr(_ArticulationClass, f"set_root_{field}"), f"root_{field}", to_vectors, (0.0, 0.0, 0.0)
+        )
+        for field in ("linear_velocity", "angular_velocity")
+    }
+)
+"""Fields of `ArticulationStructure` that its root has at the start, set before `qpos` and `qvel`."""
+
+RENDER_PROPERTIES = PropertyTable(
+    {
+        "visibility": EngineProperty(lambda body, value: setattr(body, "visibility", value), "visibility", to_scalars),
+        "shading_mode": EngineProperty(
+            lambda body, value: setattr(body, "shading_mode", value), "shading_mode", to_scalars
+        ),
+    }
+)
+"""Fields of `BodyStructure` that the render body has."""
+
+
+def is_default(data: NDArray[Any], default: object) -> bool:
+    """Whether one row is all there is and the engine would hold it anyway, to the bit."""
+    if default is None or len(data) != 1:
+        return False
+    given = data[0].astype(np.float32) if data.dtype == np.float64 else data[0]
+    return given.tobytes() == np.asarray(default, dtype=given.dtype).tobytes()
+
+
+_JointClass = physx.PhysxArticulationJoint
+
+DEFAULT_JOINT_LIMITS = (-np.inf, np.inf)
+"""What SAPIEN's builder gives a joint of which nothing is said; a fresh joint of the engine cannot move."""
+
+DEFAULT_FORCE_LIMIT = float(np.finfo(np.float32).max)
+"""SAPIEN's, of a drive of which nothing is said."""
+
+
+def _to_axis_arrays(data: NDArray[Any]) -> Column:
+    """float32 arrays of one number, which is how SAPIEN takes what a joint has for each of its degrees of freedom."""
+    return list(data.astype(np.float32)[:, None])
+
+
+def to_limit_arrays(data: NDArray[Any]) -> Column:
+    """Limits of joints as SAPIEN takes them, (1, 2) a row."""
+    return list(data.astype(np.float32)[:, None, :])
+
+
+JOINT_PARENT_POSE = EngineProperty(_JointClass.set_pose_in_parent, "pose_in_parent", to_poses, None)
+
+JOINT_CHILD_POSE = EngineProperty(_JointClass.set_pose_in_child, "pose_in_child", to_poses, None)
+
+JOINT_LIMITS = EngineProperty(_JointClass.set_limits, "limits", to_limit_arrays, None)
+
+JOINT_PROPERTIES = PropertyTable(
+    {
+        "friction": EngineProperty(_JointClass.set_friction, "friction", to_scalars),
+        "armature": EngineProperty(_JointClass.set_armature, "armature", _to_axis_arrays),
+        "max_velocity": EngineProperty(_JointClass.set_max_velocity, "max_velocity", to_scalars),
+        "drive_target": EngineProperty(_JointClass.set_drive_target, "drive_target", to_scalars),
+        "drive_velocity_target": EngineProperty(
+            _JointClass.set_drive_velocity_target, "drive_velocity_target", to_scalars
+        ),
+    }
+)
+"""Fields of `Joint` that a user sets once SAPIEN's builder is done, in the order in which they are set."""
+
+LINK_CLASS = physx.PhysxArticulationLinkComponent
+
+LINK_FIELDS = tuple(field for field in BODY_PROPERTIES.by_field if hasattr(LINK_CLASS, f"set_{field}"))
+"""Fields of `BodyStructure` that a link has as a dynamic body has them; the others do not exist on SAPIEN's links."""
+
+FixedSetters = tuple[tuple["Callable[[Any, Any], Any]", Any], ...]
+
+PreparedSetters = tuple[FixedSetters, tuple[SetterColumn, ...]]
+"""Setters with one value for all rows, and setters with a value a row."""
+
+
+def apply_setters(prepared: PreparedSetters, obj: Any, row: int) -> None:
+    """Calls the setters on an object of the engine, with the values of a row."""
+    fixed, varying = prepared
+    for setter, value in fixed:
+        setter(obj, value)
+    for setter, values in varying:
+        setter(obj, values[row])
+
+
+def split_setters(found: Sequence[SetterColumn]) -> PreparedSetters:
+    """Setters with one value for all rows, and setters with a value a row."""
+    if not found:
+        return (), ()
+    fixed = tuple((setter, column[0]) for setter, column in found if len(column) == 1)
+    return fixed, tuple((setter, column) for setter, column in found if len(column) != 1)

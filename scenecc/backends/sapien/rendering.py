@@ -1,0 +1,377 @@
+"""Everything else that pictures need: environment map, lights, the view of collision shapes, and the setup of all of
+it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from scenecc.backends.sapien.assets import Resources
+from scenecc.backends.sapien.cameras import (
+    DEFAULT_CAMERA,
+    DEFAULT_HEIGHT,
+    DEFAULT_WIDTH,
+    NOT_RENDERED,
+    CameraBatch,
+    RenderComponentBatch,
+    attach_component,
+    build_camera,
+    default_camera,
+    frame_scene,
+    new_camera,
+    render_bodies,
+    to_pose,
+)
+from scenecc.backends.sapien.engine import EngineFailure, physx, render
+from scenecc.plan import AreaLight, CubeMap, DirectionalLight, PointLight, SkyMap, SpotLight, TexturedLight, literal
+from scenecc.plan.rendering import (
+    COLLISION_COLORS,
+    DEFAULT_AMBIENT_LIGHT,
+    DEFAULT_LIGHT_DIRECTIONS,
+    is_unlit,
+    shadow_parameters,
+)
+from scenecc.plan.schema import PIXEL_BOUNDS
+from scenecc.variation.errors import DrawError
+from scenecc.variation.per_scene_arrays import to_field_rows
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from scenecc.backends.sapien.preparation import EntityLookup
+    from scenecc.plan import Camera, Environment, Light, ScenePlan
+    from scenecc.variation.evaluation import Batch
+
+
+LIGHT_CLASSES: Final[dict[type, str]] = {
+    DirectionalLight: "RenderDirectionalLightComponent",
+    PointLight: "RenderPointLightComponent",
+    SpotLight: "RenderSpotLightComponent",
+    AreaLight: "RenderParallelogramLightComponent",
+    TexturedLight: "RenderTexturedLightComponent",
+}
+"""SAPIEN's components, by the type of a light."""
+
+
+def has_light(scene: Any) -> bool:
+    """Whether a live scene is lit by anything: lights, ambient light or a map, of the plan or added by hand."""
+    system = scene.render_system
+    return bool(system.get_lights()) or any(system.get_ambient_light()) or system.get_cubemap() is not None
+
+
+def build_light(light: Light, standing: EntityLookup, resources: Resources) -> list[Any]:
+    """The component of a light in each scene that has it, among those that are built.
+
+    Raises:
+        EngineFailure: its picture cannot be loaded.
+    """
+    shadow = shadow_parameters(light)
+    rows = {index: row for row, index in enumerate(light.scene_idxs)}
+    made: list[Any] = []
+    for number, index in enumerate(standing.scene_idxs):
+        row = rows.get(index)
+        if row is None:
+            continue
+        component = getattr(render, LIGHT_CLASSES[type(light.light)])()
+        if isinstance(light.light, AreaLight):
+            component.set_shape(float(light.light.half_width.row(row)), float(light.light.half_height.row(row)))
+        component.color = light.color.row(row)
+        for name, value in shadow.items():
+            setattr(component, name, value.row(row).item())
+        if isinstance(light.light, SpotLight | TexturedLight):
+            component.inner_fov = float(light.light.inner_fov.row(row))
+            component.outer_fov = float(light.light.outer_fov.row(row))
+        if isinstance(light.light, TexturedLight):
+            component.texture = resources.texture(light.light.texture, row)
+        attach_component(component, light, row, standing, number)
+        made.append(component)
+    return made
+
+
+def build_environment(environment: Environment, standing: EntityLookup, resources: Resources) -> None:
+    """Gives scenes what surrounds them.
+
+    Raises:
+        EngineFailure: the map cannot be loaded.
+    """
+    maps: dict[tuple[str, ...], Any] = {}
+    for scene, index in zip(standing.scenes, standing.scene_idxs, strict=True):
+        if environment.ambient_light is not None:
+            scene.render_system.ambient_light = environment.ambient_light.row(index)
+        if environment.map is None:
+            continue
+        paths = tuple(resources.path(file) for file in _cubemap_files(environment.map, index))
+        if paths not in maps:
+            maps[paths] = _make_cubemap(paths, environment)
+        scene.render_system.cubemap = maps[paths]
+
+
+def _cubemap_files(surroundings: SkyMap | CubeMap, index: int) -> list[int]:
+    if isinstance(surroundings, SkyMap):
+        return [int(surroundings.file.row(index))]
+    faces = (getattr(surroundings, face) for face in ("px", "nx", "py", "ny", "pz", "nz"))
+    return [int(face.row(index)) for face in faces]
+
+
+def _make_cubemap(paths: tuple[str, ...], environment: Environment) -> Any:
+    try:
+        return render.RenderCubemap(*paths)
+    except RuntimeError as error:
+        origin = environment.origin and environment.origin.child("map")
+        message = f"the renderer cannot load the map '{paths[0]}': {error}"
+        raise EngineFailure("SC807", message, origin=origin) from error
+
+
+PLANE_HALF_SIZE: Final = 1e4
+"""Half the side of a plane [m], as in SAPIEN's viewer."""
+
+
+def _flat_shaded_mesh(shape: Any, material: Any) -> Any:
+    """Each face for itself, so that edges show: corners that faces share would make them look round."""
+    corners = np.asarray(shape.vertices * shape.scale, np.float32)[shape.triangles]
+    if np.prod(shape.scale) < 0:
+        corners = corners[:, ::-1]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(np.float32).tiny)
+    faces = np.arange(3 * len(corners), dtype=np.uint32).reshape(-1, 3)
+    return render.RenderShapeTriangleMesh(
+        corners.reshape(-1, 3), faces, np.repeat(normals, 3, axis=0), np.zeros((0, 2), np.float32), material
+    )
+
+
+_RENDER_SHAPES: Final[dict[str, Callable[[Any, Any], Any]]] = {
+    "PhysxCollisionShapeBox": lambda shape, material: render.RenderShapeBox(shape.half_size, material),
+    "PhysxCollisionShapeSphere": lambda shape, material: render.RenderShapeSphere(shape.radius, material),
+    "PhysxCollisionShapeCapsule": lambda shape, material: render.RenderShapeCapsule(
+        shape.radius, shape.half_length, material
+    ),
+    "PhysxCollisionShapeCylinder": lambda shape, material: render.RenderShapeCylinder(
+        shape.radius, shape.half_length, material
+    ),
+    "PhysxCollisionShapePlane": lambda _shape, material: render.RenderShapePlane(
+        [1, PLANE_HALF_SIZE, PLANE_HALF_SIZE], material
+    ),
+    "PhysxCollisionShapeConvexMesh": _flat_shaded_mesh,
+    "PhysxCollisionShapeTriangleMesh": _flat_shaded_mesh,
+}
+"""SAPIEN's collision shapes by class: the render shape of the same form."""
+
+
+class CollisionView:
+    """Draws bodies as they collide: a material a type of body, for all of them."""
+
+    def __init__(self) -> None:
+        self._materials = {kind: render.RenderMaterial(base_color=color) for kind, color in COLLISION_COLORS.items()}
+
+    def show(self, entity: Any) -> None:
+        """Replaces what is seen of a `sapien.Entity` by its collision shapes; nothing is seen where there are none."""
+        for component in entity.components:
+            if isinstance(component, render.RenderBodyComponent):
+                entity.remove_component(component)
+        for component in entity.components:
+            if isinstance(component, physx.PhysxRigidBaseComponent) and component.collision_shapes:
+                entity.add_component(self._body(component))
+
+    def _body(self, component: Any) -> Any:
+        body: Any = render.RenderBodyComponent()
+        material = self._materials[_body_type(component)]
+        for shape in component.collision_shapes:
+            drawn = _RENDER_SHAPES[type(shape).__name__](shape, material)
+            drawn.local_pose = shape.local_pose
+            body.attach(drawn)
+        body.name = component.name
+        return body
+
+
+def _body_type(component: Any) -> str:
+    if isinstance(component, physx.PhysxArticulationLinkComponent):
+        return "link"
+    if isinstance(component, physx.PhysxRigidStaticComponent):
+        return "static"
+    return "kinematic" if component.kinematic else "dynamic"
+
+
+EntityPoses = list[tuple[Any, Any]]
+"""Entities of lights and cameras, and where they go."""
+
+
+class LightsAndCameras:
+    """Lights and cameras of a batch.
+
+    Attributes:
+        lights, cameras: by name, in the order of the plan.
+    """
+
+    def __init__(self, plan: ScenePlan, standing: EntityLookup, *, rendered: bool) -> None:
+        """Builds them, where the batch renders.
+
+        Raises:
+            EngineFailure: the renderer cannot make one.
+        """
+        self._plan = plan
+        self._standing: EntityLookup | None = standing
+        self._rendered = rendered
+        self._seen_by_people = [entity.name for entity in plan.entities if entity.hidden]
+        built: dict[str, list[Any]] = {}
+        if rendered:
+            resources = Resources(plan)
+            if plan.environment is not None:
+                build_environment(plan.environment, standing, resources)
+            built = {light.name: build_light(light, standing, resources) for light in plan.lights}
+        self.lights = {light.name: self._light(light, built.get(light.name)) for light in plan.lights}
+        self._dark = set(standing.scene_idxs) if is_unlit(plan) else set[int]()
+        self.cameras = {
+            camera.name: self._camera(camera, build_camera(camera, standing) if rendered else None)
+            for camera in plan.cameras
+        }
+        self._framed: list[CameraBatch] = []
+        if not plan.cameras:
+            self.cameras[DEFAULT_CAMERA] = self.framed()
+
+    def _present(self, held: Light | Camera) -> tuple[int, ...]:
+        assert self._standing is not None
+        having = frozenset(held.scene_idxs)
+        return tuple(index for index in self._standing.scene_idxs if index in having)
+
+    def _light(self, light: Light, objs: list[Any] | None) -> LightBatch:
+        return LightBatch(light.name, self._present(light), objs)
+
+    def _light_up(self, index: int) -> None:
+        """Lights a scene for its first picture if nothing else does: without, every picture would be black.
+
+        Not before, so that what is built is what the file says and nothing more.
+        """
+        if index not in self._dark or self._standing is None:
+            return
+        self._dark.remove(index)
+        scene = self._standing.scenes[self._standing.scene_idxs.index(index)]
+        if has_light(scene):
+            return
+        scene.set_ambient_light(DEFAULT_AMBIENT_LIGHT)
+        for direction in DEFAULT_LIGHT_DIRECTIONS:
+            scene.add_directional_light(direction, [1, 1, 1])
+
+    def _camera(self, camera: Camera, objs: list[Any] | None) -> CameraBatch:
+        return CameraBatch(camera.name, self._present(camera), objs, self._hidden, self._names, self._light_up)
+
+    def framed(self, width: int = DEFAULT_WIDTH, height: int = DEFAULT_HEIGHT) -> CameraBatch:
+        """A camera that frames each scene as it stands when the first picture of it is taken.
+
+        It comes into a scene with this picture: it takes memory.
+
+        Raises:
+            ValueError: no renderer makes pictures of this size [px].
+        """
+        for size in (width, height):
+            if not PIXEL_BOUNDS.allow(size):
+                raise ValueError(f"a picture has {PIXEL_BOUNDS.low} to {PIXEL_BOUNDS.high} pixels a side, not {size}")
+        camera = default_camera(self._plan.num_scenes, width, height)
+        present = self._present(camera)
+        found = CameraBatch(
+            camera.name,
+            present,
+            [None] * len(present) if self._rendered else None,
+            self._hidden,
+            self._names,
+            self._light_up,
+            lambda number: self._frame(camera, found, number),
+        )
+        self._framed.append(found)
+        return found
+
+    def _frame(self, camera: Camera, batch: CameraBatch, number: int) -> None:
+        assert self._standing is not None
+        if batch.objs[number] is not None:
+            return
+        scene = self._standing.scenes[number]
+        scene.update_render()
+        pose, near, far = frame_scene(scene, camera.width, camera.height)
+        camera = replace(camera, pose=literal(tuple(pose.tolist())), near=literal(near), far=literal(far))
+        component = new_camera(camera, 0)
+        attach_component(component, camera, 0, self._standing, number)
+        batch.objs[number] = component
+
+    def show_collision(self) -> None:
+        """Draws bodies as they collide in place of how they look, from now on.
+
+        Raises:
+            RuntimeError: the batch was built without rendering.
+        """
+        assert self._standing is not None
+        if not self._rendered:
+            raise RuntimeError(NOT_RENDERED.format(what="what is seen"))
+        shown = CollisionView()
+        for index in self._standing.scene_idxs:
+            for _, entity in self._standing.entities(index):
+                shown.show(entity)
+
+    def _hidden(self, index: int) -> list[Any]:
+        if not self._seen_by_people or self._standing is None:
+            return []
+        hidden = {*self._seen_by_people}
+        return [
+            body
+            for name, entity in self._standing.entities(index)
+            if name in hidden or name.rpartition("/")[0] in hidden
+            for body in render_bodies(entity)
+        ]
+
+    def _names(self, index: int) -> dict[int, str]:
+        assert self._standing is not None
+        return {
+            entity.get_per_scene_id(): name
+            for name, entity in self._standing.entities(index)
+            if entity.get_scene() is not None
+        }
+
+    @property
+    def follows(self) -> bool:
+        """Whether a light or camera stands relative to what a reset draws anew."""
+        held = (*self._plan.lights, *self._plan.cameras)
+        return self._rendered and any(each.pose.recipe is not None for each in held)
+
+    def moves(self, batch: Batch) -> EntityPoses:
+        """Where lights and cameras go that stand relative to what a reset draws anew; nothing is moved yet.
+
+        Args:
+            batch: the scenes that are reset.
+
+        Raises:
+            ValueError: one would stand nowhere.
+        """
+        held: list[tuple[Light | Camera, RenderComponentBatch]] = []
+        held += [(light, self.lights[light.name]) for light in self._plan.lights]
+        held += [(camera, self.cameras[camera.name]) for camera in self._plan.cameras]
+        return [move for each, found in held for move in sample_poses(each, found, batch)]
+
+    def close(self) -> None:
+        """Lets go of everything."""
+        for each in (*self.lights.values(), *self.cameras.values(), *self._framed):
+            each._close()  # noqa: SLF001  # pyright: ignore[reportPrivateUsage]
+        self.lights, self.cameras, self._framed, self._standing = {}, {}, [], None
+
+
+def sample_poses(held: Light | Camera, found: RenderComponentBatch, batch: Batch) -> EntityPoses:
+    """Where a light or camera goes in those of the scenes that have it. Raises ValueError if it would stand nowhere."""
+    recipe = held.pose.recipe
+    row_of = {index: row for row, index in enumerate(found.scene_idxs)}
+    having = [number for number, index in enumerate(batch.scenes.tolist()) if index in row_of]
+    if recipe is None or not having:
+        return []
+    part = batch if len(having) == len(batch.scenes) else batch.only(np.array(having, dtype=np.intp))
+    try:
+        poses: NDArray[np.float64] = to_field_rows(part.evaluate(recipe))
+    except DrawError as error:
+        message = f"'{held.name}' in scene {error.scene}: its pose has no value: {error.message}"
+        raise ValueError(message) from None
+    rows: list[int] = [row_of[index] for index in part.scenes.tolist()]
+    return [(found.objs[row].get_entity(), to_pose(pose)) for row, pose in zip(rows, poses, strict=True)]
+
+
+class LightBatch(RenderComponentBatch):
+    """One light of the plan; `objs` are `sapien.render.RenderLightComponent`s."""

@@ -1,0 +1,230 @@
+"""Where every body of a batch is at its start, as the plan has it or as a reset draws it anew."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from scenecc.backends.sapien.objects import ArticulationObjects
+from scenecc.backends.sapien.preparation import group_by_structure, rows_in_scenes
+from scenecc.backends.sapien.properties import select_rows
+from scenecc.backends.sapien.state import articulations_at_rest, bodies_at_rest
+from scenecc.diagnostics.messages import cut
+from scenecc.plan import ArticulationStructure, BodyStructure
+from scenecc.plan.articulation import JOINT_STATE_FIELDS, VELOCITY_FIELDS
+from scenecc.plan.scene import is_shared_pose
+from scenecc.variation.errors import DrawError
+from scenecc.variation.evaluation import Batch
+from scenecc.variation.injected_draws import InjectedDrawError, convert_injected, draw_type
+from scenecc.variation.node_bounds import BoundsAnalysis
+from scenecc.variation.nodes import Computed, Rows
+from scenecc.variation.per_scene_arrays import to_field_rows
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from scenecc.backends.sapien.objects import BodyObjects
+    from scenecc.backends.sapien.preparation import StructureRows
+    from scenecc.backends.sapien.state import AnyState, ArticulationState
+    from scenecc.plan import Entity, ScenePlan, Value
+    from scenecc.variation.nodes import Node
+
+
+class _SampledField(NamedTuple):
+    """One field that a reset draws anew, in those of the batch's scenes that have it.
+
+    `column` is that of a joint, of the name `joint`; None: the field is a pose or a velocity.
+    """
+
+    entity: str
+    field: str
+    node: Node
+    scene_idxs: frozenset[int]
+    column: int | None = None
+    joint: str = ""
+
+    @property
+    def what(self) -> str:
+        """For people."""
+        return self.field if self.column is None else f"{self.field} of joint '{self.joint}'"
+
+
+class ResetSampler:
+    """The start of a batch; prepared once, when it is first reset."""
+
+    def __init__(
+        self, plan: ScenePlan, scene_idxs: tuple[int, ...], held: Mapping[str, BodyObjects | ArticulationObjects]
+    ) -> None:
+        self._plan = plan
+        self._draws: Mapping[str, Node] = dict(plan.draws)
+        # What stays as it is built stands in the plan as its rows.
+        self._drawn_again = [
+            name for name, node in plan.draws if not isinstance(node, Rows) and not is_shared_pose(name)
+        ]
+        found = [(entity, *rows_in_scenes(entity, scene_idxs)) for entity in plan.entities]
+        present = [each for each in found if each[1]]
+        self._states = {
+            entity.name: _planned_state(entity, where, rows, held[entity.name]) for entity, where, rows in present
+        }
+        self._row_of = {
+            name: {index: row for row, index in enumerate(state.scene_idxs)} for name, state in self._states.items()
+        }
+        self._recipes = [recipe for each in present for recipe in _sampled_fields(*each, held[each[0].name])]
+
+    def batch(self, scene_idxs: Sequence[int], seeds: Sequence[int], given: Mapping[str, Any]) -> Batch:
+        """What evaluates recipes in some scenes, by ascending index, each by a seed of its own.
+
+        Args:
+            scene_idxs: which scenes.
+            seeds: one a scene, in their order.
+            given: in place of shared draws, name → one row a scene, in their order.
+
+        Raises:
+            ValueError: what is given is not of the kind and shape of its draw.
+        """
+        whole = self._spread(given, scene_idxs)
+        chosen = sorted(scene_idxs)
+        seed_of = dict(zip(scene_idxs, seeds, strict=True))
+        one = seeds[0] if len(set(seeds)) == 1 else tuple(seed_of[index] for index in chosen)
+        return Batch(np.array(chosen, dtype=np.int64), one, self._plan.num_scenes, self._draws, whole)
+
+    def drawn(self, batch: Batch) -> dict[str, AnyState]:
+        """The start of every entity in the scenes of a batch.
+
+        Raises:
+            ValueError: something has no value, or none that the engine can hold; entity, field and scene are named.
+        """
+        chosen: list[int] = batch.scenes.tolist()
+        rows_of = {name: [rows[i] for i in chosen if i in rows] for name, rows in self._row_of.items()}
+        found = {name: state.rows(rows_of[name]) for name, state in self._states.items() if rows_of[name]}
+        for recipe in self._recipes:
+            if recipe.entity in found:
+                _sample_field(recipe, batch, found[recipe.entity])
+        return found
+
+    def _spread(self, given: Mapping[str, Any], scene_idxs: Sequence[int]) -> dict[str, NDArray[Any]]:
+        """Values for some scenes as values for all, which is how the draws take them."""
+        spread: dict[str, NDArray[Any]] = {}
+        for name, rows in given.items():
+            if name not in self._drawn_again:
+                raise ValueError(_fixed_draw_message(name, self._drawn_again))
+            wanted = draw_type(self._draws[name], self._supports.shared(name))
+            try:
+                values = convert_injected(rows, wanted, len(scene_idxs))
+            except InjectedDrawError as error:
+                rows_of = f": {error.hint} that is reset" if error.hint else ""
+                raise ValueError(f"draws['{name}'] {error}{rows_of}") from None
+            spread[name] = np.zeros((self._plan.num_scenes, *values.shape[1:]), values.dtype)
+            spread[name][list(scene_idxs)] = values
+        return spread
+
+    @cached_property
+    def _supports(self) -> BoundsAnalysis:
+        return BoundsAnalysis(self._draws, {}, self._plan.num_scenes)
+
+
+def _fixed_draw_message(name: str, names: Sequence[str]) -> str:
+    known = ", ".join(names) or "none"
+    return (
+        f"a reset cannot change a shared draw '{name}'; those that it can: {known}. A draw that a size, a material, a "
+        "static pose or anything else that is built reads stays as built: build another batch to change it"
+    )
+
+
+def _planned_state(
+    entity: Entity, scene_idxs: tuple[int, ...], rows: NDArray[np.intp], held: BodyObjects | ArticulationObjects
+) -> AnyState:
+    """As the plan has it."""
+    pose = np.broadcast_to(select_rows(entity.pose, rows), (len(rows), 7))
+    if isinstance(held, ArticulationObjects):
+        whole = articulations_at_rest(scene_idxs, pose, held.dof)
+        for part in group_by_structure(entity, rows):
+            if isinstance(part.structure, ArticulationStructure):
+                _fill_articulation_state(whole, part.structure, part, held)
+        return whole
+    start = bodies_at_rest(scene_idxs, pose, np.zeros(len(rows), np.bool_))
+    for part in group_by_structure(entity, rows):
+        if isinstance(part.structure, BodyStructure) and part.structure.body_type == "dynamic":
+            start.dynamic[part.numbers] = True
+            for name, value in _specified_fields(part.structure, VELOCITY_FIELDS):
+                getattr(start, name)[part.numbers] = select_rows(value, part.rows)
+    return start
+
+
+def _fill_articulation_state(
+    start: ArticulationState, structure: ArticulationStructure, part: StructureRows[Any], held: ArticulationObjects
+) -> None:
+    """Fills the rows of a structure."""
+    for name, value in _specified_fields(structure, VELOCITY_FIELDS):
+        getattr(start, name)[part.numbers] = select_rows(value, part.rows)
+    joints = structure.active_joints
+    columns = held.columns[int(part.numbers[0])]
+    for field in JOINT_STATE_FIELDS:
+        numbers = getattr(start, field)
+        for joint, column in zip(joints, columns.tolist(), strict=True):
+            for _, value in _specified_fields(joint, (field,)):
+                numbers[part.numbers, column] = select_rows(value, part.rows)
+    for field in (*JOINT_STATE_FIELDS, "qf"):
+        getattr(start, field)[part.numbers, len(joints) :] = np.nan
+
+
+def _sampled_fields(
+    entity: Entity, scene_idxs: tuple[int, ...], rows: NDArray[np.intp], held: BodyObjects | ArticulationObjects
+) -> Iterator[_SampledField]:
+    if entity.pose.recipe is not None:
+        yield _SampledField(entity.name, "pose", entity.pose.recipe, frozenset(scene_idxs))
+    for part in group_by_structure(entity, rows):
+        numbers: list[int] = part.numbers.tolist()
+        where = frozenset(scene_idxs[number] for number in numbers)
+        for name, value in _specified_fields(part.structure, VELOCITY_FIELDS):
+            if value.recipe is not None:
+                yield _SampledField(entity.name, name, value.recipe, where)
+        if isinstance(held, ArticulationObjects) and isinstance(part.structure, ArticulationStructure):
+            columns: list[int] = held.columns[numbers[0]].tolist()
+            for joint, column in zip(part.structure.active_joints, columns, strict=True):
+                for name, value in _specified_fields(joint, JOINT_STATE_FIELDS):
+                    if value.recipe is not None:
+                        yield _SampledField(entity.name, name, value.recipe, where, column, joint.name)
+
+
+def _specified_fields(holder: object, fields: Sequence[str]) -> list[tuple[str, Value]]:
+    """Those of some fields of which the plan says something."""
+    found = [(name, getattr(holder, name)) for name in fields]
+    return [(name, value) for name, value in found if value is not None]
+
+
+def _no_value_message(recipe: _SampledField, error: DrawError) -> str:
+    """What has no value, and in which expression of the file, which may be that of a shared draw."""
+    told = f"'{recipe.entity}' in scene {error.scene}: its {recipe.what} has no value: {error.message}"
+    return f"{told}, in {cut(error.node.template.text)!r}" if isinstance(error.node, Computed) else told
+
+
+def _sample_field(recipe: _SampledField, batch: Batch, found: AnyState) -> None:
+    """Fills the rows of `found` in those of the batch's scenes that have the field."""
+    having = [number for number, index in enumerate(batch.scenes.tolist()) if index in recipe.scene_idxs]
+    if not having:
+        return
+    part = batch if len(having) == len(batch.scenes) else batch.only(np.array(having, dtype=np.intp))
+    try:
+        drawn = to_field_rows(part.evaluate(recipe.node))
+    except DrawError as error:
+        raise ValueError(_no_value_message(recipe, error)) from None
+    with np.errstate(over="ignore"):
+        values = np.asarray(drawn, dtype=np.float64).astype(np.float32)
+    wrong = np.flatnonzero(~np.isfinite(values).reshape(len(values), -1).all(axis=1))
+    if wrong.size:
+        scene, shown = int(part.scenes[wrong[0]]), np.asarray(drawn)[wrong[0]].tolist()
+        raise ValueError(
+            f"'{recipe.entity}' in scene {scene}: its {recipe.what} is drawn as {shown}, and the engine takes "
+            "finite numbers in the range of float32 alone"
+        )
+    rows = np.searchsorted(found.scene_idxs, part.scenes)
+    numbers = getattr(found, recipe.field)
+    if recipe.column is None:
+        numbers[rows] = values
+    else:
+        numbers[rows, recipe.column] = values

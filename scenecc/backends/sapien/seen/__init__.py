@@ -1,1 +1,0 @@
-"""Lights, surroundings and cameras: what is built for pictures alone, once the bodies stand."""
