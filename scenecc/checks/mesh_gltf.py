@@ -28,7 +28,7 @@ from scenecc.checks.mesh_data import (
     make_part,
     parse_coordinate,
 )
-from scenecc.source.plain_data import RepeatedKeyError, reject_repeated_keys
+from scenecc.plan.json_values import RepeatedKeyError, reject_repeated_keys
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

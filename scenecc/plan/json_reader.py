@@ -28,7 +28,16 @@ from scenecc.plan.json_rules import (
     count_objects,
     read_selection,
 )
-from scenecc.plan.json_values import JsonProblem, describe_json, is_list, is_object, read_number, read_rows
+from scenecc.plan.json_values import (
+    JsonProblem,
+    RepeatedKeyError,
+    describe_json,
+    is_list,
+    is_object,
+    read_number,
+    read_rows,
+    reject_repeated_keys,
+)
 from scenecc.plan.json_writer import PLAN_VERSION
 from scenecc.plan.light import Environment, Light
 from scenecc.plan.material import AssetFile
@@ -48,7 +57,6 @@ from scenecc.plan.schema import (
     plan_fields,
 )
 from scenecc.plan.value import Value, recalled
-from scenecc.source.plain_data import RepeatedKeyError, reject_repeated_keys
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -154,3 +154,20 @@ def describe_json(item: object) -> str:
         return "a list" if is_list(item) else "an object"
     text = json.dumps(item) if not isinstance(item, int) or abs(item) < 2**64 else "an integer beyond 64 bits"
     return text if len(text) <= 60 else text[:60] + "…"
+
+
+class RepeatedKeyError(ValueError):
+    """A key that stands twice in one object. Its words are the key."""
+
+
+def reject_repeated_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An `object_pairs_hook`.
+
+    Raises:
+        RepeatedKeyError: a key stands twice.
+    """
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        seen: set[str] = set()
+        raise RepeatedKeyError(next(repr(key[:80]) for key, _ in pairs if key in seen or seen.add(key)))
+    return found

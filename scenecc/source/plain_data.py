@@ -191,20 +191,3 @@ def _with_article(name: str) -> str:
 def _format_key(key: object) -> str:
     """A key as Python writes it, if that is short and harmless."""
     return repr(key)[:40] if isinstance(key, (int, float, bytes, type(None))) else _with_article(type(key).__qualname__)
-
-
-class RepeatedKeyError(ValueError):
-    """A key that stands twice in one object. Its words are the key."""
-
-
-def reject_repeated_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """An `object_pairs_hook`.
-
-    Raises:
-        RepeatedKeyError: a key stands twice.
-    """
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        seen: set[str] = set()
-        raise RepeatedKeyError(next(repr(key[:80]) for key, _ in pairs if key in seen or seen.add(key)))
-    return found
