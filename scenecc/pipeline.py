@@ -222,7 +222,7 @@ def _whole(
     document: Document, options: Options, scope: AssetScope, sink: Sink, clock: _Clock
 ) -> tuple[SceneFile, Expansion | None] | None:
     """A document as models, with all that it uses; None where it is at fault, as written or expanded."""
-    from scenecc.expand.contents import is_within_object_limit, needs_expansion
+    from scenecc.expand.documents import is_within_object_limit, needs_expansion
     from scenecc.spec.parse import parse
 
     if not is_within_object_limit(document, options.limits, sink):
@@ -288,7 +288,8 @@ def _is_included(place: Origin) -> bool:
 def _lowered(
     document: Document, scene: SceneFile, expansion: Expansion | None, options: Options, scope: AssetScope, sink: Sink
 ) -> Lowered | None:
-    from scenecc.lower import LoweringLimits, NameScopes, lower
+    from scenecc.lower import LoweringLimits, lower
+    from scenecc.lower.references import NameScopes
 
     limits = options.limits
     names, selections = NameScopes(), None

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from scenecc.diagnostics import Sink
-    from scenecc.plan import ArticulationStructure, CollisionShape, Entity, Physics, ScenePlan, Value
+    from scenecc.plan import ArticulationStructure, CollisionShape, Entity, ScenePlan, Value
+    from scenecc.plan.scene import Physics
 
     Found = tuple[Entity, BodyStructure, CollisionShape]
 

@@ -36,7 +36,7 @@ def rows(values: Sequence[Value]) -> Iterator[tuple[Row, ...]] | None:
         return None
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    from scenecc.variation.per_scene_arrays import distinct_rows  # noqa: PLC0415 - likewise
+    from scenecc.variation.evaluation import distinct_rows  # noqa: PLC0415 - likewise
 
     columns = [value.data.reshape(len(value.data), -1) for value in values]
     count = max(map(len, columns))

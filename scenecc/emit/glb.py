@@ -13,8 +13,7 @@ import numpy as np
 from scenecc.diagnostics import Location
 from scenecc.geometry.rotation_arrays import pose_matrix
 from scenecc.meshes.builder import MeshBuilder, build_scene_meshes, clip_to_scene, grid_cell
-from scenecc.meshes.materials import convert_color_space, encode_png
-from scenecc.meshes.surface import MeshError, report_mesh_error
+from scenecc.meshes.surface import MeshError, convert_color_space, encode_png, report_mesh_error
 
 if TYPE_CHECKING:
     from collections.abc import Set as AbstractSet

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Location, Origin
 from scenecc.diagnostics.messages import cut, nearest, suggest
-from scenecc.expand.contents import count_values, has_failed, is_varying, iterate_texts
+from scenecc.expand.documents import count_values, has_failed, is_varying, iterate_texts
 from scenecc.expand.expansion import ExpansionFrame, ExpansionWriter, SourceMark, scoped_name
 from scenecc.expand.params import form_key, varying_misfit
 from scenecc.spec.nodes import EXPRESSION_START, child_at, is_mapping, is_sequence
 from scenecc.spec.params import infer_param_kind
-from scenecc.variation.errors import ExpressionError
-from scenecc.variation.forms import FORM_KEYS
-from scenecc.variation.template import Template
+from scenecc.variation.forms import FORM_KEYS, Template
+from scenecc.variation.operations import ExpressionError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.origin import At
     from scenecc.expand.documents import SceneDocument
     from scenecc.spec.params import ParamType
-    from scenecc.variation.errors import ExpressionError
+    from scenecc.variation.operations import ExpressionError
 
 
 @frozen
@@ -114,7 +114,7 @@ class Expansion:
 
     Attributes:
         data: what `scenecc.spec.parse.parse(..., expanded=True)` takes: no `params`, `include`, `repeat`, `if`, `use`;
-            where a draw or `scene` is read there is a `scenecc.variation.template.Template`. `num_scenes` and `seed` in
+            where a draw or `scene` is read there is a `scenecc.variation.forms.Template`. `num_scenes` and `seed` in
             it are those that override the file's, where these are given.
         scopes: entity, frame, camera, constraint or light, as `scenecc.spec.references.qualified_name` has it → scope,
             for those inside an instance.

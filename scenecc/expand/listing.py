@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics import Origin, Sink
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import show
-from scenecc.expand.contents import is_within_object_limit
 from scenecc.expand.documents import (
     PREFAB_FOLDER,
     SHIPPED_PREFIX,
     edition_here,
     editions,
+    is_within_object_limit,
     scene_loader,
     shipped_file,
     shipped_names,

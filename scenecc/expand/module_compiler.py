@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Origin
 from scenecc.diagnostics.messages import cut
-from scenecc.expand.contents import count_objects, count_values, find_per_scene_lists
+from scenecc.expand.documents import count_objects, count_values, find_per_scene_lists
 from scenecc.expand.expansion import ExpansionFrame, ObjectBudget
 from scenecc.expand.modules import ModuleLibrary, chain_text
 from scenecc.expand.params import Param, read_param
@@ -24,8 +24,8 @@ from scenecc.expand.patterns import (
 )
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.nodes import is_mapping, is_sequence
-from scenecc.variation.errors import ExpressionError
-from scenecc.variation.template import Template
+from scenecc.variation.forms import Template
+from scenecc.variation.operations import ExpressionError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import show
 from scenecc.expand.arguments import BoundParams, ParamArgument, bind_params, material_name
-from scenecc.expand.contents import FailedValue, is_varying
+from scenecc.expand.documents import FailedValue, is_varying
 from scenecc.expand.expansion import (
     BudgetExhausted,
     ExpansionFrame,

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Origin
 from scenecc.diagnostics.messages import cut, show, suggest
-from scenecc.expand.contents import iterate_texts
+from scenecc.expand.documents import iterate_texts
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.nodes import EXPRESSION_START, is_mapping, is_sequence
 from scenecc.spec.params import PARAM_KINDS, RANGED_KINDS, ParamType, describe_range_error, infer_param_kind, is_number
-from scenecc.variation.forms import DISTRIBUTIONS, FORM_KEYS
-from scenecc.variation.template import Template
+from scenecc.variation.distributions import DISTRIBUTIONS
+from scenecc.variation.forms import FORM_KEYS, Template
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence

@@ -12,14 +12,20 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from scenecc.diagnostics.messages import cut, show, suggest
-from scenecc.expand.contents import SHAPE_LISTS, FailedValue, count_added_objects, count_objects, has_failed, is_varying
+from scenecc.expand.documents import (
+    SHAPE_LISTS,
+    FailedValue,
+    count_added_objects,
+    count_objects,
+    has_failed,
+    is_varying,
+)
 from scenecc.expand.expansion import ItemSpan, Loop
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.nodes import is_mapping, is_sequence
-from scenecc.variation.errors import ExpressionError
 from scenecc.variation.expression import RESERVED_NAMES
-from scenecc.variation.operations import SEQUENCES
-from scenecc.variation.template import Template
+from scenecc.variation.forms import Template
+from scenecc.variation.operations import SEQUENCES, ExpressionError
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence

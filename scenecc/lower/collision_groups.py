@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.messages import cut, suggest_name
-from scenecc.lower.names import qualified, scope_of
+from scenecc.lower.references import qualified, scope_of
 from scenecc.plan.body import groups_collide
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.messages import cut
 from scenecc.lower.field_types import FieldType, number, vector
 from scenecc.lower.local_poses import PoseStep, chain_poses, local_pose, steps_to_link
-from scenecc.lower.names import WORLD
+from scenecc.lower.references import WORLD
 from scenecc.plan import (
     ArticulationStructure,
     AxisDrive,
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from scenecc.lower.entities import EntityLowerer
     from scenecc.lower.fields import FieldLowerer, SamplingContext
     from scenecc.lower.mounts import MountLookup
-    from scenecc.lower.names import NameScopes
+    from scenecc.lower.references import NameScopes
     from scenecc.plan import Entity
     from scenecc.plan.body import Mount
 

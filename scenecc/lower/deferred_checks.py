@@ -7,10 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, show
-from scenecc.variation.compute_limit import COMPUTE_LIMIT_HINT, ComputeLimitError
-from scenecc.variation.errors import DrawError
 from scenecc.variation.nodes import NODE_TYPES, Computed, Drawn, draws_read_by
-from scenecc.variation.operations import LISTS, kind_name, shape_mismatch
+from scenecc.variation.operations import (
+    COMPUTE_LIMIT_HINT,
+    LISTS,
+    ComputeLimitError,
+    DrawError,
+    kind_name,
+    shape_mismatch,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

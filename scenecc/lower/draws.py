@@ -10,18 +10,18 @@ from scenecc.diagnostics.messages import cut, show, suggest_name
 from scenecc.lower.deferred_checks import report_draw_failure, warn_draw_may_fail
 from scenecc.lower.field_types import FieldType
 from scenecc.lower.fields import FieldLowerer
-from scenecc.lower.names import scope_of
+from scenecc.lower.references import scope_of
 from scenecc.lower.variation import FieldPlace, VariationLowerer
 from scenecc.spec.params import PARAM_KINDS
-from scenecc.variation.errors import DrawError
 from scenecc.variation.nodes import NODES, Const, Cycled
+from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.fields import SamplingContext
-    from scenecc.lower.names import NameScopes
+    from scenecc.lower.references import NameScopes
     from scenecc.spec.params import ParamIssue, ParamType
     from scenecc.variation.bounds import ValueBounds
     from scenecc.variation.nodes import Node
@@ -70,7 +70,7 @@ def check_argument(argument: VaryingArgument, drawing: SamplingContext) -> None:
 
 def check_argument_rows(argument: VaryingArgument, drawing: SamplingContext, sink: Sink) -> None:
     """Reports the first scene in which a parameter is given what it does not take."""
-    from scenecc.variation.errors import DrawError  # noqa: PLC0415 - loaded where something varies
+    from scenecc.variation.operations import DrawError  # noqa: PLC0415 - loaded where something varies
 
     try:
         rows = drawing.leaves(argument.scenes).batch().shared(argument.name).tolist()

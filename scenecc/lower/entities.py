@@ -1,4 +1,4 @@
-"""Entities as written to those of the plan: where they stand, and what they are in each scene."""
+"""Entities and their bodies: where they are, and what they are made of."""
 
 from __future__ import annotations
 
@@ -6,10 +6,15 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.lower.field_types import FieldType
+from scenecc.lower.collision_groups import find_group
+from scenecc.lower.field_types import COLOR, FieldType, number, opposite, vector
 from scenecc.lower.frames import FrameGraph
-from scenecc.plan import BodyStructure, Entity
-from scenecc.spec.body import BodySpec
+from scenecc.lower.local_poses import local_pose
+from scenecc.lower.materials import DENSITY
+from scenecc.lower.shapes import ShapeDefaults
+from scenecc.plan import BodyStructure, Entity, Inertial, literal
+from scenecc.plan.properties import properties_of
+from scenecc.spec.body import MOTION_AXES, BodySpec
 from scenecc.spec.pose import PoseMapping
 from scenecc.spec.references import qualified_name, resolve_scene_idxs
 
@@ -18,11 +23,15 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.articulations.articulations import ArticulationLowerer, LoweredArticulation
-    from scenecc.lower.bodies import BodyLowerer
+    from scenecc.lower.collision_groups import GroupBits
     from scenecc.lower.fields import FieldLowerer, SamplingContext
-    from scenecc.lower.names import NameScopes
-    from scenecc.plan import ArticulationStructure, Value
+    from scenecc.lower.materials import LoweredMaterial, MaterialChoice, MaterialLowerer
+    from scenecc.lower.references import NameScopes
+    from scenecc.lower.shapes import ShapeLowerer
+    from scenecc.plan import ArticulationStructure, CollisionShape, Value, VisualShape
+    from scenecc.plan.properties import Property
     from scenecc.spec.document import SceneFile
+
 
 _MOVING = frozenset(("dynamic", "kinematic"))
 """Bodies whose poses a running simulation can change."""
@@ -177,3 +186,190 @@ class EntityLowerer:
             message = f"there is no variant {wrong[0]:g}: " + (f"they are 0 to {last}" if last else "the only one is 0")
             self._sink.report("SC320", message, origin.child("pick"))
         return structures, pick
+
+
+Layer = tuple[Any, "Origin"]
+"""Keys of a body and the node that has them. Of several layers the last one that has a key counts."""
+
+LayerDefaults = tuple["LoweredMaterial | MaterialChoice | None", "Value | None", "Value | None"]
+"""Material, colour and density of a layer; None for what it does not give."""
+
+
+def _locked(axes: list[str]) -> tuple[bool, ...]:
+    return tuple(axis in axes for axis in MOTION_AXES)
+
+
+def _field_type(knob: Property) -> FieldType:
+    if knob.field == "disable_gravity":
+        return FieldType(dtype="bool", convert=opposite, fallback=False)
+    if knob.field == "locked_motion_axes":
+        return FieldType((6,), "bool", convert=_locked)
+    return vector(knob.shape[0], knob.field, knob.dtype) if knob.shape else number(knob.field, knob.dtype)
+
+
+BODY_FIELDS: dict[str, tuple[str, FieldType]] = {
+    knob.key: (knob.field, _field_type(knob)) for knob in properties_of("mass", "body", "groups", "look")
+}
+"""Key of the language → field of the plan, and what a row of it holds."""
+
+_BODY_KEYS = frozenset(BODY_FIELDS)
+
+RESETTABLE_KEYS = frozenset(knob.field for knob in properties_of("body") if knob.reset)
+"""Knobs that a reset draws anew."""
+
+_NUMBERS = frozenset((int, float))
+
+_NO_DEFAULTS = ShapeDefaults()
+
+INERTIA_TYPE = vector(3, "inertia")
+
+
+class BodyLowerer:
+    """Lowers the bodies of a document."""
+
+    def __init__(
+        self, shapes: ShapeLowerer, materials: MaterialLowerer, groups: dict[str, GroupBits], sink: Sink
+    ) -> None:
+        self._shapes = shapes
+        self._materials = materials
+        self._groups = groups
+        self._sink = sink
+        self._by_surface: dict[int, ShapeDefaults] = {}
+        self._last: tuple[Origin, LayerDefaults] | None = None
+
+    def lower(self, body: Any, origin: Origin, leaves: FieldLowerer) -> BodyStructure:
+        """A body's structure; shapes that were reported are missing in it."""
+        if body.color is not None or body.density is not None or body.collision_group is not None:
+            self._does_something(body, body, origin)
+        return self._structure(body.body_type, ((body, origin),), leaves)
+
+    def variant(self, common: Layer, own: Layer, leaves: FieldLowerer) -> BodyStructure:
+        """The structure of one variant: lists of shapes go on where the common ones end, other keys replace them."""
+        self._does_something(own[0], common[0], own[1])
+        typed = next((body for body, _ in (own, common) if "body_type" in body.model_fields_set), common[0])
+        return self._structure(typed.body_type, (common, own), leaves)
+
+    def _structure(self, body_type: Any, layers: tuple[Layer, ...], leaves: FieldLowerer) -> BodyStructure:
+        default = self._defaults(layers, leaves)
+        collisions: list[CollisionShape] = []
+        visuals: list[VisualShape] = []
+        for body, origin in layers:
+            for i, shape in enumerate(body.shapes):
+                collides, seen = self._shapes.both(shape, default, leaves, origin.child("shapes", i))
+                if collides is not None:
+                    collisions.append(collides)
+                if seen is not None:
+                    visuals.append(seen)
+        for body, origin in layers:
+            for i, shape in enumerate(body.collisions) if body.collisions else ():
+                collides = self._shapes.collision(shape, default, leaves, origin.child("collisions", i))
+                if collides is not None:
+                    collisions.append(collides)
+        for body, origin in layers:
+            for i, shape in enumerate(body.visuals) if body.visuals else ():
+                seen = self._shapes.visual(shape, default, leaves, origin.child("visuals", i))
+                if seen is not None:
+                    visuals.append(seen)
+        knobs: dict[str, Value] = {}
+        for body, origin in layers:
+            self._knobs(body, origin, leaves, knobs)
+        return BodyStructure(
+            body_type=body_type,
+            collisions=tuple(collisions),
+            visuals=tuple(visuals),
+            inertial=self._inertial(layers, leaves),
+            origin=layers[-1][1],
+            **knobs,
+        )
+
+    def _does_something(self, body: Any, common: Any, origin: Origin) -> None:
+        if body.color is not None and not (body.shapes or body.visuals or common.shapes or common.visuals):
+            self._nothing("color", "visible", origin)
+        if body.density is not None and not (body.shapes or body.collisions or common.shapes or common.collisions):
+            self._nothing("density", "colliding", origin)
+        if body.collision_group is not None and not (
+            body.shapes or body.collisions or common.shapes or common.collisions
+        ):
+            self._nothing("collision_group", "colliding", origin)
+
+    def _defaults(self, layers: tuple[Layer, ...], leaves: FieldLowerer) -> ShapeDefaults:
+        found = _NO_DEFAULTS
+        if len(layers) == 1 and layers[0][0].color is None and layers[0][0].density is None:
+            # Many bodies name a material and nothing else.
+            surface = self._materials.surface(layers[0][0].material, layers[0][1], leaves)
+            return found if surface is None else self._of_surface(surface)
+        for layer in layers:
+            body = layer[0]
+            if body.material is None and body.color is None and body.density is None:
+                continue
+            surface, color, density = self._given(layer, leaves)
+            found = ShapeDefaults(
+                found.surface if surface is None else surface,
+                found.color if color is None else color,
+                found.density if density is None else density,
+            )
+        return found
+
+    def _given(self, layer: Layer, leaves: FieldLowerer) -> LayerDefaults:
+        """What a layer gives its shapes. All variants of an entity have one layer in common, which is lowered once."""
+        body, origin = layer
+        if self._last is None or self._last[0] is not origin:
+            surface = self._materials.surface(body.material, origin, leaves)
+            color = leaves.given(body.color, COLOR, origin, "color")
+            density = leaves.given(body.density, DENSITY, origin, "density")
+            self._last = origin, (surface, color, density)
+        return self._last[1]
+
+    def _of_surface(self, surface: LoweredMaterial | MaterialChoice) -> ShapeDefaults:
+        known = self._by_surface.get(id(surface))
+        if known is None:
+            known = self._by_surface[id(surface)] = ShapeDefaults(surface)
+        return known
+
+    def _knobs(self, body: Any, origin: Origin, leaves: FieldLowerer, knobs: dict[str, Value]) -> None:
+        given = body.model_fields_set
+        for name in _BODY_KEYS & given:
+            field, kind = BODY_FIELDS[name]
+            item = getattr(body, name)
+            if item.__class__ in _NUMBERS and kind.convert is None:
+                knobs[field] = literal(item, kind.dtype)
+            else:
+                knobs[field] = leaves.value(item, kind, origin, name, reset=name in RESETTABLE_KEYS)
+        if body.collision_group is None:
+            return
+        if "collision_bits" in given:
+            self._both_groups(origin)
+        place = origin.child("collision_group")
+        bits = find_group(self._groups, body.collision_group, place, leaves.scope, self._sink)
+        if bits is not None:
+            knobs["collision_groups"] = literal(bits, "int64")
+
+    def _both_groups(self, origin: Origin) -> None:
+        self._sink.report(
+            "SC111",
+            "`collision_group` and `collision_bits` exclude each other",
+            origin.child("collision_bits"),
+            at="key",
+            related=[("the group", origin.child("collision_group"), "key")],
+        )
+
+    def _nothing(self, key: str, missing: str, origin: Origin) -> None:
+        self._sink.report(
+            "SC115",
+            f"`{key}` does nothing on a body without a {missing} shape",
+            origin.child(key),
+            at="key",
+            hint=f"leave `{key}` out",
+        )
+
+    def _inertial(self, layers: tuple[Layer, ...], leaves: FieldLowerer) -> Inertial | None:
+        for body, origin in reversed(layers):
+            given = body.inertial
+            if given is not None:
+                place = origin.child("inertial")
+                return Inertial(
+                    leaves.value(given.mass, BODY_FIELDS["mass"][1], place, "mass"),
+                    local_pose(given.com, origin, ("inertial", "com"), "a centre of mass", leaves),
+                    leaves.value(given.inertia, INERTIA_TYPE, place, "inertia"),
+                )
+        return None

@@ -11,10 +11,9 @@ from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowe
 from scenecc.plan import Value, literal, per_scene, varying
 from scenecc.plan.scene import is_shared_pose
 from scenecc.variation.bounds import UNKNOWN, ValueBounds
-from scenecc.variation.compute_limit import COMPUTE_LIMIT_HINT, OperationCounter
-from scenecc.variation.errors import DrawError
+from scenecc.variation.forms import Template
 from scenecc.variation.nodes import BUILTIN_NAMES, NODE_TYPES, NODES, Const, Rows
-from scenecc.variation.template import Template
+from scenecc.variation.operations import COMPUTE_LIMIT_HINT, DrawError, OperationCounter
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -127,7 +126,7 @@ class FieldLowerer:
         self.drawing.fixed |= reading.reads
 
     def _rows(self, node: Node, reading: VariationLowerer, kind: FieldType, origin: Origin) -> Value:
-        from scenecc.variation.errors import DrawError  # noqa: PLC0415 - loaded where something varies
+        from scenecc.variation.operations import DrawError  # noqa: PLC0415 - loaded where something varies
 
         try:
             known = per_scene(self.evaluate(node), kind.dtype)
@@ -148,7 +147,7 @@ class FieldLowerer:
         Raises:
             DrawError: it has none in some scene.
         """
-        from scenecc.variation.per_scene_arrays import to_field_rows  # noqa: PLC0415 - loads numpy
+        from scenecc.variation.evaluation import to_field_rows  # noqa: PLC0415 - loads numpy
 
         return to_field_rows(self.batch().evaluate(node))
 
@@ -172,7 +171,7 @@ class FieldLowerer:
         """What draws a node's rows when they are first asked for."""
 
         def draw() -> NDArray[Any]:
-            from scenecc.variation.errors import DrawError  # noqa: PLC0415 - loaded where something varies
+            from scenecc.variation.operations import DrawError  # noqa: PLC0415 - loaded where something varies
 
             rows = self.evaluate(node)
             if rows.dtype.kind not in _ARRAY_KINDS[kind.dtype] or rows.shape[1:] != kind.shape:

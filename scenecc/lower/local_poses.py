@@ -135,8 +135,8 @@ def _varying_plane(shape: Any, pose: Value, origin: Origin, leaves: FieldLowerer
 
     from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - likewise
     from scenecc.variation.bounds import UNKNOWN  # noqa: PLC0415 - likewise
-    from scenecc.variation.errors import DrawError  # noqa: PLC0415 - likewise
-    from scenecc.variation.per_scene_arrays import to_field_rows  # noqa: PLC0415 - likewise
+    from scenecc.variation.evaluation import to_field_rows  # noqa: PLC0415 - likewise
+    from scenecc.variation.operations import DrawError  # noqa: PLC0415 - likewise
 
     def draw() -> NDArray[Any]:
         """The poses (B, 7): each row turned from x to its normal, and moved along that."""

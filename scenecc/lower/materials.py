@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.lower.field_types import COLOR, EMISSION, FieldType, number
-from scenecc.lower.names import qualified, scope_of
-from scenecc.lower.references import read_references
+from scenecc.lower.references import qualified, read_references, scope_of
 from scenecc.lower.variation import field_place
 from scenecc.plan import Friction, PhysicalMaterial, Texture, Value, VisualMaterial, literal
 from scenecc.spec.material import Material, TextureMapping

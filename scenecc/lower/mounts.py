@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
     from scenecc.diagnostics.diagnostic import RelatedPlace
     from scenecc.lower.fields import FieldLowerer
-    from scenecc.lower.names import NameScopes
+    from scenecc.lower.references import NameScopes
     from scenecc.plan import Entity
 
 

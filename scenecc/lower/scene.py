@@ -8,20 +8,19 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.lower.bodies import BodyLowerer
 from scenecc.lower.collision_groups import assign_group_bits
 from scenecc.lower.deferred_checks import check_rows
 from scenecc.lower.draws import check_argument_rows, lower_draws, report_unused_draws
-from scenecc.lower.entities import EntityLowerer
+from scenecc.lower.entities import BodyLowerer, EntityLowerer
 from scenecc.lower.fields import SamplingContext
 from scenecc.lower.limits import LimitedRobotReader, LoweringLimits, check_built_limits, check_limits
 from scenecc.lower.materials import SAPIEN_DEFAULT, MaterialLowerer
-from scenecc.lower.names import WORLD, NameScopes
-from scenecc.lower.references import FileResolver, PlanTables
+from scenecc.lower.references import WORLD, FileResolver, NameScopes, PlanTables
 from scenecc.lower.shapes import ShapeLowerer
-from scenecc.plan import Friction, GpuMemory, Physics, ScenePlan, SdfConfig
+from scenecc.plan import Friction, ScenePlan
+from scenecc.plan.scene import GpuMemory, Physics, SdfConfig
 from scenecc.spec.references import SHARED_NAMESPACE, qualified_name
-from scenecc.variation.compute_limit import COMPUTE_LIMIT_HINT
+from scenecc.variation.operations import COMPUTE_LIMIT_HINT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
     from scenecc.lower.collision_groups import GroupBits
     from scenecc.lower.frames import FrameGraph
     from scenecc.lower.references import RobotReader
-    from scenecc.lower.render_objects import RenderObjects
+    from scenecc.lower.rendering import RenderObjects
     from scenecc.plan import Constraint, Entity
     from scenecc.spec.document import SceneFile
     from scenecc.spec.physics import PhysicsSpec as PhysicsKeys
@@ -110,7 +109,7 @@ def lower(
         return None
     seen: RenderObjects | None = None
     if scene.environment is not None or scene.lights or scene.cameras:
-        from scenecc.lower.render_objects import lower_render_objects  # noqa: PLC0415 - loaded where there are any
+        from scenecc.lower.rendering import lower_render_objects  # noqa: PLC0415 - loaded where there are any
 
         seen = lower_render_objects(scene, built, entities, names, tables, materials, drawing.leaves(), origin, sink)
     constraints = _lower_constraints(scene, built, entities, drawing, names, origin)

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics import dotted
 from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.field_types import COMPONENT_TYPES, drawn_shape
-from scenecc.variation.compute_limit import expression_cost, form_cost
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.forms import (
     MISSING,
@@ -20,10 +19,11 @@ from scenecc.variation.forms import (
     PerScene,
     RandomRotation,
     SceneMap,
+    Template,
     Vector,
 )
 from scenecc.variation.nodes import NODE_TYPES, Chosen, Computed, Cycled, Drawn, Key, RandomRotated, Rows, Stacked
-from scenecc.variation.template import Template
+from scenecc.variation.operations import expression_cost, form_cost
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin

@@ -14,8 +14,7 @@ from scenecc.geometry.rotation_arrays import pose_matrix
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.meshes import primitives
 from scenecc.meshes.files import MeshFiles
-from scenecc.meshes.materials import MaterialCache
-from scenecc.meshes.surface import MeshError, MeshPart, MeshShape, SurfaceMaterial
+from scenecc.meshes.surface import MaterialCache, MeshError, MeshPart, MeshShape, SurfaceMaterial
 from scenecc.plan import Box, Capsule, Cylinder, Mesh, Sphere, TiledPlane, VisualPlane
 from scenecc.plan.rendering import COLLISION_COLORS
 

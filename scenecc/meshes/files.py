@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.files import ChangedError, read_checked
-from scenecc.meshes.materials import ImageCache, convert_image
 from scenecc.meshes.primitives import make_surface
-from scenecc.meshes.surface import MeshError, MeshPart, SurfaceMaterial
+from scenecc.meshes.surface import ImageCache, MeshError, MeshPart, SurfaceMaterial, convert_image
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -1,20 +1,29 @@
-"""Triangle surfaces, materials and shapes of a body, and the error for a file that cannot be shown."""
+"""Triangles, colours and images of what is drawn of a shape."""
 
 from __future__ import annotations
 
-from dataclasses import field
-from typing import TYPE_CHECKING, Final, Literal
+from dataclasses import field, replace
+from hashlib import sha256
+from importlib import import_module
+from io import BytesIO
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import numpy as np
 
 from scenecc.diagnostics import Location
 from scenecc.diagnostics.frozen import frozen
+from scenecc.files import ChangedError, read_checked
 
 if TYPE_CHECKING:
-    import numpy as np
+    from collections.abc import Callable
+    from pathlib import Path
+
     from numpy.typing import NDArray
     from PIL.Image import Image as Pixels
 
     from scenecc.diagnostics import Origin, Sink
     from scenecc.geometry.rotations import Pose7
+    from scenecc.plan import ScenePlan, Value
 
 
 Vec3 = tuple[float, float, float]
@@ -158,3 +167,139 @@ class MeshShape:
 def report_mesh_error(problem: MeshError, place: Origin | None, sink: Sink) -> None:
     """Reports a problem of the shape at a place."""
     sink.report(problem.code, problem.message, place or Location(None), hint=problem.hint)
+
+
+_READABLE_SUFFIXES: Final = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tga"})
+
+_PORTABLE_SUFFIXES: Final[dict[str, Suffix]] = {".png": ".png", ".jpg": ".jpg", ".jpeg": ".jpg"}
+"""Files that other programs read as they are, and their suffix there. Others become PNG."""
+
+
+class ImageCache:
+    """Image files of a plan, each read once."""
+
+    def __init__(self) -> None:
+        self._read: dict[Path, tuple[bytes, Suffix, Pixels]] = {}
+
+    def file(self, path: Path, digest: str | None, sampling: dict[str, Any]) -> Image:
+        """An image of a file.
+
+        Args:
+            path: of the file.
+            digest: SHA-256 of what was checked of it.
+            sampling: what of filter mode, address mode and sRGB is given.
+
+        Raises:
+            MeshProblem: it cannot be read, or Pillow is missing.
+        """
+        if path not in self._read:
+            self._read[path] = _open_image(path, digest)
+        data, suffix, pixels = self._read[path]
+        given = {name: sampling[name] for name in ("srgb", "filter_mode", "address_mode") if name in sampling}
+        return Image(_digest(data), data, suffix, pixels, path.stem, **given)
+
+
+def convert_image(pixels: Pixels | None, name: str, channel: Channel = "r", *, srgb: bool) -> Image | None:
+    """An image that a mesh file holds or names, as trimesh has read it."""
+    if pixels is None:
+        return None
+    data = encode_png(pixels)
+    return Image(_digest(data), data, ".png", pixels, name, channel, srgb)
+
+
+def convert_color_space(image: Image, *, srgb: bool) -> Image:
+    """The image with values that are sRGB or not, as another program takes them: itself where they are so already."""
+    if image.srgb == srgb:
+        return image
+    value = np.arange(256) / 255
+    if srgb:
+        curve = np.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
+    else:
+        curve = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+    table = np.round(curve * 255).astype(int).tolist()
+    clear = image.pixels.mode in {"RGBA", "LA", "PA"}
+    made = image.pixels.convert("RGBA" if clear else "RGB").point([*table * 3, *(range(256) if clear else ())])
+    data = encode_png(made)
+    return replace(image, digest=_digest(data), data=data, suffix=".png", pixels=made, srgb=srgb)
+
+
+def encode_png(pixels: Pixels) -> bytes:
+    """An image as the bytes of a PNG."""
+    data = BytesIO()
+    pixels.save(data, format="PNG")
+    return data.getvalue()
+
+
+def _open_image(path: Path, digest: str | None) -> tuple[bytes, Suffix, Pixels]:
+    suffix = path.suffix.lower()
+    if suffix not in _READABLE_SUFFIXES:
+        raise MeshError("SC748", f"an image of the kind `{suffix}` is left out", "save it as PNG or JPEG")
+    try:
+        pillow: Any = import_module("PIL.Image")
+    except ImportError as error:
+        raise MeshError("SC813", f"textures need Pillow: {error}", 'run `pip install "scenecc[export]"`') from error
+    try:
+        data = read_checked(path, digest)
+        pixels = pillow.open(BytesIO(data))
+        pixels.load()
+    except ChangedError as error:
+        raise MeshError("SC422", f"'{path}' changed while the scene was built") from error
+    except (OSError, ValueError) as error:
+        raise MeshError("SC748", f"'{path}' cannot be read: {error}", "save it as PNG or JPEG") from error
+    return (
+        (data, _PORTABLE_SUFFIXES[suffix], pixels)
+        if suffix in _PORTABLE_SUFFIXES
+        else (encode_png(pixels), ".png", pixels)
+    )
+
+
+def _digest(data: bytes) -> str:
+    return sha256(data).hexdigest()
+
+
+class MaterialCache:
+    """The visual materials of a plan, each made once for each set of numbers."""
+
+    def __init__(self, plan: ScenePlan, told: Callable[[MeshError], None]) -> None:
+        """`told` takes images that are left out, each once."""
+        self._plan = plan
+        self._told = told
+        self._images = ImageCache()
+        self._made: dict[tuple[object, ...], SurfaceMaterial] = {}
+        self._left_out: set[str] = set()
+
+    def look(self, material: Value, row: int) -> SurfaceMaterial:
+        """What a material is in one row of what has it.
+
+        Raises:
+            MeshProblem: a package is missing.
+        """
+        index = int(material.row(row))
+        made = self._plan.visual_materials[index]
+        key = (index, *(value.row(row).tobytes() for value in made.values()))
+        if key not in self._made:
+            images = {f"{name.removesuffix('_texture')}_image": item for name, item in made.textures().items()}
+            found: dict[str, Any] = {name: self._image(texture, row) for name, texture in images.items()}
+            self._made[key] = SurfaceMaterial(**_material_numbers(made.row(row)), **found)
+        return self._made[key]
+
+    def _image(self, texture: Any, row: int) -> Image | None:
+        file = self._plan.files[int(texture.file.row(row))]
+        try:
+            return self._images.file(file.path, file.sha256, texture.sampling())
+        except MeshError as problem:
+            if problem.code == "SC813":
+                raise
+            if problem.message not in self._left_out:
+                self._left_out.add(problem.message)
+                self._told(problem)
+            return None
+
+
+def _material_numbers(given: dict[str, float | list[float]]) -> dict[str, Any]:
+    """The plan's numbers as those of a look: a colour as a tuple, and of emission strength and colour in one."""
+    found: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in given.items()}
+    if "emission" in found:
+        red, green, blue, strength = found["emission"]
+        found["emission"] = (red * strength, green * strength, blue * strength)
+    return found

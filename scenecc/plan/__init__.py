@@ -27,8 +27,7 @@ from scenecc.plan.geometry import (
     VisualPlane,
 )
 from scenecc.plan.material import AssetFile, Friction, NamedFile, PhysicalMaterial, Texture, VisualMaterial
-from scenecc.plan.physics import GpuMemory, Physics, SdfConfig
-from scenecc.plan.scene import Entity, ScenePlan
+from scenecc.plan.scene import Entity, GpuMemory, Physics, ScenePlan, SdfConfig
 from scenecc.plan.value import Value, constant, literal, per_scene, recalled, varying
 
 if TYPE_CHECKING:

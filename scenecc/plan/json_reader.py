@@ -41,8 +41,7 @@ from scenecc.plan.json_values import (
 from scenecc.plan.json_writer import PLAN_VERSION
 from scenecc.plan.light import Environment, Light
 from scenecc.plan.material import AssetFile
-from scenecc.plan.physics import Physics
-from scenecc.plan.scene import Entity, ScenePlan
+from scenecc.plan.scene import Entity, Physics, ScenePlan
 from scenecc.plan.schema import (
     ChoiceKind,
     FieldKind,

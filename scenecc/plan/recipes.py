@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, get_args
 from scenecc.plan.json_values import JsonProblem, describe_json, is_list, is_object
 from scenecc.plan.schema import type_name
 from scenecc.variation.distributions import DISTRIBUTIONS
-from scenecc.variation.errors import ExpressionError
+from scenecc.variation.forms import Template
 from scenecc.variation.nodes import (
     NODES,
     AffineClamp,
@@ -36,8 +36,7 @@ from scenecc.variation.nodes import (
     Shared,
     Stacked,
 )
-from scenecc.variation.operations import MAX_INT_BITS
-from scenecc.variation.template import Template
+from scenecc.variation.operations import MAX_INT_BITS, ExpressionError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Container, Mapping, Sequence

@@ -19,7 +19,7 @@ import numpy as np
 
 from scenecc import plan as _plan
 from scenecc.diagnostics import Origin
-from scenecc.plan import physics as _physics
+from scenecc.plan import scene as _physics
 from scenecc.plan.properties import (
     ANY,
     COUNT,

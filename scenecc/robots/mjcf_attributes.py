@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from scenecc.diagnostics import Location
-    from scenecc.robots.mjcf_files import MjcfReport
+    from scenecc.robots.mjcf import MjcfReport
     from scenecc.robots.xml import SourceElement
 
 

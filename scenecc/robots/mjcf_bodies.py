@@ -29,16 +29,15 @@ from scenecc.robots.mjcf_attributes import (
     own_attributes,
     round_to_float32,
 )
-from scenecc.robots.mjcf_rotations import read_rotation
-from scenecc.robots.sapien_poses import IDENTITY_POSE, compose_poses, pose_numbers, pose_of_matrix
+from scenecc.robots.poses import IDENTITY_POSE, compose_poses, pose_numbers, pose_of_matrix, read_rotation
 from scenecc.robots.xml import warn_if_degrees
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.robots.description import PoseNumbers
+    from scenecc.robots.mjcf import MjcfReport
     from scenecc.robots.mjcf_attributes import CompilerSettings, DefaultClasses, MjcfAttributes
-    from scenecc.robots.mjcf_files import MjcfReport
     from scenecc.robots.mjcf_geoms import GeomReader
     from scenecc.robots.xml import SourceElement
 

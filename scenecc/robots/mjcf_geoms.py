@@ -24,17 +24,25 @@ from scenecc.robots.description import (
     SphereGeometry,
 )
 from scenecc.robots.mjcf_attributes import IGNORED_CLASS, ORIENTATION_ATTRIBUTES, ClassScope, round_to_float32
-from scenecc.robots.mjcf_rotations import IDENTITY_ROTATION, from_axis_angle, from_rpy, read_rotation, shortest_rotation
-from scenecc.robots.sapien_poses import IDENTITY_POSE, compose_poses, pose_numbers
+from scenecc.robots.poses import (
+    IDENTITY_POSE,
+    IDENTITY_ROTATION,
+    compose_poses,
+    from_axis_angle,
+    from_rpy,
+    pose_numbers,
+    read_rotation,
+    shortest_rotation,
+)
 from scenecc.robots.xml import FLOAT32_TINY
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from scenecc.robots.description import DescribedFile, PoseNumbers
+    from scenecc.robots.mjcf import MjcfFiles, MjcfReport
     from scenecc.robots.mjcf_attributes import CompilerSettings, DefaultClasses, MjcfAttributes
-    from scenecc.robots.mjcf_files import MjcfFiles, MjcfReport
-    from scenecc.robots.mjcf_rotations import Symmetry
+    from scenecc.robots.poses import Symmetry
     from scenecc.robots.xml import SourceElement
 
 

@@ -23,7 +23,7 @@ from scenecc.robots.description import (
     RobotDescription,
 )
 from scenecc.robots.files import FileReport, ReadBudget, RobotFiles, read_robot_bytes
-from scenecc.robots.sapien_poses import IDENTITY_POSE
+from scenecc.robots.poses import IDENTITY_POSE
 from scenecc.robots.srdf import IgnoredPair, assign_ignore_bits, read_srdf
 from scenecc.robots.urdf_joints import (
     JointElement,

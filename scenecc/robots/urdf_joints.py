@@ -14,7 +14,7 @@ import numpy as np
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest
 from scenecc.robots.description import DescribedJoint, DescribedMimic
-from scenecc.robots.sapien_poses import compose_poses, pose_of_matrix
+from scenecc.robots.poses import compose_poses, pose_of_matrix
 from scenecc.robots.urdf_links import read_origin
 from scenecc.robots.xml import read_number, read_optional_number, read_text, read_vector3, warn_if_degrees
 

@@ -18,7 +18,7 @@ from scenecc.robots.description import (
     MeshGeometry,
     SphereGeometry,
 )
-from scenecc.robots.sapien_poses import IDENTITY_POSE, compose_poses, pose_numbers, pose_of_matrix
+from scenecc.robots.poses import IDENTITY_POSE, compose_poses, pose_numbers, pose_of_matrix
 from scenecc.robots.xml import (
     FLOAT32_MAX,
     FLOAT32_TINY,

@@ -12,7 +12,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from scenecc.source.scalars import PlainKeys, PlainValues
+from scenecc.source.events import PlainKeys, PlainValues
 
 _KEY = r"[A-Za-z_][A-Za-z0-9_./-]{0,99}"
 

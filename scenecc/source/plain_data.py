@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, cast
 
 from scenecc.diagnostics import Origin, Path, Sink
 from scenecc.diagnostics.frozen import frozen
-from scenecc.source.scalars import MAX_INTEGER_CHARS, RESERVED_CHARACTER, RESERVED_IN_KEY_MESSAGE, SCENE_KEYED_FIELD
+from scenecc.source.events import MAX_INTEGER_CHARS, RESERVED_CHARACTER, RESERVED_IN_KEY_MESSAGE, SCENE_KEYED_FIELD
 
 if TYPE_CHECKING:
     from scenecc.source.limits import Limits

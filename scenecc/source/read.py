@@ -20,6 +20,9 @@ from scenecc.diagnostics.collector import collector_paused
 from scenecc.source.anchors import AnchorTable, Container, MergeKeys, abort_at_depth
 from scenecc.source.document import Document, find_duplicate_keys
 from scenecc.source.events import (
+    RESERVED_CHARACTER,
+    RESERVED_IN_KEY_MESSAGE,
+    SCENE_KEYED_FIELD,
     AliasEvent,
     DocumentStartEvent,
     MappingEndEvent,
@@ -27,6 +30,8 @@ from scenecc.source.events import (
     NextEvent,
     NodeError,
     NodeEvent,
+    PlainKeys,
+    PlainValues,
     ScalarEvent,
     SequenceEndEvent,
     SequenceStartEvent,
@@ -40,13 +45,6 @@ from scenecc.source.events import (
 from scenecc.source.fast_reader import read_fast
 from scenecc.source.limits import Limits
 from scenecc.source.plain_data import copy_mapping
-from scenecc.source.scalars import (
-    RESERVED_CHARACTER,
-    RESERVED_IN_KEY_MESSAGE,
-    SCENE_KEYED_FIELD,
-    PlainKeys,
-    PlainValues,
-)
 from scenecc.source.syntax_errors import ReadAborted, SourceReporter, report_syntax
 from scenecc.source.text import TextLines, check_value_count, decode_text, read_bytes
 

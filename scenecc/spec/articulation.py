@@ -23,9 +23,8 @@ from scenecc.spec.base import (
     key,
 )
 from scenecc.spec.body import CollisionBits, EntityKeys
-from scenecc.spec.lazy_types import LazyType
 from scenecc.spec.material import MaterialRef
-from scenecc.spec.nodes import COMPONENTS, MAPPING, union_by_kind
+from scenecc.spec.nodes import COMPONENTS, MAPPING, LazyType, union_by_kind
 from scenecc.spec.pose import Direction, Pose
 from scenecc.spec.references import PatternError, compile_name_pattern
 from scenecc.spec.repetition import RepeatKeys

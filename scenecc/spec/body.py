@@ -17,9 +17,8 @@ from scenecc.spec.base import (
     VelocityIterations,
     key,
 )
-from scenecc.spec.lazy_types import LazyType
 from scenecc.spec.material import Color, MaterialRef
-from scenecc.spec.nodes import LIST, NUMBER, WORD, union_by_kind
+from scenecc.spec.nodes import LIST, NUMBER, WORD, LazyType, union_by_kind
 from scenecc.spec.pose import Pose
 from scenecc.spec.shapes import CollisionSpec, ShapeSpec, VisualSpec
 from scenecc.spec.values import Fixed, Leaf

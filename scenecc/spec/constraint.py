@@ -6,7 +6,7 @@ from pydantic import Field, Strict
 
 from scenecc.spec.base import ExtendedFloat, Finite, Maybe, NonNegative, NonNegative2, SpecModel, Text, Vec3, key
 from scenecc.spec.body import SceneIdxs
-from scenecc.spec.lazy_types import LazyUnion
+from scenecc.spec.nodes import LazyUnion
 from scenecc.spec.pose import Pose
 from scenecc.spec.repetition import REPEATABLE, RepeatKeys
 from scenecc.spec.values import Fixed, Leaf

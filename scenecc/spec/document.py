@@ -6,23 +6,22 @@ from pydantic import Field, WithJsonSchema
 
 from scenecc.spec.base import AnyText, Maybe, NewName, NonNegativeInt, PositiveInt, SpecModel, Text, key
 from scenecc.spec.entities import Entity
-from scenecc.spec.lazy_types import LazyType
+from scenecc.spec.nodes import LazyType
 from scenecc.spec.repetition import NewVariable, Variable
 from scenecc.spec.values import Fixed
 
 if TYPE_CHECKING:
-    from scenecc.spec.camera import CameraSpec
     from scenecc.spec.constraint import Constraint
-    from scenecc.spec.light import EnvironmentSpec, Light
     from scenecc.spec.material import Material
     from scenecc.spec.params import Draw
     from scenecc.spec.physics import CollisionGroup, PhysicsSpec
     from scenecc.spec.pose import FrameSpec
+    from scenecc.spec.rendering import CameraSpec, EnvironmentSpec, Light
 else:
-    CameraSpec = Annotated[Any, LazyType("scenecc.spec.camera", "CameraSpec")]
+    CameraSpec = Annotated[Any, LazyType("scenecc.spec.rendering", "CameraSpec")]
     Constraint = Annotated[Any, LazyType("scenecc.spec.constraint", "Constraint")]
-    EnvironmentSpec = Annotated[Any, LazyType("scenecc.spec.light", "EnvironmentSpec")]
-    Light = Annotated[Any, LazyType("scenecc.spec.light", "Light")]
+    EnvironmentSpec = Annotated[Any, LazyType("scenecc.spec.rendering", "EnvironmentSpec")]
+    Light = Annotated[Any, LazyType("scenecc.spec.rendering", "Light")]
     Draw = Annotated[Any, LazyType("scenecc.spec.params", "Draw")]
     Material = Annotated[Any, LazyType("scenecc.spec.material", "Material")]
     PhysicsSpec = Annotated[Any, LazyType("scenecc.spec.physics", "PhysicsSpec")]

@@ -9,8 +9,7 @@ from pydantic_core import PydanticCustomError, core_schema
 
 from scenecc.spec.base import ErrorCollector, custom_error
 from scenecc.spec.body import BodySpec
-from scenecc.spec.lazy_types import LazyType
-from scenecc.spec.nodes import BODY, COPIES, ENTITY_LABELS, NOT_MEANT, entity_kind, ordered_union
+from scenecc.spec.nodes import BODY, COPIES, ENTITY_LABELS, NOT_MEANT, LazyType, entity_kind, ordered_union
 
 if TYPE_CHECKING:
     from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler

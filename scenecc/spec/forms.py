@@ -22,9 +22,8 @@ from scenecc.spec.pose import AXES
 from scenecc.spec.values import Domain
 from scenecc.variation import forms
 from scenecc.variation.distributions import DISTRIBUTIONS, WIDEST_INTEGERS
-from scenecc.variation.errors import ExpressionError
-from scenecc.variation.forms import FORM_KEYS
-from scenecc.variation.template import Template
+from scenecc.variation.forms import FORM_KEYS, Template
+from scenecc.variation.operations import ExpressionError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

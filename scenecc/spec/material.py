@@ -6,8 +6,7 @@ from pydantic import Field, StringConstraints, Tag
 from typing_extensions import TypeAliasType
 
 from scenecc.spec.base import MaterialName, Maybe, NonNegative, SpecModel, Text, Unit, key
-from scenecc.spec.lazy_types import LazyType
-from scenecc.spec.nodes import COMPONENTS, MAPPING, WORD, union_by_kind
+from scenecc.spec.nodes import COMPONENTS, MAPPING, WORD, LazyType, union_by_kind
 from scenecc.spec.params import COLOR_TEXT
 from scenecc.spec.values import Fixed, Leaf
 

@@ -6,8 +6,7 @@ from pydantic import AfterValidator, Field, Strict, Tag
 from typing_extensions import TypeAliasType
 
 from scenecc.spec.base import Finite, Maybe, Reference, SpecModel, Vec3, Vec4, key
-from scenecc.spec.lazy_types import LazyType
-from scenecc.spec.nodes import COMPONENTS, MAPPING, WORD, union_by_kind
+from scenecc.spec.nodes import COMPONENTS, MAPPING, WORD, LazyType, union_by_kind
 from scenecc.spec.values import ExpressionOnly, Fixed, Leaf
 
 AxisName = Literal["x", "y", "z"]

@@ -20,7 +20,6 @@ from scenecc.spec.base import (
     SpecModel,
     key,
 )
-from scenecc.spec.lazy_types import LazyType
 from scenecc.spec.nodes import (
     EXPANDED,
     LIST,
@@ -28,6 +27,7 @@ from scenecc.spec.nodes import (
     NOT_MEANT,
     SHAPE,
     TYPE,
+    LazyType,
     LazyValidator,
     is_mapping,
     is_varying,

@@ -9,9 +9,8 @@ from pydantic import ConfigDict, Field, Tag
 from typing_extensions import TypeAliasType
 
 from scenecc.spec.base import NOTE_SCHEMA, Finite, Maybe, NonNegative, Positive, Positive3, SpecModel, Text, Vec3, key
-from scenecc.spec.lazy_types import LazyUnion
 from scenecc.spec.material import Color, MaterialRef
-from scenecc.spec.nodes import COMPONENTS, NUMBER, union_by_kind
+from scenecc.spec.nodes import COMPONENTS, NUMBER, LazyUnion, union_by_kind
 from scenecc.spec.pose import Pose
 from scenecc.spec.repetition import REPEATABLE
 from scenecc.spec.values import Fixed, Leaf

@@ -13,7 +13,7 @@ from pydantic import BaseModel, Tag
 from typing_extensions import TypeAliasType
 
 from scenecc.diagnostics.messages import cut, listed, nearest, show, suggest
-from scenecc.source.scalars import RESERVED_CHARACTER
+from scenecc.source.events import RESERVED_CHARACTER
 from scenecc.spec.base import CUSTOM_ERROR, FLOAT32_MAX, FLOAT32_MIN, NAME_PATTERN, PATTERN_HINTS, VALUE_NAME
 from scenecc.spec.body import BodySpec
 from scenecc.spec.document import SceneFile
@@ -34,7 +34,6 @@ from scenecc.spec.hints import (
     VARIANTS_HINT,
     kind_hint,
 )
-from scenecc.spec.lazy_types import LazyType, LazyUnion
 from scenecc.spec.nodes import (
     BODY,
     KEY,
@@ -45,6 +44,8 @@ from scenecc.spec.nodes import (
     VALUE,
     VECTOR,
     WRONG_KIND,
+    LazyType,
+    LazyUnion,
     child_at,
     is_mapping,
     is_meant,

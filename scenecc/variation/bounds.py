@@ -50,7 +50,7 @@ class ValueBounds:
     @staticmethod
     def of_rows(rows: NDArray[Any]) -> ValueBounds:
         """Of values (B, …), each of which occurs."""
-        from scenecc.variation.per_scene_arrays import distinct_rows  # noqa: PLC0415 - it loads numpy
+        from scenecc.variation.evaluation import distinct_rows  # noqa: PLC0415 - it loads numpy
 
         return ValueBounds.of(rows[distinct_rows(rows)].tolist())
 

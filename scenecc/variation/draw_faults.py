@@ -8,11 +8,10 @@ from scenecc.variation import evaluation
 from scenecc.variation.bounds import flat_numbers
 from scenecc.variation.distributions import WIDEST_INTEGERS
 from scenecc.variation.enumeration import MAX_COMBINATIONS, combination_batch
-from scenecc.variation.errors import DrawError
 from scenecc.variation.expression_bounds import difference_interval
 from scenecc.variation.node_bounds import bounds_and_faults, broadcast_bounds, name_bounds
 from scenecc.variation.nodes import Chosen, Computed, Cycled, Drawn, Rows, Stacked
-from scenecc.variation.operations import LISTS, is_number
+from scenecc.variation.operations import LISTS, DrawError, is_number
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

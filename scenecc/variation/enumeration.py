@@ -9,7 +9,6 @@ import math
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
-from scenecc.variation.errors import DrawError
 from scenecc.variation.nodes import (
     BUILTIN_NAMES,
     NODE_FIELDS,
@@ -25,14 +24,15 @@ from scenecc.variation.nodes import (
     Shared,
     Stacked,
 )
+from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
-    from scenecc.variation.compute_limit import OperationCounter
     from scenecc.variation.evaluation import CombinationBatch
+    from scenecc.variation.operations import OperationCounter
 
 MAX_COMBINATIONS = 64
 """How many combinations are looked at."""

@@ -1,17 +1,16 @@
-"""The values of nodes in many scenes at once."""
+"""The values of nodes in many scenes at once, as arrays with one row a scene."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from scenecc.geometry import rotation_arrays
-from scenecc.variation import generator, per_scene_arrays
-from scenecc.variation.compute_limit import expression_cost, result_cost
+from scenecc.variation import generator
 from scenecc.variation.distributions import WIDEST_INTEGERS
-from scenecc.variation.errors import DrawError, ExpressionError
 from scenecc.variation.nodes import (
     NODES,
     AffineClamp,
@@ -37,16 +36,116 @@ from scenecc.variation.nodes import (
     Stacked,
     evaluation_order,
 )
-from scenecc.variation.operations import SEQUENCES, kind_name, shape_mismatch
+from scenecc.variation.operations import (
+    LISTS,
+    SEQUENCES,
+    DrawError,
+    ExpressionError,
+    as_lists,
+    expression_cost,
+    kind_name,
+    result_cost,
+    shape_mismatch,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Mapping
 
     from numpy.typing import NDArray
 
-    from scenecc.variation.compute_limit import OperationCounter
+    from scenecc.variation.operations import OperationCounter
 
     Floats = NDArray[np.float64]
+
+
+def value_array(data: Any) -> NDArray[Any]:
+    """One value: float64, int64 or bool of its own shape, or an object of shape () for anything else."""
+    whole = row_array([data])
+    return whole[0] if whole.ndim > 1 else whole.reshape(())
+
+
+def row_array(items: Sequence[Any]) -> NDArray[Any]:
+    """Several values, one a row; objects where they are not all numbers, or all booleans, of one shape."""
+    if not any(map(_has_text, items)) and len({type(item) is bool for item in items}) <= 1:
+        try:
+            whole = np.array(items)
+        except ValueError:
+            # Rows of several lengths.
+            return object_array(items)
+        # Integers of 64 bits without a sign would lose their highest.
+        if whole.dtype.kind in "bif":
+            return to_value_dtype(whole)
+    return object_array(items)
+
+
+def typed_row_array(items: Sequence[Any]) -> NDArray[Any]:
+    """As `table`, but objects where integers stand beside floats.
+
+    A text tells 1 from 1.0, and what a scene has must not depend on what others have.
+    """
+    return row_array(items) if len(_kinds(items)) <= 1 else object_array(items)
+
+
+def _kinds(items: Sequence[Any]) -> set[type]:
+    kinds = set(map(type, items))
+    if kinds.isdisjoint(LISTS):
+        return kinds
+    return {kind for item in items for kind in (_kinds(item) if type(item) in LISTS else {type(item)})}
+
+
+def object_array(items: Sequence[Any]) -> NDArray[Any]:
+    """Several values of any kind, one a row; lists where they were tuples."""
+    whole = np.empty(len(items), dtype=object)
+    for index, item in enumerate(items):
+        whole[index] = as_lists(item)
+    return whole
+
+
+def to_value_dtype(array: NDArray[Any]) -> NDArray[Any]:
+    """An array in one of the kinds that values have: float64, int64, bool or object."""
+    if array.dtype.kind == "f":
+        return array.astype(np.float64, copy=False)
+    if array.dtype.kind in "iu":
+        return array.astype(np.int64, copy=False)
+    return array if array.dtype.kind == "b" else array.astype(object, copy=False)
+
+
+def distinct_rows(rows: NDArray[Any]) -> NDArray[np.intp]:
+    """Where the different rows (B, …) stand first, in order: to the bit, so that 0.0 is not -0.0."""
+    if rows.dtype == object or len(rows) < 2 or not rows[0].size:
+        return np.arange(len(rows))
+    flat = np.ascontiguousarray(rows).reshape(len(rows), -1)
+    _, first = np.unique(flat.view(np.dtype((np.void, flat.dtype.itemsize * flat.shape[1]))), return_index=True)
+    return np.sort(first)
+
+
+def merge_rows(size: int, parts: Sequence[tuple[NDArray[np.intp], NDArray[Any]]]) -> NDArray[Any]:
+    """One array of `size` rows from parts, each with the rows where it belongs.
+
+    Integers stay integers beside floats: which parts there are is the batch's, and a text tells 1 from 1.0.
+    """
+    shapes = {part.shape[1:] for _, part in parts}
+    kinds = {part.dtype.kind for _, part in parts}
+    if len(shapes) == 1 and len(kinds) == 1:
+        whole = np.empty((size, *shapes.pop()), dtype=parts[0][1].dtype)
+        for rows, part in parts:
+            whole[rows] = part
+        return whole
+    whole = np.empty(size, dtype=object)
+    for rows, part in parts:
+        for row, value in zip(rows.tolist(), part.tolist(), strict=True):
+            whole[row] = value
+    return whole
+
+
+def to_field_rows(rows: NDArray[Any]) -> NDArray[Any]:
+    """Rows (B, …) as a field takes them, to which integers and floats are numbers alike; others as they are."""
+    return row_array(rows.tolist()) if rows.dtype == object else rows
+
+
+def _has_text(item: Any) -> bool:
+    """Whether it is a text or a list with one: numpy would make all as wide as the longest."""
+    return type(item) is str or (type(item) in LISTS and str in set(map(type, item)))
 
 
 class Batch:
@@ -97,7 +196,7 @@ class Batch:
         """As `evaluate`, of a plain value too."""
         if isinstance(item, NODES):
             return self.evaluate(item)
-        value = per_scene_arrays.value_array(item)
+        value = value_array(item)
         return np.broadcast_to(value, (len(self.scenes), *value.shape))
 
     def shared(self, name: str) -> NDArray[Any]:
@@ -120,7 +219,7 @@ class Batch:
         if found is not None:
             return found
         if name in self.given:
-            found = per_scene_arrays.to_value_dtype(self.given[name][self.scenes])
+            found = to_value_dtype(self.given[name][self.scenes])
         elif self._whole is not None:
             whole, rows = self._whole
             values = whole.kept(name)
@@ -150,12 +249,12 @@ class Batch:
     def selected(self, items: Sequence[Any], index: NDArray[np.int64]) -> NDArray[Any]:
         """Of several items the one with the index (B,) in each scene; the others are not evaluated there."""
         if not any(isinstance(item, NODES) for item in items):
-            return per_scene_arrays.row_array(items)[index]
+            return row_array(items)[index]
         parts: list[tuple[NDArray[np.intp], NDArray[Any]]] = []
         for number in np.unique(index).tolist():
             rows = np.flatnonzero(index == number)
             parts.append((rows, self.only(rows).item(items[number])))
-        return per_scene_arrays.merge_rows(len(self.scenes), parts)
+        return merge_rows(len(self.scenes), parts)
 
 
 class CombinationBatch(Batch):
@@ -279,7 +378,7 @@ def _units(batch: Batch, node: Chosen | Drawn | RandomRotated, first: int, count
 
 def _bound(batch: Batch, node: Drawn, item: Any, count: int) -> NDArray[np.float64]:
     """A bound (B, count), the same for every component where it is one number."""
-    values = per_scene_arrays.to_field_rows(batch.item(item))
+    values = to_field_rows(batch.item(item))
     shapes = {(len(batch.scenes),), (len(batch.scenes), count)} if node.shape else {(len(batch.scenes),)}
     if values.dtype.kind not in "if" or values.shape not in shapes:
         raise DrawError(bound_mismatch(node), int(batch.scenes[0]), node)
@@ -326,14 +425,14 @@ def _input(batch: Batch, name: str | None) -> list[Any]:
 
 def _result_rows(batch: Batch, node: Computed, results: list[Any]) -> NDArray[Any]:
     if node.shape is None:
-        return per_scene_arrays.typed_row_array(results)
+        return typed_row_array(results)
     if node.shape == ():
         for row, result in enumerate(results):
             if type(result) in {list, tuple, dict}:
                 raise _row_error(batch, node, row, f"it gives {kind_name(result)} where one value is wanted")
             if type(result) is int and not -_INT64 <= result < _INT64:
                 raise _row_error(batch, node, row, "it gives an integer of more than 64 bits")
-        return per_scene_arrays.row_array(results)
+        return row_array(results)
     return _list_rows(batch, node, results, node.shape)
 
 
@@ -413,7 +512,7 @@ def _pointing(batch: Batch, node: Pointing) -> Floats:
 
 def _radians(batch: Batch, node: Radians) -> Floats:
     """Angles, of the item's shape; as `math.radians` has them."""
-    degrees = per_scene_arrays.to_field_rows(batch.item(node.degrees))
+    degrees = to_field_rows(batch.item(node.degrees))
     return _checked_numbers(batch, node, degrees, degrees.shape[1:]) * (math.pi / 180.0)
 
 
@@ -424,7 +523,7 @@ def _composed(batch: Batch, node: Composed) -> Floats:
 
 def _numbers(batch: Batch, node: Node, item: Any, *shape: int) -> Floats:
     """An item's values (B, *shape) as float64."""
-    return _checked_numbers(batch, node, per_scene_arrays.to_field_rows(batch.item(item)), shape)
+    return _checked_numbers(batch, node, to_field_rows(batch.item(item)), shape)
 
 
 def _checked_numbers(batch: Batch, node: Node, values: NDArray[Any], shape: tuple[int, ...]) -> Floats:

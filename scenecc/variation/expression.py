@@ -18,8 +18,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest
 from scenecc.variation import operations
-from scenecc.variation.errors import ExpressionError
-from scenecc.variation.operations import FUNCTIONS, MAX_ARGUMENTS, NUMBERS
+from scenecc.variation.operations import FUNCTIONS, MAX_ARGUMENTS, NUMBERS, ExpressionError
 
 if TYPE_CHECKING:
     from scenecc.variation.operations import Span

@@ -25,16 +25,15 @@ from scenecc.variation.bounds import (
     join_bounds,
     truth_values,
 )
-from scenecc.variation.errors import ExpressionError
 from scenecc.variation.expression import CONSTANTS, Expression
 from scenecc.variation.interval_arithmetic import binary_interval
-from scenecc.variation.operations import FUNCTIONS
+from scenecc.variation.operations import FUNCTIONS, ExpressionError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from scenecc.variation.forms import Template
     from scenecc.variation.interval_arithmetic import Interval
-    from scenecc.variation.template import Template
 
 
 @frozen

@@ -1,4 +1,4 @@
-"""What may stand in place of a value in a scene file: the forms of variation, as they are written.
+"""What may stand in place of a value in a scene file: forms of variation, and templates with expressions.
 
 Items, bounds and components are plain values, or forms or templates themselves.
 """
@@ -6,11 +6,16 @@ Items, bounds and components are plain values, or forms or templates themselves.
 from __future__ import annotations
 
 from enum import Enum
-from typing import Any, Final
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.variation.distributions import DISTRIBUTIONS
-from scenecc.variation.template import Template
+from scenecc.variation.expression import Closure, Expression, find_end, parse_expression
+from scenecc.variation.operations import ExpressionError, as_lists, scalar_text
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 
 class Missing(Enum):
@@ -85,4 +90,160 @@ FORM_KEYS: Final = frozenset((*LIST_FORMS, *DISTRIBUTIONS))
 """Keys of the mappings that give another value in each scene; others stand beside some of them."""
 
 Form = PerScene | SceneMap | Cycle | Choice | DrawForm | RandomRotation | Vector
+
+
+class Template:
+    """A scalar with expressions, some of whose names may have their values already. Nothing of it can be changed.
+
+    Attributes:
+        text: the scalar's, as written.
+        constants: the names that have values, sorted, with them; lists are never tuples, as JSON has them.
+        names: those that still have none; `scene` and `num_scenes` count as names.
+
+    Two are equal if their texts and constants are, by type and to the bit.
+    """
+
+    __slots__ = ("_parsed", "constants", "names", "text")
+
+    _parsed: _Parsed
+    text: str
+    constants: tuple[tuple[str, Any], ...]
+    names: frozenset[str]
+
+    def __init__(self, text: str, constants: Mapping[str, Any] | None = None) -> None:
+        parsed = _parse(text)
+        bound = {name: as_lists(value) for name, value in (constants or {}).items() if name in parsed.names}
+        put = object.__setattr__
+        put(self, "text", text)
+        put(self, "constants", tuple(sorted(bound.items(), key=lambda pair: pair[0])))
+        put(self, "names", parsed.names - bound.keys())
+        put(self, "_parsed", parsed)
+
+    @staticmethod
+    def parse(text: str) -> Template:
+        """The template of a scalar's text; what was read once is not read again.
+
+        Raises:
+            ExpressionError: an expression in it cannot be read.
+        """
+        return _template(text)
+
+    def bind(self, environment: Mapping[str, Any]) -> Any:
+        """The template with values for the names that the environment has, or its value where it has all.
+
+        Raises:
+            ExpressionError: it has no value.
+        """
+        if self.names <= environment.keys():
+            return self.evaluate(environment)
+        if self.names.isdisjoint(environment):
+            return self
+        return Template(self.text, {**environment, **dict(self.constants)})
+
+    def evaluate(self, environment: Mapping[str, Any]) -> Any:
+        """The value: of its own type where the scalar is one expression, otherwise a string.
+
+        Raises:
+            ExpressionError: it has none, or a name is unknown.
+        """
+        if self.constants:
+            environment = {**environment, **dict(self.constants)}
+        return self.run(environment)
+
+    @property
+    def run(self) -> Closure:
+        """As `evaluate`, of an environment that holds the constants too: for many values of one template."""
+        parts = self._parsed.parts
+        if len(parts) == 1 and isinstance(parts[0], Expression):
+            return parts[0].run
+        return lambda environment: _filled(parts, environment)
+
+    def expressions(self) -> tuple[str | Expression, ...]:
+        """The literal texts and the expressions, in order."""
+        return self._parsed.parts
+
+    def place(self, name: str) -> tuple[int, int]:
+        """Where a name that it reads stands first: (start, end) in the text."""
+        for part in self.expressions():
+            if isinstance(part, Expression) and name in part.places:
+                return part.places[name]
+        raise KeyError(name)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"a Template is read-only: {name!r} cannot be set", name=name, obj=self)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Template):
+            return NotImplemented
+        return self.text == other.text and repr(self.constants) == repr(other.constants)
+
+    def __hash__(self) -> int:
+        return hash((self.text, repr(self.constants)))
+
+    def __repr__(self) -> str:
+        return f"Template({self.text!r}, {dict(self.constants)!r})" if self.constants else f"Template({self.text!r})"
+
+    def __reduce__(self) -> tuple[type[Template], tuple[str, dict[str, Any]]]:
+        return Template, (self.text, dict(self.constants))
+
+
 Varying = Form | Template
+
+MAX_EXPRESSIONS = 1000
+"""How many `${…}` one scalar may hold."""
+
+MAX_FILLED_CHARACTERS = 100_000
+"""How many characters the values of one scalar's expressions may come to."""
+
+
+@frozen
+class _Parsed:
+    """The literal texts and expressions of a scalar, in order, with all names that they read."""
+
+    parts: tuple[str | Expression, ...]
+    names: frozenset[str]
+
+
+@lru_cache(maxsize=4096)
+def _template(text: str) -> Template:
+    return Template(text)
+
+
+@lru_cache(maxsize=4096)
+def _parse(text: str) -> _Parsed:
+    parts: list[str | Expression] = []
+    literal, at, count = "", 0, 0
+    while (found := text.find("${", at)) != -1:
+        if found > at and text[found - 1] == "$":
+            literal += text[at : found - 1] + "${"
+            at = found + 2
+            continue
+        literal += text[at:found]
+        end = find_end(text, found + 2)
+        if count == MAX_EXPRESSIONS:
+            raise ExpressionError(f"one scalar holds at most {MAX_EXPRESSIONS} expressions", found, end + 1)
+        if literal:
+            parts.append(literal)
+        parts.append(parse_expression(text, found + 2, end))
+        literal, at, count = "", end + 1, count + 1
+    literal += text[at:]
+    if literal:
+        parts.append(literal)
+    names = (part.places.keys() for part in parts if isinstance(part, Expression))
+    return _Parsed(tuple(parts), frozenset[str]().union(*names))
+
+
+def _filled(parts: tuple[str | Expression, ...], environment: Mapping[str, Any]) -> str:
+    texts: list[str] = []
+    filled = 0
+    for part in parts:
+        if isinstance(part, str):
+            texts.append(part)
+            continue
+        text = scalar_text(part.run(environment), part.span(part.tree))
+        filled += len(text)
+        if filled > MAX_FILLED_CHARACTERS:
+            span = part.span(part.tree)
+            raise ExpressionError(f"the expressions come to more than {MAX_FILLED_CHARACTERS} characters", *span)
+        texts.append(text)
+    return "".join(texts)

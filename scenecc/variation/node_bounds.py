@@ -16,7 +16,6 @@ from scenecc.variation.bounds import (
     to_value_bounds,
     union_bounds,
 )
-from scenecc.variation.compute_limit import NAME_LOOKUP_COST
 from scenecc.variation.enumeration import MAX_COMBINATIONS, MAX_OUTCOMES, enumerate_outcomes, find_alternatives
 from scenecc.variation.expression_bounds import ExpressionFault, template_bounds
 from scenecc.variation.nodes import (
@@ -43,15 +42,15 @@ from scenecc.variation.nodes import (
     Stacked,
     evaluation_order,
 )
-from scenecc.variation.operations import NUMBERS
+from scenecc.variation.operations import NAME_LOOKUP_COST, NUMBERS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from numpy.typing import NDArray
 
-    from scenecc.variation.compute_limit import OperationCounter
-    from scenecc.variation.template import Template
+    from scenecc.variation.forms import Template
+    from scenecc.variation.operations import OperationCounter
 
 
 _DIRECT = frozenset((Const, Rows, Cycled, Chosen, Drawn, RandomRotated, Shared))

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from scenecc.variation.distributions import Distribution
-    from scenecc.variation.template import Template
+    from scenecc.variation.forms import Template
 
 
 Section = Literal["entities", "draws", "frames", "materials", "constraints", "lights", "cameras", "environment"]

@@ -1,28 +1,135 @@
-"""What the operators and functions of expressions do with plain values.
-
-A number is an int or a float, never a boolean. Every number that comes out is finite, and every int, string
-and list is bounded. Each takes the span (start, end) of the expression that it stands for, for its errors.
-"""
+"""What expressions compute with: functions and operators, what they cost, and their errors."""
 
 from __future__ import annotations
 
 import math
 import operator
 import sys
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
-
-from scenecc.variation.errors import ExpressionError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from scenecc.variation.nodes import Node
+
+
+class ExpressionError(Exception):
+    """An expression that cannot be read, or has no value.
+
+    Attributes:
+        message: what is wrong, as a diagnostic says it.
+        start, end: of the part of the scalar's text that is meant (characters, end exclusive).
+        hint: what to do about it; None where nothing is known.
+    """
+
+    def __init__(self, message: str, start: int, end: int, hint: str | None = None) -> None:
+        super().__init__(message)
+        self.message = message
+        self.start = start
+        self.end = end
+        self.hint = hint
+
+
+class DrawError(Exception):
+    """A node that has no value in one scene.
+
+    Attributes:
+        message: what is wrong, as a diagnostic says it.
+        scene: the scene's index.
+        node: the node that has no value; it may stand inside the one that was asked for.
+        expression: what went wrong, where the node is an expression.
+    """
+
+    def __init__(self, message: str, scene: int, node: Node, expression: ExpressionError | None = None) -> None:
+        super().__init__(f"scene {scene}: {message}")
+        self.message = message
+        self.scene = scene
+        self.node = node
+        self.expression = expression
+
+
+COMPUTE_LIMIT_HINT = (
+    "compute less, in fewer scenes, or raise the limit with --limit computed=N or limits={'computed': N}"
+)
+
+NAME_LOOKUP_COST = 100
+"""How many operations it takes to look up a file or a material that an expression names."""
+
+_CHARACTERS_PER_OPERATION = 16
+"""How many characters of an expression count as one operation."""
+
+_ROWS_PER_OPERATION = 4
+"""How many rows of a form numpy makes in the time of one operation."""
+
+_OPERATIONS_PER_ITEM = 4
+"""How many operations an item of a list counts for: it stays in memory."""
+
+
+class ComputeLimitError(DrawError):
+    """A node that would take more operations than there may be."""
+
+
+@dataclass(slots=True)
+class OperationCounter:
+    """Counts operations before they are done. A few lines can ask for any number: 900 draws in 65 536 scenes.
+
+    Attributes:
+        most: how many there may be (limit `computed`).
+        done: how many there were.
+    """
+
+    most: int
+    done: int = 0
+
+    @property
+    def exhausted(self) -> bool:
+        """Whether more was asked for than there may be."""
+        return self.done > self.most
+
+    @property
+    def message(self) -> str:
+        """What is said then."""
+        return f"the values of all scenes take more than {self.most} operations (limit computed)"
+
+    def take(self, operations: int, node: Node) -> None:
+        """Counts so many.
+
+        Raises:
+            TooMuch: they are too many.
+        """
+        self.done += operations
+        if self.exhausted:
+            raise ComputeLimitError(self.message, 0, node)
+
+
+def expression_cost(text: str, rows: int) -> int:
+    """About how many operations an expression of this text takes in so many scenes."""
+    return rows * (1 + len(text) // _CHARACTERS_PER_OPERATION)
+
+
+def form_cost(rows: int) -> int:
+    """The same of a form."""
+    return rows // _ROWS_PER_OPERATION
+
+
+def result_cost(value: Any) -> int:
+    """The same of what an expression gives: of the characters of a text, and the items of lists within lists."""
+    if value.__class__ not in SEQUENCES:
+        return 0
+    return _OPERATIONS_PER_ITEM * len(value) + (0 if value.__class__ is str else sum(map(result_cost, value)))
+
 
 Span = tuple[int, int]
+
 LISTS: frozenset[type[Any]] = frozenset((list, tuple))
+
 SEQUENCES: frozenset[type[Any]] = frozenset((str, list, tuple))
+
 NUMBERS: frozenset[type[Any]] = frozenset((int, float))
 
 MAX_FLOAT = sys.float_info.max
+
 MAX_INT_BITS = 256
 """How many bits an int may have."""
 
@@ -30,6 +137,7 @@ MAX_SIZE = 10_000
 """How much a list or string may hold: characters, and items of lists and of the lists in them."""
 
 _INT_BOUND = 1 << MAX_INT_BITS
+
 _KINDS: dict[type[Any], str] = {
     bool: "a boolean", int: "a number", float: "a number", str: "a string", list: "a list", tuple: "a list",
     dict: "a mapping",
@@ -113,6 +221,7 @@ def _number_operator(symbol: str, apply: Callable[[Any, Any], Any]) -> Callable[
 
 
 _add_numbers = _number_operator("+", operator.add)
+
 _multiply_numbers = _number_operator("*", operator.mul)
 
 
@@ -164,8 +273,11 @@ def _over_floor(a: float, b: float) -> float:
 
 
 _subtract = _number_operator("-", operator.sub)
+
 _divide = _number_operator("/", _over)
+
 _floor_divide = _number_operator("//", _over_floor)
+
 _remainder = _number_operator("%", operator.mod)
 
 BINARY: dict[str, Callable[[Any, Any, Span], Any]] = {

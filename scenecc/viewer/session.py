@@ -11,12 +11,10 @@ import numpy as np
 from scenecc.diagnostics import Location
 from scenecc.diagnostics.formats import render
 from scenecc.errors import SceneError
-from scenecc.viewer.file_watcher import FileWatcher
 from scenecc.viewer.nodes import Files
 from scenecc.viewer.page import Page
-from scenecc.viewer.panel import Panel
-from scenecc.viewer.param_controls import AsWritten
-from scenecc.viewer.task_queue import TaskQueue, interrupts_kept
+from scenecc.viewer.panel import AsWritten, Panel
+from scenecc.viewer.tasks import FileWatcher, TaskQueue, interrupts_kept
 from scenecc.viewer.world import World, check_scene, load
 
 if TYPE_CHECKING:

@@ -117,7 +117,7 @@ def export_page(
 @contextmanager
 def _served(place: PageAddress, label: str) -> Generator[viser.ViserServer]:
     from scenecc.interrupt import interrupts_wait
-    from scenecc.viewer.server import close_server
+    from scenecc.viewer.page import close_server
 
     server: viser.ViserServer | None = None
     try:
@@ -132,7 +132,7 @@ def _served(place: PageAddress, label: str) -> Generator[viser.ViserServer]:
 
 def _opened(place: PageAddress, label: str) -> viser.ViserServer:
     """Raises SceneError if the address or the port cannot be had."""
-    from scenecc.viewer.server import open_server
+    from scenecc.viewer.page import open_server
 
     try:
         return open_server(place, label)

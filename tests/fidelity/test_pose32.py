@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from scenecc.robots.description import PoseNumbers
-from scenecc.robots.sapien_poses import compose_poses, pose_numbers, pose_of_matrix
+from scenecc.robots.poses import compose_poses, pose_numbers, pose_of_matrix
 
 COUNT = 100_000
 

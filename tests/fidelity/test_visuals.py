@@ -20,7 +20,6 @@ from scenecc.plan import (
     Cylinder,
     Entity,
     Mesh,
-    Physics,
     ScenePlan,
     Sphere,
     Texture,
@@ -31,6 +30,7 @@ from scenecc.plan import (
     constant,
     per_scene,
 )
+from scenecc.plan.scene import Physics
 
 pytestmark = pytest.mark.render
 

@@ -81,7 +81,7 @@ def test_sensors_see_the_scene_and_not_what_is_hidden() -> None:
     ],
 )
 def test_what_maniskill_cannot_see_with_or_hide_is_refused(change: dict[str, Any], message: str) -> None:
-    from scenecc.backends.maniskill.sensors import unsupported_cameras
+    from scenecc.backends.maniskill.builders import unsupported_cameras
 
     (failure,) = unsupported_cameras(scenecc.compile_scene({**SCENE, **change}))
     assert failure.code == "SC811"
@@ -89,7 +89,7 @@ def test_what_maniskill_cannot_see_with_or_hide_is_refused(change: dict[str, Any
 
 
 def test_a_camera_on_robots_whose_links_differ_is_refused_where_anything_renders_and_no_sensor_elsewhere() -> None:
-    from scenecc.backends.maniskill.sensors import unsupported_cameras
+    from scenecc.backends.maniskill.builders import unsupported_cameras
 
     robots = "pkg://mani_skill/assets/robots/panda/"
     arm = {"urdf": {"per_scene": [f"{robots}panda_v2.urdf", f"{robots}panda_stick.urdf"]}}

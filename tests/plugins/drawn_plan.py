@@ -12,7 +12,6 @@ from scenecc.plan import (
     Cylinder,
     Entity,
     PhysicalMaterial,
-    Physics,
     ScenePlan,
     Sphere,
     Texture,
@@ -23,10 +22,11 @@ from scenecc.plan import (
     per_scene,
     varying,
 )
+from scenecc.plan.scene import Physics
 from scenecc.variation.evaluation import Batch
+from scenecc.variation.forms import Template
 from scenecc.variation.node_bounds import find_bounds
 from scenecc.variation.nodes import Composed, Computed, Const, Drawn, Key, Node, Posed, RandomRotated, Shared, Stacked
-from scenecc.variation.template import Template
 
 SEED = 11
 SCENES = (0, 1, 2)

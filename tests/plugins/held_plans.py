@@ -24,7 +24,6 @@ from scenecc.plan import (
     Light,
     Orthographic,
     Perspective,
-    Physics,
     PointLight,
     ScenePlan,
     Shadow,
@@ -38,6 +37,7 @@ from scenecc.plan import (
     per_scene,
 )
 from scenecc.plan.body import Mount
+from scenecc.plan.scene import Physics
 
 BOTH = (0, 1)
 

@@ -8,6 +8,7 @@ from typing import Any
 from hypothesis import strategies as st
 
 from scenecc.variation.distributions import DISTRIBUTIONS
+from scenecc.variation.forms import Template
 from scenecc.variation.nodes import (
     AffineClamp,
     Chosen,
@@ -31,7 +32,6 @@ from scenecc.variation.nodes import (
     Shared,
     Stacked,
 )
-from scenecc.variation.template import Template
 
 Shape = tuple[int, ...]
 Draws = dict[str, Shape]

@@ -33,13 +33,10 @@ from scenecc.plan import (
     Cylinder,
     Entity,
     Friction,
-    GpuMemory,
     Inertial,
     Mesh,
-    Physics,
     Plane,
     ScenePlan,
-    SdfConfig,
     Sphere,
     Texture,
     TiledPlane,
@@ -48,6 +45,7 @@ from scenecc.plan import (
     constant,
     per_scene,
 )
+from scenecc.plan.scene import GpuMemory, Physics, SdfConfig
 
 __all__ = [
     "FLAG",

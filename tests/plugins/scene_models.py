@@ -14,8 +14,7 @@ from typing_extensions import TypeAliasType
 from scenecc.spec.articulation import Mjcf, Tree, Urdf
 from scenecc.spec.body import BodySpec
 from scenecc.spec.entities import entity_model
-from scenecc.spec.lazy_types import LazyType, LazyUnion
-from scenecc.spec.nodes import BODY, COMPONENTS, LIST, any_varying, entity_kind, node_kind
+from scenecc.spec.nodes import BODY, COMPONENTS, LIST, LazyType, LazyUnion, any_varying, entity_kind, node_kind
 from scenecc.spec.values import VaryingAnnotation
 
 Key = tuple[type[BaseModel], str]

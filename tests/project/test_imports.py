@@ -15,9 +15,9 @@ HEAVY = ("sapien", "trimesh", "numpy", "coacd", "mani_skill", "jsonschema")
 _SECTIONS = {
     "plan": "articulation camera constraint light tendons json_reader",
     "robots": "urdf mjcf",
-    "lower": "articulations cameras constraints lights mounts resets",
+    "lower": "articulations constraints mounts rendering resets",
     "checks": "articulations constraints render_objects",
-    "spec": "articulation camera constraint light",
+    "spec": "articulation constraint rendering",
     "expand": "expand",
     "backends": "sapien maniskill",
     "maniskill": "load",
@@ -87,13 +87,8 @@ def test_what_a_scene_has_is_loaded(tmp_path: Path) -> None:
     file.write_text(SCENE + "cameras: {eye: {width: 4, height: 4, fovy: 1, pose: [0, 0, 1]}}\n")
     code = "import sys, scenecc\nfound = scenecc.validate(sys.argv[1])\nassert not found, found"
     found = loaded(code, str(file), among=NOT_HERE)
-    assert found >= {
-        "scenecc.spec.camera",
-        "scenecc.plan.camera",
-        "scenecc.lower.cameras",
-        "scenecc.checks.render_objects",
-    }
-    assert not found & {"scenecc.spec.light", "scenecc.lower.lights", "scenecc.lower.constraints"}
+    assert found >= {"scenecc.spec.rendering", "scenecc.plan.camera", "scenecc.lower.rendering"}
+    assert not found & {"scenecc.lower.constraints", "scenecc.lower.articulations"}
 
 
 def test_the_command_that_validates_loads_nothing_heavy(tmp_path: Path) -> None:

@@ -13,7 +13,8 @@ from scenecc.diagnostics import Location
 if TYPE_CHECKING:
     from scenecc.backends.maniskill.loaded_scene import LoadedScene
     from scenecc.diagnostics import Sink
-    from scenecc.plan import Physics, ScenePlan
+    from scenecc.plan import ScenePlan
+    from scenecc.plan.scene import Physics
 
 __all__ = ["LoadedScene", "ManiSkillScene", "instantiate", "sim_config"]
 

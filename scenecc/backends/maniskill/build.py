@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.backends.maniskill.builders import build_actor, build_articulation, deduplicate_planes
+from scenecc.backends.maniskill.builders import build_actor, build_articulation, deduplicate_planes, unsupported_cameras
 from scenecc.backends.maniskill.compat import SimConfig
 from scenecc.backends.maniskill.loaded_scene import (
     LoadedScene,
@@ -15,21 +15,20 @@ from scenecc.backends.maniskill.loaded_scene import (
     ManiSkillEntityLookup,
     ManiSkillLights,
 )
-from scenecc.backends.maniskill.sensors import unsupported_cameras
 from scenecc.backends.sapien.assets import report_changed_files
 from scenecc.backends.sapien.engine import EngineFailure, engine_settings, physx, report_failure
 from scenecc.backends.sapien.preparation import PreparedArticulation, prepare_entities
 from scenecc.diagnostics import Location
 from scenecc.diagnostics.collector import collector_paused
-from scenecc.plan import Physics
-from scenecc.plan.physics import process_wide_settings
+from scenecc.plan.scene import Physics, process_wide_settings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scenecc.backends.sapien.preparation import PreparedEntity
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.plan import Friction, GpuMemory, ScenePlan
+    from scenecc.plan import Friction, ScenePlan
+    from scenecc.plan.scene import GpuMemory
 
 
 CONFLICT_CODE = "SC810"

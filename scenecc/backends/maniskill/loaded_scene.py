@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from scenecc.backends.maniskill.builders import camera_configs, hidden_objects
 from scenecc.backends.maniskill.compat import UNSUPPORTED_CODE, Pose, torch
-from scenecc.backends.maniskill.sensors import camera_configs, hidden_objects
 from scenecc.backends.sapien.assets import Resources
 from scenecc.backends.sapien.constraints import PreparedConstraint, sample_targets
 from scenecc.backends.sapien.engine import EngineFailure

@@ -19,8 +19,8 @@ from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import Connection, Distance, Drive, Gear, Weld, literal
 from scenecc.plan.constraint import WELD_SWING
 from scenecc.plan.properties import FLOAT32_MAX
-from scenecc.variation.errors import DrawError
-from scenecc.variation.per_scene_arrays import to_field_rows
+from scenecc.variation.evaluation import to_field_rows
+from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Sequence

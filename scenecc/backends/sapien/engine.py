@@ -20,13 +20,13 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Literal
 
 from scenecc.diagnostics import Location
-from scenecc.plan.physics import CONFIG_KINDS, SCENE_CONFIG_FIELDS, process_wide_settings
+from scenecc.plan.scene import CONFIG_KINDS, SCENE_CONFIG_FIELDS, process_wide_settings
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.plan import Physics
+    from scenecc.plan.scene import Physics
 
 
 with warnings.catch_warnings():

@@ -35,8 +35,8 @@ from scenecc.plan.rendering import (
     shadow_parameters,
 )
 from scenecc.plan.schema import PIXEL_BOUNDS
-from scenecc.variation.errors import DrawError
-from scenecc.variation.per_scene_arrays import to_field_rows
+from scenecc.variation.evaluation import to_field_rows
+from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -15,12 +15,11 @@ from scenecc.diagnostics.messages import cut
 from scenecc.plan import ArticulationStructure, BodyStructure
 from scenecc.plan.articulation import JOINT_STATE_FIELDS, VELOCITY_FIELDS
 from scenecc.plan.scene import is_shared_pose
-from scenecc.variation.errors import DrawError
-from scenecc.variation.evaluation import Batch
+from scenecc.variation.evaluation import Batch, to_field_rows
 from scenecc.variation.injected_draws import InjectedDrawError, convert_injected, draw_type
 from scenecc.variation.node_bounds import BoundsAnalysis
 from scenecc.variation.nodes import Computed, Rows
-from scenecc.variation.per_scene_arrays import to_field_rows
+from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

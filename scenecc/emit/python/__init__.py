@@ -12,17 +12,16 @@ from typing import TYPE_CHECKING, Final
 from scenecc.diagnostics import Location
 from scenecc.emit.python.articulations import ROOT_PROPERTIES
 from scenecc.emit.python.bodies import BODY_PROPERTIES, RENDER_PROPERTIES, present_fields
-from scenecc.emit.python.constraints import write_constraints
 from scenecc.emit.python.context import MountTargets, ScriptContext, ScriptMaterials
 from scenecc.emit.python.entities import RepeatedEntity, fold_repeats, write_entity, write_repeated_entity
 from scenecc.emit.python.files import ScriptFiles, unused_files
-from scenecc.emit.python.rendering import write_cameras, write_environment, write_lights
+from scenecc.emit.python.rendering import write_cameras, write_constraints, write_environment, write_lights
 from scenecc.emit.python.source import Group, Identifiers, SourceNode, SourceWriter, call, list_of
 from scenecc.emit.python.values import number_literal
 from scenecc.plan import ArticulationStructure, Value
 from scenecc.plan.articulation import MAX_LINKS, NON_LINK_FIELDS
 from scenecc.plan.material import rebase_file
-from scenecc.plan.physics import SCENE_CONFIG_FIELDS, process_wide_settings
+from scenecc.plan.scene import SCENE_CONFIG_FIELDS, process_wide_settings
 from scenecc.plan.schema import ListKind, ObjectKind, UnionKind, plan_fields
 from scenecc.plan.tendons import tendon_links
 
@@ -31,7 +30,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.plan import BodyStructure, Mimic, Physics, ScenePlan
+    from scenecc.plan import BodyStructure, Mimic, ScenePlan
+    from scenecc.plan.scene import Physics
 
 
 class ProcessSettings:

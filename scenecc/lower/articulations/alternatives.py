@@ -209,7 +209,7 @@ class _Combinations:
     def _together(self) -> list[Combination] | None:
         """What some scene can have, whatever is drawn; None where these are too many, which was reported."""
         from scenecc.variation.enumeration import MAX_OUTCOMES  # noqa: PLC0415 - loaded where something varies
-        from scenecc.variation.errors import DrawError  # noqa: PLC0415 - likewise
+        from scenecc.variation.operations import DrawError  # noqa: PLC0415 - likewise
 
         try:
             rows = self._leaves.drawing.reader().outcomes(self._node, self._leaves.scenes)
@@ -249,7 +249,7 @@ class _Combinations:
         """
         import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-        from scenecc.variation.errors import DrawError  # noqa: PLC0415 - likewise
+        from scenecc.variation.operations import DrawError  # noqa: PLC0415 - likewise
 
         found: list[int] = []
         for scene, row in zip(self._leaves.scenes, self._leaves.batch().evaluate(self._node).tolist(), strict=True):

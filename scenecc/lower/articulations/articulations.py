@@ -11,8 +11,13 @@ from scenecc.lower.articulations.alternatives import read_alternatives
 from scenecc.lower.articulations.drafts import LinkTreeDrafter
 from scenecc.lower.articulations.initial_state import InitialStateLowerer, JointNumbers
 from scenecc.lower.articulations.links import DriveTargetCheck, LinkLowerer, lower_joint, with_overrides
-from scenecc.lower.articulations.overrides import OverrideValues, PatternMatcher, PatternOverrides, nearest_override
-from scenecc.lower.articulations.robots import RobotDrafter
+from scenecc.lower.articulations.robots import (
+    OverrideValues,
+    PatternMatcher,
+    PatternOverrides,
+    RobotDrafter,
+    nearest_override,
+)
 from scenecc.lower.collision_groups import warn_ignored_pairs_collide
 from scenecc.lower.field_types import FieldType, number, vector
 from scenecc.lower.references import RobotRequest

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.messages import cut
 from scenecc.lower.angles import suspect_degrees, warn_large_angle
 from scenecc.lower.articulations.links import first_outside, widest
-from scenecc.lower.articulations.overrides import names_hint
+from scenecc.lower.articulations.robots import names_hint
 from scenecc.lower.deferred_checks import MimicRelation, ResettableValue
 from scenecc.lower.field_types import FieldType, number
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place

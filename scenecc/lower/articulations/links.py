@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.messages import cut
 from scenecc.lower.angles import check_limits_keys, warn_limits_in_degrees
 from scenecc.lower.articulations.drafts import ContactDefaults
-from scenecc.lower.articulations.overrides import nearest_override
-from scenecc.lower.bodies import BODY_FIELDS, INERTIA_TYPE
+from scenecc.lower.articulations.robots import nearest_override
 from scenecc.lower.collision_groups import DEFAULT_BITS, find_group
+from scenecc.lower.entities import BODY_FIELDS, INERTIA_TYPE
 from scenecc.lower.field_types import number
 from scenecc.lower.local_poses import local_pose
 from scenecc.lower.materials import DENSITY, PLAIN_SURFACE
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.articulations.drafts import DraftJoint, DraftLink, Layer
-    from scenecc.lower.articulations.overrides import OverrideValues
+    from scenecc.lower.articulations.robots import OverrideValues
     from scenecc.lower.collision_groups import GroupBits
     from scenecc.lower.fields import FieldLowerer
 

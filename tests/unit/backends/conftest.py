@@ -10,17 +10,8 @@ import pytest
 from plugins.sample_plans import rubbing
 
 from scenecc.diagnostics import Origin
-from scenecc.plan import (
-    AssetFile,
-    BodyStructure,
-    Box,
-    CollisionShape,
-    Entity,
-    Physics,
-    ScenePlan,
-    constant,
-    per_scene,
-)
+from scenecc.plan import AssetFile, BodyStructure, Box, CollisionShape, Entity, ScenePlan, constant, per_scene
+from scenecc.plan.scene import Physics
 
 ROOT = Origin("scene.yaml")
 SCENES = 4

@@ -27,11 +27,11 @@ from scenecc.plan import (
     Joint,
     Link,
     Mimic,
-    Physics,
     ScenePlan,
     constant,
     per_scene,
 )
+from scenecc.plan.scene import Physics
 
 ROOT = Origin("scene.yaml")
 

@@ -11,7 +11,8 @@ import sapien
 
 from scenecc.backends.sapien import SceneBatch, instantiate
 from scenecc.diagnostics import Sink
-from scenecc.plan import Physics, ScenePlan
+from scenecc.plan import ScenePlan
+from scenecc.plan.scene import Physics
 
 
 @pytest.fixture

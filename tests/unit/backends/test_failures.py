@@ -31,7 +31,6 @@ from scenecc.plan import (
     ConvexMesh,
     ConvexParts,
     Entity,
-    Physics,
     ScenePlan,
     TriangleMesh,
     Weld,
@@ -39,6 +38,7 @@ from scenecc.plan import (
     per_scene,
 )
 from scenecc.plan.body import Mount
+from scenecc.plan.scene import Physics
 
 PlanOf = Callable[..., ScenePlan]
 

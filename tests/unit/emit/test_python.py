@@ -20,9 +20,8 @@ from plugins.structures import body_of
 
 from scenecc.diagnostics import Sink
 from scenecc.emit import EMITTERS, emit
-from scenecc.emit.python.bodies import BODY_PROPERTIES, RENDER_PROPERTIES
+from scenecc.emit.python.bodies import BODY_PROPERTIES, COLLISIONS, RENDER_PROPERTIES, VISUALS
 from scenecc.emit.python.files import COACD_DEFAULTS
-from scenecc.emit.python.geometry import COLLISIONS, VISUALS
 from scenecc.emit.python.source import WIDTH, Identifiers, SourceWriter, call, list_of, string
 from scenecc.emit.python.values import number_literal
 from scenecc.plan import (
@@ -32,11 +31,8 @@ from scenecc.plan import (
     CollisionGeometry,
     CollisionShape,
     ConvexMesh,
-    GpuMemory,
     Mesh,
-    Physics,
     ScenePlan,
-    SdfConfig,
     Sphere,
     VisualGeometry,
     VisualShape,
@@ -44,7 +40,7 @@ from scenecc.plan import (
     per_scene,
 )
 from scenecc.plan.json_writer import plan_to_json
-from scenecc.plan.physics import SDF_CONFIG_NAMES
+from scenecc.plan.scene import SDF_CONFIG_NAMES, GpuMemory, Physics, SdfConfig
 
 
 def script(plan: ScenePlan, **options: Any) -> str:

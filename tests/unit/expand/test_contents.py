@@ -9,7 +9,7 @@ import pytest
 
 from scenecc import validate
 from scenecc.diagnostics import Sink
-from scenecc.expand.contents import needs_expansion
+from scenecc.expand.documents import needs_expansion
 from scenecc.source import read_text
 
 PLAIN = [

@@ -9,7 +9,7 @@ import pytest
 
 from scenecc import validate
 from scenecc.diagnostics import Origin
-from scenecc.variation.template import Template
+from scenecc.variation.forms import Template
 
 if TYPE_CHECKING:
     from plugins.expander import Expander

@@ -18,7 +18,6 @@ from scenecc.plan import (
     Entity,
     Inertial,
     PhysicalMaterial,
-    Physics,
     ScenePlan,
     Sphere,
     Value,
@@ -28,6 +27,7 @@ from scenecc.plan import (
     per_scene,
     varying,
 )
+from scenecc.plan.scene import Physics
 from scenecc.variation.bounds import ValueBounds
 from scenecc.variation.nodes import Drawn, Key
 

@@ -11,7 +11,7 @@ from plugins.sample_plans import look
 from plugins.structures import body_of
 from unit.lower.scenes import compiled, entity
 
-from scenecc.lower.bodies import BODY_FIELDS
+from scenecc.lower.entities import BODY_FIELDS
 from scenecc.plan import CoacdParams, ConvexParts, VisualMaterial
 from scenecc.spec.body import MOTION_AXES, BodySpec
 

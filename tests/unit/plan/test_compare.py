@@ -20,7 +20,6 @@ from scenecc.plan import (
     Entity,
     Mimic,
     PhysicalMaterial,
-    Physics,
     ScenePlan,
     Sphere,
     Value,
@@ -32,6 +31,7 @@ from scenecc.plan import (
 )
 from scenecc.plan.diff import Difference, diff_plans
 from scenecc.plan.display import SPEC_FIELD_NAMES
+from scenecc.plan.scene import Physics
 from scenecc.plan.schema import (
     ChoiceKind,
     ListKind,

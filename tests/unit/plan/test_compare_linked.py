@@ -26,7 +26,6 @@ from scenecc.plan import (
     Light,
     Link,
     Perspective,
-    Physics,
     PointLight,
     ScenePlan,
     Sphere,
@@ -40,6 +39,7 @@ from scenecc.plan import (
 )
 from scenecc.plan.body import Mount
 from scenecc.plan.diff import Difference, diff_plans
+from scenecc.plan.scene import Physics
 from scenecc.variation.nodes import Drawn, Key
 
 ARM = arm(ids=constant([1, 1, 0, 0], np.int64), start=literal(0.3))

@@ -29,7 +29,6 @@ from scenecc.plan import (
     Mimic,
     Perspective,
     PhysicalMaterial,
-    Physics,
     PointLight,
     ScenePlan,
     Sphere,
@@ -40,6 +39,7 @@ from scenecc.plan import (
 from scenecc.plan.body import Mount
 from scenecc.plan.json_reader import PlanLimits, plan_from_json
 from scenecc.plan.json_writer import plan_to_json
+from scenecc.plan.scene import Physics
 
 INF = float("inf")
 HERE = constant([0, 0, 0, 1, 0, 0, 0])

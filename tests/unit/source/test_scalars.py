@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from scenecc.source.scalars import PlainKeys, PlainValues, resolve_scalar
+from scenecc.source.events import PlainKeys, PlainValues, resolve_scalar
 
 VALUES = {
     "true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False,

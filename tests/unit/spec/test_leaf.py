@@ -18,9 +18,9 @@ from scenecc.variation.forms import (
     PerScene,
     RandomRotation,
     SceneMap,
+    Template,
     Vector,
 )
-from scenecc.variation.template import Template
 
 BALL: dict[str, Any] = {"type": "sphere", "radius": 0.1}
 

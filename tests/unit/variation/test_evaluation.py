@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenecc.variation.errors import DrawError, ExpressionError
 from scenecc.variation.evaluation import Batch
+from scenecc.variation.forms import Template
 from scenecc.variation.nodes import (
     Chosen,
     Composed,
@@ -33,7 +33,7 @@ from scenecc.variation.nodes import (
     Shared,
     Stacked,
 )
-from scenecc.variation.template import Template
+from scenecc.variation.operations import DrawError, ExpressionError
 
 KEY = Key("entities", "cube", "mass")
 SCENES = (3, 0, 7)

@@ -12,10 +12,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenecc.variation.errors import ExpressionError
 from scenecc.variation.expression import RESERVED_NAMES
-from scenecc.variation.operations import FUNCTIONS, MAX_SIZE, fits
-from scenecc.variation.template import Template
+from scenecc.variation.forms import Template
+from scenecc.variation.operations import FUNCTIONS, MAX_SIZE, ExpressionError, fits
 
 NAMES: dict[str, Any] = {"i": 3, "size": 1.5, "flag": True, "word": "leg", "point": [1, 2.5, -3], "pair": (4, 5)}
 

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scenecc.variation.bounds import UNKNOWN, ValueBounds, union_bounds
-from scenecc.variation.errors import DrawError
 from scenecc.variation.evaluation import Batch
+from scenecc.variation.forms import Template
 from scenecc.variation.node_bounds import BoundsAnalysis, bounds_and_faults, find_bounds
 from scenecc.variation.nodes import (
     Chosen,
@@ -34,7 +34,7 @@ from scenecc.variation.nodes import (
     Shared,
     Stacked,
 )
-from scenecc.variation.template import Template
+from scenecc.variation.operations import DrawError
 
 INF = math.inf
 IDENTITY = (1.0, 0.0, 0.0, 0.0)

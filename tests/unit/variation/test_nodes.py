@@ -15,9 +15,8 @@ from scenecc.spec.params import Draw
 from scenecc.variation import evaluation, forms, node_bounds
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.enumeration import MAX_DRAWS_READ
-from scenecc.variation.errors import DrawError
 from scenecc.variation.evaluation import Batch
-from scenecc.variation.forms import FORM_KEYS
+from scenecc.variation.forms import FORM_KEYS, Template
 from scenecc.variation.node_bounds import find_bounds
 from scenecc.variation.nodes import (
     NODES,
@@ -33,7 +32,7 @@ from scenecc.variation.nodes import (
     draws_read_by,
     evaluation_order,
 )
-from scenecc.variation.template import Template
+from scenecc.variation.operations import DrawError
 
 
 @pytest.mark.parametrize(

@@ -19,8 +19,8 @@ import trimesh
 
 from scenecc.meshes import primitives
 from scenecc.meshes.surface import MeshPart, SurfaceMaterial
-from scenecc.viewer.file_watcher import FileWatcher
 from scenecc.viewer.nodes import Files
+from scenecc.viewer.tasks import FileWatcher
 
 pytest.importorskip("watchfiles", reason="needs the extra `view`")
 
@@ -106,7 +106,7 @@ def test_without_the_systems_help_files_are_looked_at(
     def refused(*folders: object, **options: object) -> None:
         raise OSError("OS file watch limit reached")
 
-    monkeypatch.setattr("scenecc.viewer.file_watcher.watch", refused)
+    monkeypatch.setattr("scenecc.viewer.tasks.watch", refused)
     file = tmp_path / "scene.yaml"
     file.write_text("a")
     told.watch.see([file])

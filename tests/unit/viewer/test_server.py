@@ -22,7 +22,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from scenecc.viewer.options import PageAddress
-from scenecc.viewer.server import close_server, open_server
+from scenecc.viewer.page import close_server, open_server
 from scenecc.viewer.view import address
 
 
@@ -91,7 +91,7 @@ def test_a_port_in_use_and_an_address_of_nobody_are_refused(server: viser.ViserS
 def test_without_a_port_the_first_that_is_free_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         first = taken.getsockname()[1]
-        monkeypatch.setattr("scenecc.viewer.server._FIRST", first)
+        monkeypatch.setattr("scenecc.viewer.page._FIRST", first)
         made = open_server(PageAddress(), "")
         assert first < made.get_port() < first + 100
         close_server(made)

@@ -19,8 +19,8 @@ import scenecc
 from scenecc.diagnostics import Diagnostic, Location
 from scenecc.options import Options
 from scenecc.viewer.options import PageAddress, ViewOptions
-from scenecc.viewer.param_controls import AS_WRITTEN
-from scenecc.viewer.server import close_server, open_server
+from scenecc.viewer.page import close_server, open_server
+from scenecc.viewer.panel import AS_WRITTEN
 from scenecc.viewer.session import Session
 
 SCENE = """\

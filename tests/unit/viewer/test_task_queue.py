@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from scenecc.viewer.task_queue import TaskQueue, interrupts_kept
+from scenecc.viewer.tasks import TaskQueue, interrupts_kept
 
 
 def test_tasks_come_in_order_and_the_last_of_a_key_counts() -> None:

@@ -53,16 +53,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.audit.comparison import ExpectedProperties
-    from scenecc.plan import (
-        BodyStructure,
-        CoacdParams,
-        CollisionGeometry,
-        CollisionShape,
-        Friction,
-        Physics,
-        ScenePlan,
-        Value,
-    )
+    from scenecc.plan import BodyStructure, CoacdParams, CollisionGeometry, CollisionShape, Friction, ScenePlan, Value
+    from scenecc.plan.scene import Physics
 
 
 PHYSICAL_MATERIAL_FIELDS = ("static_friction", "dynamic_friction", "restitution")

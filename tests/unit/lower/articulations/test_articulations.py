@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from scenecc import compile_scene, validate
-from scenecc.lower.articulations.overrides import PatternMatcher
+from scenecc.lower.articulations.robots import PatternMatcher
 from scenecc.plan.articulation import ArticulationStructure, Joint, Link
 
 if TYPE_CHECKING:

@@ -1,14 +1,9 @@
-"""How something in an MJCF is turned.
-
-ManiSkill's loader computes some of the ways as MuJoCo means them, some for certain angles only, and some never. Where
-its rotation is the one that is meant, its numbers are given, to the bit; elsewhere those of MJCF's own meaning, and the
-difference is told.
-"""
+"""Poses of robots' files, in the arithmetic of SAPIEN's and ManiSkill's loaders, which decides their last bits."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
@@ -19,9 +14,112 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from scenecc.robots.description import PoseNumbers, Vector3
     from scenecc.robots.mjcf_attributes import CompilerSettings, MjcfAttributes
 
     Array = NDArray[np.floating[Any]]
+
+
+_F = np.float32
+
+_HALF, _ONE, _TWO = _F(0.5), _F(1), _F(2)
+
+
+Float32Tuple = tuple[np.float32, ...]
+
+IDENTITY_POSE: PoseNumbers = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+
+
+def pose_of_matrix(matrix: NDArray[np.float64]) -> PoseNumbers:
+    """What `sapien.Pose(matrix)` is.
+
+    Args:
+        matrix: (4, 4), a rotation and a translation.
+    """
+    with np.errstate(all="ignore"):
+        m = matrix.astype(_F)
+        quaternion = _normalize(_quaternion_of_matrix(m))
+    return _numbers((m[0, 3], m[1, 3], m[2, 3], *quaternion))
+
+
+def compose_poses(first: PoseNumbers, second: PoseNumbers) -> PoseNumbers:
+    """What `first * second` is: `second`, in the frame of `first`."""
+    with np.errstate(all="ignore"):
+        p, q = _floats(first[:3]), _floats(first[3:])
+        turned = _rotate(q, _floats(second[:3]))
+        rotation = _multiply(q, _floats(second[3:]))
+    return _numbers((turned[0] + p[0], turned[1] + p[1], turned[2] + p[2], *rotation))
+
+
+def pose_numbers(p: Vector3, q: tuple[float, float, float, float]) -> PoseNumbers:
+    """What `sapien.Pose(p, q)` is: single precision, the quaternion as it is given."""
+    return _numbers(_floats((*p, *q)))
+
+
+def _floats(values: tuple[float, ...]) -> Float32Tuple:
+    return tuple(_F(value) for value in values)
+
+
+def _numbers(values: Float32Tuple) -> PoseNumbers:
+    return cast("PoseNumbers", tuple(float(value) for value in values))
+
+
+def _quaternion_of_matrix(m: Any) -> Float32Tuple:
+    trace = m[0, 0] + (m[1, 1] + m[2, 2])
+    if trace > 0:
+        root = np.sqrt(trace + _ONE)
+        scale = _HALF / root
+        return (
+            _HALF * root,
+            (m[2, 1] - m[1, 2]) * scale,
+            (m[0, 2] - m[2, 0]) * scale,
+            (m[1, 0] - m[0, 1]) * scale,
+        )
+    i = 1 if m[1, 1] > m[0, 0] else 0
+    if m[2, 2] > m[i, i]:
+        i = 2
+    j, k = (i + 1) % 3, (i + 2) % 3
+    root = np.sqrt(m[i, i] - m[j, j] - m[k, k] + _ONE)
+    scale = _HALF / root
+    vector = [_ONE, _ONE, _ONE]
+    vector[i] = _HALF * root
+    vector[j] = (m[j, i] + m[i, j]) * scale
+    vector[k] = (m[k, i] + m[i, k]) * scale
+    return ((m[k, j] - m[j, k]) * scale, *vector)
+
+
+def _normalize(q: Float32Tuple) -> Float32Tuple:
+    w, x, y, z = q
+    # The order in which Eigen adds four squares that lie in one register as x, y, z, w.
+    squared = (x * x + z * z) + (y * y + w * w)
+    if not squared > 0:
+        return q
+    norm = np.sqrt(squared)
+    return (w / norm, x / norm, y / norm, z / norm)
+
+
+def _rotate(q: Float32Tuple, v: Float32Tuple) -> Float32Tuple:
+    w, x, y, z = q
+    a, b, c = v
+    along = _TWO * (x * a + y * b + z * c)
+    kept = w * w - (x * x + y * y + z * z)
+    across = _TWO * w
+    return (
+        along * x + kept * a + across * (y * c - z * b),
+        along * y + kept * b + across * (z * a - x * c),
+        along * z + kept * c + across * (x * b - y * a),
+    )
+
+
+def _multiply(first: Float32Tuple, second: Float32Tuple) -> Float32Tuple:
+    w, x, y, z = first
+    a, b, c, d = second
+    return (
+        w * a - x * b - y * c - z * d,
+        w * b + a * x + y * d - c * z,
+        w * c + a * y + z * b - d * x,
+        w * d + a * z + x * c - b * y,
+    )
 
 
 Quaternion = tuple[float, float, float, float]
@@ -98,7 +196,7 @@ def _mujoco_rotation(
 ) -> Quaternion | None:
     """The rotation as MJCF means it."""
     if way == "quat":
-        return _normalize(values)
+        return _normalize_mjcf(values)
     if way == "euler":
         return _from_euler([compiler.radians(value) for value in values], compiler.euler_sequence)
     if way == "axisangle":
@@ -150,7 +248,7 @@ def _from_euler(angles: Sequence[float], sequence: str) -> Quaternion:
     whole = IDENTITY_ROTATION
     for angle, letter in zip(angles, sequence, strict=True):
         one = from_axis_angle(np.eye(3)["xyz".index(letter.lower())], angle)
-        whole = _multiply(whole, one) if letter.islower() else _multiply(one, whole)
+        whole = _multiply_mjcf(whole, one) if letter.islower() else _multiply_mjcf(one, whole)
     return whole
 
 
@@ -179,9 +277,9 @@ def _is_equivalent(one: Quaternion, other: Quaternion, symmetry: Symmetry) -> bo
     if symmetry == "point":
         return True
     if symmetry == "axis":
-        first, second = (_z_axis(_normalize(q)) for q in (one, other))
+        first, second = (_z_axis(_normalize_mjcf(q)) for q in (one, other))
         return float(np.linalg.norm(first - second)) < _ROTATION_TOLERANCE
-    difference = _multiply(_normalize((one[0], -one[1], -one[2], -one[3])), other)
+    difference = _multiply_mjcf(_normalize_mjcf((one[0], -one[1], -one[2], -one[3])), other)
     return math.hypot(*difference[1:]) < _ROTATION_TOLERANCE
 
 
@@ -190,12 +288,12 @@ def _z_axis(q: Quaternion) -> Array:
     return np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
 
 
-def _normalize(q: Sequence[float]) -> Quaternion:
+def _normalize_mjcf(q: Sequence[float]) -> Quaternion:
     length = math.hypot(*q)
     return (q[0] / length, q[1] / length, q[2] / length, q[3] / length)
 
 
-def _multiply(first: Quaternion, second: Quaternion) -> Quaternion:
+def _multiply_mjcf(first: Quaternion, second: Quaternion) -> Quaternion:
     w, x, y, z = first
     a, b, c, d = second
     return (

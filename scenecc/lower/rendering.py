@@ -1,0 +1,382 @@
+"""Lights, the environment and cameras of a scene, to the plan."""
+
+from __future__ import annotations
+
+from math import radians
+from typing import TYPE_CHECKING, Any
+
+from scenecc.diagnostics.frozen import frozen
+from scenecc.lower.angles import lower_angle
+from scenecc.lower.field_types import LIGHT_COLOR, FieldType, number
+from scenecc.lower.mounts import MountLookup, mounted_pose, read_direction, read_pose
+from scenecc.lower.variation import SELECTORS
+from scenecc.plan import (
+    AreaLight,
+    Camera,
+    CubeMap,
+    DirectionalLight,
+    Environment,
+    Intrinsic,
+    Light,
+    Orthographic,
+    Perspective,
+    PointLight,
+    Shadow,
+    SkyMap,
+    SpotLight,
+    TexturedLight,
+    Value,
+    literal,
+)
+from scenecc.spec.references import qualified_name
+from scenecc.variation.forms import SceneMap
+
+if TYPE_CHECKING:
+    from scenecc.diagnostics import Origin, Sink
+    from scenecc.lower.entities import EntityLowerer
+    from scenecc.lower.fields import FieldLowerer
+    from scenecc.lower.frames import FrameGraph
+    from scenecc.lower.materials import MaterialLowerer
+    from scenecc.lower.mounts import MountPose
+    from scenecc.lower.references import NameScopes, PlanTables
+    from scenecc.plan import Entity
+    from scenecc.plan.body import Mount
+    from scenecc.spec.document import SceneFile
+    from scenecc.spec.rendering import CameraSpec as CameraKeys
+    from scenecc.spec.rendering import EnvironmentSpec as EnvironmentKeys
+
+
+@frozen
+class RenderObjects:
+    """What pictures of the scenes need besides the entities; fields as of `ScenePlan`."""
+
+    environment: Environment | None = None
+    lights: tuple[Light, ...] = ()
+    cameras: tuple[Camera, ...] = ()
+
+
+def lower_render_objects(
+    scene: SceneFile,
+    built: tuple[Entity, ...],
+    entities: EntityLowerer,
+    names: NameScopes,
+    tables: PlanTables,
+    materials: MaterialLowerer,
+    of_all: FieldLowerer,
+    origin: Origin,
+    sink: Sink,
+) -> RenderObjects:
+    """The surroundings, lights and cameras of a document; what was reported is missing among them.
+
+    Args:
+        scene: the document.
+        built: its entities, lowered.
+        entities: what lowered them.
+        names: of the document.
+        tables: take its files.
+        materials: of the document, for pictures.
+        of_all: leaves over all scenes.
+        origin: of the document's root.
+        sink: takes the diagnostics.
+    """
+    environment: Environment | None = None
+    lights: list[Light | None] = []
+    cameras: list[Camera] = []
+    if scene.environment is not None:
+        environment = lower_environment(scene.environment, tables, of_all, origin.child("environment"))
+    mounts = MountLookup(built, entities.places.unread, names, sink)
+    if scene.lights:
+        lowering = LightLowerer(mounts, entities.places, materials, sink)
+        for name, light in scene.lights.items():
+            leaves = entities.leaves(qualified_name("lights", name))
+            lights.append(lowering.lower(name, light, leaves, origin.child("lights", name)))
+    if scene.cameras:
+        seeing = CameraLowerer(mounts, entities.places, sink)
+        for name, camera in scene.cameras.items():
+            cameras.append(seeing.lower(name, camera, entities.leaves(name), origin.child("cameras", name)))
+    return RenderObjects(environment, tuple(light for light in lights if light is not None), tuple(cameras))
+
+
+FACES = ("px", "nx", "py", "ny", "pz", "nz")
+
+
+def lower_environment(given: EnvironmentKeys, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> Environment:
+    """The surroundings of every scene; a map that was reported is missing.
+
+    Args:
+        given: as written.
+        tables: take its files.
+        leaves: over all scenes.
+        origin: of it.
+    """
+    ambient = leaves.given(given.ambient_light, LIGHT_COLOR, origin, "ambient_light")
+    return Environment(ambient, _map(given.map, tables, leaves, origin.child("map")), origin)
+
+
+def _map(given: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> SkyMap | CubeMap | None:
+    if given is None:
+        return None
+    if _are_faces(given):
+        faces = [tables.files_of(getattr(given, face), origin.child(face), leaves) for face in FACES]
+        found = [face for face in faces if face is not None]
+        return CubeMap(*found) if len(found) == len(FACES) else None
+    if _holds_faces(given):
+        message = "alternatives of a map are files: six pictures cannot stand for one"
+        leaves.sink.report("SC321", message, origin, hint="write the form for each of px, nx, py, ny, pz and nz")
+        return None
+    file = tables.files_of(given, origin, leaves)
+    return None if file is None else SkyMap(file)
+
+
+def _are_faces(given: Any) -> bool:
+    """Whether it is the six pictures of a cube map, and not a file or a form of one."""
+    return hasattr(given, FACES[0])
+
+
+def _holds_faces(given: Any) -> bool:
+    if given.__class__ not in SELECTORS:
+        return _are_faces(given)
+    if isinstance(given, SceneMap):
+        return any(_holds_faces(one) for _, one in given.items) or _holds_faces(given.default)
+    return any(map(_holds_faces, given.items))
+
+
+_SHADOW = ("shadow_near", "shadow_far", "shadow_scale", "shadow_map_size")
+"""Keys that say how a shadow is made."""
+
+_FLAG = FieldType(dtype="bool", fallback=False)
+
+_MAP_SIZE = FieldType(dtype="int64", quantity="map_size", fallback=1)
+
+_HALF_WIDTH, _HALF_HEIGHT = number("half_width"), number("half_height")
+
+_SCALE = number("Shadow.half_size")
+
+_SHADOW_DEPTH = {"directional": number("Shadow.near")}
+
+_POINT_SHADOW_DEPTH = number("Camera.near")
+"""Shadows of a light that stands somewhere begin in front of it."""
+
+
+class LightLowerer:
+    """Lowers the lights of a document.
+
+    Args:
+        mounts: what they may be mounted on.
+        places: where entities and frames stand.
+        materials: of the document, for pictures.
+        sink: takes the diagnostics.
+    """
+
+    def __init__(self, mounts: MountLookup, places: FrameGraph, materials: MaterialLowerer, sink: Sink) -> None:
+        self._mounts = mounts
+        self._places = places
+        self._materials = materials
+        self._sink = sink
+
+    def lower(self, name: str, light: Any, leaves: FieldLowerer, origin: Origin) -> Light | None:
+        """A light of the plan; None where what only its type has was reported.
+
+        Args:
+            name: of it.
+            light: as written.
+            leaves: over its scenes.
+            origin: of it.
+        """
+        made = self._typed(light, leaves, origin)
+        shadow = self._shadow(light, leaves, origin)
+        color = leaves.value(light.color, LIGHT_COLOR, origin, "color")
+        mount: Mount | None = None
+        if light.mount is not None:
+            mount = self._mounts.find(light.mount, leaves.scope, leaves.scenes, origin.child("mount"))
+        pose = self._pose(name, light, leaves, origin)
+        return made and Light(name, leaves.scenes, made, pose, color, mount, shadow, origin)
+
+    def _typed(self, light: Any, leaves: FieldLowerer, origin: Origin) -> Any:
+        match light.type:
+            case "directional":
+                return DirectionalLight()
+            case "point":
+                return PointLight()
+            case "area":
+                return AreaLight(
+                    leaves.value(light.half_width, _HALF_WIDTH, origin, "half_width"),
+                    leaves.value(light.half_height, _HALF_HEIGHT, origin, "half_height"),
+                )
+            case "spot":
+                return SpotLight(*self._cone(light, leaves, origin))
+            case _:
+                texture = self._materials.texture(light.texture, origin.child("texture"), leaves)
+                return texture and TexturedLight(*self._cone(light, leaves, origin), texture)
+
+    def _cone(self, light: Any, leaves: FieldLowerer, origin: Origin) -> tuple[Value, Value]:
+        inner, outer = (self._opening(light, name, leaves, origin) for name in ("inner_fov", "outer_fov"))
+        return inner, outer
+
+    def _opening(self, light: Any, name: str, leaves: FieldLowerer, origin: Origin) -> Value:
+        found = lower_angle(light, name, origin, leaves)
+        if found is None:
+            message = f"a light of type {light.type} needs `{name}` [rad] or `{name}_deg`"
+            self._sink.report("SC102", message, origin)
+            return literal(1.0)
+        return found
+
+    def _shadow(self, light: Any, leaves: FieldLowerer, origin: Origin) -> Shadow | None:
+        given = {key: item for key in _SHADOW if (item := getattr(light, key, None)) is not None}
+        shadow = getattr(light, "shadow", None)
+        if shadow is None or shadow is False:
+            for key in given:
+                self._sink.report(
+                    "SC115",
+                    f"`{key}` does nothing on a light without a shadow",
+                    origin.child(key),
+                    at="key",
+                    hint="set shadow: true, or leave it out",
+                )
+            return None
+        depth = _SHADOW_DEPTH.get(light.type, _POINT_SHADOW_DEPTH)
+        return Shadow(
+            leaves.value(light.shadow, _FLAG, origin, "shadow"),
+            leaves.given(light.shadow_near, depth, origin, "shadow_near"),
+            leaves.given(light.shadow_far, depth, origin, "shadow_far"),
+            leaves.given(getattr(light, "shadow_scale", None), _SCALE, origin, "shadow_scale"),
+            leaves.given(light.shadow_map_size, _MAP_SIZE, origin, "shadow_map_size"),
+        )
+
+    def _pose(self, name: str, light: Any, leaves: FieldLowerer, origin: Origin) -> Value:
+        stand = self._stand(light, leaves, origin)
+        if light.mount is not None:
+            return mounted_pose(stand, "a light", origin, leaves)
+        key = qualified_name("lights", name)
+        return self._places.follow(key, stand.relative_to, stand.item, stand.reading, leaves, origin)
+
+    def _stand(self, light: Any, leaves: FieldLowerer, origin: Origin) -> MountPose:
+        given = [key for key in ("position", "direction") if getattr(light, key, None) is not None]
+        if light.pose is not None:
+            for key in given:
+                self._sink.report(
+                    "SC111",
+                    f"`pose` says where the light is and shines to, and so does `{key}`",
+                    origin.child(key),
+                    at="key",
+                    related=[("the pose", origin.child("pose"), "key")],
+                )
+            return read_pose(light.pose, origin, leaves)
+        missing = _missing_pose_keys(light, given)
+        if missing is not None:
+            message = f"a light of type {light.type} needs {missing}, or a `mount`"
+            self._sink.report("SC102", message, origin)
+        return read_direction(getattr(light, "position", None), getattr(light, "direction", None), origin, leaves)
+
+
+def _missing_pose_keys(light: Any, given: list[str]) -> str | None:
+    """What a light lacks that stands nowhere or shines nowhere; None where it has what it needs."""
+    if light.mount is not None:
+        return None
+    match light.type:
+        case "directional":
+            return None if "direction" in given else "a `direction` or a `pose`"
+        case "point":
+            return None if "position" in given else "a `position` or a `pose`"
+        case "area":
+            return "a `pose`"
+        case _:
+            return None if len(given) == 2 else "a `position` and a `direction`, or a `pose`"
+
+
+WIDTH, HEIGHT = 640, 480
+
+FOVY = radians(60)
+
+NEAR, FAR = 0.01, 100.0
+"""What is left out (LANGUAGE, cameras)."""
+
+_LENSES = ("fovy", "fovy_deg", "fovx", "fovx_deg", "intrinsic", "orthographic")
+
+_INTRINSIC = {name: number(name) for name in ("fx", "fy", "cx", "cy", "skew")}
+
+_TOP = number("top")
+
+_NEAR, _FAR = number("Camera.near"), number("Camera.far")
+
+
+class CameraLowerer:
+    """Lowers the cameras of a document.
+
+    Args:
+        mounts: what they may be mounted on.
+        places: where entities and frames stand.
+        sink: takes the diagnostics.
+    """
+
+    def __init__(self, mounts: MountLookup, places: FrameGraph, sink: Sink) -> None:
+        self._mounts = mounts
+        self._places = places
+        self._sink = sink
+
+    def lower(self, name: str, camera: CameraKeys, leaves: FieldLowerer, origin: Origin) -> Camera:
+        """A camera of the plan.
+
+        Args:
+            name: of it.
+            camera: as written.
+            leaves: over its scenes.
+            origin: of it.
+        """
+        width = WIDTH if camera.width is None else camera.width
+        height = HEIGHT if camera.height is None else camera.height
+        mount: Mount | None = None
+        if camera.mount is not None:
+            mount = self._mounts.find(camera.mount, leaves.scope, leaves.scenes, origin.child("mount"))
+        return Camera(
+            name=name,
+            scene_idxs=leaves.scenes,
+            pose=self._pose(name, camera, leaves, origin),
+            width=width,
+            height=height,
+            lens=self._lens(camera, (width, height), leaves, origin),
+            near=literal(NEAR) if camera.near is None else leaves.value(camera.near, _NEAR, origin, "near"),
+            far=literal(FAR) if camera.far is None else leaves.value(camera.far, _FAR, origin, "far"),
+            mount=mount,
+            shader=camera.shader,
+            origin=origin,
+        )
+
+    def _pose(self, name: str, camera: CameraKeys, leaves: FieldLowerer, origin: Origin) -> Value:
+        stand = read_pose(camera.pose, origin, leaves)
+        if camera.mount is not None:
+            return mounted_pose(stand, "a camera", origin, leaves)
+        return self._places.follow(name, stand.relative_to, stand.item, stand.reading, leaves, origin)
+
+    def _lens(
+        self, camera: Any, size: tuple[int, int], leaves: FieldLowerer, origin: Origin
+    ) -> Perspective | Intrinsic | Orthographic:
+        given = [key for key in _LENSES if getattr(camera, key) is not None]
+        # One angle that is given twice is told by what reads it.
+        lenses = [key for key in given if key not in {f"{other}_deg" for other in given}]
+        if len(lenses) > 1:
+            self._sink.report(
+                "SC111",
+                f"a camera has one lens, and this has {len(lenses)}: {', '.join(f'`{key}`' for key in lenses)}",
+                origin.child(lenses[1]),
+                at="key",
+                related=[("the first", origin.child(lenses[0]), "key")],
+            )
+        if camera.orthographic is not None:
+            return Orthographic(leaves.value(camera.orthographic.top, _TOP, origin, "orthographic", "top"))
+        if camera.intrinsic is not None:
+            return _intrinsic(camera.intrinsic, size, leaves, origin)
+        fovx = lower_angle(camera, "fovx", origin, leaves) if any(key.startswith("fovx") for key in given) else None
+        if fovx is not None:
+            return Perspective(fovx=fovx)
+        fovy = lower_angle(camera, "fovy", origin, leaves) if given else None
+        return Perspective(fovy=literal(FOVY) if fovy is None else fovy)
+
+
+def _intrinsic(given: Any, size: tuple[int, int], leaves: FieldLowerer, origin: Origin) -> Intrinsic:
+    left_out = {"cx": size[0] / 2, "cy": size[1] / 2, "skew": 0.0}
+    values: dict[str, Value] = {}
+    for name, kind in _INTRINSIC.items():
+        item = getattr(given, name)
+        values[name] = literal(left_out[name]) if item is None else leaves.value(item, kind, origin, "intrinsic", name)
+    return Intrinsic(**values)
