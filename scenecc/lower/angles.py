@@ -67,8 +67,8 @@ def _least_magnitude(written: Any) -> Any:
             parts = items
         case SceneMap(items, default):
             parts = tuple(one for _, one in items) + (() if default is MISSING else (default,))
-        case DrawForm(kind, operands) if DISTRIBUTIONS[kind].within_operands:
-            parts = operands
+        case DrawForm(kind, operands) if (between := DISTRIBUTIONS[kind].between) and between[1] < len(operands):
+            parts = (operands[between[0]], operands[between[1]])
         case _:
             return 0.0
     found = [_least_magnitude(part) for part in parts]

@@ -89,22 +89,25 @@ def read_distribution(
     if domain.whole and not drawn.whole:
         hint = f"write `integers: {show(node[key])}`" if key == "uniform" else "`integers: [low, high]` does"
         return reader.mistake("SC116", f"`{key}` draws no whole numbers", node, at, hint)
-    of_role = {"value": domain, "mean": domain.means, "deviation": domain.deviations}
     names = f"[{', '.join(drawn.operands)}]"
-    operands = _operands(reader, node[key], [of_role[role] for role in drawn.roles], plain, at, names)
+    operands = _operands(reader, node[key], [domain.of_role(role) for role in drawn.roles], plain, at, names)
     edges = _edges(reader, drawn, node, domain, plain, loc, told=operands is None)
     if operands is None:
         return None
     if drawn.whole:
         operands = tuple(_convert_to_integers(reader, bound, (*at, i)) for i, bound in enumerate(operands))
     for condition in drawn.holding(len(operands)):
-        if condition.strict and condition.less is None:
-            _check_positive(reader, operands[condition.greater], condition.because, (*at, condition.greater))
+        # Other roles have ranges of their own, which their operands were read in.
+        number = condition.greater
+        if number is not None and condition.less is None and drawn.roles[number] == "value":
+            _check_positive(reader, operands[number], condition.because, (*at, number))
     if not _check_equal_lengths(reader, (*operands, *edges), drawn.listed, at):
         return None
     for condition in drawn.holding(len(operands)):
-        if condition.less is not None:
-            _check_order(reader, operands[condition.less], operands[condition.greater], domain, at, whole=drawn.whole)
+        if condition.less is not None and condition.greater is not None:
+            ends = (drawn.operands[condition.less], drawn.operands[condition.greater])
+            low, high = operands[condition.less], operands[condition.greater]
+            _check_order(reader, low, high, domain, at, whole=drawn.whole, names=ends)
     return forms.DrawForm(key, (*operands, *edges))
 
 
@@ -127,9 +130,14 @@ def _edges(
         if edges and _check_equal_lengths(reader, edges, "both bounds", place):
             _check_order(reader, edges[0], edges[1], domain, place)
         return edges
-    if domain.bounded and not told:
+    if told:
+        return ()
+    hint = f"add `{drawn.companion}: [low, high]`"
+    if drawn.needs_companion:
+        reader.mistake("SC102", f"`{drawn.key}` needs `{drawn.companion}`", node, loc, hint)
+    elif domain.bounded:
         message = f"`{drawn.key}` without `{drawn.companion}` can leave the range of {VALUE_NAME}"
-        reader.mistake("SC120", message, node, loc, f"add `{drawn.companion}: [low, high]`")
+        reader.mistake("SC120", message, node, loc, hint)
     return ()
 
 
@@ -254,7 +262,19 @@ def _check_equal_lengths(reader: FormReader, bounds: tuple[Any, ...], what: str,
     return False
 
 
-def _check_order(reader: FormReader, low: Any, high: Any, domain: Domain, loc: Loc, *, whole: bool = False) -> None:
+_OPERAND_WORDS = {"low": "the lower bound", "mode": "the mode", "high": "the upper bound"}
+
+
+def _check_order(
+    reader: FormReader,
+    low: Any,
+    high: Any,
+    domain: Domain,
+    loc: Loc,
+    *,
+    whole: bool = False,
+    names: tuple[str, str] = ("low", "high"),
+) -> None:
     for a, b in _pair_components(low, high):
         if not (_is_number(a) and _is_number(b)):
             continue
@@ -262,7 +282,8 @@ def _check_order(reader: FormReader, low: Any, high: Any, domain: Domain, loc: L
             reader.mistake("SC104", f"{VALUE_NAME} must be among fewer than {WIDEST_INTEGERS} (2⁵³) integers", low, loc)
             return
         if a > b:
-            reader.mistake("SC119", f"the lower bound {show(a)} is above the upper bound {show(b)}", low, loc)
+            first, second = (_OPERAND_WORDS[name] for name in names)
+            reader.mistake("SC119", f"{first} {show(a)} is above {second} {show(b)}", low, loc)
             return
         if domain.nonzero and a <= 0 <= b:
             hint = "for both signs write `choice: [{uniform: [-2, -1]}, {uniform: [1, 2]}]`"
@@ -465,8 +486,8 @@ def wrong_length_error(domain: Domain, count: int) -> PydanticCustomError:
 
 def _misplaced_key_error(other: str, key: str) -> PydanticCustomError:
     """A key that has no place beside a form's."""
-    for form, companion in COMPANIONS.items():
-        if other == companion:
-            return custom_error("SC117", f"`{other}` stands beside `{form}` only", at="key")
+    owners = [f"`{form}`" for form, companion in COMPANIONS.items() if other == companion]
+    if owners:
+        return custom_error("SC117", f"`{other}` stands beside {' or '.join(owners)} only", at="key")
     hint = f"a pose that has more than a position is a mapping: `p: {{{key}: …}}`" if other in _POSE_KEYS else None
     return custom_error("SC117", f"`{cut(other)}` has no place beside `{key}`", at="key", hint=hint)

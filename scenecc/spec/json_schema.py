@@ -66,7 +66,12 @@ _NUMBER_FORMS = {key: schema for drawn in DISTRIBUTIONS.values() for key, schema
 
 _INTEGER_FORMS = {drawn.key: _NUMBER_FORMS[drawn.key] for drawn in DISTRIBUTIONS.values() if drawn.whole}
 
-_COMPANIONS = {companion: form for form, companion in COMPANIONS.items()}
+_COMPANIONS = {
+    companion: [form for form, beside in COMPANIONS.items() if beside == companion] for companion in COMPANIONS.values()
+}
+"""Key beside forms → the forms."""
+
+_NEEDED = {drawn.key: [drawn.companion] for drawn in DISTRIBUTIONS.values() if drawn.needs_companion}
 
 
 def _form_schema(description: str, keys: dict[str, Any]) -> dict[str, Any]:
@@ -78,7 +83,12 @@ def _form_schema(description: str, keys: dict[str, Any]) -> dict[str, Any]:
         "patternProperties": NOTE_SCHEMA,
         "additionalProperties": False,
         "oneOf": [{"required": [key]} for key in forms],
-        "dependentRequired": {key: [form] for key, form in _COMPANIONS.items() if key in keys},
+        "dependentRequired": {key: needed for key, needed in _NEEDED.items() if key in keys},
+        "dependentSchemas": {
+            key: {"anyOf": [{"required": [form]} for form in forms]}
+            for key, forms in _COMPANIONS.items()
+            if key in keys
+        },
     }
 
 

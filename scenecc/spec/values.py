@@ -26,6 +26,7 @@ from scenecc.spec.nodes import (
     plain_json_schema,
     union_branches,
 )
+from scenecc.variation.distributions import SHAPE_BOUNDS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -34,9 +35,19 @@ if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema, PydanticCustomError
 
+    from scenecc.variation.distributions import Role
     from scenecc.variation.forms import Varying
 
     Refuse = Callable[[object], PydanticCustomError]
+
+
+_ROLE_BOUNDS: dict[str, dict[str, Any]] = {
+    "mean": {"ge": -FLOAT32_MAX, "le": FLOAT32_MAX, "allow_inf_nan": False},
+    "deviation": {"ge": 0, "le": FLOAT32_MAX, "allow_inf_nan": False},
+    "positive": {"gt": 0, "le": FLOAT32_MAX, "allow_inf_nan": False},
+    "shape": {"ge": SHAPE_BOUNDS[0], "le": SHAPE_BOUNDS[1], "allow_inf_nan": False},
+}
+"""The ranges of operands of distributions."""
 
 
 @dataclass(frozen=True)
@@ -79,15 +90,17 @@ class Domain:
         bounds = [schema.get(name) for name in ("gt", "ge", "lt", "le")]
         return self.nonzero or any(bound is not None and abs(bound) != FLOAT32_MAX for bound in bounds)
 
-    @cached_property
-    def means(self) -> Domain:
-        """The same shapes, of any numbers."""
-        return _with_numbers(self, core_schema.float_schema(ge=-FLOAT32_MAX, le=FLOAT32_MAX, allow_inf_nan=False))
+    def of_role(self, role: Role) -> Domain:
+        """The numbers of an operand of a distribution, in the same shapes."""
+        if role == "value":
+            return self
+        if role not in self._of_roles:
+            self._of_roles[role] = _with_numbers(self, core_schema.float_schema(**_ROLE_BOUNDS[role]))
+        return self._of_roles[role]
 
     @cached_property
-    def deviations(self) -> Domain:
-        """The same shapes, of numbers that are not negative."""
-        return _with_numbers(self, core_schema.float_schema(ge=0, le=FLOAT32_MAX, allow_inf_nan=False))
+    def _of_roles(self) -> dict[str, Domain]:
+        return {}
 
     @cached_property
     def validate_number(self) -> Callable[..., Any]:

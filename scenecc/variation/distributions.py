@@ -20,8 +20,12 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Interval = tuple[float, float]
 
-Role = Literal["value", "mean", "deviation"]
-"""What an operand is: a number that the field may hold, any number, or one that is not negative."""
+Role = Literal["value", "mean", "deviation", "positive", "shape"]
+"""What an operand is: a number that the field may hold, any number, one that is not negative, one above 0, or a shape
+parameter, from `SHAPE_BOUNDS[0]` to `SHAPE_BOUNDS[1]`."""
+
+SHAPE_BOUNDS = (1e-3, 1e6)
+"""Of a beta distribution: beyond them its numbers are at its ends, or all the same, in single precision."""
 
 WIDEST_INTEGERS = 2**53
 """How many integers one draw may be among: those that are exact as numbers with a fraction."""
@@ -29,19 +33,21 @@ WIDEST_INTEGERS = 2**53
 
 @frozen
 class Condition:
-    """What has to hold of the operands: one is at least another, or at least 0.
+    """What has to hold of the operands: one is at least another, or at least, or at most, a limit.
 
     Attributes:
         message: what is wrong otherwise.
-        greater: the number of the operand.
-        less: of the other one; None: 0.
+        greater: the number of the operand that is to be the greater; None: the limit is.
+        less: of the other one; None: the limit.
+        limit: where there is one operand alone.
         strict: whether both may not be equal.
         because: why, where a file breaks it.
     """
 
     message: str
-    greater: int
+    greater: int | None
     less: int | None = None
+    limit: float = 0.0
     strict: bool = False
     because: str = ""
 
@@ -55,11 +61,12 @@ class Distribution:
         roles: what each of them is.
         members: their names in a plan's JSON.
         companion: the key beside the form that holds two edges, which follow the operands.
+        needs_companion: whether the form has no meaning without it.
         description: of the list, for the JSON Schema.
         companion_description: of the companion.
         listed: all operands in words.
         conditions: what has to hold of the operands; of those that are there.
-        within_operands: whether what is drawn lies between the first operand and the last.
+        between: the operands between which all that is drawn lies; None: there are none.
         whole: whether integers are drawn.
     """
 
@@ -68,11 +75,12 @@ class Distribution:
     roles: ClassVar[tuple[Role, ...]] = ("value", "value")
     members: ClassVar[tuple[str, ...]] = ("low", "high")
     companion: ClassVar[str | None] = None
+    needs_companion: ClassVar[bool] = False
     description: ClassVar[str]
     companion_description: ClassVar[str] = ""
     listed: ClassVar[str] = "both bounds"
     conditions: ClassVar[tuple[Condition, ...]] = (Condition("the lower bound is above the upper one", 1, 0),)
-    within_operands: ClassVar[bool] = True
+    between: ClassVar[tuple[int, int] | None] = (0, 1)
     whole: ClassVar[bool] = False
 
     def steps(self, count: int) -> list[tuple[str, int]]:
@@ -82,11 +90,13 @@ class Distribution:
 
     def holding(self, count: int) -> list[Condition]:
         """The conditions that concern the first so many operands."""
-        return [one for one in self.conditions if max(one.greater, one.less or 0) < count]
+        return [one for one in self.conditions if max(one.greater or 0, one.less or 0) < count]
 
     def bounds(self, operands: Sequence[Interval]) -> Interval:
         """The least and the greatest number that can be drawn, by the bounds of each operand."""
-        return operands[0][0], operands[len(self.operands) - 1][1]
+        assert self.between is not None
+        low, high = self.between
+        return operands[low][0], operands[high][1]
 
     def sample(self, units: Callable[[int], Floats], operands: Sequence[Floats]) -> NDArray[Any]:
         """Numbers (B, n).
@@ -160,7 +170,7 @@ class Normal(Distribution):
         Condition("the standard deviation is negative", 1),
         Condition("the lower edge of `clip` is above the upper one", 3, 2),
     )
-    within_operands = False
+    between = None
 
     def bounds(self, operands: Sequence[Interval]) -> Interval:
         """Without a deviation the mean; a mean outside of `clip` is put on its edge."""
@@ -184,5 +194,145 @@ class Normal(Distribution):
         return values.clip(*clip) if clip else values
 
 
-DISTRIBUTIONS: Final[dict[str, Distribution]] = {cls.key: cls() for cls in (Uniform, Integers, LogUniform, Normal)}
+class Triangular(Distribution):
+    """`triangular: [low, mode, high]`: the density rises evenly to the mode and falls evenly from it."""
+
+    key = "triangular"
+    operands = ("low", "mode", "high")
+    roles = ("value", "value", "value")
+    members = ("low", "mode", "high")
+    description = "[low, mode, high]: most often near the mode."
+    listed = "low, mode and high"
+    conditions = (
+        Condition("the lower bound is above the mode", 1, 0),
+        Condition("the mode is above the upper bound", 2, 1),
+    )
+    between = (0, 2)
+
+    def sample(self, units: Callable[[int], Floats], operands: Sequence[Floats]) -> NDArray[Any]:
+        """Numbers (B, n), by the inverse of the distribution function."""
+        import numpy as np
+
+        low, mode, high = operands
+        u, width = units(0), high - low
+        rising = low + np.sqrt(u * width * (mode - low))
+        falling = high - np.sqrt((1.0 - u) * width * (high - mode))
+        return np.where(u * width < mode - low, rising, falling).clip(low, high)
+
+
+class _Ranged(Distribution):
+    """A distribution that `range: [low, high]` puts between two edges."""
+
+    companion = "range"
+    needs_companion = True
+    companion_description = "[low, high]: between what a `beta` or `truncated_normal` draws."
+    between = (2, 3)
+
+    edges_crossed: ClassVar[Condition] = Condition("the lower edge of `range` is above the upper one", 3, 2)
+
+
+class Beta(_Ranged):
+    """`beta: [a, b], range: [low, high]`: a beta distribution over the range, with the shape parameters a and b."""
+
+    key = "beta"
+    operands = ("a", "b")
+    roles = ("shape", "shape")
+    members = ("a", "b")
+    description = "[a, b]: a beta distribution with these shape parameters over `range`."
+    listed = "a, b and range"
+    conditions = (
+        *(
+            condition
+            for i, name in enumerate(("a", "b"))
+            for condition in (
+                Condition(f"`{name}` is below {SHAPE_BOUNDS[0]:g}", i, limit=SHAPE_BOUNDS[0]),
+                Condition(f"`{name}` is above {SHAPE_BOUNDS[1]:g}", None, i, limit=SHAPE_BOUNDS[1]),
+            )
+        ),
+        _Ranged.edges_crossed,
+    )
+
+    def sample(self, units: Callable[[int], Floats], operands: Sequence[Floats]) -> NDArray[Any]:
+        """Numbers (B, n), by the rejection of R. Cheng, "Generating beta variates with nonintegral shape parameters"
+        (1978), algorithm BA. The attempt with the number t takes the lanes 2t and 2t + 1.
+        """
+        import numpy as np
+
+        a, b, low, high = operands
+        drawn = np.empty(a.shape)
+        open_ = np.ones(a.shape, dtype=bool)
+        attempt = 0
+        while open_.any():
+            first, second = units(2 * attempt), units(2 * attempt + 1)
+            tries = zip(*(each[open_].tolist() for each in (a, b, first, second)), strict=True)
+            drawn[open_] = [_cheng_attempt(*one) for one in tries]
+            open_ = np.isnan(drawn)
+            attempt += 1
+        return (low + (high - low) * drawn).clip(low, high)
+
+
+def _cheng_attempt(a: float, b: float, first: float, second: float) -> float:
+    """A number of a beta distribution over [0, 1], or NaN where the two uniform numbers give none."""
+    first, second = 1.0 - first, 1.0 - second  # above 0
+    if first == 1.0:
+        return math.nan
+    total, least = a + b, min(a, b)
+    scale = 1.0 / least if least <= 1.0 else math.sqrt((total - 2.0) / (2.0 * a * b - total))
+    v = scale * math.log(first / (1.0 - first))
+    # The logarithms of W = a exp(v) and of b + W: W itself may be beyond all floats.
+    log_w, log_b = math.log(a) + v, math.log(b)
+    log_sum = max(log_w, log_b) + math.log1p(math.exp(-abs(log_w - log_b)))
+    taken = total * (math.log(total) - log_sum) + (a + 1.0 / scale) * v - math.log(4.0)
+    return math.exp(log_w - log_sum) if taken >= math.log(first * first * second) else math.nan
+
+
+class TruncatedNormal(_Ranged):
+    """`truncated_normal: [mean, std], range: [low, high]`: a normal distribution, of what lies within the range."""
+
+    key = "truncated_normal"
+    operands = ("mean", "std")
+    roles = ("mean", "positive")
+    members = ("mean", "std")
+    description = "[mean, std]: a normal distribution within `range`, drawn inside and not put on the edges."
+    listed = "mean, std and range"
+    conditions = (Condition("the standard deviation is not positive", 1, strict=True), _Ranged.edges_crossed)
+
+    def sample(self, units: Callable[[int], Floats], operands: Sequence[Floats]) -> NDArray[Any]:
+        """Numbers (B, n), by the inverse of the distribution function."""
+        from statistics import NormalDist
+
+        import numpy as np
+
+        mean, deviation, low, high = operands
+        inverse = NormalDist().inv_cdf
+        given = ((low - mean) / deviation, (high - mean) / deviation, units(0))
+        columns = [each.ravel().tolist() for each in given]
+        found = [_within_normal(a, b, u, inverse) for a, b, u in zip(*columns, strict=True)]
+        normal = np.array(found, dtype=np.float64)
+        return (mean + deviation * normal.reshape(mean.shape)).clip(low, high)
+
+
+_FAR = 37.0
+"""Standard deviations beyond which the tail of a normal distribution is no normal float."""
+
+
+def _within_normal(low: float, high: float, u: float, inverse: Callable[[float], float]) -> float:
+    """The standard normal number between two bounds at the share `u` of the probability there.
+
+    `inverse` is that of the standard normal distribution function. The tail beyond `_FAR` is taken for exponential,
+    which it is to one part in `_FAR`².
+    """
+    if low > 0:
+        return -_within_normal(-high, -low, 1.0 - u, inverse)
+    if high < -_FAR:
+        share = min(u * -math.expm1((low - high) * -high), 1.0 - 2.0**-53)
+        return high + math.log1p(-share) / -high
+    first, last = (0.5 * math.erfc(-bound / math.sqrt(2.0)) for bound in (low, high))
+    share = first + u * (last - first)
+    return inverse(share) if 0.0 < share < 1.0 else (low if share <= 0.0 else high)
+
+
+DISTRIBUTIONS: Final[dict[str, Distribution]] = {
+    cls.key: cls() for cls in (Uniform, Integers, LogUniform, Normal, Triangular, Beta, TruncatedNormal)
+}
 """Every form that draws numbers, by its key."""

@@ -68,8 +68,12 @@ def _by_bounds(node: Drawn, ends: list[ValueBounds], analysis: BoundsAnalysis) -
             return evaluation.bound_mismatch(node), not some
     found: list[DrawFault | None] = []
     for condition in node.distribution.holding(len(ends)):
-        greater, less = condition.greater, condition.less
-        margins = _sides(ends[greater]) if less is None else _between(ends, node.operands, less, greater, analysis)
+        greater, less, limit = condition.greater, condition.less, condition.limit
+        if greater is None or less is None:
+            sides = _sides(ends[greater or less or 0])
+            margins = [(limit - b, limit - a) if greater is None else (a - limit, b - limit) for a, b in sides]
+        else:
+            margins = _between(ends, node.operands, less, greater, analysis)
         found.append(_beyond(condition.message, margins, zero=condition.strict))
     if node.distribution.whole:
         whole = all(_is_whole(item, analysis) for item in node.operands)

@@ -361,8 +361,12 @@ def draw_bounds(batch: Batch, node: Drawn) -> list[Floats]:
     count = node.shape[0] if node.shape else 1
     found = [_bound(batch, node, item, count) for item in node.operands]
     for condition in node.distribution.holding(len(found)):
-        greater, less = found[condition.greater], 0.0 if condition.less is None else found[condition.less]
-        _refuse(batch, node, less >= greater if condition.strict else less > greater, condition.message)
+        greater, less = (
+            np.float64(condition.limit) if number is None else found[number]
+            for number in (condition.greater, condition.less)
+        )
+        wrong = np.asarray(less >= greater if condition.strict else less > greater)
+        _refuse(batch, node, wrong, condition.message)
     if node.distribution.whole:
         low, high = found
         _refuse(batch, node, (low != np.floor(low)) | (high != np.floor(high)), NOT_WHOLE)

@@ -201,9 +201,9 @@ def _chosen(analysis: BoundsAnalysis, node: Chosen) -> ValueBounds:
 
 def _drawn(analysis: BoundsAnalysis, node: Drawn) -> ValueBounds:
     drawn = node.distribution
-    if drawn.within_operands and not drawn.whole:
+    if drawn.between is not None and not drawn.whole:
         # Of most draws both bounds are plain: this is what the rest makes of them, sooner.
-        low, high = _plain_bound(node.operands[0], node.shape), _plain_bound(node.operands[-1], node.shape)
+        low, high = (_plain_bound(node.operands[i], node.shape) for i in drawn.between)
         if low is not None and high is not None and low != high:
             return ValueBounds(None, low, high, exact=True)
     found = [broadcast_bounds(analysis.item(item), node.shape) for item in node.operands]
@@ -221,7 +221,7 @@ def _drawn(analysis: BoundsAnalysis, node: Drawn) -> ValueBounds:
         first, last = _whole(low), _whole(high)
         if first is not None and last is not None and first <= last:
             return ValueBounds.of(range(first, last + 1))
-    if drawn.within_operands and low == high:
+    if drawn.between is not None and low == high:
         return ValueBounds.of((low,), exact=exact)
     return ValueBounds(None, low, high, exact)
 

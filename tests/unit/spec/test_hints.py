@@ -29,7 +29,7 @@ def told(document: dict[str, Any]) -> list[tuple[str, str, str]]:
         ({"pose": {"uniform": [[0, 0], [1, 1]]}, **SHAPES}, "SC106", ".pose.uniform", ""),
         ({"mass": {"range": [0.1, 0.2]}, **SHAPES}, "SC103", ".mass", "`{uniform: [low, high]}`"),
         ({"mass": {"randint": [1, 2]}, **SHAPES}, "SC103", ".mass", "`{integers: [low, high]}`"),
-        ({"mass": {"beta": [1, 2]}, **SHAPES}, "SC103", ".mass", "choice, cycle, integers, log_uniform, normal"),
+        ({"mass": {"gamma": [1, 2]}, **SHAPES}, "SC103", ".mass", "choice, cycle, integers, log_uniform, normal"),
         ({"mass": "$mass", **SHAPES}, "SC103", ".mass", '"${mass}"'),
         ({"mass": "{{ mass }}", **SHAPES}, "SC103", ".mass", '"${mass}"'),
         ({"mass": "${1 > 2 ? 3 : 4}", **SHAPES}, "SC118", ".mass", "`a if condition else b`"),

@@ -36,6 +36,9 @@ GOLDEN_WEIGHTED = ["c", "c", "c", "c", "a", "c", "c", "c"]
 GOLDEN_LOG = [0.025581323701035934, 0.3520248040639802, 3.8758637440301174, 0.04451832081354528]
 GOLDEN_NORMAL = [2.794948548693834, -1.7808351500355863, -1.9169550499845687, 1.5955020507369744]
 GOLDEN_CLIPPED = [2.5, 0.5, 0.5, 1.5955020507369744]
+GOLDEN_TRIANGULAR = [0.25853620919958864, 0.7212877272871967, 1.3194961893238029, 0.36183924222767994]
+GOLDEN_BETA = [2.7252383611499793, 1.2631113132947496, 1.1079087227284337, 2.562285062208826]
+GOLDEN_TRUNCATED = [0.8135692774380832, 1.1426455327406628, 1.6242624238123602, 0.8751188037849683]
 GOLDEN_ROTATION = [
     [-0.4969098441820569, -0.19848105551442013, 0.7801439080696724, 0.32413170171802713],
     [-0.7009632581025973, -0.521558091379675, -0.3022148920185767, -0.38117427398603654],
@@ -105,9 +108,12 @@ def test_golden_uniforms_and_integers_and_choices() -> None:
         (Drawn("log_uniform", (0.001, 10.0), (), KEY), "GOLDEN_LOG"),
         (Drawn("normal", (1.0, 2.0), (), KEY), "GOLDEN_NORMAL"),
         (Drawn("normal", (1.0, 2.0, 0.5, 2.5), (), KEY), "GOLDEN_CLIPPED"),
+        (Drawn("triangular", (-1.0, 0.5, 2.0), (), KEY), "GOLDEN_TRIANGULAR"),
+        (Drawn("beta", (2.0, 0.5, -1.0, 3.0), (), KEY), "GOLDEN_BETA"),
+        (Drawn("truncated_normal", (0.0, 1.0, 0.5, 2.0), (), KEY), "GOLDEN_TRUNCATED"),
         (RandomRotated(KEY), "GOLDEN_ROTATION"),
     ],
-    ids=["log_uniform", "normal", "clipped", "rotation"],
+    ids=["log_uniform", "normal", "clipped", "triangular", "beta", "truncated_normal", "rotation"],
 )
 def test_golden_values_within_one_float32_step(node: Node, golden: str) -> None:
     found, expected = drawn(node), np.array(globals()[golden])
@@ -121,6 +127,9 @@ NODES = st.sampled_from(
         Drawn("integers", (1, 6), (), KEY),
         Drawn("log_uniform", ((0.1, 1, 2, 3, 4), 10.0), (5,), KEY),
         Drawn("normal", ((0, 1), (1, 2)), (2,), KEY),
+        Drawn("triangular", ((0, 1), 2, (2, 4)), (2,), KEY),
+        Drawn("beta", (0.5, (2, 3, 0.01), 0, 1), (3,), KEY),
+        Drawn("truncated_normal", ((0, 1), 1, 2, 4), (2,), KEY),
         Chosen((1.5, uniform(2, 3, key=Key("entities", "cube", "mass.choice[1]"))), (1, 2), KEY),
         RandomRotated(KEY),
     ]

@@ -53,7 +53,12 @@ def test_every_form_has_a_key() -> None:
 
 @pytest.mark.parametrize("key", sorted(FORM_KEYS))
 def test_every_form_is_read_and_published(key: str) -> None:
-    read = TypeAdapter(Draw).validate_python({key: [1, 2]})
+    form: dict[str, Any] = {key: [1, 2]}
+    if key in DISTRIBUTIONS:
+        form[key] = [1, 2, 3][: len(DISTRIBUTIONS[key].operands)]
+        if DISTRIBUTIONS[key].needs_companion:
+            form[str(DISTRIBUTIONS[key].companion)] = [1, 2]
+    read = TypeAdapter(Draw).validate_python(form)
     assert type(read) is forms.LIST_FORMS.get(key, forms.DrawForm)
     assert f'"{key}"' in json.dumps(json_schema())
 
