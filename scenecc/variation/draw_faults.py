@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
     from scenecc.variation.bounds import ValueBounds
     from scenecc.variation.evaluation import CombinationBatch
-    from scenecc.variation.interval_arithmetic import Interval
     from scenecc.variation.node_bounds import BoundsAnalysis
+    from scenecc.variation.operations import Interval
 
 DrawFault = tuple[str, bool]
 """Why there may be no value in some scene, and whether there is one for certain that has none."""

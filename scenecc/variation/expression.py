@@ -286,7 +286,8 @@ class _Compiler:
             raise ExpressionError("only functions are called", *self.span(func))
         if func.id not in FUNCTIONS:
             raise ExpressionError(f"unknown function `{func.id}`", *self.span(func), suggest(func.id, FUNCTIONS))
-        fewest, most, apply = FUNCTIONS[func.id]
+        function = FUNCTIONS[func.id]
+        fewest, most, apply = function.fewest, function.most, function.apply
         parts = [self.closure(argument, depth) for argument in node.args]
         if not fewest <= len(parts) <= most:
             wanted = (
@@ -326,7 +327,7 @@ _QUICK_BOUND = 1e70
 
 
 def _binary(name: str, left: Closure, right: Closure, span: Span) -> Closure:
-    apply = operations.BINARY[name]
+    apply = operations.BINARY[name].apply
     if name not in _QUICK:
         return lambda environment: apply(left(environment), right(environment), span)
     quick = _QUICK[name]
@@ -362,7 +363,7 @@ def _logical(parts: list[tuple[Closure, Span]], *, until: bool) -> Closure:
 
 
 def _compared(first: Closure, names: list[str], others: list[Closure], span: Span) -> Closure:
-    steps = list(zip([operations.COMPARISONS[name] for name in names], others, strict=True))
+    steps = list(zip([operations.COMPARISONS[name].apply for name in names], others, strict=True))
 
     def run(environment: Environment) -> bool:
         a = first(environment)

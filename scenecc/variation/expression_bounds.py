@@ -12,7 +12,7 @@ from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.variation import interval_arithmetic, operations
+from scenecc.variation import operations
 from scenecc.variation.bounds import (
     ANYTHING,
     MAX_KNOWN_VALUES,
@@ -26,14 +26,22 @@ from scenecc.variation.bounds import (
     truth_values,
 )
 from scenecc.variation.expression import CONSTANTS, Expression
-from scenecc.variation.interval_arithmetic import binary_interval
-from scenecc.variation.operations import FUNCTIONS, ExpressionError
+from scenecc.variation.operations import (
+    BINARY,
+    COMPARISONS,
+    FUNCTIONS,
+    MAX_ARGUMENTS,
+    ExpressionError,
+    comparison_outcomes,
+    product_interval,
+    sum_interval,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from scenecc.variation.forms import Template
-    from scenecc.variation.interval_arithmetic import Interval
+    from scenecc.variation.operations import Interval
 
 
 @frozen
@@ -104,23 +112,11 @@ def difference_interval(a: Template, b: Template, names: Mapping[str, Expression
         found = interval_of(find(term))
         if found is None:
             return None
-        total = binary_interval(
-            "Add", total, binary_interval("Mult", (factor, factor), found, whole=False), whole=False
-        )
+        total = sum_interval(total, product_interval((factor, factor), found))
     return total
 
 
 _ANYWHERE = (0, 0)
-
-_INTEGERS = frozenset(("Add", "Sub", "Mult", "FloorDiv", "Mod"))
-"""Operators that give an integer where both operands are."""
-
-_ROUNDING = frozenset(("floor", "ceil", "round"))
-
-_OF_LISTS = frozenset(("min", "max"))
-
-_KEEPING = frozenset(("abs", "min", "max"))
-"""Functions that give an integer where all arguments are."""
 
 
 class _BoundsWalk:
@@ -173,26 +169,27 @@ class _BoundsWalk:
         name, parts = type(node.op).__name__, [self.node(node.left), self.node(node.right)]
         if name == "Mult" and part_key(node.left) == part_key(node.right):
             return self._squared(parts[0], node)
-        apply = operations.BINARY[name]
-        found = self._combined(parts, lambda values: apply(values[0], values[1], _ANYWHERE), node)
+        operator = BINARY[name]
+        found = self._combined(parts, lambda values: operator.apply(values[0], values[1], _ANYWHERE), node)
         if found.values is not None:
             return found
         a, b = map(interval_of, parts)
         if a is not None and b is not None:
-            whole = name in _INTEGERS and all(part.is_whole for part in parts)
-            if name in interval_arithmetic.DIVISIONS and parts[1].may_be_zero():
+            of_integers = operator.interval_of_integers if all(part.is_whole for part in parts) else None
+            if operator.divides and parts[1].may_be_zero():
                 self._fault("division by zero", node, certain=b == (0, 0))
             elif name == "Pow":
                 self._power(a, b, parts[0], node)
-            low, high = interval_arithmetic.binary_interval(name, a, b, whole=whole)
-            exact = interval_arithmetic.reaches_ends(name, b) and are_exact(parts)
-            return ExpressionBounds(low=low, high=high, exact=exact, whole=whole)
+            low, high = (of_integers or operator.interval)(a, b)
+            reaches_ends = operator.reaches_ends and not (operator.divides and b[0] <= 0 <= b[1])
+            exact = reaches_ends and are_exact(parts)
+            return ExpressionBounds(low=low, high=high, exact=exact, whole=of_integers is not None)
         first, second = map(items_of, parts)
         if name == "Add" and first is not None and second is not None:
             return ExpressionBounds(items=(*first, *second), exact=are_exact(parts))
         if name == "Mult" and (repeated := _repeated_list(first, parts[1]) or _repeated_list(second, parts[0])):
             return repeated
-        return self._by_kind(parts, lambda values: apply(values[0], values[1], _ANYWHERE), node)
+        return self._by_kind(parts, lambda values: operator.apply(values[0], values[1], _ANYWHERE), node)
 
     def _squared(self, part: ExpressionBounds, node: ast.BinOp) -> ExpressionBounds:
         """A part times itself, which is never below 0."""
@@ -200,12 +197,10 @@ class _BoundsWalk:
         bounds = interval_of(part)
         if found.values is not None or bounds is None:
             return found
-        low, high = interval_arithmetic.squared_interval(bounds)
+        low, high = operations.squared_interval(bounds)
         return ExpressionBounds(low=low, high=high, exact=part.exact, whole=part.is_whole)
 
-    def _power(
-        self, a: interval_arithmetic.Interval, b: interval_arithmetic.Interval, base: ExpressionBounds, node: ast.BinOp
-    ) -> None:
+    def _power(self, a: Interval, b: Interval, base: ExpressionBounds, node: ast.BinOp) -> None:
         if base.may_be_zero() and b[0] < 0:
             self._fault("0 has no negative power", node, certain=a == (0, 0) and b[1] < 0)
         elif a[0] < 0 and not (b[0] == b[1] and b[0] == math.floor(b[0])):
@@ -282,22 +277,21 @@ class _BoundsWalk:
         """By the rules of intervals, where the values are too many to be combined."""
         assert isinstance(node.func, ast.Name)
         name, parts = node.func.id, [self.node(argument) for argument in node.args]
-        apply = FUNCTIONS[name][2]
-        found = self._combined(parts, lambda values: apply(list(values), _ANYWHERE), node)
+        function = FUNCTIONS[name]
+        found = self._combined(parts, lambda values: function.apply(list(values), _ANYWHERE), node)
         if found.values is not None:
             return found
         if name == "len" and parts[0].items is not None:
             return bounds_of_values((len(parts[0].items),))
-        if name in _OF_LISTS and len(parts) == 1 and parts[0].items is not None:
+        if function.most == MAX_ARGUMENTS and len(parts) == 1 and parts[0].items is not None:
             parts = list(parts[0].items)
         bounds = [bound for bound in map(interval_of, parts) if bound is not None]
-        if len(bounds) < len(parts) or name == "len":
-            return self._by_kind(parts, lambda values: apply(list(values), _ANYWHERE), node)
+        if len(bounds) < len(parts) or function.interval is None:
+            return self._by_kind(parts, lambda values: function.apply(list(values), _ANYWHERE), node)
         if name == "sqrt" and bounds[0][0] < 0:
             self._fault("a negative number has no root", node, certain=bounds[0][1] < 0)
-        low, high = interval_arithmetic.FUNCTION_INTERVALS[name](bounds)
-        whole = (name in _ROUNDING and len(parts) == 1) or (name in _KEEPING and all(part.is_whole for part in parts))
-        return ExpressionBounds(low=low, high=high, whole=whole)
+        low, high = function.interval(*bounds)
+        return ExpressionBounds(low=low, high=high, whole=function.is_whole([part.is_whole for part in parts]))
 
     def _combined(
         self, parts: list[ExpressionBounds], apply: Callable[[tuple[Any, ...]], Any], node: ast.expr
@@ -335,13 +329,13 @@ class _BoundsWalk:
 
     def _comparison(self, name: str, a: ExpressionBounds, b: ExpressionBounds, node: ast.expr) -> set[bool]:
         """The outcomes that are possible."""
-        apply = operations.COMPARISONS[name]
+        apply = COMPARISONS[name].apply
         found = self._combined([a, b], lambda values: apply(values[0], values[1], _ANYWHERE), node)
         if found.values is not None:
             return set(found.values)
         first, second = interval_of(a), interval_of(b)
         if first is not None and second is not None:
-            return interval_arithmetic.comparison_outcomes(name, first, second)
+            return comparison_outcomes(name, first, second)
         self._by_kind([a, b], lambda values: apply(values[0], values[1], _ANYWHERE), node)
         return {True, False}
 
@@ -405,10 +399,6 @@ KnownParts = dict[str, ExpressionBounds]
 _MAX_EXACT_INTEGER = 2.0**53
 """Up to here every integer is a float, so that there is none between two floats."""
 
-_NEGATED = {"Lt": "GtE", "LtE": "Gt", "Gt": "LtE", "GtE": "Lt", "Eq": "NotEq", "NotEq": "Eq"}
-
-_FLIPPED = {"Lt": "Gt", "LtE": "GtE", "Gt": "Lt", "GtE": "LtE", "Eq": "Eq", "NotEq": "NotEq"}
-
 
 def part_key(node: ast.expr) -> str:
     """A part of an expression as a key."""
@@ -438,10 +428,10 @@ def refine_branch(test: ast.expr, *, holds: bool, bounds_in: Callable[[ast.expr]
                 return {}
             found = {}
             for a, op, b in zip([left, *others], ops, others, strict=False):
-                name = type(op).__name__ if holds else _NEGATED[type(op).__name__]
+                name = type(op).__name__ if holds else COMPARISONS[type(op).__name__].negated
                 first, second = found.get(part_key(a)) or bounds_in(a), bounds_in(b)
                 found[part_key(a)] = _refine_comparison(first, name, second)
-                found[part_key(b)] = _refine_comparison(second, _FLIPPED[name], first)
+                found[part_key(b)] = _refine_comparison(second, COMPARISONS[name].flipped, first)
             return found
         case _:
             return {part_key(test): _refine_truth(bounds_in(test), holds=holds)}
@@ -471,11 +461,7 @@ def _refine_comparison(part: ExpressionBounds, name: str, other: ExpressionBound
     if part.values is not None:
         if interval_of(part) is None:
             return part
-        kept = tuple(
-            value
-            for value in part.values
-            if True in interval_arithmetic.comparison_outcomes(name, (value, value), limits)
-        )
+        kept = tuple(value for value in part.values if True in comparison_outcomes(name, (value, value), limits))
         return replace(part, values=kept, exact=False) if kept else part
     if part.items is not None:
         return part

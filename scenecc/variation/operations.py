@@ -1,4 +1,8 @@
-"""What expressions compute with: functions and operators, what they cost, and their errors."""
+"""What expressions compute with: functions and operators, what they cost, and their errors.
+
+Each function and operator is one row: how many arguments it takes, its value, and its bounds from the bounds of its
+operands. Rounding keeps order, so what is computed at the ends bounds what is computed between them.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +10,13 @@ import math
 import operator
 import sys
 from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
+from scenecc.diagnostics.frozen import frozen
+
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from scenecc.variation.nodes import Node
 
@@ -264,30 +271,134 @@ def power(a: Any, b: Any, span: Span) -> Any:
         raise ExpressionError("the result is not a finite number", *span) from None
 
 
-def _over(a: float, b: float) -> float:
-    return a / b
+Interval = tuple[float, float]
+
+EVERYTHING: Interval = (-math.inf, math.inf)
 
 
-def _over_floor(a: float, b: float) -> float:
-    return a // b
+def sum_interval(a: Interval, b: Interval) -> Interval:
+    """The bounds of a sum."""
+    return _sorted(a[0] + b[0], a[1] + b[1])
 
 
-_subtract = _number_operator("-", operator.sub)
+def _difference_interval(a: Interval, b: Interval) -> Interval:
+    return _sorted(a[0] - b[1], a[1] - b[0])
 
-_divide = _number_operator("/", _over)
 
-_floor_divide = _number_operator("//", _over_floor)
+def product_interval(a: Interval, b: Interval) -> Interval:
+    """The bounds of a product."""
+    # An end without bound stands for large numbers, and 0 times those is 0.
+    return _sorted(*(0.0 if x == 0 or y == 0 else x * y for x, y in product(a, b)))
 
-_remainder = _number_operator("%", operator.mod)
 
-BINARY: dict[str, Callable[[Any, Any, Span], Any]] = {
-    "Add": add,
-    "Sub": _subtract,
-    "Mult": multiply,
-    "Div": _divide,
-    "FloorDiv": _floor_divide,
-    "Mod": _remainder,
-    "Pow": power,
+def _quotient_interval(a: Interval, b: Interval) -> Interval:
+    if b[0] <= 0 <= b[1]:
+        return EVERYTHING
+    return _sorted(*(_quotient(x, y) for x, y in product(a, b)))
+
+
+def _quotient(x: float, y: float) -> float:
+    if math.isinf(y):
+        return 0.0 if not math.isinf(x) else math.nan
+    return x / y
+
+
+def _floor_quotient_interval(a: Interval, b: Interval) -> Interval:
+    low, high = _quotient_interval(a, b)
+    # Python's // takes the floor of the true quotient, of which / has the nearest number.
+    return (_floor(low) - 1, _floor(high) + 1) if b[0] != b[1] or b[0] != 1 else (_floor(low), _floor(high))
+
+
+def _floor(x: float) -> float:
+    return math.floor(x) if math.isfinite(x) else x
+
+
+def _integer_quotient_interval(a: Interval, b: Interval) -> Interval:
+    if b[0] <= 0 <= b[1] or not all(map(math.isfinite, (*a, *b))):
+        return _floor_quotient_interval(a, b)
+    return _sorted(*(x // y for x, y in product(a, b)))
+
+
+def _integer_remainder_interval(a: Interval, b: Interval) -> Interval:
+    low, high = _remainder_interval(a, b)
+    # It is less than what it is divided by, which only rounding can hide.
+    return (low + 1 if low == b[0] < 0 else low, high - 1 if high == b[1] > 0 else high)
+
+
+def _remainder_interval(a: Interval, b: Interval) -> Interval:
+    if b[0] <= 0 <= b[1]:
+        return EVERYTHING
+    if b[0] > 0:
+        return a if a[0] >= 0 and a[1] < b[0] else (0.0, b[1])
+    return (b[0], 0.0)
+
+
+def _power_interval(a: Interval, b: Interval) -> Interval:
+    whole = b[0] == b[1] and b[0] == math.floor(b[0])
+    if a[0] > 0 or (a[0] == 0 and b[0] >= 0):
+        return _sorted(*(_raised(x, y) for x, y in product(a, b)))
+    if not whole or b[0] < 0:
+        return EVERYTHING
+    ends = _sorted(_raised(a[0], b[0]), _raised(a[1], b[0]))
+    # An even power has its least value at 0, where the base passes it.
+    return (0.0, ends[1]) if b[0] % 2 == 0 and b[0] > 0 and a[1] >= 0 else ends
+
+
+def _raised(x: float, y: float) -> float:
+    try:
+        return float(x) ** float(y)
+    except OverflowError:
+        return math.inf if x > 0 or y % 2 == 0 else -math.inf
+
+
+def squared_interval(a: Interval) -> Interval:
+    """The bounds of a number times itself."""
+    low, high = _sorted(a[0] * a[0], a[1] * a[1])
+    return (0.0 if a[0] <= 0 <= a[1] else low), high
+
+
+def _sorted(*ends: float) -> Interval:
+    """From the least to the greatest; everything where one of them is none."""
+    if any(math.isnan(end) for end in ends):
+        return EVERYTHING
+    return min(ends), max(ends)
+
+
+@frozen
+class BinaryOperator:
+    """An operator on two operands.
+
+    Attributes:
+        apply: gives its value.
+        interval: bounds it by the bounds of its operands.
+        interval_of_integers: the same where both are integers, and so is what it gives; None: it need not be.
+        divides: whether the second operand may not be 0.
+        reaches_ends: whether it reaches its bounds where one operand is constant, the other not a divisor around 0.
+    """
+
+    apply: Callable[[Any, Any, Span], Any]
+    interval: Callable[[Interval, Interval], Interval]
+    interval_of_integers: Callable[[Interval, Interval], Interval] | None = None
+    divides: bool = False
+    reaches_ends: bool = False
+
+
+BINARY: dict[str, BinaryOperator] = {
+    "Add": BinaryOperator(add, sum_interval, sum_interval, reaches_ends=True),
+    "Sub": BinaryOperator(
+        _number_operator("-", operator.sub), _difference_interval, _difference_interval, reaches_ends=True
+    ),
+    "Mult": BinaryOperator(multiply, product_interval, product_interval, reaches_ends=True),
+    "Div": BinaryOperator(
+        _number_operator("/", lambda a, b: a / b), _quotient_interval, divides=True, reaches_ends=True
+    ),
+    "FloorDiv": BinaryOperator(
+        _number_operator("//", lambda a, b: a // b), _floor_quotient_interval, _integer_quotient_interval, divides=True
+    ),
+    "Mod": BinaryOperator(
+        _number_operator("%", operator.mod), _remainder_interval, _integer_remainder_interval, divides=True
+    ),
+    "Pow": BinaryOperator(power, _power_interval),
 }
 """By the name of the node's type in Python's `ast`."""
 
@@ -313,11 +424,6 @@ def equal(a: Any, b: Any, span: Span) -> bool:
     return list(a) == list(b) if type(a) in LISTS else a == b
 
 
-def unequal(a: Any, b: Any, span: Span) -> bool:
-    """Whether two values of one kind differ."""
-    return not equal(a, b, span)
-
-
 def _order_comparison(symbol: str, apply: Callable[[Any, Any], bool]) -> Callable[[Any, Any, Span], bool]:
     """A comparison of two numbers or two strings."""
 
@@ -329,15 +435,42 @@ def _order_comparison(symbol: str, apply: Callable[[Any, Any], bool]) -> Callabl
     return run
 
 
-COMPARISONS: dict[str, Callable[[Any, Any, Span], bool]] = {
-    "Eq": equal,
-    "NotEq": unequal,
-    "Lt": _order_comparison("<", operator.lt),
-    "LtE": _order_comparison("<=", operator.le),
-    "Gt": _order_comparison(">", operator.gt),
-    "GtE": _order_comparison(">=", operator.ge),
+@frozen
+class Comparison:
+    """A comparison of two operands.
+
+    Attributes:
+        apply: gives whether it holds.
+        always: gives whether it holds whatever the operands are within their bounds.
+        negated: the comparison that holds where this one does not.
+        flipped: the comparison that holds of the operands in the other order.
+    """
+
+    apply: Callable[[Any, Any, Span], bool]
+    always: Callable[[Interval, Interval], bool]
+    negated: str
+    flipped: str
+
+
+COMPARISONS: dict[str, Comparison] = {
+    "Eq": Comparison(equal, lambda a, b: a[0] == a[1] == b[0] == b[1], "NotEq", "Eq"),
+    "NotEq": Comparison(
+        lambda a, b, span: not equal(a, b, span), lambda a, b: a[1] < b[0] or b[1] < a[0], "Eq", "NotEq"
+    ),
+    "Lt": Comparison(_order_comparison("<", operator.lt), lambda a, b: a[1] < b[0], "GtE", "Gt"),
+    "LtE": Comparison(_order_comparison("<=", operator.le), lambda a, b: a[1] <= b[0], "Gt", "GtE"),
+    "Gt": Comparison(_order_comparison(">", operator.gt), lambda a, b: a[0] > b[1], "LtE", "Lt"),
+    "GtE": Comparison(_order_comparison(">=", operator.ge), lambda a, b: a[0] >= b[1], "Lt", "LtE"),
 }
 """By the name of the node's type in Python's `ast`."""
+
+
+def comparison_outcomes(name: str, a: Interval, b: Interval) -> set[bool]:
+    """The outcomes that a comparison can have."""
+    comparison = COMPARISONS[name]
+    if comparison.always(a, b):
+        return {True}
+    return {False} if COMPARISONS[comparison.negated].always(a, b) else {True, False}
 
 
 def truth(value: Any, span: Span) -> bool:
@@ -442,20 +575,110 @@ def _round(arguments: list[Any], span: Span) -> Any:
     return _round_number(arguments, span)
 
 
-FUNCTIONS: dict[str, tuple[int, int, Callable[[list[Any], Span], Any]]] = {
-    "min": (1, MAX_ARGUMENTS, _extreme("min", min)),
-    "max": (1, MAX_ARGUMENTS, _extreme("max", max)),
-    "abs": (1, 1, _number_function("abs", abs)),
-    "sqrt": (1, 1, _number_function("sqrt", math.sqrt)),
-    "sin": (1, 1, _number_function("sin", math.sin)),
-    "cos": (1, 1, _number_function("cos", math.cos)),
-    "tan": (1, 1, _number_function("tan", math.tan)),
-    "atan2": (2, 2, _number_function("atan2", math.atan2)),
-    "radians": (1, 1, _number_function("radians", math.radians)),
-    "degrees": (1, 1, _number_function("degrees", math.degrees)),
-    "floor": (1, 1, _number_function("floor", math.floor)),
-    "ceil": (1, 1, _number_function("ceil", math.ceil)),
-    "round": (1, 2, _round),
-    "len": (1, 1, _length),
+def _monotone(function: Callable[[float], float]) -> Callable[[Interval], Interval]:
+    def run(a: Interval) -> Interval:
+        low, high = a
+        return (function(low) if math.isfinite(low) else low), (function(high) if math.isfinite(high) else high)
+
+    return run
+
+
+def _extreme_interval(pick: Callable[[Iterable[float]], float]) -> Callable[..., Interval]:
+    def run(*numbers: Interval) -> Interval:
+        return pick(low for low, _ in numbers), pick(high for _, high in numbers)
+
+    return run
+
+
+def _root_interval(a: Interval) -> Interval:
+    # What is below 0 has no root, and is reported where it is drawn.
+    return _monotone(math.sqrt)((max(a[0], 0.0), max(a[1], 0.0)))
+
+
+def _any_angle(_y: Interval, _x: Interval) -> Interval:
+    return (-math.pi, math.pi)
+
+
+def _is_single(arguments: list[bool]) -> bool:
+    return len(arguments) == 1
+
+
+def _absolute_interval(a: Interval) -> Interval:
+    low, high = a
+    if low <= 0 <= high:
+        return (0.0, max(-low, high))
+    return _sorted(abs(low), abs(high))
+
+
+def _wave_interval(function: Callable[[float], float], crest: float) -> Callable[[Interval], Interval]:
+    """Of a wave whose crest is at an angle; a crest or trough just outside is counted in."""
+
+    def run(angle: Interval) -> Interval:
+        low, high = angle
+        if not (math.isfinite(low) and math.isfinite(high)) or max(-low, high) > 1e6 or high - low >= 2 * math.pi:
+            return (-1.0, 1.0)
+        ends = _sorted(function(low), function(high))
+        return (
+            -1.0 if _passes(low, high, crest + math.pi) else ends[0],
+            1.0 if _passes(low, high, crest) else ends[1],
+        )
+
+    return run
+
+
+def _passes(low: float, high: float, phase: float, period: float = 2 * math.pi) -> bool:
+    slack = 1e-9
+    return math.floor((high + slack - phase) / period) > math.floor((low - slack - phase) / period)
+
+
+def _tangent_interval(a: Interval) -> Interval:
+    low, high = a
+    if not (math.isfinite(low) and math.isfinite(high)) or max(-low, high) > 1e6:
+        return EVERYTHING
+    if _passes(low, high, math.pi / 2, math.pi) or high - low >= math.pi:
+        return EVERYTHING
+    return math.tan(low), math.tan(high)
+
+
+def _round_interval(a: Interval, digits: Interval | None = None) -> Interval:
+    if digits is None:
+        return _monotone(round)(a)
+    step = 10.0 ** -min(max(int(min(digits)), -_ROUND_DIGITS), _ROUND_DIGITS)
+    return a[0] - step, a[1] + step
+
+
+@frozen
+class Function:
+    """A function that expressions can call.
+
+    Attributes:
+        apply: gives its value.
+        interval: bounds it by the bounds of its arguments; None: its arguments are no numbers.
+        most, fewest: how many arguments it takes.
+        is_whole: gives whether its value is an integer in any case, of whether each argument is.
+    """
+
+    apply: Callable[[list[Any], Span], Any]
+    interval: Callable[..., Interval] | None
+    most: int = 1
+    fewest: int = 1
+    is_whole: Callable[[list[bool]], bool] = lambda _: False
+
+
+FUNCTIONS: dict[str, Function] = {
+    "min": Function(_extreme("min", min), _extreme_interval(min), most=MAX_ARGUMENTS, is_whole=all),
+    "max": Function(_extreme("max", max), _extreme_interval(max), most=MAX_ARGUMENTS, is_whole=all),
+    "abs": Function(_number_function("abs", abs), _absolute_interval, is_whole=all),
+    "sqrt": Function(_number_function("sqrt", math.sqrt), _root_interval),
+    "sin": Function(_number_function("sin", math.sin), _wave_interval(math.sin, math.pi / 2)),
+    "cos": Function(_number_function("cos", math.cos), _wave_interval(math.cos, 0.0)),
+    "tan": Function(_number_function("tan", math.tan), _tangent_interval),
+    "atan2": Function(_number_function("atan2", math.atan2), _any_angle, most=2, fewest=2),
+    "radians": Function(_number_function("radians", math.radians), _monotone(math.radians)),
+    "degrees": Function(_number_function("degrees", math.degrees), _monotone(math.degrees)),
+    "floor": Function(_number_function("floor", math.floor), _monotone(math.floor), is_whole=_is_single),
+    "ceil": Function(_number_function("ceil", math.ceil), _monotone(math.ceil), is_whole=_is_single),
+    "round": Function(_round, _round_interval, most=2, is_whole=_is_single),
+    "len": Function(_length, None),
 }
-"""By name: the fewest and the most arguments, and what it does with them."""
+"""By name."""
