@@ -239,7 +239,7 @@ def _expression_failure(
     reader = leaves.drawing.reader()
     found, faults = bounds_and_faults(reader, node)
     try:
-        rows = enumerate_outcomes(node, reader.draws, reader.given, reader.num_scenes, scenes=leaves.scenes)
+        rows = enumerate_outcomes(node, reader, scenes=leaves.scenes)
     except DrawError as error:
         if error.node is not node:
             # A draw that it reads has none, which is told there.

@@ -28,15 +28,7 @@ DrawFault = tuple[str, bool]
 def find_draw_fault(node: Drawn, analysis: BoundsAnalysis, scenes: tuple[int, ...]) -> DrawFault | None:
     """Why a draw may have no value in one of the scenes, by its bounds; None where it has one in all."""
     # One more than few: then every scene is looked at where the scene's index decides.
-    rows = combination_batch(
-        node.operands,
-        analysis.draws,
-        analysis.given,
-        analysis.num_scenes,
-        scenes=scenes,
-        most=MAX_COMBINATIONS + 1,
-        work=analysis.work,
-    )
+    rows = combination_batch(node.operands, analysis, scenes=scenes, most=MAX_COMBINATIONS + 1, work=analysis.work)
     if rows is None:
         return _by_bounds(node, [broadcast_bounds(analysis.item(item), node.shape) for item in node.operands], analysis)
     failed = _failed(rows, node)

@@ -24,14 +24,12 @@ from scenecc.variation.nodes import (
     Shared,
     Stacked,
 )
-from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
-
-    from numpy.typing import NDArray
+    from collections.abc import Callable, Iterable, Sequence
 
     from scenecc.variation.evaluation import CombinationBatch
+    from scenecc.variation.node_bounds import BoundsAnalysis
     from scenecc.variation.operations import OperationCounter
 
 MAX_COMBINATIONS = 64
@@ -48,25 +46,9 @@ DrawWord = tuple[Key, int]
 """What one draw is known by: its key and word."""
 
 
-def find_alternatives(
-    node: Node,
-    draws: Mapping[str, Node],
-    given: Mapping[str, NDArray[Any]],
-    num_scenes: int | None,
-    work: OperationCounter | None = None,
-) -> list[Any] | None:
-    """All that a node can give; None where that is not known to be few, or there is none in some combination."""
-    try:
-        return enumerate_outcomes(node, draws, given, num_scenes, work=work)
-    except DrawError:
-        return None
-
-
 def enumerate_outcomes(
     node: Node,
-    draws: Mapping[str, Node],
-    given: Mapping[str, NDArray[Any]],
-    num_scenes: int | None,
+    analysis: BoundsAnalysis,
     *,
     scenes: tuple[int, ...] | None = None,
     most: int = MAX_COMBINATIONS,
@@ -76,9 +58,7 @@ def enumerate_outcomes(
 
     Args:
         node: whatever reads draws.
-        draws: the shared draws by name.
-        given: values (N, …) that take the place of draws.
-        num_scenes: how many scenes there are, where that is known.
+        analysis: knows the shared draws, those that are given, and how many scenes there are.
         scenes: the only scenes that count; None: all.
         most: how many combinations are looked at.
         work: counts what is computed; None: nothing does.
@@ -86,22 +66,20 @@ def enumerate_outcomes(
     Raises:
         DrawError: it has no value in one of them; what is drawn there need not be what the scene draws.
     """
-    batch = combination_batch((node,), draws, given, num_scenes, scenes=scenes, most=most, work=work)
+    batch = combination_batch((node,), analysis, scenes=scenes, most=most, work=work)
     return None if batch is None else batch.evaluate(node).tolist()
 
 
 def combination_batch(
     items: tuple[Any, ...],
-    draws: Mapping[str, Node],
-    given: Mapping[str, NDArray[Any]],
-    num_scenes: int | None,
+    analysis: BoundsAnalysis,
     *,
-    scenes: tuple[int, ...] | None = None,
-    most: int = MAX_COMBINATIONS,
-    work: OperationCounter | None = None,
+    scenes: tuple[int, ...] | None,
+    most: int,
+    work: OperationCounter | None,
 ) -> CombinationBatch | None:
-    """A row for each combination of what several items read; arguments and limits are those of `outcomes`."""
-    sources = _Sources(draws, given, num_scenes, scenes, most)
+    """A row for each combination of what several items read; arguments and limits are those of `enumerate_outcomes`."""
+    sources = _Sources(analysis, scenes, most)
     combined = sources.combined() if all(map(sources.add, items)) else None
     if combined is None:
         return None
@@ -111,7 +89,7 @@ def combination_batch(
 
     columns = np.array(list(product(combined, *sources.drawn.values())), dtype=np.int64).T
     assigned = dict(zip(sources.drawn, columns[1:], strict=True))
-    return CombinationBatch(columns[0], num_scenes or 1, draws, given, assigned, work)
+    return CombinationBatch(columns[0], analysis.num_scenes or 1, analysis.draws, analysis.given, assigned, work)
 
 
 _MAX_NODES = 500
@@ -127,23 +105,14 @@ class _Sources:
         scenes: the only scenes in which it has a value, where these are listed.
     """
 
-    def __init__(
-        self,
-        draws: Mapping[str, Node],
-        given: Mapping[str, NDArray[Any]],
-        num_scenes: int | None,
-        only: tuple[int, ...] | None,
-        most: int,
-    ) -> None:
+    def __init__(self, analysis: BoundsAnalysis, only: tuple[int, ...] | None, most: int) -> None:
         self.drawn: dict[DrawWord, Sequence[int]] = {}
         self.period = 1
         self.scenes: set[int] | None = None
         self._only = only
         self._most = most
-        self._longest = most if most <= MAX_COMBINATIONS else max(most, num_scenes or 0)
-        self._draws = draws
-        self._given = given
-        self._num_scenes = num_scenes
+        self._longest = most if most <= MAX_COMBINATIONS else max(most, analysis.num_scenes or 0)
+        self._analysis = analysis
         self._seen: set[str] = set()
         self._todo: list[Any] = []
 
@@ -215,20 +184,21 @@ class _Sources:
         if node.name in self._seen:
             return True
         self._seen.add(node.name)
-        if node.name in self._given:
-            self._restrict(range(len(self._given[node.name])))
+        given = self._analysis.given.get(node.name)
+        if given is not None:
+            self._restrict(range(len(given)))
         else:
-            self._todo.append(self._draws[node.name])
+            self._todo.append(self._analysis.draws[node.name])
         return len(self._seen) <= MAX_DRAWS_READ
 
     def computed(self, node: Computed) -> bool:
         """Adds what an expression reads: draws, and the scene's index where it names that."""
-        names, reads = node.template.names, dict(node.reads)
-        if "num_scenes" in names and self._num_scenes is None:
+        names, reads, num_scenes = node.template.names, dict(node.reads), self._analysis.num_scenes
+        if "num_scenes" in names and num_scenes is None:
             return False
         if "scene" in names:
-            scenes = self._only or range(self._num_scenes or 0)
-            if self._num_scenes is None or len(scenes) > self._longest:
+            scenes = self._only or range(num_scenes or 0)
+            if num_scenes is None or len(scenes) > self._longest:
                 return False
             self._restrict(scenes)
         return self.add_all(tuple(Shared(reads.get(name, name)) for name in sorted(names - BUILTIN_NAMES)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from scenecc.variation.bounds import (
@@ -16,7 +17,7 @@ from scenecc.variation.bounds import (
     to_value_bounds,
     union_bounds,
 )
-from scenecc.variation.enumeration import MAX_COMBINATIONS, MAX_OUTCOMES, enumerate_outcomes, find_alternatives
+from scenecc.variation.enumeration import MAX_COMBINATIONS, MAX_OUTCOMES, enumerate_outcomes
 from scenecc.variation.expression_bounds import ExpressionFault, template_bounds
 from scenecc.variation.nodes import (
     NODE_TYPES,
@@ -42,7 +43,7 @@ from scenecc.variation.nodes import (
     Stacked,
     evaluation_order,
 )
-from scenecc.variation.operations import NAME_LOOKUP_COST, NUMBERS
+from scenecc.variation.operations import NAME_LOOKUP_COST, NUMBERS, DrawError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -107,9 +108,10 @@ class BoundsAnalysis:
 
     def _found(self, node: Node) -> ValueBounds:
         if node.__class__ not in _DIRECT:
-            rows = find_alternatives(node, self.draws, self.given, self.num_scenes, self.work)
-            if rows is not None:
-                return ValueBounds.of(rows)
+            with suppress(DrawError):
+                rows = enumerate_outcomes(node, self, work=self.work)
+                if rows is not None:
+                    return ValueBounds.of(rows)
         return NODE_BOUNDS[node.__class__](self, node)
 
     def outcomes(self, node: Node, scenes: tuple[int, ...]) -> list[Any] | None:
@@ -120,9 +122,7 @@ class BoundsAnalysis:
         """
         key = node, id(scenes)
         if key not in self._outcomes:
-            rows = enumerate_outcomes(
-                node, self.draws, self.given, self.num_scenes, scenes=scenes, most=MAX_OUTCOMES, work=self.work
-            )
+            rows = enumerate_outcomes(node, self, scenes=scenes, most=MAX_OUTCOMES, work=self.work)
             if self.work is not None:
                 self.work.take(NAME_LOOKUP_COST * len(rows or ()), node)
             # The scenes are kept, so that their id stays their own.
