@@ -12,29 +12,24 @@ from scenecc.plan.schema import type_name
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.forms import Template
 from scenecc.variation.nodes import (
+    BUILTIN_NAMES,
     NODES,
+    SIGNATURES,
     AffineClamp,
     Chosen,
-    Composed,
     Computed,
     Const,
     Cycled,
     Drawn,
-    FromAxisAngle,
-    FromMatrix,
-    FromRpy,
     Key,
-    Looking,
     Node,
-    Normalized,
-    Pointing,
-    Posed,
     Radians,
     RandomRotated,
     Rows,
     Section,
     Shared,
     Stacked,
+    shaped_fields,
 )
 from scenecc.variation.operations import MAX_INT_BITS, ExpressionError
 
@@ -108,46 +103,27 @@ def _held(node: AffineClamp, draws: Shapes) -> Shape:
     return ()
 
 
-def _require_shapes(**wanted: tuple[int, ...]) -> Callable[[Any, Shapes], None]:
-    def check(node: Any, draws: Shapes) -> None:
-        for name, shape in wanted.items():
-            if infer_shape(getattr(node, name), draws) not in (None, shape):
-                count = " by ".join(map(str, shape)) + " numbers" if shape else "one number"
-                raise RecipeShapeError(f"`{name}` is not {count}")
-
-    return check
-
-
-def _fixed_shape(shape: tuple[int, ...], **parts: tuple[int, ...]) -> Callable[[Any, Shapes], Shape]:
-    check = _require_shapes(**parts)
-
-    def made(node: Any, draws: Shapes) -> Shape:
-        check(node, draws)
-        return shape
-
-    return made
+def _signature_shape(node: Node, draws: Shapes) -> Shape:
+    for name, shape in shaped_fields(node):
+        if infer_shape(getattr(node, name), draws) not in (None, shape):
+            count = " by ".join(map(str, shape)) + " numbers" if shape else "one number"
+            raise RecipeShapeError(f"`{name}` is not {count}")
+    return SIGNATURES[type(node)][1]
 
 
 _NODE_SHAPES: Final[dict[type[Any], Callable[[Any, Shapes], Shape]]] = {
+    **dict.fromkeys(SIGNATURES, _signature_shape),
     Const: lambda node, draws: infer_shape(node.data, draws),
     Rows: lambda node, draws: _common_shape(node.items, draws),
     Cycled: lambda node, draws: _common_shape(node.items, draws),
     Chosen: lambda node, draws: _common_shape(node.items, draws),
     Drawn: _draw_shape,
-    RandomRotated: _fixed_shape((4,)),
+    RandomRotated: lambda _node, _draws: (4,),
     Stacked: _stack_shape,
     Computed: lambda node, _: node.shape,
     Shared: lambda node, draws: draws[node.name],
-    Posed: _fixed_shape((7,), p=(3,), q=(4,)),
-    Normalized: _fixed_shape((4,), q=(4,)),
-    FromRpy: _fixed_shape((4,), angles=(3,)),
-    FromAxisAngle: _fixed_shape((4,), axis=(3,), angle=()),
-    FromMatrix: _fixed_shape((7,), matrix=(4, 4)),
-    Looking: _fixed_shape((4,), target=(3,), p=(3,)),
-    Pointing: _fixed_shape((4,), direction=(3,)),
     Radians: lambda node, draws: infer_shape(node.degrees, draws),
     AffineClamp: _held,
-    Composed: _fixed_shape((7,), outer=(7,), inner=(7,)),
 }
 
 _DRAWN = frozenset(("kind", "operands"))
@@ -210,8 +186,6 @@ _NODE_TYPES = {type_name(cls): cls for cls in NODES}
 
 _NULLABLE = {"weights", "shape"}
 
-_BUILTIN_NAMES = {"scene", "num_scenes"}
-
 
 class _RecipeError(Exception):
     """What is wrong, and the keys that lead there, innermost first."""
@@ -267,7 +241,7 @@ class _RecipeReader:
             self._known(made.name, "name")
         if isinstance(made, Computed):
             reads = dict(made.reads)
-            for name in made.template.names - _BUILTIN_NAMES:
+            for name in made.template.names - BUILTIN_NAMES:
                 self._known(reads.get(name, name), "template")
         return made
 
@@ -407,18 +381,13 @@ def _read_text(_: _RecipeReader, data: object, __: int) -> str:
 _SECTIONS: Final[tuple[str, ...]] = get_args(Section)
 
 
-def _read_word(_: _RecipeReader, data: object, __: int) -> int:
-    if type(data) is not int or not 0 <= data <= _MAX_WORD:
-        raise _RecipeError("SC707", f"{describe_json(data)} is outside the range: it must be 0 to {_MAX_WORD}")
-    return data
+def _integer_reader(low: int, high: int) -> Callable[[_RecipeReader, object, int], int]:
+    def read(_: _RecipeReader, data: object, __: int) -> int:
+        if type(data) is not int or not low <= data <= high:
+            raise _RecipeError("SC707", f"{describe_json(data)} is outside the range: it must be {low} to {high}")
+        return data
 
-
-def _read_index(_: _RecipeReader, data: object, __: int) -> int:
-    if type(data) is not int or not -1 <= data < _MAX_COMPONENTS:
-        raise _RecipeError(
-            "SC707", f"{describe_json(data)} is outside the range: it must be -1 to {_MAX_COMPONENTS - 1}"
-        )
-    return data
+    return read
 
 
 def _read_shape(_: _RecipeReader, data: object, __: int) -> tuple[int, ...]:
@@ -450,8 +419,8 @@ _FIELD_READERS: Final[dict[str, Callable[[_RecipeReader, object, int], Any]]] = 
     "path": _read_text,
     "section": _read_text,
     "kind": _read_text,
-    "word": _read_word,
-    "index": _read_index,
+    "word": _integer_reader(0, _MAX_WORD),
+    "index": _integer_reader(-1, _MAX_COMPONENTS - 1),
     "shape": _read_shape,
     "weights": _read_weights,
     "scene_idxs": _read_scene_idxs,

@@ -80,6 +80,14 @@ def component_bounds(found: ValueBounds, index: int) -> ValueBounds:
     return ValueBounds(None, low[index], high[index], found.exact)
 
 
+def stack_bounds(parts: list[ValueBounds]) -> ValueBounds:
+    """What several can be side by side."""
+    if any(part.low is None for part in parts):
+        return UNKNOWN
+    low, high = tuple(part.low for part in parts), tuple(part.high for part in parts)
+    return ValueBounds(None, low, high, all(part.exact for part in parts))
+
+
 def union_bounds(several: Iterable[ValueBounds]) -> ValueBounds:
     """What any of several can be."""
     parts = list(several)
@@ -211,10 +219,7 @@ def to_value_bounds(found: ExpressionBounds) -> ValueBounds:
     if found.values is not None:
         return ValueBounds.of(found.values, exact=found.exact)
     if found.items is not None:
-        parts = [to_value_bounds(item) for item in found.items]
-        if any(part.low is None for part in parts):
-            return UNKNOWN
-        return ValueBounds(None, tuple(p.low for p in parts), tuple(p.high for p in parts), all(p.exact for p in parts))
+        return stack_bounds(list(map(to_value_bounds, found.items)))
     return UNKNOWN if found.low is None else ValueBounds(None, found.low, found.high, found.exact)
 
 

@@ -35,6 +35,7 @@ from scenecc.variation.nodes import (
     Shared,
     Stacked,
     evaluation_order,
+    shaped_fields,
 )
 from scenecc.variation.operations import (
     LISTS,
@@ -461,76 +462,74 @@ _RIGID = 1e-3
 
 def _posed(batch: Batch, node: Posed) -> Floats:
     """Poses (B, 7)."""
-    return np.concatenate((_numbers(batch, node, node.p, 3), _numbers(batch, node, node.q, 4)), axis=1)
+    return np.concatenate(_parts(batch, node), axis=1)
 
 
 def _normalized(batch: Batch, node: Normalized) -> Floats:
     """Quaternions (B, 4)."""
-    q = _numbers(batch, node, node.q, 4)
+    (q,) = _parts(batch, node)
     length = rotation_arrays.hypot(q)
     off = np.abs(length - 1)
     wrong = ~(off <= _NORMALISED)
-    if wrong.any():
-        row = int(np.flatnonzero(wrong)[0])
-        raise DrawError(f"the quaternion's length is {length[row]:.6g}, not 1", int(batch.scenes[row]), node)
+    _refuse(batch, node, wrong, f"the quaternion's length is {length[wrong.argmax()]:.6g}, not 1")
     return np.where((off <= _UNTOUCHED)[:, None], q, rotation_arrays.normalized(q))
 
 
 def _from_rpy(batch: Batch, node: FromRpy) -> Floats:
     """Quaternions (B, 4)."""
-    return rotation_arrays.from_rpy(_numbers(batch, node, node.angles, 3))
+    return rotation_arrays.from_rpy(*_parts(batch, node))
 
 
 def _from_axis_angle(batch: Batch, node: FromAxisAngle) -> Floats:
     """Quaternions (B, 4)."""
-    axis, angle = _numbers(batch, node, node.axis, 3), _numbers(batch, node, node.angle)
+    axis, angle = _parts(batch, node)
     _refuse(batch, node, (axis == 0).all(axis=1), "an axis of length 0 has no direction")
     return rotation_arrays.from_axis_angle(axis, angle)
 
 
 def _from_matrix(batch: Batch, node: FromMatrix) -> Floats:
     """Poses (B, 7)."""
-    matrix = _numbers(batch, node, node.matrix, 4, 4)
+    (matrix,) = _parts(batch, node)
     off = rotation_arrays.rigidity(matrix)
     wrong = ~(off <= _RIGID)
-    if wrong.any():
-        row = int(np.flatnonzero(wrong)[0])
-        raise DrawError(f"the matrix is no rigid motion: it is off by {off[row]:.3g}", int(batch.scenes[row]), node)
+    _refuse(batch, node, wrong, f"the matrix is no rigid motion: it is off by {off[wrong.argmax()]:.3g}")
     return np.concatenate((matrix[:, :3, 3], rotation_arrays.from_matrix(matrix[:, :3, :3])), axis=1)
 
 
 def _looking(batch: Batch, node: Looking) -> Floats:
     """Quaternions (B, 4)."""
-    forward = _numbers(batch, node, node.target, 3) - _numbers(batch, node, node.p, 3)
-    q, known = rotation_arrays.looking(forward)
+    target, p = _parts(batch, node)
+    q, known = rotation_arrays.looking(target - p)
     _refuse(batch, node, ~known, "`look_at` is where the pose itself is, or straight above or below it")
     return q
 
 
 def _pointing(batch: Batch, node: Pointing) -> Floats:
     """Quaternions (B, 4)."""
-    direction = _numbers(batch, node, node.direction, 3)
+    (direction,) = _parts(batch, node)
     _refuse(batch, node, (direction == 0).all(axis=1), "a direction of length 0 points nowhere")
     return rotation_arrays.shortest_from_x(direction)
 
 
 def _radians(batch: Batch, node: Radians) -> Floats:
     """Angles, of the item's shape; as `math.radians` has them."""
-    degrees = to_field_rows(batch.item(node.degrees))
-    return _checked_numbers(batch, node, degrees, degrees.shape[1:]) * (math.pi / 180.0)
+    return _numbers(batch, node, node.degrees) * (math.pi / 180.0)
 
 
 def _composed(batch: Batch, node: Composed) -> Floats:
     """Poses (B, 7)."""
-    return rotation_arrays.compose(_numbers(batch, node, node.outer, 7), _numbers(batch, node, node.inner, 7))
+    return rotation_arrays.compose(*_parts(batch, node))
 
 
-def _numbers(batch: Batch, node: Node, item: Any, *shape: int) -> Floats:
-    """An item's values (B, *shape) as float64."""
-    return _checked_numbers(batch, node, to_field_rows(batch.item(item)), shape)
+def _parts(batch: Batch, node: Node) -> list[Floats]:
+    """The values (B, …) of the fields of a node that has a signature."""
+    return [_numbers(batch, node, getattr(node, name), shape) for name, shape in shaped_fields(node)]
 
 
-def _checked_numbers(batch: Batch, node: Node, values: NDArray[Any], shape: tuple[int, ...]) -> Floats:
+def _numbers(batch: Batch, node: Node, item: Any, shape: tuple[int, ...] | None = None) -> Floats:
+    """An item's values (B, *shape) as float64; of any shape where none is given."""
+    values = to_field_rows(batch.item(item))
+    shape = values.shape[1:] if shape is None else shape
     if values.dtype.kind not in "if" or values.shape[1:] != shape:
         wanted = " by ".join(str(size) for size in shape) + " numbers" if shape else "a number"
         raise DrawError(f"this is not {wanted}", int(batch.scenes[0]), node)

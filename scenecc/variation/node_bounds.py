@@ -13,6 +13,7 @@ from scenecc.variation.bounds import (
     affine_clamp_bounds,
     bounds_of_values,
     component_bounds,
+    stack_bounds,
     to_expression_bounds,
     to_value_bounds,
     union_bounds,
@@ -21,6 +22,7 @@ from scenecc.variation.enumeration import MAX_COMBINATIONS, MAX_OUTCOMES, enumer
 from scenecc.variation.expression_bounds import ExpressionFault, template_bounds
 from scenecc.variation.nodes import (
     NODE_TYPES,
+    SIGNATURES,
     AffineClamp,
     Chosen,
     Composed,
@@ -28,13 +30,8 @@ from scenecc.variation.nodes import (
     Const,
     Cycled,
     Drawn,
-    FromAxisAngle,
     FromMatrix,
-    FromRpy,
-    Looking,
     Node,
-    Normalized,
-    Pointing,
     Posed,
     Radians,
     RandomRotated,
@@ -42,8 +39,9 @@ from scenecc.variation.nodes import (
     Shared,
     Stacked,
     evaluation_order,
+    shaped_fields,
 )
-from scenecc.variation.operations import NAME_LOOKUP_COST, NUMBERS, DrawError
+from scenecc.variation.operations import NAME_LOOKUP_COST, NUMBERS, DrawError, has_shape
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -227,14 +225,7 @@ def _drawn(analysis: BoundsAnalysis, node: Drawn) -> ValueBounds:
 
 
 def _stacked(analysis: BoundsAnalysis, node: Stacked) -> ValueBounds:
-    return _stack_bounds(list(map(analysis.item, node.items)))
-
-
-def _stack_bounds(parts: list[ValueBounds]) -> ValueBounds:
-    if any(part.low is None for part in parts):
-        return UNKNOWN
-    low, high = tuple(part.low for part in parts), tuple(part.high for part in parts)
-    return ValueBounds(None, low, high, all(part.exact for part in parts))
+    return stack_bounds(list(map(analysis.item, node.items)))
 
 
 def _computed(analysis: BoundsAnalysis, node: Computed) -> ValueBounds:
@@ -246,7 +237,7 @@ def _any_quaternion(_analysis: BoundsAnalysis, _node: Node) -> ValueBounds:
 
 
 def _posed(analysis: BoundsAnalysis, node: Posed) -> ValueBounds:
-    p, q = _shaped(analysis.item(node.p), (3,)), _shaped(analysis.item(node.q), (4,))
+    p, q = _parts(analysis, node)
     if p.low is None or q.low is None:
         return UNKNOWN
     return ValueBounds(None, (*p.low, *q.low), (*p.high, *q.high), p.exact and q.exact)
@@ -261,7 +252,7 @@ def _radians(analysis: BoundsAnalysis, node: Radians) -> ValueBounds:
 
 
 def _from_matrix(analysis: BoundsAnalysis, node: FromMatrix) -> ValueBounds:
-    found = _shaped(analysis.item(node.matrix), (4, 4))
+    (found,) = _parts(analysis, node)
     if found.low is None:
         return UNKNOWN
     low, high = (tuple(row[3] for row in bound[:3]) for bound in (found.low, found.high))
@@ -269,7 +260,7 @@ def _from_matrix(analysis: BoundsAnalysis, node: FromMatrix) -> ValueBounds:
 
 
 def _composed(analysis: BoundsAnalysis, node: Composed) -> ValueBounds:
-    outer, inner = _shaped(analysis.item(node.outer), (7,)), _shaped(analysis.item(node.inner), (7,))
+    outer, inner = _parts(analysis, node)
     if outer.low is None or inner.low is None:
         return UNKNOWN
     if outer.low[3:] == outer.high[3:] == (1.0, 0.0, 0.0, 0.0):
@@ -286,6 +277,11 @@ def _composed(analysis: BoundsAnalysis, node: Composed) -> ValueBounds:
 def _affine_clamp(analysis: BoundsAnalysis, node: AffineClamp) -> ValueBounds:
     of, factor, offset, low, high = map(analysis.item, (node.of, node.factor, node.offset, node.low, node.high))
     return affine_clamp_bounds(of if node.index < 0 else component_bounds(of, node.index), factor, offset, low, high)
+
+
+def _parts(analysis: BoundsAnalysis, node: Node) -> list[ValueBounds]:
+    """The bounds of the fields of a node that has a signature."""
+    return [_shaped(analysis.item(getattr(node, name)), shape) for name, shape in shaped_fields(node)]
 
 
 def _plain_bound(item: Any, shape: tuple[int, ...]) -> Any:
@@ -305,13 +301,7 @@ def broadcast_bounds(found: ValueBounds, shape: tuple[int, ...]) -> ValueBounds:
 
 def _shaped(found: ValueBounds, shape: tuple[int, ...]) -> ValueBounds:
     """The same, where it is of that shape. An expression may give anything, which is reported as it is drawn."""
-    return found if found.low is None or _has_shape(found.low, shape) else UNKNOWN
-
-
-def _has_shape(bound: Any, shape: tuple[int, ...]) -> bool:
-    if not shape or bound.__class__ is not tuple:
-        return not shape and bound.__class__ is not tuple
-    return len(bound) == shape[0] and all(_has_shape(item, shape[1:]) for item in bound)
+    return found if found.low is None or has_shape(found.low, shape) else UNKNOWN
 
 
 def _each(function: Callable[[Any, Any], Any], a: Any, b: Any) -> Any:
@@ -325,6 +315,7 @@ def _whole(number: float) -> int | None:
 
 
 NODE_BOUNDS: dict[type[Any], Callable[[BoundsAnalysis, Any], ValueBounds]] = {
+    **dict.fromkeys((kind for kind, (_, gives) in SIGNATURES.items() if gives == (4,)), _any_quaternion),
     Const: lambda analysis, node: analysis.item(node.data),
     Rows: lambda analysis, node: analysis.any_of(node.items),
     Cycled: lambda analysis, node: analysis.any_of(node.items),
@@ -335,12 +326,7 @@ NODE_BOUNDS: dict[type[Any], Callable[[BoundsAnalysis, Any], ValueBounds]] = {
     Computed: _computed,
     Shared: lambda analysis, node: analysis.shared(node.name),
     Posed: _posed,
-    Normalized: _any_quaternion,
-    FromRpy: _any_quaternion,
-    FromAxisAngle: _any_quaternion,
     FromMatrix: _from_matrix,
-    Looking: _any_quaternion,
-    Pointing: _any_quaternion,
     Radians: _radians,
     AffineClamp: _affine_clamp,
     Composed: _composed,

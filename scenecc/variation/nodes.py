@@ -249,6 +249,25 @@ _WITH_PARTS = NODE_TYPES | {tuple}
 NODE_FIELDS = {kind: tuple(field.name for field in fields(kind)) for kind in NODES}
 """The names of each node's fields."""
 
+Shapes = tuple[tuple[int, ...], ...]
+
+SIGNATURES: dict[type[Any], tuple[Shapes, tuple[int, ...]]] = {
+    Posed: (((3,), (4,)), (7,)),
+    Normalized: (((4,),), (4,)),
+    FromRpy: (((3,),), (4,)),
+    FromAxisAngle: (((3,), ()), (4,)),
+    FromMatrix: (((4, 4),), (7,)),
+    Looking: (((3,), (3,)), (4,)),
+    Pointing: (((3,),), (4,)),
+    Composed: (((7,), (7,)), (7,)),
+}
+"""Of nodes that compute a pose (7,) or a quaternion (4,): the shapes of their fields, and of what they give."""
+
+
+def shaped_fields(node: Node) -> list[tuple[str, tuple[int, ...]]]:
+    """The fields of a node that has a signature, each with its shape."""
+    return list(zip(NODE_FIELDS[type(node)], SIGNATURES[type(node)][0], strict=True))
+
 
 def draws_read_by(node: Node) -> list[str]:
     """The shared draws that a node reads, in any scene; not those that these read."""

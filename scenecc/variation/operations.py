@@ -489,17 +489,18 @@ def shape_mismatch(given: Any, shape: tuple[int, ...], text: str) -> str | None:
     wanted = " lists of ".join(map(str, shape)) + " numbers"
     if type(given) not in LISTS:
         return f"it gives {kind_name(given)} where {wanted} are wanted"
-    if _has_shape(given, shape):
+    if has_shape(given, shape):
         return None
     repeated = len(given) > shape[0] and len(given) % shape[0] == 0 and "*" in text
     why = ": `*` repeats lists, so multiply each component" if repeated else ""
     return f"it gives a list that is not {wanted}{why}"
 
 
-def _has_shape(given: Any, shape: tuple[int, ...]) -> bool:
+def has_shape(given: Any, shape: tuple[int, ...]) -> bool:
+    """Whether it is one number, or lists of numbers of these lengths within one another."""
     if not shape:
         return is_number(given)
-    return type(given) in LISTS and len(given) == shape[0] and all(_has_shape(item, shape[1:]) for item in given)
+    return type(given) in LISTS and len(given) == shape[0] and all(has_shape(item, shape[1:]) for item in given)
 
 
 def item_at(values: Any, index: Any, span: Span) -> Any:
