@@ -438,15 +438,11 @@ def _result_rows(batch: Batch, node: Computed, results: list[Any]) -> NDArray[An
             if type(result) is int and not -_INT64 <= result < _INT64:
                 raise _row_error(batch, node, row, "it gives an integer of more than 64 bits")
         return row_array(results)
-    return _list_rows(batch, node, results, node.shape)
-
-
-def _list_rows(batch: Batch, node: Computed, results: list[Any], shape: tuple[int, ...]) -> NDArray[Any]:
     for row, result in enumerate(results):
-        wrong = shape_mismatch(result, shape, node.template.text)
+        wrong = shape_mismatch(result, node.shape, node.template.text)
         if wrong is not None:
             raise _row_error(batch, node, row, wrong)
-    return np.array(results, dtype=np.float64).reshape(len(results), *shape)
+    return np.array(results, dtype=np.float64).reshape(len(results), *node.shape)
 
 
 def _row_error(batch: Batch, node: Computed, row: int, message: str) -> DrawError:

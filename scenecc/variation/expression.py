@@ -137,9 +137,7 @@ MAX_DEPTH = 100
 
 CONSTANTS: dict[str, Any] = {"pi": math.pi, "true": True, "false": False}
 
-RESERVED_NAMES = frozenset(
-    (*FUNCTIONS, *CONSTANTS, "True", "False", "and", "or", "not", "if", "else", "scene", "num_scenes")
-)
+RESERVED_NAMES = frozenset((*FUNCTIONS, *CONSTANTS, *_WORDS, "scene", "num_scenes"))
 """What parameters, loop variables and draws may not be called, beside Python's keywords."""
 
 Environment = Mapping[str, Any]
@@ -239,7 +237,7 @@ class _Compiler:
         if isinstance(node.op, ast.Not):
             of = self.span(node.operand)
             return lambda environment: not operations.truth(part(environment), of)
-        apply = operations.negative if isinstance(node.op, ast.USub) else operations.positive
+        apply = operations.SIGNS[type(node.op).__name__]
         return lambda environment: apply(part(environment), span)
 
     def logical(self, node: ast.BoolOp, depth: int) -> Closure:

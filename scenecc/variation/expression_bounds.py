@@ -43,6 +43,8 @@ if TYPE_CHECKING:
     from scenecc.variation.forms import Template
     from scenecc.variation.operations import Interval
 
+    Operation = Callable[[tuple[Any, ...]], Any]
+
 
 @frozen
 class ExpressionFault:
@@ -64,7 +66,7 @@ def template_bounds(
     template: Template, names: Mapping[str, ExpressionBounds], faults: list[ExpressionFault] | None = None
 ) -> ExpressionBounds:
     """What a template can give, from what its free names can; `faults` takes why it may have no value."""
-    names = {**names, **{name: bounds_of_values((value,)) for name, value in template.constants}}
+    names = {**names, **_constant_bounds(template)}
     walks = [
         part if isinstance(part, str) else _BoundsWalk(part, names, [] if faults is None else faults)
         for part in template.expressions()
@@ -80,15 +82,6 @@ def template_bounds(
     return _combine_values(parts, lambda values: "".join(operations.scalar_text(v, _ANYWHERE) for v in values))
 
 
-def bounds_finder(
-    expression: Expression, names: Mapping[str, ExpressionBounds], constants: Mapping[str, Any]
-) -> Callable[[ast.expr], ExpressionBounds]:
-    """A function that bounds a part of an expression."""
-    return _BoundsWalk(
-        expression, {**names, **{name: bounds_of_values((value,)) for name, value in constants.items()}}, []
-    ).node
-
-
 def difference_interval(a: Template, b: Template, names: Mapping[str, ExpressionBounds]) -> Interval | None:
     """The bounds of a - b, as a sum of terms; None where that is not made of numbers.
 
@@ -97,8 +90,7 @@ def difference_interval(a: Template, b: Template, names: Mapping[str, Expression
         b: another one's.
         names: what their free names can be.
     """
-    constants = {**dict(a.constants), **dict(b.constants)}
-    if constants != {**dict(b.constants), **dict(a.constants)}:
+    if {**dict(a.constants), **dict(b.constants)} != {**dict(b.constants), **dict(a.constants)}:
         return None
     parts = [*a.expressions(), *b.expressions()]
     if len(parts) != 2 or isinstance(parts[0], str) or isinstance(parts[1], str):
@@ -106,14 +98,18 @@ def difference_interval(a: Template, b: Template, names: Mapping[str, Expression
     terms: _Terms = {}
     _add_terms(parts[0].tree, 1.0, terms)
     _add_terms(parts[1].tree, -1.0, terms)
-    find = bounds_finder(parts[0], names, constants)
+    walk = _BoundsWalk(parts[0], {**names, **_constant_bounds(a), **_constant_bounds(b)}, [])
     total: Interval = (0.0, 0.0)
     for factor, term in terms.values():
-        found = interval_of(find(term))
+        found = interval_of(walk.node(term))
         if found is None:
             return None
         total = sum_interval(total, product_interval((factor, factor), found))
     return total
+
+
+def _constant_bounds(template: Template) -> dict[str, ExpressionBounds]:
+    return {name: bounds_of_values((value,)) for name, value in template.constants}
 
 
 _ANYWHERE = (0, 0)
@@ -215,7 +211,7 @@ class _BoundsWalk:
         if bounds is not None:
             low, high = bounds if isinstance(node.op, ast.UAdd) else (-bounds[1], -bounds[0])
             return ExpressionBounds(low=low, high=high, exact=part.exact, whole=part.whole, nonzero=part.nonzero)
-        apply = operations.negative if isinstance(node.op, ast.USub) else operations.positive
+        apply = operations.SIGNS[type(node.op).__name__]
         return self._combined_or_kind([part], lambda values: apply(values[0], _ANYWHERE), node)
 
     def logical(self, node: ast.BoolOp) -> ExpressionBounds:
@@ -293,26 +289,20 @@ class _BoundsWalk:
         low, high = function.interval(*bounds)
         return ExpressionBounds(low=low, high=high, whole=function.is_whole([part.is_whole for part in parts]))
 
-    def _combined(
-        self, parts: list[ExpressionBounds], apply: Callable[[tuple[Any, ...]], Any], node: ast.expr
-    ) -> ExpressionBounds:
+    def _combined(self, parts: list[ExpressionBounds], apply: Operation, node: ast.expr) -> ExpressionBounds:
         failed: list[ExpressionError] = []
         found = _combine_values(parts, apply, failed)
         if failed:
             self._fault(failed[0].message, node, certain=found.values is None)
         return found
 
-    def _by_kind(
-        self, parts: list[ExpressionBounds], apply: Callable[[tuple[Any, ...]], Any], node: ast.expr
-    ) -> ExpressionBounds:
+    def _by_kind(self, parts: list[ExpressionBounds], apply: Operation, node: ast.expr) -> ExpressionBounds:
         """What comes of parts of which some have too many values: only whether their kinds fit is looked at."""
         if any(part.values is None for part in parts):
             self.check_kinds(parts, apply, node)
         return ANYTHING
 
-    def check_kinds(
-        self, parts: list[ExpressionBounds], apply: Callable[[tuple[Any, ...]], Any], node: ast.expr
-    ) -> None:
+    def check_kinds(self, parts: list[ExpressionBounds], apply: Operation, node: ast.expr) -> None:
         """A fault where something cannot be done with values of these kinds."""
         self._combined([bounds_of_values(example_values(part)) for part in parts], apply, node)
 
@@ -321,9 +311,7 @@ class _BoundsWalk:
         self.check_kinds([part], lambda values: operations.truth(values[0], _ANYWHERE), node)
         return truth_values(part)
 
-    def _combined_or_kind(
-        self, parts: list[ExpressionBounds], apply: Callable[[tuple[Any, ...]], Any], node: ast.expr
-    ) -> ExpressionBounds:
+    def _combined_or_kind(self, parts: list[ExpressionBounds], apply: Operation, node: ast.expr) -> ExpressionBounds:
         found = self._combined(parts, apply, node)
         return self._by_kind(parts, apply, node) if found is ANYTHING else found
 
@@ -371,7 +359,7 @@ def _repeated_list(items: tuple[ExpressionBounds, ...] | None, times: Expression
 
 
 def _combine_values(
-    parts: list[ExpressionBounds], apply: Callable[[tuple[Any, ...]], Any], failed: list[ExpressionError] | None = None
+    parts: list[ExpressionBounds], apply: Operation, failed: list[ExpressionError] | None = None
 ) -> ExpressionBounds:
     """What comes of every combination of known values; what has no value is left out, and goes to `failed`."""
     if (

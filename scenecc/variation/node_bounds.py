@@ -247,8 +247,11 @@ def _radians(analysis: BoundsAnalysis, node: Radians) -> ValueBounds:
     found = analysis.item(node.degrees)
     if found.low is None:
         return UNKNOWN
-    low, high = (_each(lambda d, _: math.radians(d), bound, bound) for bound in (found.low, found.high))
-    return ValueBounds(None, low, high, found.exact)
+    return ValueBounds(None, _to_radians(found.low), _to_radians(found.high), found.exact)
+
+
+def _to_radians(bound: Any) -> Any:
+    return tuple(map(_to_radians, bound)) if bound.__class__ is tuple else math.radians(bound)
 
 
 def _from_matrix(analysis: BoundsAnalysis, node: FromMatrix) -> ValueBounds:
@@ -302,12 +305,6 @@ def broadcast_bounds(found: ValueBounds, shape: tuple[int, ...]) -> ValueBounds:
 def _shaped(found: ValueBounds, shape: tuple[int, ...]) -> ValueBounds:
     """The same, where it is of that shape. An expression may give anything, which is reported as it is drawn."""
     return found if found.low is None or has_shape(found.low, shape) else UNKNOWN
-
-
-def _each(function: Callable[[Any, Any], Any], a: Any, b: Any) -> Any:
-    if a.__class__ is tuple:
-        return tuple(_each(function, x, y) for x, y in zip(a, b, strict=True))
-    return function(a, b)
 
 
 def _whole(number: float) -> int | None:

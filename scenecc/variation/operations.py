@@ -403,18 +403,19 @@ BINARY: dict[str, BinaryOperator] = {
 """By the name of the node's type in Python's `ast`."""
 
 
-def negative(a: Any, span: Span) -> Any:
-    """The number with the other sign."""
-    if not is_number(a):
-        raise ExpressionError(f"`-` does not take {kind_name(a)}", *span)
-    return -a
+def _sign(symbol: str, apply: Callable[[Any], Any]) -> Callable[[Any, Span], Any]:
+    """A sign before a number."""
+
+    def run(a: Any, span: Span) -> Any:
+        if not is_number(a):
+            raise ExpressionError(f"`{symbol}` does not take {kind_name(a)}", *span)
+        return apply(a)
+
+    return run
 
 
-def positive(a: Any, span: Span) -> Any:
-    """The number itself."""
-    if not is_number(a):
-        raise ExpressionError(f"`+` does not take {kind_name(a)}", *span)
-    return a
+SIGNS = {"USub": _sign("-", lambda a: -a), "UAdd": _sign("+", lambda a: a)}
+"""By the name of the node's type in Python's `ast`."""
 
 
 def equal(a: Any, b: Any, span: Span) -> bool:
