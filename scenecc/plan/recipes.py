@@ -12,7 +12,6 @@ from scenecc.plan.schema import type_name
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.forms import Template
 from scenecc.variation.nodes import (
-    BUILTIN_NAMES,
     NODES,
     SIGNATURES,
     AffineClamp,
@@ -53,7 +52,7 @@ def infer_shape(item: Any, draws: Shapes) -> Shape:
     """The shape of an item of a recipe, without the axis of the scenes. `draws`: those of the shared draws.
 
     Raises:
-        MisshapenError: it could not be evaluated, by the shapes of its parts.
+        RecipeShapeError: it could not be evaluated, by the shapes of its parts.
     """
     if isinstance(item, NODES):
         return _NODE_SHAPES[type(item)](item, draws)
@@ -240,9 +239,8 @@ class _RecipeReader:
         if isinstance(made, Shared):
             self._known(made.name, "name")
         if isinstance(made, Computed):
-            reads = dict(made.reads)
-            for name in made.template.names - BUILTIN_NAMES:
-                self._known(reads.get(name, name), "template")
+            for name in made.draws_by_name.values():
+                self._known(name, "template")
         return made
 
     def _drawn(self, data: dict[str, Any], depth: int) -> Drawn:

@@ -96,26 +96,25 @@ def union_bounds(several: Iterable[ValueBounds]) -> ValueBounds:
         return ValueBounds.of((item for part in parts for item in part.alternatives or ()), exact=exact)
     if any(part.low is None for part in parts):
         return UNKNOWN
+    low, high = _hull([p.low for p in parts], [p.high for p in parts])
+    return UNKNOWN if low is None else ValueBounds(None, low, high, exact)
+
+
+def _hull(lows: list[Any], highs: list[Any]) -> tuple[Any, Any]:
+    """The least and greatest of several values, each component by itself; None where they differ in shape."""
     try:
-        low, high = componentwise(min, [p.low for p in parts]), componentwise(max, [p.high for p in parts])
+        return _componentwise(min, lows), _componentwise(max, highs)
     except ValueError:
-        return UNKNOWN
-    return ValueBounds(None, low, high, exact)
+        return None, None
 
 
-def componentwise(pick: Any, values: list[Any]) -> Any:
-    """The least or greatest of several values of one shape, each component by itself.
-
-    Raises:
-        ValueError: they differ in shape.
-    """
-    if values[0].__class__ is not tuple:
-        if any(value.__class__ is tuple for value in values):
-            raise ValueError("numbers and vectors")
+def _componentwise(pick: Any, values: list[Any]) -> Any:
+    tuples = {value.__class__ is tuple for value in values}
+    if tuples == {False}:
         return pick(values)
-    if any(value.__class__ is not tuple for value in values):
+    if len(tuples) > 1:
         raise ValueError("numbers and vectors")
-    return tuple(componentwise(pick, list(column)) for column in zip(*values, strict=True))
+    return tuple(_componentwise(pick, list(column)) for column in zip(*values, strict=True))
 
 
 def _extremes(alternatives: tuple[Any, ...]) -> tuple[Any, Any]:
@@ -123,10 +122,7 @@ def _extremes(alternatives: tuple[Any, ...]) -> tuple[Any, Any]:
         return None, None
     if len(alternatives) == 1:
         return alternatives[0], alternatives[0]
-    try:
-        return componentwise(min, list(alternatives)), componentwise(max, list(alternatives))
-    except ValueError:
-        return None, None
+    return _hull(list(alternatives), list(alternatives))
 
 
 def _numeric(value: Any) -> bool:

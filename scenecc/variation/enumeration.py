@@ -10,7 +10,6 @@ from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from scenecc.variation.nodes import (
-    BUILTIN_NAMES,
     NODE_FIELDS,
     NODES,
     Chosen,
@@ -159,8 +158,7 @@ class _Sources:
     def chosen(self, node: Chosen) -> bool:
         if len(node.items) > self._longest:
             return False
-        weights = node.weights or (1.0,) * len(node.items)
-        self.drawn[node.key, node.word] = [number for number, weight in enumerate(weights) if weight > 0]
+        self.drawn[node.key, node.word] = node.possible
         return self.add_all(node.items)
 
     def drawn_integers(self, node: Drawn) -> bool:
@@ -193,7 +191,7 @@ class _Sources:
 
     def computed(self, node: Computed) -> bool:
         """Adds what an expression reads: draws, and the scene's index where it names that."""
-        names, reads, num_scenes = node.template.names, dict(node.reads), self._analysis.num_scenes
+        names, num_scenes = node.template.names, self._analysis.num_scenes
         if "num_scenes" in names and num_scenes is None:
             return False
         if "scene" in names:
@@ -201,7 +199,7 @@ class _Sources:
             if num_scenes is None or len(scenes) > self._longest:
                 return False
             self._restrict(scenes)
-        return self.add_all(tuple(Shared(reads.get(name, name)) for name in sorted(names - BUILTIN_NAMES)))
+        return self.add_all(tuple(map(Shared, node.draws_by_name.values())))
 
     def _restrict(self, scenes: Iterable[int]) -> None:
         self.scenes = set(scenes) if self.scenes is None else self.scenes & set(scenes)

@@ -80,7 +80,7 @@ def row_array(items: Sequence[Any]) -> NDArray[Any]:
 
 
 def typed_row_array(items: Sequence[Any]) -> NDArray[Any]:
-    """As `table`, but objects where integers stand beside floats.
+    """As `row_array`, but objects where integers stand beside floats.
 
     A text tells 1 from 1.0, and what a scene has must not depend on what others have.
     """
@@ -399,9 +399,10 @@ _INT64 = 2**63
 
 def _computed(batch: Batch, node: Computed) -> NDArray[Any]:
     """What the expression gives in each scene (B, *shape)."""
-    template, reads = node.template, dict(node.reads)
+    template, draws = node.template, node.draws_by_name
     names = sorted(template.names - {"num_scenes"})
-    inputs = [_input(batch, reads.get(name, name) if name != "scene" else None) for name in names]
+    # As Python's own numbers and lists.
+    inputs = [(batch.scenes if name == "scene" else batch.shared(draws[name])).tolist() for name in names]
     environment: dict[str, Any] = {"num_scenes": batch.num_scenes, **dict(template.constants)}
     run = template.run
     results: list[Any] = []
@@ -421,11 +422,6 @@ def _computed(batch: Batch, node: Computed) -> NDArray[Any]:
         raise DrawError(error.message, scene, node, error) from error
     column = _result_rows(batch, node, results)
     return column if inputs else np.broadcast_to(column, (len(batch.scenes), *column.shape[1:]))
-
-
-def _input(batch: Batch, name: str | None) -> list[Any]:
-    """The values of a shared draw, or the scenes' indices, as Python's own numbers and lists."""
-    return (batch.scenes if name is None else batch.shared(name)).tolist()
 
 
 def _result_rows(batch: Batch, node: Computed, results: list[Any]) -> NDArray[Any]:

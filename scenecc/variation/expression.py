@@ -241,18 +241,40 @@ class _Compiler:
         return lambda environment: apply(part(environment), span)
 
     def logical(self, node: ast.BoolOp, depth: int) -> Closure:
+        """The first operand that is true (`or`) or false (`and`), else the last; those behind it are not evaluated."""
         parts = [(self.closure(value, depth), self.span(value)) for value in node.values]
-        return _logical(parts, until=isinstance(node.op, ast.Or))
+        until = isinstance(node.op, ast.Or)
+
+        def run(environment: Environment) -> Any:
+            value: Any = None
+            for part, span in parts:
+                value = part(environment)
+                if operations.truth(value, span) is until:
+                    break
+            return value
+
+        return run
 
     def compared(self, node: ast.Compare, depth: int) -> Closure:
         others = [self.closure(other, depth) for other in node.comparators]
-        return _compared(
-            self.closure(node.left, depth), [type(op).__name__ for op in node.ops], others, self.span(node)
-        )
+        first, span = self.closure(node.left, depth), self.span(node)
+        steps = list(zip([operations.COMPARISONS[type(op).__name__].apply for op in node.ops], others, strict=True))
+
+        def run(environment: Environment) -> bool:
+            a = first(environment)
+            for holds, other in steps:
+                b = other(environment)
+                if not holds(a, b, span):
+                    return False
+                a = b
+            return True
+
+        return run
 
     def conditional(self, node: ast.IfExp, depth: int) -> Closure:
         test, span = self.closure(node.test, depth), self.span(node.test)
-        return _conditional(test, span, self.closure(node.body, depth), self.closure(node.orelse, depth))
+        chosen, otherwise = self.closure(node.body, depth), self.closure(node.orelse, depth)
+        return lambda environment: (chosen if operations.truth(test(environment), span) else otherwise)(environment)
 
     def indexed(self, node: ast.Subscript, depth: int) -> Closure:
         values, index, span = self.closure(node.value, depth), self.closure(node.slice, depth), self.span(node)
@@ -342,42 +364,6 @@ def _binary(name: str, left: Closure, right: Closure, span: Span) -> Closure:
                 if -_QUICK_BOUND < result < _QUICK_BOUND:
                     return result
         return apply(a, b, span)
-
-    return run
-
-
-def _logical(parts: list[tuple[Closure, Span]], *, until: bool) -> Closure:
-    """The first operand that is true (`or`) or false (`and`), else the last; those behind it are not evaluated."""
-
-    def run(environment: Environment) -> Any:
-        value: Any = None
-        for part, span in parts:
-            value = part(environment)
-            if operations.truth(value, span) is until:
-                break
-        return value
-
-    return run
-
-
-def _compared(first: Closure, names: list[str], others: list[Closure], span: Span) -> Closure:
-    steps = list(zip([operations.COMPARISONS[name].apply for name in names], others, strict=True))
-
-    def run(environment: Environment) -> bool:
-        a = first(environment)
-        for holds, other in steps:
-            b = other(environment)
-            if not holds(a, b, span):
-                return False
-            a = b
-        return True
-
-    return run
-
-
-def _conditional(test: Closure, span: Span, chosen: Closure, otherwise: Closure) -> Closure:
-    def run(environment: Environment) -> Any:
-        return chosen(environment) if operations.truth(test(environment), span) else otherwise(environment)
 
     return run
 

@@ -59,7 +59,7 @@ def convert_injected(rows: ArrayLike, wanted: DrawType, count: int) -> NDArray[A
         count: of scenes.
 
     Raises:
-        UnfitError: it is none, or not of that kind and shape.
+        InjectedDrawError: it is none, or not of that kind and shape.
     """
     data = _array(rows)
     if wanted.shape is None:

@@ -171,20 +171,14 @@ def bounds_and_faults(analysis: BoundsAnalysis, node: Computed) -> tuple[Express
 
 def name_bounds(analysis: BoundsAnalysis, node: Computed) -> dict[str, ExpressionBounds]:
     """What the names in an expression can be."""
-    reads = dict(node.reads)
-    names: dict[str, ExpressionBounds] = {}
-    for name in node.template.names:
-        if name == "scene":
-            most = math.inf if analysis.num_scenes is None else analysis.num_scenes - 1
-            names[name] = ExpressionBounds(low=0, high=most, exact=analysis.num_scenes is not None, whole=True)
-        elif name == "num_scenes":
-            names[name] = (
-                ExpressionBounds(low=1, high=math.inf, whole=True)
-                if analysis.num_scenes is None
-                else bounds_of_values((analysis.num_scenes,))
-            )
-        else:
-            names[name] = analysis.reached(reads.get(name, name))
+    count = analysis.num_scenes
+    names = {name: analysis.reached(draw) for name, draw in node.draws_by_name.items()}
+    if count is None:
+        names["scene"] = ExpressionBounds(low=0, high=math.inf, whole=True)
+        names["num_scenes"] = ExpressionBounds(low=1, high=math.inf, whole=True)
+    else:
+        names["scene"] = ExpressionBounds(low=0, high=count - 1, exact=True, whole=True)
+        names["num_scenes"] = bounds_of_values((count,))
     return names
 
 
@@ -193,8 +187,7 @@ _ANY_QUATERNION = ValueBounds(None, (-1.0,) * 4, (1.0,) * 4, exact=False)
 
 
 def _chosen(analysis: BoundsAnalysis, node: Chosen) -> ValueBounds:
-    weights = node.weights or (1.0,) * len(node.items)
-    return analysis.any_of(tuple(item for item, weight in zip(node.items, weights, strict=True) if weight > 0))
+    return analysis.any_of(tuple(node.items[number] for number in node.possible))
 
 
 def _drawn(analysis: BoundsAnalysis, node: Drawn) -> ValueBounds:

@@ -66,6 +66,11 @@ class Chosen:
     key: Key
     word: int = 0
 
+    @property
+    def possible(self) -> list[int]:
+        """The numbers of the items that can be drawn: of those that have weight."""
+        return [number for number in range(len(self.items)) if self.weights is None or self.weights[number] > 0]
+
 
 @frozen
 class Drawn:
@@ -119,6 +124,12 @@ class Computed:
     template: Template
     shape: tuple[int, ...] | None
     reads: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def draws_by_name(self) -> dict[str, str]:
+        """The shared draws that it reads, by their names in the expression."""
+        reads = dict(self.reads)
+        return {name: reads.get(name, name) for name in sorted(self.template.names - BUILTIN_NAMES)}
 
 
 @frozen
@@ -279,8 +290,7 @@ def draws_read_by(node: Node) -> list[str]:
         if kind is Shared:
             found[item.name] = None
         elif kind is Computed:
-            reads = dict(item.reads)
-            found.update(dict.fromkeys(reads.get(name, name) for name in sorted(item.template.names - BUILTIN_NAMES)))
+            found.update(dict.fromkeys(item.draws_by_name.values()))
         elif kind is tuple:
             todo += [part for part in item if part.__class__ in _WITH_PARTS]
         elif kind in NODE_FIELDS:

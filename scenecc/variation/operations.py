@@ -103,7 +103,7 @@ class OperationCounter:
         """Counts so many.
 
         Raises:
-            TooMuch: they are too many.
+            ComputeLimitError: they are too many.
         """
         self.done += operations
         if self.exhausted:
