@@ -337,11 +337,6 @@ def _choice_index(batch: Batch, node: Chosen) -> NDArray[np.int64]:
     return generator.choice(u, len(node.items), node.weights)
 
 
-def _random_rotation(batch: Batch, node: RandomRotated) -> NDArray[np.float64]:
-    """Quaternions (B, 4)."""
-    return generator.rotation(_units(batch, node, 0, 3))
-
-
 def _drawn(batch: Batch, node: Drawn) -> NDArray[Any]:
     """Numbers (B, *shape)."""
     operands = draw_bounds(batch, node)
@@ -452,11 +447,6 @@ _RIGID = 1e-3
 """How far a matrix may be from a rigid motion."""
 
 
-def _posed(batch: Batch, node: Posed) -> Floats:
-    """Poses (B, 7)."""
-    return np.concatenate(_parts(batch, node), axis=1)
-
-
 def _normalized(batch: Batch, node: Normalized) -> Floats:
     """Quaternions (B, 4)."""
     (q,) = _parts(batch, node)
@@ -465,11 +455,6 @@ def _normalized(batch: Batch, node: Normalized) -> Floats:
     wrong = ~(off <= _NORMALISED)
     _refuse(batch, node, wrong, f"the quaternion's length is {length[wrong.argmax()]:.6g}, not 1")
     return np.where((off <= _UNTOUCHED)[:, None], q, rotation_arrays.normalized(q))
-
-
-def _from_rpy(batch: Batch, node: FromRpy) -> Floats:
-    """Quaternions (B, 4)."""
-    return rotation_arrays.from_rpy(*_parts(batch, node))
 
 
 def _from_axis_angle(batch: Batch, node: FromAxisAngle) -> Floats:
@@ -501,16 +486,6 @@ def _pointing(batch: Batch, node: Pointing) -> Floats:
     (direction,) = _parts(batch, node)
     _refuse(batch, node, (direction == 0).all(axis=1), "a direction of length 0 points nowhere")
     return rotation_arrays.shortest_from_x(direction)
-
-
-def _radians(batch: Batch, node: Radians) -> Floats:
-    """Angles, of the item's shape; as `math.radians` has them."""
-    return _numbers(batch, node, node.degrees) * (math.pi / 180.0)
-
-
-def _composed(batch: Batch, node: Composed) -> Floats:
-    """Poses (B, 7)."""
-    return rotation_arrays.compose(*_parts(batch, node))
 
 
 def _parts(batch: Batch, node: Node) -> list[Floats]:
@@ -559,18 +534,19 @@ EVALUATORS: dict[type[Any], Callable[[Batch, Any], NDArray[Any]]] = {
     Cycled: lambda batch, node: batch.selected(node.items, batch.scenes % len(node.items)),
     Chosen: lambda batch, node: batch.selected(node.items, _choice_index(batch, node)),
     Drawn: _drawn,
-    RandomRotated: _random_rotation,
+    RandomRotated: lambda batch, node: generator.rotation(_units(batch, node, 0, 3)),
     Stacked: _stacked,
     Computed: _computed,
     Shared: lambda batch, node: batch.shared(node.name),
-    Posed: _posed,
+    Posed: lambda batch, node: np.concatenate(_parts(batch, node), axis=1),
     Normalized: _normalized,
-    FromRpy: _from_rpy,
+    FromRpy: lambda batch, node: rotation_arrays.from_rpy(*_parts(batch, node)),
     FromAxisAngle: _from_axis_angle,
     FromMatrix: _from_matrix,
     Looking: _looking,
     Pointing: _pointing,
-    Radians: _radians,
+    # As `math.radians` has them.
+    Radians: lambda batch, node: _numbers(batch, node, node.degrees) * (math.pi / 180.0),
     AffineClamp: _affine_clamp,
-    Composed: _composed,
+    Composed: lambda batch, node: rotation_arrays.compose(*_parts(batch, node)),
 }

@@ -186,10 +186,6 @@ _ANY_QUATERNION = ValueBounds(None, (-1.0,) * 4, (1.0,) * 4, exact=False)
 """A quaternion that is not looked into."""
 
 
-def _chosen(analysis: BoundsAnalysis, node: Chosen) -> ValueBounds:
-    return analysis.any_of(tuple(node.items[number] for number in node.possible))
-
-
 def _drawn(analysis: BoundsAnalysis, node: Drawn) -> ValueBounds:
     drawn = node.distribution
     if drawn.between is not None and not drawn.whole:
@@ -215,18 +211,6 @@ def _drawn(analysis: BoundsAnalysis, node: Drawn) -> ValueBounds:
     if drawn.between is not None and low == high:
         return ValueBounds.of((low,), exact=exact)
     return ValueBounds(None, low, high, exact)
-
-
-def _stacked(analysis: BoundsAnalysis, node: Stacked) -> ValueBounds:
-    return stack_bounds(list(map(analysis.item, node.items)))
-
-
-def _computed(analysis: BoundsAnalysis, node: Computed) -> ValueBounds:
-    return to_value_bounds(template_bounds(node.template, name_bounds(analysis, node)))
-
-
-def _any_quaternion(_analysis: BoundsAnalysis, _node: Node) -> ValueBounds:
-    return _ANY_QUATERNION
 
 
 def _posed(analysis: BoundsAnalysis, node: Posed) -> ValueBounds:
@@ -305,15 +289,17 @@ def _whole(number: float) -> int | None:
 
 
 NODE_BOUNDS: dict[type[Any], Callable[[BoundsAnalysis, Any], ValueBounds]] = {
-    **dict.fromkeys((kind for kind, (_, gives) in SIGNATURES.items() if gives == (4,)), _any_quaternion),
+    **dict.fromkeys(
+        (kind for kind, (_, gives) in SIGNATURES.items() if gives == (4,)), lambda _analysis, _node: _ANY_QUATERNION
+    ),
     Const: lambda analysis, node: analysis.item(node.data),
     Rows: lambda analysis, node: analysis.any_of(node.items),
     Cycled: lambda analysis, node: analysis.any_of(node.items),
-    Chosen: _chosen,
+    Chosen: lambda analysis, node: analysis.any_of(tuple(node.items[number] for number in node.possible)),
     Drawn: _drawn,
     RandomRotated: lambda _analysis, _node: ValueBounds(None, (-1.0,) * 4, (1.0,) * 4, exact=True),
-    Stacked: _stacked,
-    Computed: _computed,
+    Stacked: lambda analysis, node: stack_bounds(list(map(analysis.item, node.items))),
+    Computed: lambda analysis, node: to_value_bounds(bounds_and_faults(analysis, node)[0]),
     Shared: lambda analysis, node: analysis.shared(node.name),
     Posed: _posed,
     FromMatrix: _from_matrix,
