@@ -9,27 +9,10 @@ from typing import TYPE_CHECKING, Any, Final, get_args
 
 from scenecc.plan.json_values import JsonProblem, describe_json, is_list, is_object
 from scenecc.plan.schema import type_name
+from scenecc.variation import nodes
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.forms import Template
-from scenecc.variation.nodes import (
-    NODES,
-    SIGNATURES,
-    AffineClamp,
-    Chosen,
-    Computed,
-    Const,
-    Cycled,
-    Drawn,
-    Key,
-    Node,
-    Radians,
-    RandomRotated,
-    Rows,
-    Section,
-    Shared,
-    Stacked,
-    shaped_fields,
-)
+from scenecc.variation.nodes import NODES, SIGNATURES, Key, Node, Section, shaped_fields
 from scenecc.variation.operations import MAX_INT_BITS, ExpressionError
 
 if TYPE_CHECKING:
@@ -77,7 +60,7 @@ def _list_shape(count: int, shape: Shape) -> Shape:
     return None if shape is None else NO_NUMBERS if -1 in shape else (count, *shape)
 
 
-def _stack_shape(node: Stacked, draws: Shapes) -> Shape:
+def _stack_shape(node: nodes.Stacked, draws: Shapes) -> Shape:
     # Asked once for each item: a stack of stacks would otherwise take twice as long for each that it is deep.
     shapes = {infer_shape(one, draws) for one in node.items}
     if len(shapes - {None}) > 1:
@@ -85,14 +68,14 @@ def _stack_shape(node: Stacked, draws: Shapes) -> Shape:
     return _list_shape(len(node.items), _merge_shapes(shapes))
 
 
-def _draw_shape(node: Drawn, draws: Shapes) -> Shape:
+def _draw_shape(node: nodes.Drawn, draws: Shapes) -> Shape:
     for bound in node.operands:
         if infer_shape(bound, draws) not in (None, (), node.shape):
             raise RecipeShapeError("a bound of a draw has another shape than the draw")
     return node.shape
 
 
-def _held(node: AffineClamp, draws: Shapes) -> Shape:
+def _held(node: nodes.AffineClamp, draws: Shapes) -> Shape:
     for bound in (node.low, node.high, node.factor, node.offset):
         if infer_shape(bound, draws) not in (None, ()):
             raise RecipeShapeError("what holds or moves a number is not one number")
@@ -112,17 +95,17 @@ def _signature_shape(node: Node, draws: Shapes) -> Shape:
 
 _NODE_SHAPES: Final[dict[type[Any], Callable[[Any, Shapes], Shape]]] = {
     **dict.fromkeys(SIGNATURES, _signature_shape),
-    Const: lambda node, draws: infer_shape(node.data, draws),
-    Rows: lambda node, draws: _common_shape(node.items, draws),
-    Cycled: lambda node, draws: _common_shape(node.items, draws),
-    Chosen: lambda node, draws: _common_shape(node.items, draws),
-    Drawn: _draw_shape,
-    RandomRotated: lambda _node, _draws: (4,),
-    Stacked: _stack_shape,
-    Computed: lambda node, _: node.shape,
-    Shared: lambda node, draws: draws[node.name],
-    Radians: lambda node, draws: infer_shape(node.degrees, draws),
-    AffineClamp: _held,
+    nodes.Const: lambda node, draws: infer_shape(node.data, draws),
+    nodes.Rows: lambda node, draws: _common_shape(node.items, draws),
+    nodes.Cycled: lambda node, draws: _common_shape(node.items, draws),
+    nodes.Chosen: lambda node, draws: _common_shape(node.items, draws),
+    nodes.Drawn: _draw_shape,
+    nodes.RandomRotated: lambda _node, _draws: (4,),
+    nodes.Stacked: _stack_shape,
+    nodes.Computed: lambda node, _: node.shape,
+    nodes.Shared: lambda node, draws: draws[node.name],
+    nodes.Radians: lambda node, draws: infer_shape(node.degrees, draws),
+    nodes.AffineClamp: _held,
 }
 
 _DRAWN = frozenset(("kind", "operands"))
@@ -131,12 +114,12 @@ _DRAWN = frozenset(("kind", "operands"))
 
 def recipe_to_data(node: Node) -> dict[str, Any]:
     """A node as JSON has it. What is None, or the default of its field, is left out."""
-    if isinstance(node, Drawn):
-        return {"type": type_name(Drawn), "kind": node.kind, **_operands(node), **_node_fields(node)}
+    if isinstance(node, nodes.Drawn):
+        return {"type": type_name(nodes.Drawn), "kind": node.kind, **_operands(node), **_node_fields(node)}
     return {"type": type_name(type(node)), **_node_fields(node)}
 
 
-def _operands(node: Drawn) -> dict[str, Any]:
+def _operands(node: nodes.Drawn) -> dict[str, Any]:
     """The operands of a draw, by the names that its distribution gives them."""
     drawn = node.distribution
     named = {name: _item_to_data(item) for name, item in zip(drawn.members, node.operands, strict=False)}
@@ -234,16 +217,16 @@ class _RecipeReader:
         if cls is None:
             raise _RecipeError("SC705", f"{describe_json(name)} is no type of node", "type")
         given = {key: item for key, item in data.items() if key != "type"}
-        made: Any = self._drawn(given, depth) if cls is Drawn else self._made(cls, given, depth)
+        made: Any = self._drawn(given, depth) if cls is nodes.Drawn else self._made(cls, given, depth)
         _check_counts(made)
-        if isinstance(made, Shared):
+        if isinstance(made, nodes.Shared):
             self._known(made.name, "name")
-        if isinstance(made, Computed):
+        if isinstance(made, nodes.Computed):
             for name in made.draws_by_name.values():
                 self._known(name, "template")
         return made
 
-    def _drawn(self, data: dict[str, Any], depth: int) -> Drawn:
+    def _drawn(self, data: dict[str, Any], depth: int) -> nodes.Drawn:
         """A draw, whose operands have the names that its distribution gives them."""
         kind = data.get("kind")
         if "kind" not in data:
@@ -261,7 +244,7 @@ class _RecipeReader:
             operands.append(self._at(name, _RecipeReader.item, data[name], depth))
         if drawn.companion in data:
             operands += self._at(drawn.companion, _RecipeReader.pair, data[drawn.companion], depth)
-        return self._made(Drawn, rest, depth, operands=tuple(operands))
+        return self._made(nodes.Drawn, rest, depth, operands=tuple(operands))
 
     def _made(self, cls: type[Any], data: dict[str, Any], depth: int, **made: Any) -> Any:
         known = {item.name: item for item in fields(cls) if item.name not in made}
@@ -347,14 +330,14 @@ class _RecipeReader:
 
 
 def _check_counts(node: Any) -> None:
-    if isinstance(node, Rows | Cycled | Chosen | Stacked) and not node.items:
+    if isinstance(node, nodes.Rows | nodes.Cycled | nodes.Chosen | nodes.Stacked) and not node.items:
         raise _RecipeError("SC706", "one item at least is wanted here", "items")
-    if isinstance(node, Chosen) and node.weights is not None:
+    if isinstance(node, nodes.Chosen) and node.weights is not None:
         if len(node.weights) != len(node.items):
             raise _RecipeError("SC706", f"{len(node.items)} weights are wanted here", "weights")
         if not 0 < sum(node.weights) < math.inf:
             raise _RecipeError("SC707", "the weights add up to no positive number", "weights")
-    if isinstance(node, Rows) and len(node.scene_idxs) != len(node.items):
+    if isinstance(node, nodes.Rows) and len(node.scene_idxs) != len(node.items):
         raise _RecipeError("SC706", f"{len(node.scene_idxs)} items are wanted here", "items")
 
 

@@ -9,20 +9,8 @@ import math
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
-from scenecc.variation.nodes import (
-    NODE_FIELDS,
-    NODES,
-    Chosen,
-    Computed,
-    Cycled,
-    Drawn,
-    Key,
-    Node,
-    RandomRotated,
-    Rows,
-    Shared,
-    Stacked,
-)
+from scenecc.variation import nodes
+from scenecc.variation.nodes import NODE_FIELDS, NODES, Key, Node
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -155,13 +143,13 @@ class _Sources:
     def parts(self, node: Any) -> bool:
         return self.add_all(tuple(getattr(node, name) for name in NODE_FIELDS[node.__class__]))
 
-    def chosen(self, node: Chosen) -> bool:
+    def chosen(self, node: nodes.Chosen) -> bool:
         if len(node.items) > self._longest:
             return False
         self.drawn[node.key, node.word] = node.possible
         return self.add_all(node.items)
 
-    def drawn_integers(self, node: Drawn) -> bool:
+    def drawn_integers(self, node: nodes.Drawn) -> bool:
         if not node.distribution.whole or node.shape:
             return False
         low, high = node.operands
@@ -170,15 +158,15 @@ class _Sources:
         self.drawn[node.key, node.word] = range(high - low + 1)
         return 0 <= high - low < self._most
 
-    def cycled(self, node: Cycled) -> bool:
+    def cycled(self, node: nodes.Cycled) -> bool:
         self.period = math.lcm(self.period, len(node.items))
         return self.period <= self._longest and self.add_all(node.items)
 
-    def rows(self, node: Rows) -> bool:
+    def rows(self, node: nodes.Rows) -> bool:
         self._restrict(node.scene_idxs)
         return self.add_all(node.items)
 
-    def shared(self, node: Shared) -> bool:
+    def shared(self, node: nodes.Shared) -> bool:
         if node.name in self._seen:
             return True
         self._seen.add(node.name)
@@ -189,7 +177,7 @@ class _Sources:
             self._todo.append(self._analysis.draws[node.name])
         return len(self._seen) <= MAX_DRAWS_READ
 
-    def computed(self, node: Computed) -> bool:
+    def computed(self, node: nodes.Computed) -> bool:
         """Adds what an expression reads: draws, and the scene's index where it names that."""
         names, num_scenes = node.template.names, self._analysis.num_scenes
         if "num_scenes" in names and num_scenes is None:
@@ -199,7 +187,7 @@ class _Sources:
             if num_scenes is None or len(scenes) > self._longest:
                 return False
             self._restrict(scenes)
-        return self.add_all(tuple(map(Shared, node.draws_by_name.values())))
+        return self.add_all(tuple(map(nodes.Shared, node.draws_by_name.values())))
 
     def _restrict(self, scenes: Iterable[int]) -> None:
         self.scenes = set(scenes) if self.scenes is None else self.scenes & set(scenes)
@@ -207,13 +195,13 @@ class _Sources:
 
 _ADD_SOURCES: dict[type[Any], Callable[[_Sources, Any], bool]] = {
     **dict.fromkeys(NODES, _Sources.parts),
-    Chosen: _Sources.chosen,
-    Drawn: _Sources.drawn_integers,
-    RandomRotated: lambda _sources, _node: False,
-    Stacked: lambda sources, node: sources.add_all(node.items),
-    Cycled: _Sources.cycled,
-    Rows: _Sources.rows,
-    Shared: _Sources.shared,
-    Computed: _Sources.computed,
+    nodes.Chosen: _Sources.chosen,
+    nodes.Drawn: _Sources.drawn_integers,
+    nodes.RandomRotated: lambda _sources, _node: False,
+    nodes.Stacked: lambda sources, node: sources.add_all(node.items),
+    nodes.Cycled: _Sources.cycled,
+    nodes.Rows: _Sources.rows,
+    nodes.Shared: _Sources.shared,
+    nodes.Computed: _Sources.computed,
 }
 """How each node adds its sources; most are simply made of their parts."""

@@ -9,34 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.geometry import rotation_arrays
-from scenecc.variation import generator
+from scenecc.variation import generator, nodes
 from scenecc.variation.distributions import WIDEST_INTEGERS
-from scenecc.variation.nodes import (
-    NODES,
-    AffineClamp,
-    Chosen,
-    Composed,
-    Computed,
-    Const,
-    Cycled,
-    Drawn,
-    FromAxisAngle,
-    FromMatrix,
-    FromRpy,
-    Key,
-    Looking,
-    Node,
-    Normalized,
-    Pointing,
-    Posed,
-    Radians,
-    RandomRotated,
-    Rows,
-    Shared,
-    Stacked,
-    evaluation_order,
-    shaped_fields,
-)
+from scenecc.variation.nodes import NODES, Key, Node, evaluation_order, shaped_fields
 from scenecc.variation.operations import (
     LISTS,
     SEQUENCES,
@@ -286,9 +261,9 @@ class CombinationBatch(Batch):
     def evaluate(self, node: Node) -> NDArray[Any]:
         """As of a batch."""
         match node:
-            case Chosen():
+            case nodes.Chosen():
                 return self.selected(node.items, self.assigned[node.key, node.word])
-            case Drawn():
+            case nodes.Drawn():
                 return node.operands[0] + self.assigned[node.key, node.word]
             case _:
                 return super().evaluate(node)
@@ -305,7 +280,7 @@ class CombinationBatch(Batch):
         return self.only(np.array([number]))
 
 
-def _rows(batch: Batch, node: Rows) -> NDArray[Any]:
+def _rows(batch: Batch, node: nodes.Rows) -> NDArray[Any]:
     known = np.array(node.scene_idxs, dtype=np.int64)
     index = np.minimum(np.searchsorted(known, batch.scenes), max(len(known) - 1, 0))
     missing = np.flatnonzero(known[index] != batch.scenes) if known.size else np.arange(len(batch.scenes))
@@ -314,7 +289,7 @@ def _rows(batch: Batch, node: Rows) -> NDArray[Any]:
     return batch.selected(node.items, index)
 
 
-def _stacked(batch: Batch, node: Stacked) -> NDArray[Any]:
+def _stacked(batch: Batch, node: nodes.Stacked) -> NDArray[Any]:
     parts = [batch.item(item) for item in node.items]
     if any(part.dtype == object for part in parts):
         parts = [part.astype(object) for part in parts]
@@ -326,18 +301,18 @@ NOT_WHOLE = "a bound is no integer"
 TOO_MANY = f"the bounds hold more than {WIDEST_INTEGERS} integers"
 
 
-def bound_mismatch(node: Drawn) -> str:
+def bound_mismatch(node: nodes.Drawn) -> str:
     """What is said of a bound of another kind or size than what is drawn."""
     return f"a bound is not a number or a list of {node.shape[0]} numbers" if node.shape else "a bound is not a number"
 
 
-def _choice_index(batch: Batch, node: Chosen) -> NDArray[np.int64]:
+def _choice_index(batch: Batch, node: nodes.Chosen) -> NDArray[np.int64]:
     """The index of the item that is chosen (B,)."""
     u = _units(batch, node, node.word, 1)[:, 0]
     return generator.choice(u, len(node.items), node.weights)
 
 
-def _drawn(batch: Batch, node: Drawn) -> NDArray[Any]:
+def _drawn(batch: Batch, node: nodes.Drawn) -> NDArray[Any]:
     """Numbers (B, *shape)."""
     operands = draw_bounds(batch, node)
 
@@ -348,7 +323,7 @@ def _drawn(batch: Batch, node: Drawn) -> NDArray[Any]:
     return values if node.shape else values[:, 0]
 
 
-def draw_bounds(batch: Batch, node: Drawn) -> list[Floats]:
+def draw_bounds(batch: Batch, node: nodes.Drawn) -> list[Floats]:
     """The operands of a draw, each (B, n).
 
     Raises:
@@ -372,11 +347,13 @@ def draw_bounds(batch: Batch, node: Drawn) -> list[Floats]:
     return found
 
 
-def _units(batch: Batch, node: Chosen | Drawn | RandomRotated, first: int, count: int, lane: int = 0) -> Floats:
+def _units(
+    batch: Batch, node: nodes.Chosen | nodes.Drawn | nodes.RandomRotated, first: int, count: int, lane: int = 0
+) -> Floats:
     return generator.units(generator.words(batch.seed, node.key, batch.scenes, first, count, lane))
 
 
-def _bound(batch: Batch, node: Drawn, item: Any, count: int) -> NDArray[np.float64]:
+def _bound(batch: Batch, node: nodes.Drawn, item: Any, count: int) -> NDArray[np.float64]:
     """A bound (B, count), the same for every component where it is one number."""
     values = to_field_rows(batch.item(item))
     shapes = {(len(batch.scenes),), (len(batch.scenes), count)} if node.shape else {(len(batch.scenes),)}
@@ -392,7 +369,7 @@ def _bound(batch: Batch, node: Drawn, item: Any, count: int) -> NDArray[np.float
 _INT64 = 2**63
 
 
-def _computed(batch: Batch, node: Computed) -> NDArray[Any]:
+def _computed(batch: Batch, node: nodes.Computed) -> NDArray[Any]:
     """What the expression gives in each scene (B, *shape)."""
     template, draws = node.template, node.draws_by_name
     names = sorted(template.names - {"num_scenes"})
@@ -419,7 +396,7 @@ def _computed(batch: Batch, node: Computed) -> NDArray[Any]:
     return column if inputs else np.broadcast_to(column, (len(batch.scenes), *column.shape[1:]))
 
 
-def _result_rows(batch: Batch, node: Computed, results: list[Any]) -> NDArray[Any]:
+def _result_rows(batch: Batch, node: nodes.Computed, results: list[Any]) -> NDArray[Any]:
     if node.shape is None:
         return typed_row_array(results)
     if node.shape == ():
@@ -436,7 +413,7 @@ def _result_rows(batch: Batch, node: Computed, results: list[Any]) -> NDArray[An
     return np.array(results, dtype=np.float64).reshape(len(results), *node.shape)
 
 
-def _row_error(batch: Batch, node: Computed, row: int, message: str) -> DrawError:
+def _row_error(batch: Batch, node: nodes.Computed, row: int, message: str) -> DrawError:
     return DrawError(message, int(batch.scenes[row]), node)
 
 
@@ -447,7 +424,7 @@ _RIGID = 1e-3
 """How far a matrix may be from a rigid motion."""
 
 
-def _normalized(batch: Batch, node: Normalized) -> Floats:
+def _normalized(batch: Batch, node: nodes.Normalized) -> Floats:
     """Quaternions (B, 4)."""
     (q,) = _parts(batch, node)
     length = rotation_arrays.hypot(q)
@@ -457,14 +434,14 @@ def _normalized(batch: Batch, node: Normalized) -> Floats:
     return np.where((off <= _UNTOUCHED)[:, None], q, rotation_arrays.normalized(q))
 
 
-def _from_axis_angle(batch: Batch, node: FromAxisAngle) -> Floats:
+def _from_axis_angle(batch: Batch, node: nodes.FromAxisAngle) -> Floats:
     """Quaternions (B, 4)."""
     axis, angle = _parts(batch, node)
     _refuse(batch, node, (axis == 0).all(axis=1), "an axis of length 0 has no direction")
     return rotation_arrays.from_axis_angle(axis, angle)
 
 
-def _from_matrix(batch: Batch, node: FromMatrix) -> Floats:
+def _from_matrix(batch: Batch, node: nodes.FromMatrix) -> Floats:
     """Poses (B, 7)."""
     (matrix,) = _parts(batch, node)
     off = rotation_arrays.rigidity(matrix)
@@ -473,7 +450,7 @@ def _from_matrix(batch: Batch, node: FromMatrix) -> Floats:
     return np.concatenate((matrix[:, :3, 3], rotation_arrays.from_matrix(matrix[:, :3, :3])), axis=1)
 
 
-def _looking(batch: Batch, node: Looking) -> Floats:
+def _looking(batch: Batch, node: nodes.Looking) -> Floats:
     """Quaternions (B, 4)."""
     target, p = _parts(batch, node)
     q, known = rotation_arrays.looking(target - p)
@@ -481,7 +458,7 @@ def _looking(batch: Batch, node: Looking) -> Floats:
     return q
 
 
-def _pointing(batch: Batch, node: Pointing) -> Floats:
+def _pointing(batch: Batch, node: nodes.Pointing) -> Floats:
     """Quaternions (B, 4)."""
     (direction,) = _parts(batch, node)
     _refuse(batch, node, (direction == 0).all(axis=1), "a direction of length 0 points nowhere")
@@ -509,7 +486,7 @@ def _refuse(batch: Batch, node: Node, wrong: NDArray[np.bool_], message: str) ->
         raise DrawError(message, int(batch.scenes[np.argwhere(wrong)[0, 0]]), node)
 
 
-def _affine_clamp(batch: Batch, node: AffineClamp) -> NDArray[Any]:
+def _affine_clamp(batch: Batch, node: nodes.AffineClamp) -> NDArray[Any]:
     """The numbers (B,) of a node.
 
     Raises:
@@ -529,24 +506,24 @@ def _affine_clamp(batch: Batch, node: AffineClamp) -> NDArray[Any]:
 
 
 EVALUATORS: dict[type[Any], Callable[[Batch, Any], NDArray[Any]]] = {
-    Const: lambda batch, node: batch.item(node.data),
-    Rows: _rows,
-    Cycled: lambda batch, node: batch.selected(node.items, batch.scenes % len(node.items)),
-    Chosen: lambda batch, node: batch.selected(node.items, _choice_index(batch, node)),
-    Drawn: _drawn,
-    RandomRotated: lambda batch, node: generator.rotation(_units(batch, node, 0, 3)),
-    Stacked: _stacked,
-    Computed: _computed,
-    Shared: lambda batch, node: batch.shared(node.name),
-    Posed: lambda batch, node: np.concatenate(_parts(batch, node), axis=1),
-    Normalized: _normalized,
-    FromRpy: lambda batch, node: rotation_arrays.from_rpy(*_parts(batch, node)),
-    FromAxisAngle: _from_axis_angle,
-    FromMatrix: _from_matrix,
-    Looking: _looking,
-    Pointing: _pointing,
+    nodes.Const: lambda batch, node: batch.item(node.data),
+    nodes.Rows: _rows,
+    nodes.Cycled: lambda batch, node: batch.selected(node.items, batch.scenes % len(node.items)),
+    nodes.Chosen: lambda batch, node: batch.selected(node.items, _choice_index(batch, node)),
+    nodes.Drawn: _drawn,
+    nodes.RandomRotated: lambda batch, node: generator.rotation(_units(batch, node, 0, 3)),
+    nodes.Stacked: _stacked,
+    nodes.Computed: _computed,
+    nodes.Shared: lambda batch, node: batch.shared(node.name),
+    nodes.Posed: lambda batch, node: np.concatenate(_parts(batch, node), axis=1),
+    nodes.Normalized: _normalized,
+    nodes.FromRpy: lambda batch, node: rotation_arrays.from_rpy(*_parts(batch, node)),
+    nodes.FromAxisAngle: _from_axis_angle,
+    nodes.FromMatrix: _from_matrix,
+    nodes.Looking: _looking,
+    nodes.Pointing: _pointing,
     # As `math.radians` has them.
-    Radians: lambda batch, node: _numbers(batch, node, node.degrees) * (math.pi / 180.0),
-    AffineClamp: _affine_clamp,
-    Composed: lambda batch, node: rotation_arrays.compose(*_parts(batch, node)),
+    nodes.Radians: lambda batch, node: _numbers(batch, node, node.degrees) * (math.pi / 180.0),
+    nodes.AffineClamp: _affine_clamp,
+    nodes.Composed: lambda batch, node: rotation_arrays.compose(*_parts(batch, node)),
 }

@@ -6,6 +6,7 @@ import math
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
+from scenecc.variation import nodes
 from scenecc.variation.bounds import (
     UNKNOWN,
     ExpressionBounds,
@@ -20,27 +21,7 @@ from scenecc.variation.bounds import (
 )
 from scenecc.variation.enumeration import MAX_COMBINATIONS, MAX_OUTCOMES, enumerate_outcomes
 from scenecc.variation.expression_bounds import ExpressionFault, template_bounds
-from scenecc.variation.nodes import (
-    NODE_TYPES,
-    SIGNATURES,
-    AffineClamp,
-    Chosen,
-    Composed,
-    Computed,
-    Const,
-    Cycled,
-    Drawn,
-    FromMatrix,
-    Node,
-    Posed,
-    Radians,
-    RandomRotated,
-    Rows,
-    Shared,
-    Stacked,
-    evaluation_order,
-    shaped_fields,
-)
+from scenecc.variation.nodes import NODE_TYPES, SIGNATURES, Node, evaluation_order, shaped_fields
 from scenecc.variation.operations import NAME_LOOKUP_COST, NUMBERS, DrawError, has_shape
 
 if TYPE_CHECKING:
@@ -52,7 +33,9 @@ if TYPE_CHECKING:
     from scenecc.variation.operations import OperationCounter
 
 
-_DIRECT = frozenset((Const, Rows, Cycled, Chosen, Drawn, RandomRotated, Shared))
+_DIRECT = frozenset(
+    (nodes.Const, nodes.Rows, nodes.Cycled, nodes.Chosen, nodes.Drawn, nodes.RandomRotated, nodes.Shared)
+)
 """Nodes whose bounds are those of their items."""
 
 
@@ -95,7 +78,7 @@ class BoundsAnalysis:
 
     def bounds(self, node: Node) -> ValueBounds:
         """Everything that a node can give."""
-        if not isinstance(node, Computed):
+        if not isinstance(node, nodes.Computed):
             return self._found(node)
         # Many fields have one expression, which is one object: as many as read a shared draw. It is kept with its id.
         key = (id(node.template), node.shape, node.reads)
@@ -160,16 +143,16 @@ class BoundsAnalysis:
 
 def _gives_integers(node: Node | None) -> bool:
     """Whether what a draw gives are integers in any case."""
-    return isinstance(node, Drawn) and node.distribution.whole
+    return isinstance(node, nodes.Drawn) and node.distribution.whole
 
 
-def bounds_and_faults(analysis: BoundsAnalysis, node: Computed) -> tuple[ExpressionBounds, list[ExpressionFault]]:
+def bounds_and_faults(analysis: BoundsAnalysis, node: nodes.Computed) -> tuple[ExpressionBounds, list[ExpressionFault]]:
     """What an expression can give by the bounds of what it reads, and why it may have no value."""
     faults: list[ExpressionFault] = []
     return template_bounds(node.template, name_bounds(analysis, node), faults), faults
 
 
-def name_bounds(analysis: BoundsAnalysis, node: Computed) -> dict[str, ExpressionBounds]:
+def name_bounds(analysis: BoundsAnalysis, node: nodes.Computed) -> dict[str, ExpressionBounds]:
     """What the names in an expression can be."""
     count = analysis.num_scenes
     names = {name: analysis.reached(draw) for name, draw in node.draws_by_name.items()}
@@ -186,7 +169,7 @@ _ANY_QUATERNION = ValueBounds(None, (-1.0,) * 4, (1.0,) * 4, exact=False)
 """A quaternion that is not looked into."""
 
 
-def _drawn(analysis: BoundsAnalysis, node: Drawn) -> ValueBounds:
+def _drawn(analysis: BoundsAnalysis, node: nodes.Drawn) -> ValueBounds:
     drawn = node.distribution
     if drawn.between is not None and not drawn.whole:
         # Of most draws both bounds are plain: this is what the rest makes of them, sooner.
@@ -213,14 +196,14 @@ def _drawn(analysis: BoundsAnalysis, node: Drawn) -> ValueBounds:
     return ValueBounds(None, low, high, exact)
 
 
-def _posed(analysis: BoundsAnalysis, node: Posed) -> ValueBounds:
+def _posed(analysis: BoundsAnalysis, node: nodes.Posed) -> ValueBounds:
     p, q = _parts(analysis, node)
     if p.low is None or q.low is None:
         return UNKNOWN
     return ValueBounds(None, (*p.low, *q.low), (*p.high, *q.high), p.exact and q.exact)
 
 
-def _radians(analysis: BoundsAnalysis, node: Radians) -> ValueBounds:
+def _radians(analysis: BoundsAnalysis, node: nodes.Radians) -> ValueBounds:
     found = analysis.item(node.degrees)
     if found.low is None:
         return UNKNOWN
@@ -231,7 +214,7 @@ def _to_radians(bound: Any) -> Any:
     return tuple(map(_to_radians, bound)) if bound.__class__ is tuple else math.radians(bound)
 
 
-def _from_matrix(analysis: BoundsAnalysis, node: FromMatrix) -> ValueBounds:
+def _from_matrix(analysis: BoundsAnalysis, node: nodes.FromMatrix) -> ValueBounds:
     (found,) = _parts(analysis, node)
     if found.low is None:
         return UNKNOWN
@@ -239,7 +222,7 @@ def _from_matrix(analysis: BoundsAnalysis, node: FromMatrix) -> ValueBounds:
     return ValueBounds(None, (*low, *_ANY_QUATERNION.low), (*high, *_ANY_QUATERNION.high), exact=False)
 
 
-def _composed(analysis: BoundsAnalysis, node: Composed) -> ValueBounds:
+def _composed(analysis: BoundsAnalysis, node: nodes.Composed) -> ValueBounds:
     outer, inner = _parts(analysis, node)
     if outer.low is None or inner.low is None:
         return UNKNOWN
@@ -254,7 +237,7 @@ def _composed(analysis: BoundsAnalysis, node: Composed) -> ValueBounds:
     return ValueBounds(None, (*low, *_ANY_QUATERNION.low), (*high, *_ANY_QUATERNION.high), exact=False)
 
 
-def _affine_clamp(analysis: BoundsAnalysis, node: AffineClamp) -> ValueBounds:
+def _affine_clamp(analysis: BoundsAnalysis, node: nodes.AffineClamp) -> ValueBounds:
     of, factor, offset, low, high = map(analysis.item, (node.of, node.factor, node.offset, node.low, node.high))
     return affine_clamp_bounds(of if node.index < 0 else component_bounds(of, node.index), factor, offset, low, high)
 
@@ -292,19 +275,19 @@ NODE_BOUNDS: dict[type[Any], Callable[[BoundsAnalysis, Any], ValueBounds]] = {
     **dict.fromkeys(
         (kind for kind, (_, gives) in SIGNATURES.items() if gives == (4,)), lambda _analysis, _node: _ANY_QUATERNION
     ),
-    Const: lambda analysis, node: analysis.item(node.data),
-    Rows: lambda analysis, node: analysis.any_of(node.items),
-    Cycled: lambda analysis, node: analysis.any_of(node.items),
-    Chosen: lambda analysis, node: analysis.any_of(tuple(node.items[number] for number in node.possible)),
-    Drawn: _drawn,
-    RandomRotated: lambda _analysis, _node: ValueBounds(None, (-1.0,) * 4, (1.0,) * 4, exact=True),
-    Stacked: lambda analysis, node: stack_bounds(list(map(analysis.item, node.items))),
-    Computed: lambda analysis, node: to_value_bounds(bounds_and_faults(analysis, node)[0]),
-    Shared: lambda analysis, node: analysis.shared(node.name),
-    Posed: _posed,
-    FromMatrix: _from_matrix,
-    Radians: _radians,
-    AffineClamp: _affine_clamp,
-    Composed: _composed,
+    nodes.Const: lambda analysis, node: analysis.item(node.data),
+    nodes.Rows: lambda analysis, node: analysis.any_of(node.items),
+    nodes.Cycled: lambda analysis, node: analysis.any_of(node.items),
+    nodes.Chosen: lambda analysis, node: analysis.any_of(tuple(node.items[number] for number in node.possible)),
+    nodes.Drawn: _drawn,
+    nodes.RandomRotated: lambda _analysis, _node: ValueBounds(None, (-1.0,) * 4, (1.0,) * 4, exact=True),
+    nodes.Stacked: lambda analysis, node: stack_bounds(list(map(analysis.item, node.items))),
+    nodes.Computed: lambda analysis, node: to_value_bounds(bounds_and_faults(analysis, node)[0]),
+    nodes.Shared: lambda analysis, node: analysis.shared(node.name),
+    nodes.Posed: _posed,
+    nodes.FromMatrix: _from_matrix,
+    nodes.Radians: _radians,
+    nodes.AffineClamp: _affine_clamp,
+    nodes.Composed: _composed,
 }
 """How each kind of node is bounded."""
