@@ -34,7 +34,8 @@ from scenecc.variation.nodes import (
     Shared,
     Stacked,
 )
-from scenecc.variation.operations import DrawError
+from scenecc.variation.operations import FUNCTIONS as ROWS
+from scenecc.variation.operations import DrawError, ExpressionError, Function
 
 INF = math.inf
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
@@ -390,3 +391,19 @@ def test_one_expression_is_looked_into_once_for_each_of_its_readers() -> None:
     assert (found[0].low, found[0].high) == (2, 4)
     assert found[1].alternatives == (2, 6)
     assert found[2] is found[0]
+
+
+def test_a_function_of_expressions_is_one_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    hypot = Function(
+        lambda arguments, _: math.hypot(*arguments),
+        lambda a, b: (0.0, math.hypot(max(map(abs, a)), max(map(abs, b)))),
+        most=2,
+        fewest=2,
+    )
+    monkeypatch.setitem(ROWS, "hypot", hypot)
+    assert Template("${hypot(3, 4)}").evaluate({}) == 5
+    draws = {"u": Drawn("uniform", (-3.0, 2.0), (), key("u"))}
+    found = find_bounds(expression("hypot(u, 4)"), draws)
+    assert (found.low, found.high) == (0.0, 5.0)
+    with pytest.raises(ExpressionError, match="`hypot` takes 2 arguments, not 1"):
+        Template("${hypot(3)}")
