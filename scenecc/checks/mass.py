@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from itertools import chain
-from typing import TYPE_CHECKING, Any, NamedTuple
+from itertools import chain, islice
+from typing import TYPE_CHECKING, NamedTuple
 
 from scenecc.checks.value_queries import Row, alternatives, highest, is_deferred, lowest, rows
-from scenecc.plan import Box, Capsule, Cylinder, Sphere, literal
+from scenecc.plan import literal
+from scenecc.plan.geometry import Solid
 from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN, MAX_BODY_OFFSET
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from scenecc.diagnostics import At, Origin, Sink
     from scenecc.plan import BodyStructure, Value
@@ -28,22 +29,6 @@ DYNAMIC_TYPES = frozenset(("dynamic", "link"))
 
 _TYPES_WITH_MASS = DYNAMIC_TYPES | {"kinematic"}
 """Bodies that the engine computes a mass for."""
-
-_SIZES: dict[type, Callable[[Any], tuple[Value, ...]]] = {
-    Box: lambda shape: (shape.half_size,),
-    Sphere: lambda shape: (shape.radius,),
-    Capsule: lambda shape: (shape.radius, shape.half_length),
-    Cylinder: lambda shape: (shape.radius, shape.half_length),
-}
-"""What a volume follows from; those of meshes are known once the engine has read them."""
-
-_VOLUMES: dict[type, Callable[[list[Row]], float]] = {
-    Box: lambda sizes: 8 * math.prod(sizes[0]),
-    Sphere: lambda sizes: 4 / 3 * math.pi * sizes[0][0] ** 3,
-    Capsule: lambda sizes: math.pi * sizes[0][0] ** 2 * (2 * sizes[1][0] + 4 / 3 * sizes[0][0]),
-    Cylinder: lambda sizes: math.pi * sizes[0][0] ** 2 * 2 * sizes[1][0],
-}
-"""Volumes [m³] of one row of each."""
 
 _DEFAULT_DENSITY_VALUE = literal(DEFAULT_DENSITY)
 
@@ -64,34 +49,30 @@ def check_density_mass(body: BodyStructure, name: str, origin: Origin, sink: Sin
     """What follows from the densities is a mass that SAPIEN keeps as it is; of a kinematic body: can hold."""
     if body.body_type not in _TYPES_WITH_MASS or body.inertial is not None or not body.collisions:
         return
-    shapes = [
-        (shape.geometry, _DEFAULT_DENSITY_VALUE if shape.density is None else shape.density)
-        for shape in body.collisions
-    ]
-    values = [density for _, density in shapes]
-    for geometry, _ in shapes:
-        values += _SIZES.get(type(geometry), _no_sizes)(geometry)
-    types = [type(geometry) for geometry, _ in shapes]
+    values = [_DEFAULT_DENSITY_VALUE if shape.density is None else shape.density for shape in body.collisions]
+    for shape in body.collisions:
+        if isinstance(shape.geometry, Solid):
+            values += shape.geometry.values
     corners = [tuple(map(lowest, values)), tuple(map(highest, values))]
     if is_deferred(values, drawn=drawn):
         if not drawn:
-            _warn_mass_may_fail(body, name, types, corners, origin, sink)
+            _warn_mass_may_fail(body, name, corners, origin, sink)
         return
     found = rows(values)
     for row in corners if found is None else found:
-        fault = _density_mass_fault(body, name, types, row, origin)
+        fault = _density_mass_fault(body, name, row, origin)
         if fault is not None:
             _report(fault, sink)
             return
 
 
 def _warn_mass_may_fail(
-    body: BodyStructure, name: str, types: list[type], corners: list[tuple[Row, ...]], origin: Origin, sink: Sink
+    body: BodyStructure, name: str, corners: list[tuple[Row, ...]], origin: Origin, sink: Sink
 ) -> None:
     """Reports what a body may weigh by expressions, whose rows are judged once they are drawn."""
     if not all(map(_is_bounded, chain.from_iterable(corners))) or min(chain.from_iterable(corners[0])) < 0:
         return  # an expression may give what is no size, which was told where it stands
-    light, heavy = (_density_mass_fault(body, name, types, row, origin) for row in corners)
+    light, heavy = (_density_mass_fault(body, name, row, origin) for row in corners)
     fault = light or heavy
     if fault is None:
         return
@@ -99,10 +80,6 @@ def _warn_mass_may_fail(
         _report(fault, sink)
     else:
         _report_possible(fault, sink)
-
-
-def _no_sizes(_geometry: Any) -> tuple[Value, ...]:
-    return ()
 
 
 class _MassFault(NamedTuple):
@@ -113,20 +90,18 @@ class _MassFault(NamedTuple):
     at: At = "key"
 
 
-def _density_mass_fault(
-    body: BodyStructure, name: str, types: list[type], row: tuple[Row, ...], origin: Origin
-) -> _MassFault | None:
+def _density_mass_fault(body: BodyStructure, name: str, row: tuple[Row, ...], origin: Origin) -> _MassFault | None:
     """Why one row of a body's densities, then its sizes, gives no mass that can be held."""
-    sizes = iter(row[len(types) :])
+    sizes = iter(row[len(body.collisions) :])
     weight, dense, complete = 0.0, False, True
-    for type_, (density,) in zip(types, row, strict=False):
-        volume = _VOLUMES.get(type_)
-        measured = None if volume is None else volume([next(sizes) for _ in range(_SIZE_COUNTS[type_])])
+    for shape, (density,) in zip(body.collisions, row, strict=False):
+        # What a mesh weighs is known once the engine has read it; the other shapes alone may weigh too much.
+        solid = shape.geometry if isinstance(shape.geometry, Solid) else None
+        volume = 0 if solid is None else solid.volume(*chain.from_iterable(islice(sizes, len(solid.values))))
         if density:
             dense = True
-            # What a mesh weighs is known once the engine has read it; the other shapes alone may weigh too much.
-            complete = complete and measured is not None
-            weight += (measured or 0) * density
+            complete = complete and solid is not None
+            weight += volume * density
     light = complete and body.body_type in DYNAMIC_TYPES
     if not dense:
         return _zero_density_fault(body, name, origin) if light else None
@@ -134,7 +109,7 @@ def _density_mass_fault(
     if weight > FLOAT32_MAX:
         message = f"`{name}` weighs {weight:.3g} kg by its densities, more than single precision holds"
         return _MassFault("SC512", message, origin, hint)
-    if weight * max(chain(*row[len(types) :]), default=0) ** 2 > FLOAT32_MAX:
+    if weight * max(chain(*row[len(body.collisions) :]), default=0) ** 2 > FLOAT32_MAX:
         message = f"`{name}` is so large that single precision does not hold its inertia"
         return _MassFault("SC512", message, origin, hint)
     if light and weight < MIN_MASS:
@@ -142,9 +117,6 @@ def _density_mass_fault(
         message = f"`{name}` weighs {weight:.3g} kg by its densities, and SAPIEN would make a milligram of it"
         return _MassFault("SC511", message, origin, hint)
     return None
-
-
-_SIZE_COUNTS: dict[type, int] = {Box: 1, Sphere: 1, Capsule: 2, Cylinder: 2}
 
 
 def _zero_density_fault(body: BodyStructure, name: str, origin: Origin) -> _MassFault:

@@ -15,7 +15,9 @@ from scenecc.emit.xml import AssetFolder, UniqueNames, XmlElement, format_docume
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.meshes.builder import MeshBuilder, bake_scale
 from scenecc.meshes.surface import MeshError, SurfaceMaterial, report_mesh_error
-from scenecc.plan import ArticulationStructure, Box, Capsule, Cylinder, Sphere
+from scenecc.plan import ArticulationStructure
+from scenecc.plan.geometry import LYING_SOLIDS, Solid
+from scenecc.plan.schema import type_name
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.emit import ExportOptions
     from scenecc.meshes.surface import MeshShape
-    from scenecc.plan import ScenePlan, VisualGeometry
+    from scenecc.plan import ScenePlan
     from scenecc.plan.snapshot import (
         EngineSnapshot,
         MeasuredBody,
@@ -73,7 +75,7 @@ def write_collisions(robot: UrdfRobot, body: MeasuredBody, back: Pose7, link: Xm
             robot.unsupported.leave_out(robot.name, "a plane", shape.shape.origin)
             continue
         element = link.add("collision")
-        pose = xml.compose_poses(shape.pose, _X_TO_Z) if shape.kind in {"capsule", "cylinder"} else shape.pose
+        pose = xml.compose_poses(shape.pose, _X_TO_Z) if shape.kind in LYING_SOLIDS else shape.pose
         write_origin(element, xml.compose_poses(back, pose))
         _write_collision_geometry(robot, shape, element.add("geometry"))
 
@@ -108,34 +110,19 @@ def write_visuals(robot: UrdfRobot, body: MeasuredBody, back: Pose7, link: XmlEl
     row = robot.measured.row
     for shape, plan in zip(robot.drawer.visuals(body.body, row), body.body.visuals, strict=False):
         parts = bake_scale(shape)
-        native = _primitive(plan.geometry, row)
+        solid = plan.geometry if isinstance(plan.geometry, Solid) else None
+        kind = type_name(type(plan.geometry))
         for part in parts:
             element = link.add("visual", name=shape.name or None)
-            lying = native is not None and native[0] in {"capsule", "cylinder"}
-            pose = xml.compose_poses(shape.pose, _X_TO_Z) if lying else shape.pose
+            pose = xml.compose_poses(shape.pose, _X_TO_Z) if kind in LYING_SOLIDS else shape.pose
             write_origin(element, xml.compose_poses(back, pose))
             geometry = element.add("geometry")
-            if native is None:
+            if solid is None:
                 uvs = part.uvs if part.look.base_color_image else None
                 _write_mesh(robot, geometry, shape.name or robot.name, format_obj(part.vertices, part.faces, uvs))
             else:
-                _write_primitive(geometry, *native)
+                _write_primitive(geometry, kind, solid.sizes(row))
             element.take(_material(robot, part.look, shape))
-
-
-def _primitive(geometry: VisualGeometry, row: int) -> tuple[str, tuple[float, ...]] | None:
-    """URDF's own kind of what is seen, and its sizes; None: it is drawn of triangles."""
-    match geometry:
-        case Box(half_size=size):
-            return "box", tuple(map(float, size.row(row)))
-        case Sphere(radius=radius):
-            return "sphere", (float(radius.row(row)),)
-        case Capsule(radius=radius, half_length=length):
-            return "capsule", (float(radius.row(row)), float(length.row(row)))
-        case Cylinder(radius=radius, half_length=length):
-            return "cylinder", (float(radius.row(row)), float(length.row(row)))
-        case _:
-            return None
 
 
 def _material(robot: UrdfRobot, look: SurfaceMaterial, shape: MeshShape) -> XmlElement:

@@ -12,7 +12,8 @@ from scenecc.inspect.facts import Fact, Facts, Item, axis_words, fact, plain_dat
 from scenecc.inspect.varying import entity_fields
 from scenecc.plan import ArticulationStructure, Plane, VisualPlane
 from scenecc.plan.display import link_shape_path, shape_path
-from scenecc.plan.extent import extent, half_extents
+from scenecc.plan.extent import extent
+from scenecc.plan.geometry import SOLIDS
 from scenecc.plan.scene import structure_type
 from scenecc.plan.schema import type_name
 
@@ -54,10 +55,7 @@ def _bounds(shape: MeasuredShape, frame: NDArray[np.float64]) -> NDArray[np.floa
     rotation, centre = frame[:3, :3], frame[:3, 3]
     if shape.mesh is not None:
         return shape.mesh.vertices @ rotation.T + centre
-    assert shape.kind != "plane"
-    assert shape.kind != "convex_mesh"
-    assert shape.kind != "triangle_mesh"
-    half = half_extents(shape.kind, shape.sizes, rotation)
+    half = SOLIDS[shape.kind].extent(rotation, *shape.sizes)
     return np.array([centre - half, centre + half])
 
 
@@ -327,15 +325,10 @@ def _surface_bounds(shape: Any, pose: Any) -> NDArray[np.float64] | None:
         return _corners(shape, pose)
     matrix = pose.to_transformation_matrix().astype(np.float64)
     rotation, centre = matrix[:3, :3], matrix[:3, 3]
-    if hasattr(shape, "half_size"):
-        half = half_extents("box", tuple(shape.half_size), rotation)
-    elif hasattr(shape, "half_length"):
-        solid = "cylinder" if type(shape).__name__.endswith("Cylinder") else "capsule"
-        half = half_extents(solid, (shape.radius, shape.half_length), rotation)
-    elif hasattr(shape, "radius"):
-        half = half_extents("sphere", (shape.radius,), rotation)
-    else:
+    solid = SOLIDS.get(type(shape).__name__.removeprefix("PhysxCollisionShape").lower())
+    if solid is None:
         return None
+    half = solid.extent(rotation, *solid.sizes_in_engine(shape))
     return np.array([centre - half, centre + half])
 
 

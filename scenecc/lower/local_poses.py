@@ -12,6 +12,7 @@ from scenecc.lower.field_types import FieldType, vector
 from scenecc.lower.poses import POSE, compose, direction, lower_pose, pose_item, pose_varies, turned
 from scenecc.lower.variation import VARYING, VariationLowerer, field_place
 from scenecc.plan import Value, literal, per_scene, varying
+from scenecc.plan.geometry import LYING_SOLIDS
 from scenecc.spec.pose import PoseMapping
 from scenecc.variation.nodes import NODES
 
@@ -71,7 +72,7 @@ def shape_pose(shape: Any, origin: Origin, leaves: FieldLowerer) -> Value | None
     if shape.pose is None and type_ not in _TURNED:
         return None
     pose = local_pose(shape.pose, origin, ("pose",), "a shape", leaves)
-    if type_ in {"capsule", "cylinder"}:
+    if type_ in LYING_SOLIDS:
         pose = _with_turn(pose, AXIS_TURNS[shape.axis], leaves)
     elif type_ == "plane":
         pose = _plane_pose(shape, pose, origin, leaves)
@@ -83,7 +84,7 @@ def _is_identity(pose: tuple[float, ...]) -> bool:
     return pose == IDENTITY_POSE and "-" not in repr(pose)
 
 
-_TURNED = frozenset(("capsule", "cylinder", "plane"))
+_TURNED = frozenset((*LYING_SOLIDS, "plane"))
 
 
 def _with_turn(pose: Value, turn: Quat, leaves: FieldLowerer, step: Vec3 = (0.0, 0.0, 0.0)) -> Value:

@@ -15,8 +15,9 @@ from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.meshes import primitives
 from scenecc.meshes.files import MeshFiles
 from scenecc.meshes.surface import MaterialCache, MeshError, MeshPart, MeshShape, SurfaceMaterial
-from scenecc.plan import Box, Capsule, Cylinder, Mesh, Sphere, TiledPlane, VisualPlane
+from scenecc.plan import Mesh
 from scenecc.plan.rendering import COLLISION_COLORS
+from scenecc.plan.schema import type_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -25,22 +26,11 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Origin
     from scenecc.meshes.surface import Surface, Vec3
-    from scenecc.plan import BodyStructure, ScenePlan, VisualShape
-    from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredScene, MeasuredShape
+    from scenecc.plan import BodyStructure, ScenePlan, VisualGeometry, VisualShape
+    from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredMesh, MeasuredScene, MeasuredShape
 
 
 _COLLISION_MATERIALS: Final = {kind: SurfaceMaterial(base_color=color) for kind, color in COLLISION_COLORS.items()}
-
-_PRIMITIVES: Final[dict[type, Callable[[Any, int], tuple[Any, ...]]]] = {
-    Box: lambda g, row: (primitives.box(), tuple(g.half_size.row(row))),
-    Sphere: lambda g, row: (primitives.sphere(), (g.radius.row(row),) * 3),
-    Cylinder: lambda g, row: (
-        primitives.cylinder(),
-        (g.half_length.row(row), g.radius.row(row), g.radius.row(row)),
-    ),
-    VisualPlane: lambda g, row: (primitives.plane(), (1.0, *g.half_size.row(row))),
-}
-"""Primitives that are one surface, scaled."""
 
 
 class MeshBuilder:
@@ -52,7 +42,7 @@ class MeshBuilder:
         self._now: Origin | None = None
         self._looks = MaterialCache(plan, lambda problem: told(problem, self._now))
         self._files = MeshFiles()
-        self._sized: dict[tuple[float, ...], Surface] = {}
+        self._primitives: dict[tuple[str, tuple[float, ...]], tuple[Surface, Vec3]] = {}
         self._meshes: dict[str, Surface] = {}
         self._flat: dict[Surface, Surface] = {}
 
@@ -88,73 +78,44 @@ class MeshBuilder:
         mirrored = isinstance(shape.geometry, Mesh) and scale[0] * scale[1] * scale[2] < 0
         turned = shape.front_face is not None and (shape.front_face == "clockwise") != mirrored
         pose = IDENTITY_POSE if shape.pose is None else _pose(shape.pose.row(row))
-        kind = _KINDS[type(shape.geometry)]
+        kind = type_name(type(shape.geometry))
         return MeshShape(shape.name or "", kind, parts, pose, scale, turned, origin=shape.origin)
 
-    def _parts(self, geometry: Any, row: int, own: SurfaceMaterial | None) -> tuple[tuple[MeshPart, ...], Vec3]:
+    def _parts(
+        self, geometry: VisualGeometry, row: int, own: SurfaceMaterial | None
+    ) -> tuple[tuple[MeshPart, ...], Vec3]:
         """A geometry's surfaces and looks, and its scale."""
         if isinstance(geometry, Mesh):
             parts = self._files.parts(self._plan.files[int(geometry.file.row(row))])
             if own is not None:
                 parts = tuple(MeshPart(part.surface, own) for part in parts)
             return parts, _vec3(geometry.scale.row(row))
-        look = own or SurfaceMaterial()
-        if isinstance(geometry, Capsule):
-            capsule = self._capsule(float(geometry.radius.row(row)), float(geometry.half_length.row(row)))
-            return (MeshPart(capsule, look),), (1.0, 1.0, 1.0)
-        if isinstance(geometry, TiledPlane):
-            u, v = map(float, geometry.texture_repeat.row(row))
-            x, y = map(float, geometry.half_size.row(row))
-            return (MeshPart(primitives.tiled_plane((u, v)), look),), (x, y, 1.0)
-        surface, scale = _PRIMITIVES[type(geometry)](geometry, row)
-        return (MeshPart(surface, look),), _vec3(scale)
+        surface, scale = self._primitive(type_name(type(geometry)), geometry.sizes(row))
+        return (MeshPart(surface, own or SurfaceMaterial()),), scale
 
-    def _capsule(self, radius: float, half_length: float) -> Surface:
-        key = (radius, half_length)
-        if key not in self._sized:
-            self._sized[key] = primitives.capsule(radius, half_length)
-        return self._sized[key]
+    def _primitive(self, kind: str, sizes: tuple[float, ...]) -> tuple[Surface, Vec3]:
+        key = (kind, sizes)
+        if key not in self._primitives:
+            self._primitives[key] = primitives.scaled_surface(kind, sizes)
+        return self._primitives[key]
 
     def _shaded(self, surface: Surface, *, flat: bool) -> Surface:
         return self._flat.setdefault(surface, replace(surface, normals=None)) if flat else surface
 
     def collision(self, shape: MeasuredShape, body: MeasuredBody) -> MeshShape:
         """One of them."""
-        scale: Vec3 = (1.0, 1.0, 1.0)
-        match shape.kind, shape.sizes:
-            case "box", (x, y, z):
-                surface, scale = primitives.box(), (x, y, z)
-            case "sphere", (radius,):
-                surface, scale = primitives.sphere(), (radius, radius, radius)
-            case "capsule", (radius, half_length):
-                surface = self._capsule(radius, half_length)
-            case "cylinder", (radius, half_length):
-                surface, scale = primitives.cylinder(), (half_length, radius, radius)
-            case "plane", _:
-                surface = primitives.plane()
-            case _:
-                surface = self._cooked(shape)
-        parts = (MeshPart(surface, _COLLISION_MATERIALS[body.body_type]),)
         endless = shape.kind == "plane"
+        if shape.mesh is not None:
+            surface, scale = self._cooked(shape.mesh), (1.0, 1.0, 1.0)
+        else:
+            surface, scale = self._primitive(shape.kind, (1.0, 1.0) if endless else shape.sizes)
+        parts = (MeshPart(surface, _COLLISION_MATERIALS[body.body_type]),)
         return MeshShape("", shape.kind, parts, shape.pose, scale, endless=endless, origin=shape.shape.origin)
 
-    def _cooked(self, shape: MeasuredShape) -> Surface:
-        mesh = shape.mesh
-        assert mesh is not None  # of every shape that is no primitive
+    def _cooked(self, mesh: MeasuredMesh) -> Surface:
         if mesh.digest not in self._meshes:
             self._meshes[mesh.digest] = primitives.make_surface(mesh.vertices, mesh.triangles, None, None)
         return self._meshes[mesh.digest]
-
-
-_KINDS: Final = {
-    Box: "box",
-    Sphere: "sphere",
-    Capsule: "capsule",
-    Cylinder: "cylinder",
-    VisualPlane: "plane",
-    TiledPlane: "tiled_plane",
-    Mesh: "mesh",
-}
 
 
 def _pose(row: Any) -> Pose7:

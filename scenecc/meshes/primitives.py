@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.meshes.surface import Surface
+from scenecc.meshes.surface import Surface, Vec3
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -46,6 +46,29 @@ def make_surface(vertices: ArrayLike, faces: ArrayLike, normals: ArrayLike | Non
 def _make_read_only(array: NDArray[Any]) -> NDArray[Any]:
     array.setflags(write=False)
     return array
+
+
+def scaled_surface(kind: str, sizes: tuple[float, ...]) -> tuple[Surface, Vec3]:
+    """A primitive of a plan, and its scale.
+
+    Args:
+        kind: as the language calls it; of a plane, what is seen of it.
+        sizes: see `plan.geometry.Primitive`.
+    """
+    match kind, sizes:
+        case "box", (x, y, z):
+            return box(), (x, y, z)
+        case "sphere", (radius,):
+            return sphere(), (radius, radius, radius)
+        case "capsule", (radius, half_length):
+            return capsule(radius, half_length), (1.0, 1.0, 1.0)
+        case "cylinder", (radius, half_length):
+            return cylinder(), (half_length, radius, radius)
+        case "tiled_plane", (x, y, u, v):
+            return tiled_plane((u, v)), (x, y, 1.0)
+        case _:
+            y, z = sizes
+            return plane(), (1.0, y, z)
 
 
 @cache

@@ -7,7 +7,7 @@ they are plain numbers. Visuals, lights and cameras are not measured; the plan h
 from __future__ import annotations
 
 from dataclasses import field
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.frozen import frozen
 
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
 
 Vec3 = tuple[float, float, float]
-
-ShapeKind = Literal["box", "sphere", "capsule", "cylinder", "plane", "convex_mesh", "triangle_mesh"]
 
 
 @frozen
@@ -46,9 +44,9 @@ class MeasuredShape:
     """One colliding shape of the engine.
 
     Attributes:
-        kind: of the engine's shape; parts of a decomposed mesh are `convex_mesh`es.
-        sizes: half sizes of a box, radius of a sphere, radius and half length of a capsule or a cylinder, which lie
-            along x [m]; nothing of the others. A plane is the half space below its own x = 0.
+        kind: of the engine's shape, as the language calls it; parts of a decomposed mesh are `convex_mesh`es.
+        sizes: of a solid, see `plan.geometry` [m]; nothing of the others. A plane is the half space below its own
+            x = 0.
         pose: in the body's frame.
         shape: the plan's, of which this is all or a part.
         mesh: of a `convex_mesh` or a `triangle_mesh`.
@@ -56,7 +54,7 @@ class MeasuredShape:
         groups: SAPIEN's four integers.
     """
 
-    kind: ShapeKind
+    kind: str
     sizes: tuple[float, ...]
     pose: Pose7
     shape: CollisionShape

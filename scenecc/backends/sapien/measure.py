@@ -11,7 +11,11 @@ import numpy as np
 
 from scenecc.backends.sapien.audit.reference import ReferenceMeshes, part_counts
 from scenecc.backends.sapien.engine import physx
+from scenecc.backends.sapien.geometry import COLLISION_SIZES
+from scenecc.plan import ConvexParts, MeshGeometry
 from scenecc.plan.articulation import ArticulationStructure
+from scenecc.plan.geometry import Solid
+from scenecc.plan.schema import type_name
 from scenecc.plan.snapshot import (
     EngineSnapshot,
     MeasuredBody,
@@ -24,25 +28,15 @@ from scenecc.plan.snapshot import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.batch import SceneBatch
     from scenecc.geometry.rotations import Pose7
     from scenecc.plan import BodyStructure, Entity, Joint
-    from scenecc.plan.snapshot import ShapeKind
 
 
-_SHAPE_KINDS: Final[dict[Any, tuple[ShapeKind, Callable[[Any], tuple[float, ...]]]]] = {
-    physx.PhysxCollisionShapeBox: ("box", lambda shape: _floats(shape.half_size)),
-    physx.PhysxCollisionShapeSphere: ("sphere", lambda shape: (float(shape.radius),)),
-    physx.PhysxCollisionShapeCapsule: ("capsule", lambda shape: _floats((shape.radius, shape.half_length))),
-    physx.PhysxCollisionShapeCylinder: ("cylinder", lambda shape: _floats((shape.radius, shape.half_length))),
-    physx.PhysxCollisionShapePlane: ("plane", lambda _: ()),
-    physx.PhysxCollisionShapeConvexMesh: ("convex_mesh", lambda _: ()),
-    physx.PhysxCollisionShapeTriangleMesh: ("triangle_mesh", lambda _: ()),
-}
+_GEOMETRIES: Final = {made: geometry for geometry, (made, _) in COLLISION_SIZES.items() if geometry is not ConvexParts}
+"""SAPIEN's shapes to what they are in a plan; parts are convex meshes."""
 
 _SHAPE_NUMBERS: Final = (
     "friction",
@@ -126,14 +120,14 @@ class _BatchReader:
         shapes = [shape for shape, count in zip(structure.collisions, counts, strict=True) for _ in range(count)]
         found: list[MeasuredShape] = []
         for made, shape in zip(component.get_collision_shapes(), shapes, strict=True):
-            kind, sizes = _SHAPE_KINDS[type(made)]
-            mesh = self._mesh(made) if kind.endswith("mesh") else None
+            geometry = _GEOMETRIES[type(made)]
+            mesh = self._mesh(made) if issubclass(geometry, MeshGeometry) else None
             a, b, c, d = map(int, made.get_collision_groups())
             friction = made.get_physical_material()
             found.append(
                 MeasuredShape(
-                    kind=kind,
-                    sizes=sizes(made),
+                    kind=type_name(geometry),
+                    sizes=geometry.sizes_in_engine(made) if issubclass(geometry, Solid) else (),
                     pose=_read_pose(made.get_local_pose()),
                     shape=shape,
                     mesh=mesh,

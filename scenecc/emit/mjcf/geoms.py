@@ -9,7 +9,9 @@ from scenecc.emit import xml
 from scenecc.emit.xml import Z_TO_X, format_obj
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.meshes.builder import bake_scale
-from scenecc.plan import Box, Capsule, Cylinder, Sphere, VisualPlane
+from scenecc.plan import VisualPlane
+from scenecc.plan.geometry import LYING_SOLIDS, Solid
+from scenecc.plan.schema import type_name
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -118,19 +120,14 @@ def write_collisions(model: MjcfModel, name: str, body: MeasuredBody, element: X
 def _collision_geom(model: MjcfModel, name: str, shape: MeasuredShape) -> tuple[Pose7, dict[str, Any]]:
     """The pose of a geom and what it is."""
     upright = xml.compose_poses(shape.pose, Z_TO_X)
-    match shape.kind, shape.mesh:
-        case "box" | "sphere", _:
-            return shape.pose, {"type": shape.kind, "size": shape.sizes}
-        case "capsule" | "cylinder", _:
-            return upright, {"type": shape.kind, "size": shape.sizes}
-        case "plane", _:
-            return upright, {"type": "plane", "size": (0, 0, _GRID_SPACING)}
-        case _, mesh:
-            assert mesh is not None  # of every shape that is no primitive
-            if shape.kind == "triangle_mesh":
-                words = "a triangle mesh collides as its convex hull, as all meshes in MuJoCo"
-                model.unsupported.change(name, words, shape.shape.origin)
-            return shape.pose, {"type": "mesh", "mesh": cooked_mesh_asset(model, name, mesh)}
+    if shape.kind == "plane":
+        return upright, {"type": "plane", "size": (0, 0, _GRID_SPACING)}
+    if shape.mesh is None:
+        return upright if shape.kind in LYING_SOLIDS else shape.pose, {"type": shape.kind, "size": shape.sizes}
+    if shape.kind == "triangle_mesh":
+        words = "a triangle mesh collides as its convex hull, as all meshes in MuJoCo"
+        model.unsupported.change(name, words, shape.shape.origin)
+    return shape.pose, {"type": "mesh", "mesh": cooked_mesh_asset(model, name, shape.mesh)}
 
 
 def cooked_mesh_asset(model: MjcfModel, name: str, mesh: MeasuredMesh) -> str:
@@ -179,13 +176,9 @@ def write_visuals(
 def _primitive_geom(geometry: VisualGeometry, row: int, *, is_fixed: bool) -> tuple[Pose7, dict[str, Any]] | None:
     """A geom's own type for what is seen, and how it is turned there; None: it is drawn of triangles."""
     match geometry:
-        case Box(half_size=size):
-            return IDENTITY_POSE, {"type": "box", "size": size.row(row)}
-        case Sphere(radius=radius):
-            return IDENTITY_POSE, {"type": "sphere", "size": radius.row(row)}
-        case Capsule(radius=radius, half_length=length) | Cylinder(radius=radius, half_length=length):
-            kind = "capsule" if isinstance(geometry, Capsule) else "cylinder"
-            return Z_TO_X, {"type": kind, "size": (radius.row(row), length.row(row))}
+        case Solid():
+            kind = type_name(type(geometry))
+            return Z_TO_X if kind in LYING_SOLIDS else IDENTITY_POSE, {"type": kind, "size": geometry.sizes(row)}
         case VisualPlane(half_size=size) if is_fixed:  # MuJoCo has planes on what does not move alone
             return Z_TO_X, {"type": "plane", "size": (*size.row(row), _GRID_SPACING)}
         case _:

@@ -34,17 +34,8 @@ from scenecc.backends.sapien.properties import (
     PropertyTable,
     select_rows,
 )
-from scenecc.plan import (
-    Box,
-    Capsule,
-    ConvexMesh,
-    ConvexParts,
-    Cylinder,
-    Plane,
-    Sphere,
-    TriangleMesh,
-    VisualMaterial,
-)
+from scenecc.plan import ConvexMesh, ConvexParts, Cylinder, Plane, TriangleMesh, VisualMaterial
+from scenecc.plan.geometry import Solid
 from scenecc.plan.properties import FLOAT32_MAX
 
 if TYPE_CHECKING:
@@ -53,7 +44,15 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.audit.comparison import ExpectedProperties
-    from scenecc.plan import BodyStructure, CoacdParams, CollisionGeometry, CollisionShape, Friction, ScenePlan, Value
+    from scenecc.plan import (
+        BodyStructure,
+        CoacdParams,
+        CollisionGeometry,
+        CollisionShape,
+        Friction,
+        MeshGeometry,
+        ScenePlan,
+    )
     from scenecc.plan.scene import Physics
 
 
@@ -354,76 +353,28 @@ def _shape_density(shape: CollisionShape, rows: NDArray[np.intp]) -> NDArray[np.
 
 
 def shape_volume(geometry: CollisionGeometry, rows: NDArray[np.intp], meshes: ReferenceMeshes) -> NDArray[np.float64]:
-    """[m³] a row, or one for all rows."""
-    return SHAPE_VOLUMES[type(geometry)](geometry, rows, meshes)
-
-
-def _box_volume(geometry: Box, rows: NDArray[np.intp], meshes: ReferenceMeshes) -> NDArray[np.float64]:
-    del meshes
-    return 8 * np.prod(select_rows(geometry.half_size, rows), axis=1)
-
-
-def _sphere_volume(geometry: Sphere, rows: NDArray[np.intp], meshes: ReferenceMeshes) -> NDArray[np.float64]:
-    del meshes
-    return 4 / 3 * math.pi * select_rows(geometry.radius, rows) ** 3
-
-
-def _round_prism_volume(geometry: Capsule | Cylinder, rows: NDArray[np.intp]) -> NDArray[np.float64]:
-    return 2 * math.pi * select_rows(geometry.radius, rows) ** 2 * select_rows(geometry.half_length, rows)
-
-
-def _capsule_volume(geometry: Capsule, rows: NDArray[np.intp], meshes: ReferenceMeshes) -> NDArray[np.float64]:
-    del meshes
-    return _round_prism_volume(geometry, rows) + 4 / 3 * math.pi * select_rows(geometry.radius, rows) ** 3
-
-
-def _cylinder_volume(geometry: Cylinder, rows: NDArray[np.intp], meshes: ReferenceMeshes) -> NDArray[np.float64]:
-    del meshes
-    return CYLINDER_AREA_RATIO * _round_prism_volume(geometry, rows)
-
-
-def _plane_volume(geometry: Plane, rows: NDArray[np.intp], meshes: ReferenceMeshes) -> NDArray[np.float64]:
-    del geometry, rows, meshes
-    return np.zeros(1)
+    """[m³] a row, or one for all rows. PhysX has none of planes and of triangle meshes without a distance field."""
+    match geometry:
+        case Solid():
+            sizes = [size for value in geometry.values for size in np.atleast_2d(select_rows(value, rows).T)]
+            return geometry.volume(*sizes) * (CYLINDER_AREA_RATIO if isinstance(geometry, Cylinder) else 1)
+        case ConvexMesh():
+            return _scaled_volume(geometry, rows, meshes.hull_volume)
+        case ConvexParts():
+            return _scaled_volume(geometry, rows, lambda file: meshes.parts_volume(file, geometry.coacd))
+        case TriangleMesh(sdf=True):
+            return _scaled_volume(geometry, rows, meshes.triangle_volume)
+        case Plane() | TriangleMesh():
+            return np.zeros(1)
 
 
 def _scaled_volume(
-    file: Value, scale: Value, rows: NDArray[np.intp], unscaled: Callable[[int], float]
+    geometry: MeshGeometry, rows: NDArray[np.intp], unscaled: Callable[[int], float]
 ) -> NDArray[np.float64]:
-    of_file = {index: unscaled(index) for index in np.unique(select_rows(file, rows)).tolist()}
-    units = np.array([of_file[index] for index in select_rows(file, rows).tolist()])
-    return units * np.abs(np.prod(select_rows(scale, rows), axis=1))
-
-
-def _convex_mesh_volume(geometry: ConvexMesh, rows: NDArray[np.intp], meshes: ReferenceMeshes) -> NDArray[np.float64]:
-    return _scaled_volume(geometry.file, geometry.scale, rows, meshes.hull_volume)
-
-
-def _convex_parts_volume(geometry: ConvexParts, rows: NDArray[np.intp], meshes: ReferenceMeshes) -> NDArray[np.float64]:
-    return _scaled_volume(geometry.file, geometry.scale, rows, lambda file: meshes.parts_volume(file, geometry.coacd))
-
-
-def _triangle_mesh_volume(
-    geometry: TriangleMesh, rows: NDArray[np.intp], meshes: ReferenceMeshes
-) -> NDArray[np.float64]:
-    if not geometry.sdf:
-        return np.zeros(1)
-    return _scaled_volume(geometry.file, geometry.scale, rows, meshes.triangle_volume)
-
-
-SHAPE_VOLUMES: dict[
-    type[CollisionGeometry], Callable[[Any, NDArray[np.intp], ReferenceMeshes], NDArray[np.float64]]
-] = {
-    Box: _box_volume,
-    Sphere: _sphere_volume,
-    Capsule: _capsule_volume,
-    Cylinder: _cylinder_volume,
-    Plane: _plane_volume,
-    ConvexMesh: _convex_mesh_volume,
-    ConvexParts: _convex_parts_volume,
-    TriangleMesh: _triangle_mesh_volume,
-}
-"""Geometry to its volume; PhysX counts none for a plane and for a triangle mesh without a distance field."""
+    files = select_rows(geometry.file, rows)
+    of_file = {index: unscaled(index) for index in np.unique(files).tolist()}
+    units = np.array([of_file[index] for index in files.tolist()])
+    return units * np.abs(np.prod(select_rows(geometry.scale, rows), axis=1))
 
 
 def part_counts(structure: BodyStructure, row: int, meshes: ReferenceMeshes) -> list[int]:
