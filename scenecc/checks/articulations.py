@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
-from scenecc.checks.value_queries import highest, is_deferred, limit_pairs, lowest
+from scenecc.checks.value_queries import highest, is_deferred, judged_limits, lowest
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.plan.articulation import MAX_LINKS
 from scenecc.plan.tendons import why_no_tendon
@@ -42,10 +42,8 @@ def check_articulation(structure: ArticulationStructure, name: str, origin: Orig
 
 
 def _check_limits(joint: Joint, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    limits = joint.limits
-    if limits is None or is_deferred([limits], drawn=drawn):
-        return
-    wrong = next(((low, high) for low, high in limit_pairs(limits) if low > high), None)
+    pairs = () if joint.limits is None else judged_limits(joint.limits, drawn=drawn)
+    wrong = next(((low, high) for low, high in pairs if low > high), None)
     if wrong is not None:
         low, high = wrong
         message = f"the lowest position of `{cut(joint.name)}`, {low:g}, is above the highest, {high:g}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import isfinite, pi
 from typing import TYPE_CHECKING
 
-from scenecc.checks.value_queries import alternatives, is_deferred, limit_pairs
+from scenecc.checks.value_queries import alternatives, is_deferred, judged_limits
 from scenecc.diagnostics import Origin
 from scenecc.diagnostics.messages import cut
 from scenecc.plan import ArticulationStructure, Distance, Drive, Gear
@@ -59,9 +59,7 @@ def _iterate_limits(constraint: Constraint, origin: Origin) -> Iterator[tuple[Va
 
 
 def _check_limits(limits: Value, place: Origin, sink: Sink, *, turns: bool, drawn: bool) -> None:
-    if is_deferred([limits], drawn=drawn):
-        return
-    pairs = limit_pairs(limits)
+    pairs = judged_limits(limits, drawn=drawn)
     wrong = next(((low, high) for low, high in pairs if low > high), None)
     if wrong is not None:
         message = f"the lowest must not be above the highest: {wrong[0]:g} is above {wrong[1]:g}"

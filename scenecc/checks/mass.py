@@ -6,7 +6,7 @@ import math
 from itertools import chain, islice
 from typing import TYPE_CHECKING, NamedTuple
 
-from scenecc.checks.value_queries import Row, alternatives, highest, is_deferred, lowest, rows
+from scenecc.checks.value_queries import Row, alternatives, alternatives_or_extremes, highest, is_deferred, lowest, rows
 from scenecc.plan import literal
 from scenecc.plan.geometry import Solid
 from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN, MAX_BODY_OFFSET
@@ -143,7 +143,7 @@ def check_explicit_mass(body: BodyStructure, name: str, origin: Origin, sink: Si
     if drawn and is_deferred([*places, *given], drawn=True):
         return
     report = _report_possible if by_rows else _report
-    ends = _finite_extremes if by_rows else _alternatives_or_extremes
+    ends = _finite_extremes if by_rows else alternatives_or_extremes
     far = max((abs(number) for place in places for row in ends(place) for number in row[:3]), default=0)
     if far > MAX_BODY_OFFSET:
         message = (
@@ -180,12 +180,6 @@ def _finite_extremes(value: Value) -> list[Row]:
 
 def _is_bounded(row: Sequence[float | None]) -> bool:
     return all(number is not None and math.isfinite(number) for number in row)
-
-
-def _alternatives_or_extremes(value: Value) -> list[Row]:
-    """Every row that a value can have, or else the least and the most that each of its numbers can be."""
-    found = alternatives(value)
-    return [lowest(value), highest(value)] if found is None else found
 
 
 def check_inertia(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:

@@ -8,15 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from scenecc.checks.mass import DYNAMIC_TYPES, check_density_mass, check_explicit_mass, check_inertia, check_mass_unique
-from scenecc.checks.value_queries import (
-    alternatives,
-    find_exceeding_pair,
-    highest,
-    is_deferred,
-    lowest,
-    round_to_float32,
-    rows,
-)
+from scenecc.checks.value_queries import alternatives_or_extremes, is_deferred, judged_pairs, round_to_float32
 from scenecc.diagnostics import Origin
 from scenecc.plan import BodyStructure, Mesh, PhysicalMaterial, Plane, TriangleMesh, literal
 from scenecc.plan.body import COLLISION_ID_BITS, groups_collide
@@ -100,8 +92,8 @@ def check_physical_material(material: PhysicalMaterial, origin: Origin, sink: Si
         sink: takes the diagnostics.
         drawn: judge what waits for its rows, and nothing else.
     """
-    frictions = (material.dynamic_friction, material.static_friction)
-    slides_harder = None if is_deferred(frictions, drawn=drawn) else find_exceeding_pair(*frictions)
+    frictions = judged_pairs(material.dynamic_friction, material.static_friction, drawn=drawn)
+    slides_harder = next(((dynamic, static) for dynamic, static in frictions if dynamic > static), None)
     if slides_harder is not None:
         dynamic, static = slides_harder
         sink.report(
@@ -111,14 +103,9 @@ def check_physical_material(material: PhysicalMaterial, origin: Origin, sink: Si
             hint="what is left out is the default material's; sliding never rubs more than sticking",
         )
     if not is_deferred([material.restitution], drawn=drawn):
-        bouncy = [number for number in _extreme_numbers(material.restitution) if not 0 <= number <= 1]
+        bouncy = [number for (number,) in alternatives_or_extremes(material.restitution) if not 0 <= number <= 1]
         if bouncy:
             sink.report("SC505", f"restitution {bouncy[0]:g} is not in 0..1", origin)
-
-
-def _extreme_numbers(value: Value) -> list[float]:
-    found = alternatives(value)
-    return [*lowest(value), *highest(value)] if found is None else [number for row in found for number in row]
 
 
 def check_default_contacts(physics: Physics, origin: Origin, sink: Sink) -> None:
@@ -154,19 +141,12 @@ def check_contact_offsets(body: BodyStructure, physics: Physics, origin: Origin,
     for shape in body.collisions:
         if shape.contact_offset is None and shape.rest_offset is None:
             continue
-        contact, rest = _default_offsets(physics)
-        offsets = (
-            literal(contact) if shape.contact_offset is None else shape.contact_offset,
-            literal(rest) if shape.rest_offset is None else shape.rest_offset,
-        )
-        if is_deferred(offsets, drawn=drawn):
-            continue
-        found = rows(offsets)
-        pairs = [(lowest(offsets[0]), highest(offsets[1]))] if found is None else found
-        for contacts, rests in pairs:
-            if round_to_float32(contacts[0]) <= round_to_float32(rests[0]):
+        default_contact, default_rest = map(literal, _default_offsets(physics))
+        pairs = judged_pairs(shape.rest_offset or default_rest, shape.contact_offset or default_contact, drawn=drawn)
+        for rest, contact in pairs:
+            if round_to_float32(contact) <= round_to_float32(rest):
                 key = "rest_offset" if shape.rest_offset is not None else "contact_offset"
-                _report_offsets(contacts[0], rests[0], (shape.origin or origin).child(key), sink)
+                _report_offsets(contact, rest, (shape.origin or origin).child(key), sink)
                 break
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scenecc.checks.value_queries import find_exceeding_pair, highest, is_deferred, lowest, round_to_float32, rows
+from scenecc.checks.value_queries import judged_pairs, round_to_float32
 from scenecc.diagnostics import Origin
 from scenecc.plan import AreaLight, SpotLight, TexturedLight
 from scenecc.plan.camera import RAY_TRACING_SHADERS
@@ -43,10 +43,7 @@ def _check_clip_planes(
     near: Value, far: Value, keys: tuple[str, str], origin: Origin, sink: Sink, *, drawn: bool
 ) -> None:
     """The near plane lies before the far one, in single precision."""
-    if is_deferred([near, far], drawn=drawn):
-        return
-    found = rows([near, far])
-    pairs = [(highest(near)[0], lowest(far)[0])] if found is None else [(a[0], b[0]) for a, b in found]
+    pairs = judged_pairs(near, far, drawn=drawn)
     wrong = next(((a, b) for a, b in pairs if round_to_float32(a) >= round_to_float32(b)), None)
     if wrong is not None:
         message = f"`{keys[0]}` {wrong[0]:g} is not below `{keys[1]}` {wrong[1]:g}: nothing lies between"
@@ -54,7 +51,7 @@ def _check_clip_planes(
 
 
 def _check_cone_angles(inner: Value, outer: Value, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    wider = None if is_deferred([inner, outer], drawn=drawn) else find_exceeding_pair(inner, outer)
+    wider = next(((a, b) for a, b in judged_pairs(inner, outer, drawn=drawn) if a > b), None)
     if wider is not None:
         message = f"the inner cone is {wider[0]:g} rad wide, and the outer one {wider[1]:g}"
         sink.report("SC551", message, origin, hint="from the inner cone to the outer one light fades to nothing")

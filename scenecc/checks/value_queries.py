@@ -55,6 +55,12 @@ def alternatives(value: Value) -> list[Row] | None:
     return None if several is None else list(map(_as_row, several))
 
 
+def alternatives_or_extremes(value: Value) -> list[Row]:
+    """Every row that a value can have, or else the least and the most that each of its numbers can be."""
+    found = alternatives(value)
+    return [lowest(value), highest(value)] if found is None else found
+
+
 def indices(value: Value) -> list[int]:
     """Every alternative of a table index, by first use."""
     return list(dict.fromkeys(map(int, value.numbers())))
@@ -70,11 +76,15 @@ def highest(value: Value) -> Row:
     return _extreme_row(value, high=True)
 
 
-def find_exceeding_pair(a: Value, b: Value) -> tuple[float, float] | None:
-    """A pair of numbers that two values can have in one scene, the first of which is above the second."""
+def judged_pairs(a: Value, b: Value, *, drawn: bool) -> Sequence[tuple[float, float]]:
+    """Pairs of numbers by which a rule judges that one value is not above another; none if `is_deferred`.
+
+    Those that the two have in one scene, or else the first at its most beside the second at its least.
+    """
+    if is_deferred([a, b], drawn=drawn):
+        return ()
     found = rows([a, b])
-    pairs = [(highest(a)[0], lowest(b)[0])] if found is None else [(x[0], y[0]) for x, y in found]
-    return next((pair for pair in pairs if pair[0] > pair[1]), None)
+    return [(highest(a)[0], lowest(b)[0])] if found is None else [(x[0], y[0]) for x, y in found]
 
 
 def _needs_drawn_rows(value: Value) -> bool:
@@ -94,8 +104,10 @@ def _as_row(item: Any) -> Row:
     return item if item.__class__ is tuple else (item,)
 
 
-def limit_pairs(value: Value) -> list[Row]:
-    """Rows of two numbers that stand for all that a value can be: the first at its most, the second at its least."""
+def judged_limits(value: Value, *, drawn: bool) -> Sequence[Row]:
+    """The same of a value of two numbers."""
+    if is_deferred([value], drawn=drawn):
+        return ()
     found = alternatives(value)
     return [(highest(value)[0], lowest(value)[1])] if found is None else found
 

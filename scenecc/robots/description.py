@@ -21,33 +21,11 @@ SapienJointType = Literal["fixed", "revolute", "revolute_unwrapped", "prismatic"
 
 
 @frozen
-class BoxGeometry:
-    """A box of some half size [m]."""
+class SolidGeometry:
+    """A primitive. `kind`: one of `plan.geometry.SOLIDS`; `sizes`: its sizes [m]."""
 
-    half_size: Vector3
-
-
-@frozen
-class SphereGeometry:
-    """A sphere."""
-
-    radius: float
-
-
-@frozen
-class CapsuleGeometry:
-    """A capsule along x."""
-
-    radius: float
-    half_length: float
-
-
-@frozen
-class CylinderGeometry:
-    """A cylinder along x."""
-
-    radius: float
-    half_length: float
+    kind: str
+    sizes: tuple[float, ...]
 
 
 @frozen
@@ -75,7 +53,7 @@ class MeshGeometry:
     parts: bool | None = None
 
 
-Geometry = BoxGeometry | SphereGeometry | CapsuleGeometry | CylinderGeometry | PlaneGeometry | MeshGeometry
+Geometry = SolidGeometry | PlaneGeometry | MeshGeometry
 
 
 @frozen

@@ -12,16 +12,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenecc.diagnostics.messages import cut, suggest_name
+from scenecc.plan.geometry import LYING_SOLIDS
 from scenecc.robots.description import (
-    BoxGeometry,
-    CapsuleGeometry,
-    CylinderGeometry,
     DescribedCollision,
     DescribedMaterial,
     DescribedVisual,
     Geometry,
     MeshGeometry,
-    SphereGeometry,
+    SolidGeometry,
 )
 from scenecc.robots.mjcf_attributes import IGNORED_CLASS, ORIENTATION_ATTRIBUTES, ClassScope, round_to_float32
 from scenecc.robots.poses import (
@@ -261,7 +259,7 @@ _UNSUPPORTED_HINTS = {
 _DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
 
 _Z_TO_X_POSE = pose_numbers((0.0, 0.0, 0.0), from_rpy(0.0, math.pi / 2, 0.0))
-"""From SAPIEN's capsules and cylinders, which lie along x, to MJCF's, which stand along z."""
+"""From SAPIEN's lying solids to MJCF's, which stand along z."""
 
 GeomShapes = tuple[list[DescribedVisual], list[DescribedCollision]]
 
@@ -346,15 +344,13 @@ class GeomReader:
 
     def _upright(self, kind: str, geom: MjcfAttributes, size: tuple[float, ...]) -> tuple[Geometry, PoseNumbers]:
         """A geom that stands where its pose says."""
-        if kind == "sphere":
-            return SphereGeometry(size[0]), self._pose(geom, "point")
-        if kind == "box":
-            return BoxGeometry((size[0], size[1], size[2])), self._pose(geom, "none")
-        made = CapsuleGeometry if kind == "capsule" else CylinderGeometry
-        return made(size[0], size[1]), compose_poses(self._pose(geom, "axis"), _Z_TO_X_POSE)
+        solid = SolidGeometry(kind, size)
+        if kind in LYING_SOLIDS:
+            return solid, compose_poses(self._pose(geom, "axis"), _Z_TO_X_POSE)
+        return solid, self._pose(geom, "point" if kind == "sphere" else "none")
 
     def _size(self, kind: str, geom: MjcfAttributes) -> tuple[float, ...] | None:
-        """A geom's size, of as many numbers as it needs at least; None, reported, where it is wrong."""
+        """A geom's size, of as many numbers as it needs; None, reported, where it is wrong."""
         if "size" not in geom:
             geom.report.error("SC481", f"`<geom>` of type `{kind}` has no `size`", geom.element.location)
             return None
@@ -369,7 +365,7 @@ class GeomReader:
         elif not all(part >= FLOAT32_TINY for part in size[:wanted]):
             geom.wrong("size", f"holds {min(size[:wanted]):g}, which is not above 0")
         else:
-            return size
+            return size[:wanted]
         return None
 
     def _pose(self, geom: MjcfAttributes, symmetry: Symmetry) -> PoseNumbers:
@@ -395,15 +391,16 @@ class GeomReader:
                 "ManiSkill's loader takes its `size` as it stands",
                 geom.at("fromto"),
             )
-            return BoxGeometry((radius, radius, half)), pose_numbers(p, shortest_rotation((start - end).tolist()))
+            return SolidGeometry(kind, (radius, radius, half)), pose_numbers(
+                p, shortest_rotation((start - end).tolist())
+            )
         along = (end - start) / length
         x = np.array([1.0, 0.0, 0.0])
         angle = math.acos(min(1.0, max(-1.0, float(np.dot(along, x)))))
         axis = np.cross(along, x)
         across = np.linalg.norm(axis)
         axis = np.array([1, 0, 0]) if across < 1e-3 else axis / across
-        made = CapsuleGeometry if kind == "capsule" else CylinderGeometry
-        return made(radius, half), pose_numbers(p, from_axis_angle(axis, -angle))
+        return SolidGeometry(kind, (radius, half)), pose_numbers(p, from_axis_angle(axis, -angle))
 
     def _look(self, geom: MjcfAttributes) -> DescribedMaterial | None:
         if "material" not in geom:

@@ -8,16 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.robots.description import (
-    BoxGeometry,
-    CapsuleGeometry,
-    CylinderGeometry,
-    DescribedInertial,
-    DescribedMaterial,
-    Geometry,
-    MeshGeometry,
-    SphereGeometry,
-)
+from scenecc.plan.geometry import SOLIDS
+from scenecc.robots.description import DescribedInertial, DescribedMaterial, Geometry, MeshGeometry, SolidGeometry
 from scenecc.robots.poses import IDENTITY_POSE, compose_poses, pose_numbers, pose_of_matrix
 from scenecc.robots.xml import (
     FLOAT32_MAX,
@@ -38,10 +30,10 @@ if TYPE_CHECKING:
     from scenecc.robots.xml import SourceElement
 
 
-GEOMETRY_TAGS = ("box", "sphere", "capsule", "cylinder", "mesh")
+GEOMETRY_TAGS = (*SOLIDS, "mesh")
 
 _Z_TO_X_POSE = pose_numbers((0.0, 0.0, 0.0), (0.7071068, 0.0, 0.7071068, 0.0))
-"""From SAPIEN's capsules and cylinders, which lie along x, to URDF's, which stand along z."""
+"""From SAPIEN's lying solids to URDF's, which stand along z."""
 
 
 def read_origin(element: SourceElement, scale: float, findings: FileReport) -> PoseNumbers | None:
@@ -97,7 +89,7 @@ def read_geometry(
         size = read_vector3(kind, "size", findings)
         if size is None or not all(_check_size(kind, "size", side, scale, findings) for side in size):
             return None
-        return BoxGeometry((size[0] * scale / 2.0, size[1] * scale / 2.0, size[2] * scale / 2.0)), pose, kind.location
+        return SolidGeometry("box", tuple(side * scale / 2.0 for side in size)), pose, kind.location
     return _read_round_shape(kind, pose, scale, findings)
 
 
@@ -110,9 +102,9 @@ def _read_round_shape(
     if len(sizes) != len(wanted):
         return None
     if kind.tag == "sphere":
-        return SphereGeometry(sizes[0] * scale), pose, kind.location
-    made = CapsuleGeometry if kind.tag == "capsule" else CylinderGeometry
-    return made(sizes[0] * scale, sizes[1] * scale / 2.0), compose_poses(pose, _Z_TO_X_POSE), kind.location
+        return SolidGeometry(kind.tag, (sizes[0] * scale,)), pose, kind.location
+    solid = SolidGeometry(kind.tag, (sizes[0] * scale, sizes[1] * scale / 2.0))
+    return solid, compose_poses(pose, _Z_TO_X_POSE), kind.location
 
 
 def _check_size(kind: SourceElement, attribute: str, size: float, scale: float, findings: FileReport) -> bool:

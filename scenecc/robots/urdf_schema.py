@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut
+from scenecc.plan.geometry import LYING_SOLIDS, SOLIDS
 
 if TYPE_CHECKING:
     from scenecc.robots.files import FileReport
@@ -44,11 +45,10 @@ _ELEMENT_SCHEMAS: dict[str, _ElementSchema] = {
     "origin": _ElementSchema(("xyz", "rpy")),
     "mass": _ElementSchema(("value",)),
     "inertia": _ElementSchema(("ixx", "ixy", "ixz", "iyy", "iyz", "izz")),
-    "geometry": _ElementSchema(many=("box", "sphere", "capsule", "cylinder", "mesh")),
+    "geometry": _ElementSchema(many=(*SOLIDS, "mesh")),
     "box": _ElementSchema(("size",)),
     "sphere": _ElementSchema(("radius",)),
-    "capsule": _ElementSchema(("radius", "length")),
-    "cylinder": _ElementSchema(("radius", "length")),
+    **dict.fromkeys(LYING_SOLIDS, _ElementSchema(("radius", "length"))),
     "mesh": _ElementSchema(("filename", "scale")),
     "material": _ElementSchema(("name",), ("color", "texture")),
     "color": _ElementSchema(("rgba",)),

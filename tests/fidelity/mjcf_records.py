@@ -14,9 +14,6 @@ from sapien.wrapper.articulation_builder import ArticulationBuilder
 
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.robots.description import (
-    BoxGeometry,
-    CapsuleGeometry,
-    CylinderGeometry,
     DescribedCollision,
     DescribedLink,
     DescribedMaterial,
@@ -24,7 +21,7 @@ from scenecc.robots.description import (
     Geometry,
     MeshGeometry,
     RobotDescription,
-    SphereGeometry,
+    SolidGeometry,
 )
 from scenecc.robots.mjcf import read_mjcf
 from scenecc.source.paths import AssetScope, ResolvedFile
@@ -102,14 +99,8 @@ def their_shape(record: Any) -> tuple[Any, ...]:
 
 def our_shape(geometry: Geometry) -> tuple[Any, ...]:
     match geometry:
-        case BoxGeometry(half_size):
-            return "box", *single(half_size)
-        case SphereGeometry(radius):
-            return "sphere", *single([radius])
-        case CapsuleGeometry(radius, half_length):
-            return "capsule", *single([radius, half_length])
-        case CylinderGeometry(radius, half_length):
-            return "cylinder", *single([radius, half_length])
+        case SolidGeometry(kind, sizes):
+            return kind, *single(sizes)
         case MeshGeometry():
             return "mesh", str(geometry.path.resolve()), *single(geometry.scale)
         case _:

@@ -15,12 +15,9 @@ from fidelity.mjcf_strategy import mjcf_files
 from hypothesis import given, settings
 
 from scenecc.robots.description import (
-    BoxGeometry,
-    CapsuleGeometry,
-    CylinderGeometry,
     DescribedRobot,
     Geometry,
-    SphereGeometry,
+    SolidGeometry,
 )
 
 mujoco = pytest.importorskip("mujoco", reason="mujoco is not installed")
@@ -55,13 +52,13 @@ def frames(robot: DescribedRobot) -> list[np.ndarray]:
 
 def volume(geometry: Geometry) -> float:
     match geometry:
-        case BoxGeometry(half_size):
+        case SolidGeometry("box", half_size):
             return 8 * math.prod(half_size)
-        case SphereGeometry(radius):
+        case SolidGeometry("sphere", (radius,)):
             return 4 / 3 * math.pi * radius**3
-        case CapsuleGeometry(radius, half):
+        case SolidGeometry("capsule", (radius, half)):
             return math.pi * radius**2 * (2 * half + 4 / 3 * radius)
-        case CylinderGeometry(radius, half):
+        case SolidGeometry("cylinder", (radius, half)):
             return 2 * math.pi * radius**2 * half
         case _:
             raise AssertionError(geometry)
@@ -117,16 +114,17 @@ def compare_geoms(
         place = frame @ matrix(made.pose)
         np.testing.assert_allclose(place[:3, 3], data.geom_xpos[number], atol=3e-6)
         theirs = data.geom_xmat[number].reshape(3, 3)
-        if isinstance(made.geometry, BoxGeometry):
+        if not isinstance(made.geometry, SolidGeometry):
+            continue
+        if made.geometry.kind == "box":
             np.testing.assert_allclose(place[:3, :3], theirs, atol=3e-6)
-            np.testing.assert_allclose(made.geometry.half_size, model.geom_size[number], rtol=1e-6)
-        elif isinstance(made.geometry, CapsuleGeometry | CylinderGeometry):
+            np.testing.assert_allclose(made.geometry.sizes, model.geom_size[number], rtol=1e-6)
+        elif made.geometry.kind in {"capsule", "cylinder"}:
             # Ours lie along x, MuJoCo's along z, and neither end is the first.
             assert abs(place[:3, 0] @ theirs[:, 2]) == pytest.approx(1, abs=2e-6)
-            size = (made.geometry.radius, made.geometry.half_length)
-            np.testing.assert_allclose(size, model.geom_size[number][:2], rtol=2e-6)
-        elif isinstance(made.geometry, SphereGeometry):
-            assert made.geometry.radius == pytest.approx(model.geom_size[number][0])
+            np.testing.assert_allclose(made.geometry.sizes, model.geom_size[number][:2], rtol=2e-6)
+        else:
+            assert made.geometry.sizes[0] == pytest.approx(model.geom_size[number][0])
     return len(geoms)
 
 

@@ -13,16 +13,13 @@ from sapien.wrapper.actor_builder import ActorBuilder
 from sapien.wrapper.articulation_builder import ArticulationBuilder
 
 from scenecc.robots.description import (
-    BoxGeometry,
-    CapsuleGeometry,
-    CylinderGeometry,
     DescribedCollision,
     DescribedJoint,
     DescribedLink,
     DescribedRobot,
     DescribedVisual,
     MeshGeometry,
-    SphereGeometry,
+    SolidGeometry,
 )
 
 if TYPE_CHECKING:
@@ -185,14 +182,8 @@ def _joint(joint: DescribedJoint) -> tuple[Any, ...]:
 
 def _shape(shape: DescribedCollision | DescribedVisual) -> tuple[Any, ...]:
     match shape.geometry:
-        case BoxGeometry(half_size=sizes):
-            kind, file = "box", ""
-        case SphereGeometry(radius=radius):
-            kind, file, sizes = "sphere", "", (radius,)
-        case CapsuleGeometry(radius=radius, half_length=half):
-            kind, file, sizes = "capsule", "", (radius, half)
-        case CylinderGeometry(radius=radius, half_length=half):
-            kind, file, sizes = "cylinder", "", (radius, half)
+        case SolidGeometry(kind=kind, sizes=sizes):
+            file = ""
         case MeshGeometry(path=path, scale=sizes):
             kind, file = "mesh", str(path)
         case other:

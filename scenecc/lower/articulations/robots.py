@@ -23,6 +23,7 @@ from scenecc.plan import (
     VisualShape,
     literal,
 )
+from scenecc.plan.geometry import SOLIDS, Solid
 from scenecc.robots import description as robots
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.references import compile_name_pattern
@@ -189,17 +190,10 @@ class RobotDrafter:
         self._looks[id(look)] = look, made
         return made
 
-    def _solid(self, geometry: Any) -> Any:
+    def _solid(self, solid: robots.SolidGeometry) -> Solid:
         size = self._tables.size
-        match geometry:
-            case robots.BoxGeometry(half_size):
-                return plan.Box(size(half_size))
-            case robots.SphereGeometry(radius):
-                return plan.Sphere(size(radius))
-            case robots.CapsuleGeometry(radius, half_length):
-                return plan.Capsule(size(radius), size(half_length))
-            case _:
-                return plan.Cylinder(size(geometry.radius), size(geometry.half_length))
+        values = [size(solid.sizes)] if solid.kind == "box" else map(size, solid.sizes)
+        return SOLIDS[solid.kind](*values)
 
     def _file(self, uri: str, path: Any, location: Location, origin: Origin) -> Value:
         file = AssetFile(uri, path)
