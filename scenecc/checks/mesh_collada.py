@@ -28,6 +28,8 @@ from scenecc.checks.mesh_data import (
     MeshReadContext,
     make_part,
     parse_floats,
+    strip_triangles,
+    transform_part,
 )
 
 if TYPE_CHECKING:
@@ -288,7 +290,7 @@ def _read_parts(file: _ColladaFile) -> tuple[MeshFilePart, ...]:
             if name not in shown:
                 shown[name] = _read_geometry(file, geometry)
             file.budget.take(_INSTANCE_COST + sum(one.vertices.nbytes + one.faces.nbytes for one in shown[name]))
-            parts.extend(_transform_part(one, place) for one in shown[name])
+            parts.extend(transform_part(one, place) for one in shown[name])
     return tuple(parts)
 
 
@@ -403,8 +405,7 @@ def _read_faces(file: _ColladaFile, primitive: ColladaElement) -> NDArray[np.int
     if len(runs) != count:
         raise ValueError(f"`{primitive.tag}` has not as many rows as it says")
     if primitive.tag == "tristrips":
-        strips = [np.stack([run[:-2], run[1:-1], run[2:]], axis=1) for run in runs if len(run) > 2]
-        return np.concatenate([np.zeros((0, 3), np.int64), *strips])
+        return np.concatenate([np.zeros((0, 3), np.int64), *map(strip_triangles, runs)])
     sizes = np.array([len(run) for run in runs], dtype=np.int64)
     return _triangulate(file, np.concatenate([np.zeros(0, np.int64), *runs]), sizes)
 
@@ -450,8 +451,3 @@ def _parse_count(text: str) -> int:
     if re.fullmatch(r"[0-9]{1,9}", text) is None:
         raise ValueError(f"`{text[:40]}` is no count")
     return int(text)
-
-
-def _transform_part(one: MeshFilePart, place: NDArray[np.float64]) -> MeshFilePart:
-    with np.errstate(all="ignore"):
-        return MeshFilePart((one.vertices @ place[:3, :3].T + place[:3, 3]).astype(np.float32), one.faces)

@@ -197,6 +197,24 @@ def make_part(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> Mes
         return MeshFilePart(vertices[used].astype(np.float32), flat.reshape(-1, 3).astype(np.int64, copy=False))
 
 
+def transform_part(part: MeshFilePart, place: NDArray[np.float64]) -> MeshFilePart:
+    """A part where a node places it. `place`: (4, 4)."""
+    with np.errstate(all="ignore"):
+        return MeshFilePart((part.vertices @ place[:3, :3].T + place[:3, 3]).astype(np.float32), part.faces)
+
+
+def fan_triangles(polygons: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Triangles (·, 3) of polygons (n, corners), about the first corner of each; of fewer than three corners, none."""
+    second, third = polygons[:, 1:-1], polygons[:, 2:]
+    first = np.broadcast_to(polygons[:, :1], second.shape)
+    return np.stack([first, second, third], axis=2).reshape(-1, 3)
+
+
+def strip_triangles(strip: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Triangles (·, 3) of a strip (n,)."""
+    return np.stack([strip[:-2], strip[1:-1], strip[2:]], axis=1)
+
+
 def principal_extents(vertices: NDArray[np.float32]) -> tuple[float, float]:
     """Thickness and length of a cloud of finite points, along its principal axes [m]."""
     centre = vertices.mean(axis=0, dtype=np.float64)

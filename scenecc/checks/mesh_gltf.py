@@ -25,8 +25,11 @@ from scenecc.checks.mesh_data import (
     MeshData,
     MeshFilePart,
     MeshReadContext,
+    fan_triangles,
     make_part,
     parse_coordinate,
+    strip_triangles,
+    transform_part,
 )
 from scenecc.plan.json_values import RepeatedKeyError, reject_repeated_keys
 
@@ -402,13 +405,8 @@ def _read_parts(file: _GltfFile) -> tuple[MeshFilePart, ...]:
         if mesh not in primitives:
             primitives[mesh] = [_read_primitive(file, item) for item in document["meshes"][mesh]["primitives"]]
         file.budget.take(sum(one.vertices.nbytes for one in primitives[mesh]))
-        parts.extend(_transform_part(one, place) for one in primitives[mesh] if len(one.faces))
+        parts.extend(transform_part(one, place) for one in primitives[mesh] if len(one.faces))
     return tuple(parts)
-
-
-def _transform_part(one: MeshFilePart, place: NDArray[np.float64]) -> MeshFilePart:
-    with np.errstate(all="ignore"):
-        return MeshFilePart((one.vertices @ place[:3, :3].T + place[:3, 3]).astype(np.float32), one.faces)
 
 
 def _node_transform(node: dict[str, Any]) -> NDArray[np.float64]:
@@ -509,10 +507,10 @@ def _read_faces(mode: object, index: NDArray[np.int64]) -> NDArray[np.int64]:
     """Triangles of a list, a strip or a fan; points and lines have none."""
     if mode == 4:
         return index[: len(index) // 3 * 3].reshape(-1, 3)
-    if mode == 5 and len(index) > 2:
-        return np.stack([index[:-2], index[1:-1], index[2:]], axis=1)
-    if mode == 6 and len(index) > 2:
-        return np.stack([np.full(len(index) - 2, index[0]), index[1:-1], index[2:]], axis=1)
+    if mode == 5:
+        return strip_triangles(index)
+    if mode == 6:
+        return fan_triangles(index[None])
     return np.zeros((0, 3), dtype=np.int64)
 
 

@@ -18,6 +18,7 @@ from scenecc.checks.mesh_data import (
     MeshData,
     MeshReadContext,
     MeshTextReader,
+    fan_triangles,
     line_run_pattern,
     make_part,
     parse_coordinate,
@@ -268,9 +269,8 @@ def _read_run(lines: MeshTextReader, mesh: _ObjState) -> bool:
                     )
                     for kind, highest in zip(columns, index.max(axis=(0, 1)).tolist(), strict=True):
                         _note_index(mesh, kind, highest)
-                    fans = [index[:, [0, i, i + 1], 0] for i in range(1, corners - 1)]
                     mesh.has_faces = True
-                    mesh.add_faces(np.stack(fans, axis=1) - 1)
+                    mesh.add_faces(fan_triangles(index[:, :, 0]) - 1)
                     return True
         case b"#" | b" " | b"\t" | b"\r" | b"\n":
             return bool(lines.run(_COMMENT_RUN))

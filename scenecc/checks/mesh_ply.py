@@ -21,6 +21,7 @@ from scenecc.checks.mesh_data import (
     MeshReadContext,
     MeshTextReader,
     decode_text,
+    fan_triangles,
     line_run_pattern,
     make_part,
     parse_coordinate,
@@ -117,10 +118,7 @@ def _triangulate(faces: NDArray[Any], budget: MeshBudget) -> NDArray[np.int64]:
     budget.take(len(faces) * 24 * max(0, corners - 2))
     with np.errstate(invalid="ignore"):
         index = faces.astype(np.int64)
-    if corners == 3:
-        return index
-    fans = [index[:, [0, i, i + 1]] for i in range(1, corners - 1)]
-    return np.stack(fans, axis=1).reshape(-1, 3) if fans else np.zeros((0, 3), dtype=np.int64)
+    return fan_triangles(index)
 
 
 def _read_header(data: bytes) -> tuple[str, list[_PlyElement], int]:

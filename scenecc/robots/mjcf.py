@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenecc.diagnostics.messages import cut
+from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.robots import mjcf_bodies, mjcf_geoms
 from scenecc.robots.description import DescribedRobot, RobotDescription
 from scenecc.robots.files import FileReport, ReadBudget, RobotFiles, read_robot_bytes
 from scenecc.robots.mjcf_attributes import ClassScope, DefaultClasses, read_compiler
 from scenecc.robots.mjcf_bodies import BodyReader, JointReader, LinkDraft
 from scenecc.robots.mjcf_geoms import GeomReader, MjcfAssets
-from scenecc.robots.poses import IDENTITY_POSE
 from scenecc.robots.xml import XmlBounds, parse_xml
 from scenecc.source.limits import Limits
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenecc.diagnostics.messages import cut, suggest_name
-from scenecc.robots.xml import FLOAT32_MAX, parse_number
+from scenecc.robots.xml import parse_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -108,17 +108,11 @@ class MjcfAttributes:
             wanted = f"{count} number{'s' if count > 1 else ''}" if least == count else f"{least} to {count} numbers"
             self.wrong(name, f"is {wanted}, not {len(parts)}")
             return default
-        values: list[float] = []
-        for part in parts:
-            value = parse_number(part)
-            if value is None or math.isnan(value) or (math.isinf(value) and not infinite):
-                self.wrong(name, f"holds `{cut(part)}`, which is no {'' if value is None else 'finite '}number")
-                return default
-            if math.isfinite(value) and abs(value) > FLOAT32_MAX:
-                self.wrong(name, f"holds `{cut(part)}`, beyond the engine's single precision")
-                return default
-            values.append(value)
-        return tuple(values)
+        try:
+            return parse_numbers(parts, infinite=infinite)
+        except ValueError as error:
+            self.wrong(name, str(error))
+            return default
 
     def singles(
         self, name: str, default: tuple[float, ...], *, least: int | None = None, infinite: bool = False

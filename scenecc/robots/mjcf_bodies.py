@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.diagnostics.messages import cut
+from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.robots.description import (
     DescribedCollision,
     DescribedJoint,
@@ -29,7 +30,7 @@ from scenecc.robots.mjcf_attributes import (
     own_attributes,
     round_to_float32,
 )
-from scenecc.robots.poses import IDENTITY_POSE, compose_poses, pose_numbers, pose_of_matrix, read_rotation
+from scenecc.robots.poses import axis_pose, compose_poses, pose_numbers, read_rotation
 from scenecc.robots.xml import warn_if_degrees
 
 if TYPE_CHECKING:
@@ -82,8 +83,7 @@ class JointReader:
                 joint.at("ref"),
                 "a position of MuJoCo's, less `ref`, is one of `qpos`; limits are taken so",
             )
-        p = joint.singles("pos", (0.0, 0.0, 0.0))
-        frame = pose_of_matrix(_axis_matrix(_read_axis(joint, kind), p))
+        frame = _joint_frame(joint, kind)
         limits = _read_limits(joint, self.compiler, start) if kind != "fixed" else None
         words: dict[str, SapienJointType] = {"hinge": "revolute_unwrapped", "slide": "prismatic", "fixed": "fixed"}
         word = "revolute" if kind == "hinge" and limits is None else words[kind]
@@ -101,9 +101,15 @@ class JointReader:
     def fixed(self, body: SourceElement, scope: ClassScope, in_parent: PoseNumbers) -> DescribedJoint:
         """The joint of a body that has none: its frame is its class's, as ManiSkill's loader has it."""
         joint = self.classes.inherited("joint", body, scope)
-        p = joint.singles("pos", (0.0, 0.0, 0.0))
-        frame = pose_of_matrix(_axis_matrix(_read_axis(joint, "fixed"), p))
+        frame = _joint_frame(joint, "fixed")
         return DescribedJoint("", "fixed", compose_poses(in_parent, frame), frame, body.location)
+
+
+def _joint_frame(joint: MjcfAttributes, kind: str) -> PoseNumbers:
+    """A frame in the body whose x is the axis."""
+    p = joint.singles("pos", (0.0, 0.0, 0.0))
+    axis = _read_axis(joint, kind)
+    return axis_pose((float(axis[0]), float(axis[1]), float(axis[2])), (p[0], p[1], p[2]))
 
 
 def _read_axis(joint: MjcfAttributes, kind: str) -> NDArray[Any]:
@@ -127,17 +133,6 @@ def _read_axis(joint: MjcfAttributes, kind: str) -> NDArray[Any]:
         joint.wrong("axis", "is so long that single precision does not hold its length")
         return x
     return axis / length
-
-
-def _axis_matrix(axis: NDArray[Any], p: tuple[float, ...]) -> NDArray[np.float64]:
-    """A frame whose x is an axis."""
-    other = [0.0, 0.0, 1.0] if abs(axis @ [1.0, 0.0, 0.0]) > 0.9 else [1.0, 0.0, 0.0]
-    y = np.cross(axis, other)
-    y /= np.linalg.norm(y)
-    matrix: NDArray[np.float64] = np.eye(4)
-    matrix[:3, 3] = p
-    matrix[:3, 0], matrix[:3, 1], matrix[:3, 2] = axis, y, np.cross(axis, y)
-    return matrix
 
 
 def _read_limits(joint: MjcfAttributes, compiler: CompilerSettings, start: float) -> tuple[float, float] | None:

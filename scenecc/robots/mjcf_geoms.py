@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenecc.diagnostics.messages import cut, suggest_name
+from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE
 from scenecc.plan.geometry import LYING_SOLIDS
 from scenecc.robots.description import (
     DescribedCollision,
@@ -23,8 +24,6 @@ from scenecc.robots.description import (
 )
 from scenecc.robots.mjcf_attributes import IGNORED_CLASS, ORIENTATION_ATTRIBUTES, ClassScope, round_to_float32
 from scenecc.robots.poses import (
-    IDENTITY_POSE,
-    IDENTITY_ROTATION,
     compose_poses,
     from_axis_angle,
     from_rpy,
@@ -215,7 +214,7 @@ class MjcfAssets:
     def _is_turned(self, given: MjcfAttributes) -> bool:
         if "refquat" not in given:
             return False
-        w, x, y, z = given.numbers("refquat", IDENTITY_ROTATION)
+        w, x, y, z = given.numbers("refquat", IDENTITY)
         return any((x, y, z)) or not w
 
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
+from scenecc.geometry.rotations import IDENTITY, multiply, rotate
 from scenecc.robots.mjcf_attributes import ORIENTATION_ATTRIBUTES
 
 if TYPE_CHECKING:
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from scenecc.geometry.rotations import Quat
     from scenecc.robots.description import PoseNumbers, Vector3
     from scenecc.robots.mjcf_attributes import CompilerSettings, MjcfAttributes
 
@@ -27,8 +30,6 @@ _HALF, _ONE, _TWO = _F(0.5), _F(1), _F(2)
 
 Float32Tuple = tuple[np.float32, ...]
 
-IDENTITY_POSE: PoseNumbers = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
-
 
 def pose_of_matrix(matrix: NDArray[np.float64]) -> PoseNumbers:
     """What `sapien.Pose(matrix)` is.
@@ -40,6 +41,17 @@ def pose_of_matrix(matrix: NDArray[np.float64]) -> PoseNumbers:
         m = matrix.astype(_F)
         quaternion = _normalize(_quaternion_of_matrix(m))
     return _numbers((m[0, 3], m[1, 3], m[2, 3], *quaternion))
+
+
+@lru_cache(maxsize=1024)
+def axis_pose(axis: Vector3, p: Vector3 = (0.0, 0.0, 0.0)) -> PoseNumbers:
+    """A frame at `p` whose x is an axis of length 1; y and z are those that SAPIEN's and ManiSkill's loaders choose."""
+    y: NDArray[np.float64] = np.cross(axis, (0.0, 0.0, 1.0) if abs(axis[0]) > 0.9 else (1.0, 0.0, 0.0))
+    y /= np.linalg.norm(y)
+    matrix: NDArray[np.float64] = np.eye(4)
+    matrix[:3, 3] = p
+    matrix[:3, 0], matrix[:3, 1], matrix[:3, 2] = axis, y, np.cross(axis, y)
+    return pose_of_matrix(matrix)
 
 
 def compose_poses(first: PoseNumbers, second: PoseNumbers) -> PoseNumbers:
@@ -122,19 +134,15 @@ def _multiply(first: Float32Tuple, second: Float32Tuple) -> Float32Tuple:
     )
 
 
-Quaternion = tuple[float, float, float, float]
-
 Symmetry = Literal["none", "axis", "point"]
 """What of a rotation can be told of a shape: all, where its z axis points, nothing."""
-
-IDENTITY_ROTATION: Quaternion = (1.0, 0.0, 0.0, 0.0)
 
 _ROTATION_TOLERANCE = 1e-7
 
 _UNIT_TOLERANCE = 1e-5
 
 
-def read_rotation(attributes: MjcfAttributes, compiler: CompilerSettings, symmetry: Symmetry = "none") -> Quaternion:
+def read_rotation(attributes: MjcfAttributes, compiler: CompilerSettings, symmetry: Symmetry = "none") -> Quat:
     """The rotation that an element's attributes say, wxyz in double precision.
 
     Args:
@@ -144,18 +152,18 @@ def read_rotation(attributes: MjcfAttributes, compiler: CompilerSettings, symmet
     """
     way = attributes.orientation()
     if way is None:
-        return IDENTITY_ROTATION
+        return IDENTITY
     count = {"quat": 4, "euler": 3, "axisangle": 4, "xyaxes": 6, "zaxis": 3}[way]
     default = (math.nan,) * count
     values = attributes.numbers(way, default)
     if values is default:
-        return IDENTITY_ROTATION
+        return IDENTITY
     if way != "euler" and not any(values):
         attributes.wrong(way, "is zero, which is no rotation")
-        return IDENTITY_ROTATION
+        return IDENTITY
     meant = _mujoco_rotation(way, values, compiler, attributes)
     if meant is None:
-        return IDENTITY_ROTATION
+        return IDENTITY
     # Of several ways at once ManiSkill's loader takes the first in this order.
     first = next(name for name in ORIENTATION_ATTRIBUTES if name in attributes)
     theirs = _maniskill_rotation(way, values, compiler) if first == way else None
@@ -167,7 +175,7 @@ def read_rotation(attributes: MjcfAttributes, compiler: CompilerSettings, symmet
     return meant
 
 
-def shortest_rotation(z: Sequence[float]) -> Quaternion:
+def shortest_rotation(z: Sequence[float]) -> Quat:
     """The shortest rotation that turns z to a direction, as MuJoCo computes it."""
     direction = np.asarray(z, np.float64) / np.linalg.norm(z)
     axis = np.array([-direction[1], direction[0], 0.0])
@@ -176,7 +184,7 @@ def shortest_rotation(z: Sequence[float]) -> Quaternion:
     return from_axis_angle(axis, math.atan2(length, float(direction[2])))
 
 
-def from_axis_angle(vector: Array, angle: float) -> Quaternion:
+def from_axis_angle(vector: Array, angle: float) -> Quat:
     """A rotation about a vector of any length but zero."""
     vector = vector / math.sqrt(np.dot(vector, vector))
     half = angle / 2.0
@@ -184,7 +192,7 @@ def from_axis_angle(vector: Array, angle: float) -> Quaternion:
     return (math.cos(half), float(turned[0]), float(turned[1]), float(turned[2]))
 
 
-def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
+def from_rpy(roll: float, pitch: float, yaw: float) -> Quat:
     """Turns about the fixed x, y and z, one after another."""
     (ci, si), (cj, sj), (ck, sk) = ((math.cos(half), math.sin(half)) for half in (roll / 2.0, pitch / 2.0, yaw / 2.0))
     cc, cs, sc, ss = ci * ck, ci * sk, si * ck, si * sk
@@ -193,7 +201,7 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 def _mujoco_rotation(
     way: str, values: Sequence[float], compiler: CompilerSettings, attributes: MjcfAttributes
-) -> Quaternion | None:
+) -> Quat | None:
     """The rotation as MJCF means it."""
     if way == "quat":
         return _normalize_mjcf(values)
@@ -207,7 +215,7 @@ def _mujoco_rotation(
     return shortest_rotation(values) if way == "zaxis" else _from_xy_axes(values, attributes)
 
 
-def _from_xy_axes(values: Sequence[float], attributes: MjcfAttributes) -> Quaternion | None:
+def _from_xy_axes(values: Sequence[float], attributes: MjcfAttributes) -> Quat | None:
     """The rotation to an x axis and a y axis, of which the second need not be upright to the first."""
     x: Array = np.asarray(values[:3], np.float64)
     y: Array = np.asarray(values[3:], np.float64)
@@ -220,7 +228,7 @@ def _from_xy_axes(values: Sequence[float], attributes: MjcfAttributes) -> Quater
     return _from_axes(x, y, np.cross(x, y))
 
 
-def _maniskill_rotation(way: str, values: Sequence[float], compiler: CompilerSettings) -> Quaternion | None:
+def _maniskill_rotation(way: str, values: Sequence[float], compiler: CompilerSettings) -> Quat | None:
     """The rotation as ManiSkill's loader computes it; None where nothing comes of it."""
     array: Array = np.asarray(values, np.float64)
     if way == "quat":
@@ -243,16 +251,16 @@ def _maniskill_rotation(way: str, values: Sequence[float], compiler: CompilerSet
     return _from_axes(x, y / np.linalg.norm(y), z)
 
 
-def _from_euler(angles: Sequence[float], sequence: str) -> Quaternion:
+def _from_euler(angles: Sequence[float], sequence: str) -> Quat:
     """Turns about the axes of a sequence: small letters turn along, capital ones stay."""
-    whole = IDENTITY_ROTATION
+    whole = IDENTITY
     for angle, letter in zip(angles, sequence, strict=True):
         one = from_axis_angle(np.eye(3)["xyz".index(letter.lower())], angle)
-        whole = _multiply_mjcf(whole, one) if letter.islower() else _multiply_mjcf(one, whole)
+        whole = multiply(whole, one) if letter.islower() else multiply(one, whole)
     return whole
 
 
-def _from_axes(x: Array, y: Array, z: Array) -> Quaternion:
+def _from_axes(x: Array, y: Array, z: Array) -> Quat:
     """The rotation to some axes, by the largest eigenvector of a symmetric matrix (Bar-Itzhack 2000)."""
     (xx, yx, zx), (xy, yy, zy), (xz, yz, zz) = np.array([x, y, z]).T.tolist()
     symmetric = np.array(
@@ -269,7 +277,7 @@ def _from_axes(x: Array, y: Array, z: Array) -> Quaternion:
     return (float(q[0]), float(q[1]), float(q[2]), float(q[3]))
 
 
-def _is_equivalent(one: Quaternion, other: Quaternion, symmetry: Symmetry) -> bool:
+def _is_equivalent(one: Quat, other: Quat, symmetry: Symmetry) -> bool:
     """Whether two rotations do the same to a shape, the first of which may not be one."""
     length = math.hypot(*one)
     if not abs(length - 1) <= _UNIT_TOLERANCE:
@@ -277,28 +285,11 @@ def _is_equivalent(one: Quaternion, other: Quaternion, symmetry: Symmetry) -> bo
     if symmetry == "point":
         return True
     if symmetry == "axis":
-        first, second = (_z_axis(_normalize_mjcf(q)) for q in (one, other))
-        return float(np.linalg.norm(first - second)) < _ROTATION_TOLERANCE
-    difference = _multiply_mjcf(_normalize_mjcf((one[0], -one[1], -one[2], -one[3])), other)
+        return math.dist(*(rotate(_normalize_mjcf(q), (0.0, 0.0, 1.0)) for q in (one, other))) < _ROTATION_TOLERANCE
+    difference = multiply(_normalize_mjcf((one[0], -one[1], -one[2], -one[3])), other)
     return math.hypot(*difference[1:]) < _ROTATION_TOLERANCE
 
 
-def _z_axis(q: Quaternion) -> Array:
-    w, x, y, z = q
-    return np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
-
-
-def _normalize_mjcf(q: Sequence[float]) -> Quaternion:
+def _normalize_mjcf(q: Sequence[float]) -> Quat:
     length = math.hypot(*q)
     return (q[0] / length, q[1] / length, q[2] / length, q[3] / length)
-
-
-def _multiply_mjcf(first: Quaternion, second: Quaternion) -> Quaternion:
-    w, x, y, z = first
-    a, b, c, d = second
-    return (
-        w * a - x * b - y * c - z * d,
-        w * b + x * a + y * d - z * c,
-        w * c - x * d + y * a + z * b,
-        w * d + x * c - y * b + z * a,
-    )

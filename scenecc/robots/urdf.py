@@ -14,6 +14,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.messages import cut
+from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.robots.description import (
     DescribedCollision,
     DescribedJoint,
@@ -23,7 +24,6 @@ from scenecc.robots.description import (
     RobotDescription,
 )
 from scenecc.robots.files import FileReport, ReadBudget, RobotFiles, read_robot_bytes
-from scenecc.robots.poses import IDENTITY_POSE
 from scenecc.robots.srdf import IgnoredPair, assign_ignore_bits, read_srdf
 from scenecc.robots.urdf_joints import (
     JointElement,

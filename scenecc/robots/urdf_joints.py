@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +13,7 @@ import numpy as np
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest
 from scenecc.robots.description import DescribedJoint, DescribedMimic
-from scenecc.robots.poses import compose_poses, pose_of_matrix
+from scenecc.robots.poses import axis_pose, compose_poses
 from scenecc.robots.urdf_links import read_origin
 from scenecc.robots.xml import read_number, read_optional_number, read_text, read_vector3, warn_if_degrees
 
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.robots.description import PoseNumbers, SapienJointType, Vector3
+    from scenecc.robots.description import SapienJointType, Vector3
     from scenecc.robots.files import FileReport
     from scenecc.robots.xml import SourceElement
 
@@ -94,7 +93,7 @@ def read_joint(row: JointElement, scale: float, findings: FileReport) -> Describ
     mimic = _read_mimic(element, findings)
     if origin is None or axis is None or findings.errors > before:
         return None
-    frame = _axis_pose(*axis)
+    frame = axis_pose(axis)
     return DescribedJoint(
         name=row.name,
         type=_SAPIEN_TYPES[row.kind],
@@ -132,20 +131,6 @@ def _read_axis(row: JointElement, findings: FileReport) -> Vector3 | None:
     axis = axis / np.linalg.norm(axis)
     axis = axis / np.linalg.norm(axis)
     return (float(axis[0]), float(axis[1]), float(axis[2]))
-
-
-@lru_cache(maxsize=1024)
-def _axis_pose(x: float, y: float, z: float) -> PoseNumbers:
-    """A frame whose x is the axis; y and z are those that SAPIEN's loader chooses."""
-    axis: NDArray[np.float64] = np.array((x, y, z))
-    beside: NDArray[np.float64] = np.array((0.0, 0.0, 1.0) if abs(x) > 0.9 else (1.0, 0.0, 0.0))
-    second: NDArray[np.float64] = np.array(np.cross(axis, beside), np.float64)
-    second /= np.linalg.norm(second)
-    matrix: NDArray[np.float64] = np.eye(4)
-    matrix[:3, 0] = axis
-    matrix[:3, 1] = second
-    matrix[:3, 2] = np.cross(axis, second)
-    return pose_of_matrix(matrix)
 
 
 def _read_limits(row: JointElement, scale: float, findings: FileReport) -> tuple[float, float] | None:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan.geometry import SOLIDS
 from scenecc.robots.description import DescribedInertial, DescribedMaterial, Geometry, MeshGeometry, SolidGeometry
-from scenecc.robots.poses import IDENTITY_POSE, compose_poses, pose_numbers, pose_of_matrix
+from scenecc.robots.poses import compose_poses, pose_numbers, pose_of_matrix
 from scenecc.robots.xml import (
     FLOAT32_MAX,
     FLOAT32_TINY,
