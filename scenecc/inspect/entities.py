@@ -13,7 +13,7 @@ from scenecc.inspect.varying import entity_fields
 from scenecc.plan import ArticulationStructure, Plane, VisualPlane
 from scenecc.plan.display import link_shape_path, shape_path
 from scenecc.plan.extent import extent
-from scenecc.plan.geometry import SOLIDS
+from scenecc.plan.geometry import SOLIDS, Solid
 from scenecc.plan.scene import structure_type
 from scenecc.plan.schema import type_name
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from scenecc.plan import BodyStructure, Entity, Link, PhysicalMaterial, ScenePlan, Value, VisualMaterial
     from scenecc.plan.body import CollisionShape, VisualShape
-    from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredShape
+    from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity
 
 
 Size = tuple[float, float, float]
@@ -35,28 +35,41 @@ def measured_size(bodies: Iterable[MeasuredBody]) -> Size | None:
 
     None where nothing of them collides, or a plane does.
     """
-    found: list[NDArray[np.float64]] = []
+    found: list[NDArray[np.float64] | None] = []
     root: NDArray[np.float64] | None = None
     for body in bodies:
         frame = pose_matrix(body.pose)
         root = np.array(np.linalg.inv(frame), np.float64) if root is None else root
         for shape in body.shapes:
-            if shape.kind == "plane":
-                return None
-            found.append(_bounds(shape, root @ frame @ pose_matrix(shape.pose)))
-    if not found:
-        return None
-    x, y, z = np.ptp(np.concatenate(found), axis=0).tolist()
-    return (x, y, z)
+            place = root @ frame @ pose_matrix(shape.pose)
+            vertices = None if shape.mesh is None else shape.mesh.vertices
+            found.append(_bounds(SOLIDS.get(shape.kind), shape.sizes, vertices, place))
+    return _extents(found)
 
 
-def _bounds(shape: MeasuredShape, frame: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Points (n, 3) that bound a shape in a frame as the shape itself does. `frame`: (4, 4), its own in that."""
+def _bounds(
+    solid: type[Solid] | None,
+    sizes: tuple[float, ...],
+    vertices: NDArray[np.float64] | None,
+    frame: NDArray[np.float64],
+) -> NDArray[np.float64] | None:
+    """Points (n, 3) that bound a solid or a mesh in a frame, (4, 4) its own in that; None for a plane."""
     rotation, centre = frame[:3, :3], frame[:3, 3]
-    if shape.mesh is not None:
-        return shape.mesh.vertices @ rotation.T + centre
-    half = SOLIDS[shape.kind].extent(rotation, *shape.sizes)
+    if vertices is not None:
+        return vertices @ rotation.T + centre
+    if solid is None:
+        return None
+    half = solid.extent(rotation, *sizes)
     return np.array([centre - half, centre + half])
+
+
+def _extents(bounds: Sequence[NDArray[np.float64] | None]) -> Size | None:
+    """Of all points; None where there are none, or something has no bounds."""
+    points = [one for one in bounds if one is not None]
+    if not points or len(points) < len(bounds):
+        return None
+    x, y, z = np.ptp(np.concatenate(points), axis=0).tolist()
+    return (x, y, z)
 
 
 _TURNING: Final = {
@@ -298,7 +311,7 @@ def mesh_size(body: Any) -> Size | None:
     shapes = body.collision_shapes
     if not shapes or not all(hasattr(shape, "vertices") for shape in shapes):
         return None
-    return _extents(_corners(shape, shape.local_pose) for shape in shapes)
+    return _extents([_engine_bounds(shape, shape.local_pose) for shape in shapes])
 
 
 def articulation_size(links: Iterable[Any]) -> Size | None:
@@ -306,37 +319,18 @@ def articulation_size(links: Iterable[Any]) -> Size | None:
 
     None where nothing of them collides, or a plane does.
     """
-    found: list[NDArray[np.float64]] = []
+    found: list[NDArray[np.float64] | None] = []
     root: Any = None
     for link in links:
         pose = link.entity_pose
         root = pose.inv() if root is None else root
-        for shape in link.collision_shapes:
-            bounds = _surface_bounds(shape, root * pose * shape.local_pose)
-            if bounds is None:
-                return None
-            found.append(bounds)
-    return _extents(found) if found else None
+        found += [_engine_bounds(shape, root * pose * shape.local_pose) for shape in link.collision_shapes]
+    return _extents(found)
 
 
-def _surface_bounds(shape: Any, pose: Any) -> NDArray[np.float64] | None:
-    """Points (n, 3) that bound a shape as it is turned itself; None for a plane. `pose`: in the frame of the points."""
-    if hasattr(shape, "vertices"):
-        return _corners(shape, pose)
-    matrix = pose.to_transformation_matrix().astype(np.float64)
-    rotation, centre = matrix[:3, :3], matrix[:3, 3]
+def _engine_bounds(shape: Any, pose: Any) -> NDArray[np.float64] | None:
+    """The same of a shape of SAPIEN. `pose`: in the frame of the points."""
     solid = SOLIDS.get(type(shape).__name__.removeprefix("PhysxCollisionShape").lower())
-    if solid is None:
-        return None
-    half = solid.extent(rotation, *solid.sizes_in_engine(shape))
-    return np.array([centre - half, centre + half])
-
-
-def _corners(mesh: Any, pose: Any) -> NDArray[np.float64]:
-    matrix = pose.to_transformation_matrix()
-    return np.asarray(mesh.vertices * mesh.scale, np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
-
-
-def _extents(points: Iterable[NDArray[Any]]) -> Size:
-    x, y, z = np.ptp(np.concatenate(list(points)), axis=0).tolist()
-    return (x, y, z)
+    sizes = () if solid is None else solid.sizes_in_engine(shape)
+    vertices = np.asarray(shape.vertices * shape.scale, np.float64) if hasattr(shape, "vertices") else None
+    return _bounds(solid, sizes, vertices, pose.to_transformation_matrix().astype(np.float64))

@@ -11,6 +11,7 @@ What the loader takes as it is and what is left to others:
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.messages import cut
@@ -26,7 +27,6 @@ from scenecc.robots.description import (
 from scenecc.robots.files import FileReport, ReadBudget, RobotFiles, read_robot_bytes
 from scenecc.robots.srdf import IgnoredPair, assign_ignore_bits, read_srdf
 from scenecc.robots.urdf_joints import (
-    JointElement,
     LinkTree,
     build_link_trees,
     check_mimics,
@@ -249,8 +249,10 @@ class _UrdfReader:
         check_mimics([joints[row.name] for _, row in below if row is not None], findings)
         return DescribedRobot(
             links=tuple(
-                _placed(described[name], parents[index], _joint_of(branch.joints[index], index, joints), bits[index])
-                for index, name in enumerate(branch.links)
+                replace(described[name], parent=parent, joint=row and joints[row.name], ignore_bits=own_bits)
+                for name, parent, row, own_bits in zip(
+                    branch.links, parents, [None, *(row for _, row in below)], bits, strict=True
+                )
             ),
             body_type="dynamic" if len(branch.links) == 1 else None,
             fixed=None if is_first else False,
@@ -258,11 +260,3 @@ class _UrdfReader:
             location=root.location,
             ignored=ignored,
         )
-
-
-def _joint_of(row: JointElement | None, index: int, joints: dict[str, DescribedJoint]) -> DescribedJoint | None:
-    return None if row is None or index == 0 else joints[row.name]
-
-
-def _placed(link: DescribedLink, parent: int | None, joint: DescribedJoint | None, bits: int) -> DescribedLink:
-    return DescribedLink(link.name, link.location, parent, joint, link.collisions, link.visuals, link.inertial, bits)
