@@ -34,9 +34,6 @@ if TYPE_CHECKING:
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".hdr", ".exr", ".ktx")
 """What SAPIEN's renderer loads as a texture."""
 
-_SIZE_READERS: dict[str, Callable[[BinaryIO], ImageSize]] = {".exr": exr_size, ".ktx": ktx_size}
-"""What SAPIEN tells by the suffix, written small; the others by what they hold."""
-
 
 def image_size(path: Path) -> ImageSize:
     """The size of an image that `check_image` took."""
@@ -59,7 +56,8 @@ def check_image(file: BinaryIO, max_bytes: int, suffix: str = "", blocks: JpegBl
     try:
         size = _read_size(file, suffix)
         if size.columns >= 1 and size.rows >= 1 and sum(size.level_bytes) * size.sides <= max_bytes:
-            _check_pixels(file, suffix, blocks or JpegBlockBudget())
+            _, check = _FORMATS[_detect_format(file, suffix)]
+            check(file, blocks or JpegBlockBudget())
     except (struct.error, EOFError, ValueError) as error:
         raise AssetError("SC420", f"the image cannot be read: {error}", "save it again as PNG or JPEG") from error
     if size.columns < 1 or size.rows < 1:
@@ -73,47 +71,23 @@ def check_image(file: BinaryIO, max_bytes: int, suffix: str = "", blocks: JpegBl
 
 
 def _read_size(file: BinaryIO, suffix: str) -> ImageSize:
-    by_suffix = _SIZE_READERS.get(suffix)
-    return _size_by_signature(file) if by_suffix is None else by_suffix(file)
+    size, _ = _FORMATS[_detect_format(file, suffix)]
+    return size(file)
 
 
-def _size_by_signature(file: BinaryIO) -> ImageSize:
+def _detect_format(file: BinaryIO, suffix: str) -> str:
+    """A key of `_FORMATS`: by the suffix, or by the first bytes, at which the file then is."""
+    file.seek(0)
+    if suffix in _FORMATS:
+        return suffix
     head = file.read(32)
-    match _detect_format(head):
-        case "png":
-            return png_size(file)[0]
-        case "jpeg":
-            return jpeg_size(file)
-        case "bmp":
-            return bmp_size(head)
-        case "hdr":
-            return hdr_size(file)[0]
-        case "tga":
-            columns, rows = struct.unpack_from("<HH", head, 12)
-            return ImageSize(columns, rows)
-        case "":
-            raise ValueError("it is empty" if not head else "it is none of PNG, JPEG, BMP, TGA, HDR, EXR and KTX")
-        case other:
-            raise ValueError(f"SAPIEN reads what it is in a file of its own whose name ends in `{other}` alone")
-
-
-def _detect_format(head: bytes) -> str:
-    """What a file is, by its first bytes; "": nothing that is read."""
-    for start, kind in _SIGNATURES.items():
-        if head.startswith(start):
-            return kind
-    return "tga" if is_tga(head) else ""
-
-
-def _check_pixels(file: BinaryIO, suffix: str, blocks: JpegBlockBudget) -> None:
-    """Reads an image to its end."""
     file.seek(0)
-    kind = suffix if suffix in _SIZE_READERS else _detect_format(file.read(32))
-    file.seek(0)
-    if kind == "jpeg":
-        check_jpeg(file, blocks)
-    elif kind in _CHECKS:
-        _CHECKS[kind](file)
+    found = next((kind for start, kind in _SIGNATURES.items() if head.startswith(start)), "tga" if is_tga(head) else "")
+    if not found:
+        raise ValueError("it is empty" if not head else "it is none of PNG, JPEG, BMP, TGA, HDR, EXR and KTX")
+    if found.startswith("."):
+        raise ValueError(f"SAPIEN reads what it is in a file of its own whose name ends in `{found}` alone")
+    return found
 
 
 _SIGNATURES = {
@@ -127,10 +101,16 @@ _SIGNATURES = {
     KTX_MAGICS[1]: ".ktx",
 }
 
-_CHECKS = {
-    ".exr": check_exr,
-    "png": check_png,
-    "bmp": check_bmp,
-    "hdr": check_hdr,
-    "tga": check_tga,
+
+_FORMATS: dict[str, tuple[Callable[[BinaryIO], ImageSize], Callable[[BinaryIO, JpegBlockBudget], None]]] = {
+    ".exr": (exr_size, lambda file, _: check_exr(file)),
+    ".ktx": (ktx_size, lambda _, __: None),
+    "png": (lambda file: png_size(file)[0], lambda file, _: check_png(file)),
+    "jpeg": (jpeg_size, check_jpeg),
+    "bmp": (lambda file: bmp_size(file.read(32)), lambda file, _: check_bmp(file)),
+    "hdr": (lambda file: hdr_size(file)[0], lambda file, _: check_hdr(file)),
+    "tga": (lambda file: ImageSize(*struct.unpack_from("<HH", file.read(32), 12)), lambda file, _: check_tga(file)),
 }
+"""Readers of the size of a file at its start, and of all of it. SAPIEN tells those that begin with a dot by the suffix,
+written small; the others by what they hold.
+"""
