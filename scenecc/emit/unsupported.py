@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import TYPE_CHECKING, Final
 
 from scenecc.diagnostics import Location
 from scenecc.plan.display import SPEC_FIELD_NAMES
+from scenecc.plan.scene import Physics
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -13,23 +15,14 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
 
 
-PHYSX_SETTINGS: Final = (
-    "bounce_threshold",
-    "enable_pcm",
-    "enable_tgs",
-    "enable_ccd",
-    "enable_enhanced_determinism",
-    "enable_friction_every_iteration",
-    "cpu_workers",
-    "contact_offset",
-    "rest_offset",
-    "solver_position_iterations",
-    "solver_velocity_iterations",
-    "sleep_threshold",
-    "sdf",
-    "scene_spacing",
-    "gpu_memory",
-)
+def unsupported_fields(part: type, *supported: str) -> tuple[str, ...]:
+    """What may be said of a part of a plan, less what a format holds of it. `part`: a dataclass of the plan."""
+    return tuple(
+        item.name for item in fields(part) if item.compare and item.default is None and item.name not in supported
+    )
+
+
+PHYSX_SETTINGS: Final = unsupported_fields(Physics, "timestep", "gravity", "default_material")
 """Fields of `Physics` that are PhysX's own, or for scenes side by side: no other program has them."""
 
 

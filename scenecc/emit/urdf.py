@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Final
 
 from scenecc.diagnostics import Location
 from scenecc.emit import xml
-from scenecc.emit.unsupported import UnsupportedFeatures
+from scenecc.emit.unsupported import UnsupportedFeatures, unsupported_fields
 from scenecc.emit.xml import AssetFolder, UniqueNames, XmlElement, format_document, format_obj
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.meshes.builder import MeshBuilder, bake_scale
 from scenecc.meshes.surface import MeshError, SurfaceMaterial, report_mesh_error
-from scenecc.plan import ArticulationStructure
+from scenecc.plan import ArticulationStructure, BodyStructure, CollisionShape
 from scenecc.plan.geometry import LYING_SOLIDS, Solid
 from scenecc.plan.schema import type_name
 
@@ -60,7 +60,7 @@ def roll_pitch_yaw(pose: Pose7) -> Vec3:
 _X_TO_Z: Final[Pose7] = (0.0, 0.0, 0.0, 0.7071067811865476, 0.0, -0.7071067811865476, 0.0)
 """From a frame in which a capsule lies along x to one in which it stands along z."""
 
-_UNSUPPORTED_SHAPE_FIELDS: Final = ("material", "contact_offset", "rest_offset", "patch_radius", "min_patch_radius")
+_UNSUPPORTED_SHAPE_FIELDS: Final = unsupported_fields(CollisionShape, "pose", "density")
 
 _MATERIAL_FIELDS: Final = frozenset({"base_color", "base_color_image", "visibility"})
 
@@ -155,31 +155,9 @@ UNLIMITED: Final = 1e10
 _MAX_LIMIT: Final = 1e38
 """A limit of force or of velocity above which there is none."""
 
-_UNSUPPORTED_BODY_FIELDS: Final = (
-    "disable_gravity",
-    "locked_motion_axes",
-    "linear_velocity",
-    "angular_velocity",
-    "linear_damping",
-    "angular_damping",
-    "max_linear_velocity",
-    "max_angular_velocity",
-    "max_depenetration_velocity",
-    "max_contact_impulse",
-    "sleep_threshold",
-    "solver_position_iterations",
-    "solver_velocity_iterations",
-    "collision_groups",
-    "shading_mode",
-)
+_UNSUPPORTED_BODY_FIELDS: Final = unsupported_fields(BodyStructure, "mass", "inertial", "visibility")
 
-_UNSUPPORTED_ARTICULATION_FIELDS: Final = (
-    "solver_position_iterations",
-    "solver_velocity_iterations",
-    "sleep_threshold",
-    "linear_velocity",
-    "angular_velocity",
-)
+_UNSUPPORTED_ARTICULATION_FIELDS: Final = unsupported_fields(ArticulationStructure, "file")
 
 
 @dataclass(slots=True)

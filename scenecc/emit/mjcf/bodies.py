@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Final
 from scenecc.emit import xml
 from scenecc.emit.mjcf.geoms import write_collisions, write_visuals
 from scenecc.emit.mjcf.model import InitialState, ModelBody
+from scenecc.emit.unsupported import unsupported_fields
 from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.plan import ArticulationStructure
+from scenecc.plan import ArticulationStructure, BodyStructure
+from scenecc.plan.articulation import VELOCITY_FIELDS
 
 if TYPE_CHECKING:
     from scenecc.emit.mjcf.model import MjcfModel
     from scenecc.emit.xml import XmlElement
-    from scenecc.plan import BodyStructure
     from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredJoint, MeasuredMass, Vec3
 
 
@@ -115,20 +116,18 @@ def write_mimics(model: MjcfModel, measured: MeasuredEntity, structure: Articula
         )
 
 
-_UNSUPPORTED_BODY_FIELDS = (
-    "linear_damping",
-    "angular_damping",
-    "max_linear_velocity",
-    "max_angular_velocity",
-    "max_depenetration_velocity",
-    "max_contact_impulse",
-    "sleep_threshold",
-    "solver_position_iterations",
-    "solver_velocity_iterations",
-    "shading_mode",
+_UNSUPPORTED_BODY_FIELDS = unsupported_fields(
+    BodyStructure,
+    "mass",
+    "inertial",
+    "visibility",
+    "disable_gravity",
+    "locked_motion_axes",
+    *VELOCITY_FIELDS,
+    "collision_groups",
 )
 
-_UNSUPPORTED_ARTICULATION_FIELDS = ("solver_position_iterations", "solver_velocity_iterations", "sleep_threshold")
+_UNSUPPORTED_ARTICULATION_FIELDS = unsupported_fields(ArticulationStructure, "file", *VELOCITY_FIELDS)
 
 _AXES: tuple[Vec3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 

@@ -6,10 +6,11 @@ from io import BytesIO
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.emit import xml
+from scenecc.emit.unsupported import unsupported_fields
 from scenecc.emit.xml import Z_TO_X, format_obj
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.meshes.builder import bake_scale
-from scenecc.plan import VisualPlane
+from scenecc.plan import CollisionShape, VisualPlane
 from scenecc.plan.geometry import LYING_SOLIDS, Solid
 from scenecc.plan.schema import type_name
 
@@ -96,7 +97,7 @@ COLLISION_GROUP, VISUAL_GROUP = 3, 0
 _GRID_SPACING = 1.0
 """Distance of the lines that a plane is drawn with [m]."""
 
-_UNSUPPORTED_SHAPE_FIELDS = ("contact_offset", "rest_offset", "patch_radius", "min_patch_radius")
+_UNSUPPORTED_SHAPE_FIELDS = unsupported_fields(CollisionShape, "pose", "material", "density")
 
 
 def write_collisions(model: MjcfModel, name: str, body: MeasuredBody, element: XmlElement) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.emit import xml
 from scenecc.emit.mjcf.geoms import pose_attributes
+from scenecc.emit.unsupported import unsupported_fields
 from scenecc.plan import (
     AreaLight,
     DirectionalLight,
@@ -14,6 +15,7 @@ from scenecc.plan import (
     Orthographic,
     Perspective,
     PointLight,
+    Shadow,
     SpotLight,
     TexturedLight,
 )
@@ -31,7 +33,7 @@ _CAMERA_TO_MUJOCO: Final[Pose7] = (0.0, 0.0, 0.0, 0.5, 0.5, -0.5, -0.5)
 _DEFAULT_NEAR, _DEFAULT_FAR = 0.01, 100.0
 """The language's, of a camera of which nothing is said."""
 
-_UNSUPPORTED_SHADOW_FIELDS: Final = ("near", "far", "half_size", "map_size")
+_UNSUPPORTED_SHADOW_FIELDS: Final = unsupported_fields(Shadow)
 
 
 def write_lights(model: MjcfModel) -> None:

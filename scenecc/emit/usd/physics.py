@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.emit.unsupported import unsupported_fields
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.meshes.builder import bake_scale
-from scenecc.plan import ArticulationStructure, Connection, Distance, Drive, Weld
+from scenecc.plan import ArticulationStructure, BodyStructure, CollisionShape, Connection, Distance, Drive, Weld
+from scenecc.plan.articulation import VELOCITY_FIELDS
 
 if TYPE_CHECKING:
     from scenecc.emit import Show
@@ -23,23 +25,12 @@ if TYPE_CHECKING:
     from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredJoint, MeasuredMesh, MeasuredShape
 
 
-UNSUPPORTED_BODY_FIELDS: Final = (
-    "disable_gravity",
-    "locked_motion_axes",
-    "linear_damping",
-    "angular_damping",
-    "max_linear_velocity",
-    "max_angular_velocity",
-    "max_depenetration_velocity",
-    "max_contact_impulse",
-    "sleep_threshold",
-    "solver_position_iterations",
-    "solver_velocity_iterations",
-    "collision_groups",
+UNSUPPORTED_BODY_FIELDS: Final = unsupported_fields(
+    BodyStructure, "mass", "inertial", "visibility", *VELOCITY_FIELDS, "shading_mode"
 )
 """What UsdPhysics has no word for."""
 
-_UNSUPPORTED_SHAPE_FIELDS: Final = ("contact_offset", "rest_offset", "patch_radius", "min_patch_radius")
+_UNSUPPORTED_SHAPE_FIELDS: Final = unsupported_fields(CollisionShape, "pose", "material", "density")
 
 
 class UsdBodyWriter:
@@ -171,13 +162,7 @@ class UsdBodyWriter:
 
 _UNSUPPORTED_JOINT_FIELDS: Final = ("friction", "armature", "max_velocity", "qvel")
 
-_UNSUPPORTED_ARTICULATION_FIELDS: Final = (
-    "solver_position_iterations",
-    "solver_velocity_iterations",
-    "sleep_threshold",
-    "linear_velocity",
-    "angular_velocity",
-)
+_UNSUPPORTED_ARTICULATION_FIELDS: Final = unsupported_fields(ArticulationStructure, "file")
 
 
 def write_joints(stage: Stage, entity: MeasuredEntity, above: str, links: list[str]) -> None:
