@@ -7,17 +7,17 @@ from __future__ import annotations
 
 import textwrap
 from dataclasses import is_dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from scenecc.diagnostics import Location
 from scenecc.emit.python.articulations import ROOT_PROPERTIES
-from scenecc.emit.python.bodies import BODY_PROPERTIES, RENDER_PROPERTIES, present_fields
+from scenecc.emit.python.bodies import BODY_PROPERTIES, RENDER_PROPERTIES
 from scenecc.emit.python.context import MountTargets, ScriptContext, ScriptMaterials
 from scenecc.emit.python.entities import RepeatedEntity, fold_repeats, write_entity, write_repeated_entity
 from scenecc.emit.python.files import ScriptFiles, unused_files
-from scenecc.emit.python.rendering import write_cameras, write_constraints, write_environment, write_lights
+from scenecc.emit.python.rendering import write_sections
 from scenecc.emit.python.source import Group, Identifiers, SourceNode, SourceWriter, call, list_of
-from scenecc.emit.python.values import number_literal
+from scenecc.emit.python.values import number_literal, present_fields
 from scenecc.plan import ArticulationStructure, Value
 from scenecc.plan.articulation import MAX_LINKS, NON_LINK_FIELDS
 from scenecc.plan.material import rebase_file
@@ -26,7 +26,7 @@ from scenecc.plan.schema import ListKind, ObjectKind, UnionKind, plan_fields
 from scenecc.plan.tendons import tendon_links
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Container, Iterator
+    from collections.abc import Iterator
     from pathlib import Path
 
     from scenecc.diagnostics import Origin, Sink
@@ -99,13 +99,9 @@ def _setting_literal(value: float | tuple[float, ...]) -> SourceNode:
     return number_literal(value)
 
 
-def check_supported(plan: ScenePlan, sink: Sink, sections: Container[str]) -> bool:
-    """Whether a script can say all of a plan; `sink` is told what not. `sections`: those that have a writer."""
+def _check_supported(plan: ScenePlan, sink: Sink) -> bool:
+    """Whether a script can say all of a plan; `sink` is told what not."""
     found = True
-    for section in ("constraints", "environment", "lights", "cameras"):
-        if getattr(plan, section) and section not in sections:
-            sink.report("SC720", f"no script is written of `{section}`", Location(None))
-            found = False
     for entity in plan.entities:
         for structure in entity.structures:
             for place, words in _unsupported_parts(structure):
@@ -157,25 +153,12 @@ def _unsupported_fields(structure: BodyStructure) -> list[str]:
     return lost if structure.visuals else lost + present_fields(structure, RENDER_PROPERTIES)
 
 
-SECTIONS: Final[dict[str, Callable[[SourceWriter, ScenePlan, ScriptContext], None]]] = {
-    "constraints": write_constraints,
-    "environment": write_environment,
-    "lights": write_lights,
-    "cameras": write_cameras,
-}
-"""What is built once the entities are there, in this order: the field of the plan, and what writes it.
-
-A writer is given the body of `build_scenes`, and writes nothing where the plan has nothing of the section. See
-`scenecc.emit.python.values.scene_block` and `scenecc.emit.python.context`.
-"""
-
-
 def write(plan: ScenePlan, sink: Sink, base: Path | None) -> str | None:
     """The script; None if the plan holds what no SAPIEN call takes, which `sink` then tells.
 
     The script finds files relative to its own place: `base` is the folder that it will lie in, None the plan's own.
     """
-    if not check_supported(plan, sink, SECTIONS):
+    if not _check_supported(plan, sink):
         return None
     names = Identifiers()
     files = plan.files if base is None else tuple(rebase_file(file, base) for file in plan.files)
@@ -190,8 +173,7 @@ def write(plan: ScenePlan, sink: Sink, base: Path | None) -> str | None:
             write_repeated_entity(blocks, part, plan.num_scenes, tables)
         else:
             write_entity(blocks, part, plan.num_scenes, tables)
-    for write_section in SECTIONS.values():
-        write_section(blocks, plan, tables)
+    write_sections(blocks, plan, tables)
     settings = ProcessSettings(plan.physics)
     source = SourceWriter()
     _write_head(source, plan)

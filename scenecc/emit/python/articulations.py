@@ -14,9 +14,7 @@ from scenecc.emit.python.bodies import (
     RENDER_PROPERTIES,
     BodyScript,
     needs_components,
-    present_fields,
     write_body_component,
-    write_body_property,
     write_mass,
     write_offsets,
     write_render_component,
@@ -28,9 +26,13 @@ from scenecc.emit.python.source import SourceNode, call, list_of, string
 from scenecc.emit.python.values import (
     NameLookup,
     StatementWriter,
+    frame_expression,
     number_literal,
     numbers_literal,
     pose_call,
+    present_fields,
+    write_properties,
+    write_property,
     write_shared_statements,
 )
 from scenecc.plan import constant
@@ -45,7 +47,7 @@ if TYPE_CHECKING:
     from scenecc.emit.python.context import ScriptContext
     from scenecc.emit.python.source import SourceWriter
     from scenecc.emit.python.values import SceneValues
-    from scenecc.plan import ArticulationStructure, Entity, Joint, Link, Value
+    from scenecc.plan import ArticulationStructure, Entity, Joint, Link
 
 
 def write_tendons(source: SourceWriter, structure: ArticulationStructure, columns: SceneValues) -> None:
@@ -95,8 +97,8 @@ def write_joint_properties(source: SourceWriter, joint: Joint, columns: SceneVal
         f"{builder}.set_joint_properties",
         type=string(joint.type),
         limits=limits,
-        pose_in_parent=_joint_pose(joint.pose_in_parent, "pose_in_parent", columns),
-        pose_in_child=_joint_pose(joint.pose_in_child, "pose_in_child", columns),
+        pose_in_parent=frame_expression(joint.pose_in_parent, "pose_in_parent", columns),
+        pose_in_child=frame_expression(joint.pose_in_child, "pose_in_child", columns),
         **damping,
     )
     source.statement(properties)
@@ -110,17 +112,13 @@ def write_joint_component(source: SourceWriter, joint: Joint, columns: SceneValu
     source.statement(string(joint.type), assign="joint.type")
     for name in ("pose_in_child", "pose_in_parent"):
         # As the builder does, also where nothing is said: shapes have moved the frames by a rounding.
-        source.statement(_joint_pose(getattr(joint, name), name, columns), assign=f"joint.{name}")
+        source.statement(frame_expression(getattr(joint, name), name, columns), assign=f"joint.{name}")
     if joint.type == "fixed":
         return
     source.statement(columns.value(joint.limits or _NO_LIMITS, "limits"), assign="joint.limit")
     if not present_fields(joint, _DRIVE_FIELDS):
         # As the builder does, which leaves no joint without.
         source.statement(_drive_call(joint, columns))
-
-
-def _joint_pose(value: Value | None, name: str, columns: SceneValues) -> SourceNode:
-    return call("sapien.Pose") if value is None else columns.value(value, name, pose_call)
 
 
 def write_joints(source: SourceWriter, structure: ArticulationStructure, columns: SceneValues) -> None:
@@ -144,7 +142,8 @@ def _joint_statements(joint: Joint, columns: SceneValues) -> list[StatementWrite
     if present_fields(joint, _DRIVE_FIELDS):
         units.append(lambda source: source.statement(_drive_call(joint, columns)))
     return units + [
-        partial(_write_joint_property, joint, name, columns) for name in present_fields(joint, JOINT_PROPERTIES)
+        partial(write_property, holder=joint, name=name, columns=columns, variable="joint")
+        for name in present_fields(joint, JOINT_PROPERTIES)
     ]
 
 
@@ -158,16 +157,6 @@ def _drive_call(joint: Joint, columns: SceneValues) -> SourceNode:
     if joint.drive_mode is not None:
         arguments["mode"] = string(joint.drive_mode)
     return call("joint.set_drive_properties", **arguments)
-
-
-def _write_joint_property(joint: Joint, name: str, columns: SceneValues, source: SourceWriter) -> None:
-    value: Value = getattr(joint, name)
-    if name == "armature":
-        # One number a degree of freedom.
-        node = columns.value(value, name, lambda row: list_of([number_literal(float(row))]))
-    else:
-        node = columns.value(value, name)
-    source.statement(node, assign=f"joint.{name}")
 
 
 def engine_order(structure: ArticulationStructure) -> list[Link]:
@@ -290,8 +279,7 @@ def write_articulation(robot: ArticulationScript) -> None:
     source.statement(robot.name, assign="articulation.name")
     if not any(map(needs_components, structure.bodies)):
         _write_link_properties(robot)
-    for name in present_fields(structure, ARTICULATION_PROPERTIES):
-        source.statement(columns.value(getattr(structure, name), name), assign=f"articulation.{name}")
+    write_properties(source, structure, ARTICULATION_PROPERTIES, columns, "articulation")
     write_joints(source, structure, columns)
     for name in present_fields(structure, ROOT_PROPERTIES):
         source.statement(columns.value(getattr(structure, name), name), assign=f"articulation.root_{name}")
@@ -367,7 +355,7 @@ def _link_statements(robot: ArticulationScript, link: Link) -> list[StatementWri
     if any(present_fields(shape, CONTACT_OFFSETS) for shape in body.collisions):
         units.append(lambda source: write_offsets(source, body.collisions, columns))
     units += [
-        partial(write_body_property, structure=body, name=name, columns=columns)
+        partial(write_property, holder=body, name=name, columns=columns, variable="body")
         for name in present_fields(body, BODY_PROPERTIES)
     ]
     if present_fields(body, RENDER_PROPERTIES):

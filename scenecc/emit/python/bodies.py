@@ -10,7 +10,15 @@ import numpy as np
 
 from scenecc.emit.python.context import MountTargets
 from scenecc.emit.python.source import SourceNode, SourceWriter, call, string
-from scenecc.emit.python.values import IDENTITY_ROW, SceneValues, number_literal, numbers_literal, pose_call
+from scenecc.emit.python.values import (
+    IDENTITY_ROW,
+    SceneValues,
+    number_literal,
+    numbers_literal,
+    pose_call,
+    present_fields,
+    write_properties,
+)
 from scenecc.plan import (
     BodyStructure,
     Box,
@@ -165,26 +173,6 @@ SHAPE_ARGUMENTS = tuple(name for name in property_fields("shape") if name not in
 """Properties of a collision shape that all of them take."""
 
 
-def present_fields(holder: object, names: tuple[str, ...]) -> list[str]:
-    """The names of the fields that the plan gives."""
-    return [name for name in names if getattr(holder, name) is not None]
-
-
-def write_body_properties(source: SourceWriter, structure: BodyStructure, columns: SceneValues) -> None:
-    """Assignments to `body`."""
-    for name in present_fields(structure, BODY_PROPERTIES):
-        write_body_property(source, structure, name, columns)
-
-
-def write_body_property(source: SourceWriter, structure: BodyStructure, name: str, columns: SceneValues) -> None:
-    """One of them, which is given."""
-    node = columns.value(getattr(structure, name), name)
-    if name == "locked_motion_axes":
-        source.statement(call("body.set_locked_motion_axes", node))
-    else:
-        source.statement(node, assign=f"body.{name}")
-
-
 def write_mass(source: SourceWriter, structure: BodyStructure, columns: SceneValues) -> None:
     """The mass that is given in place of what follows from the densities, to `body`."""
     if structure.mass is not None:
@@ -302,7 +290,7 @@ def _write_builder(body: BodyScript) -> None:
         _write_kinematic_inertial(body)
         write_mass(source, structure, columns)
         write_offsets(source, structure.collisions, columns)
-        write_body_properties(source, structure, columns)
+        write_properties(source, structure, BODY_PROPERTIES, columns, "body")
     write_render_properties(body, "entity")
 
 
@@ -328,7 +316,7 @@ def write_render_properties(body: BodyScript, entity: str) -> None:
     if present_fields(body.structure, RENDER_PROPERTIES):
         with _render_block(body.source, body.columns):
             body.source.line(f"look = {entity}.find_component_by_type({_RENDER_BODY})")
-            _write_render_assignments(body)
+            write_properties(body.source, body.structure, RENDER_PROPERTIES, body.columns, "look")
 
 
 def _needs_body_component(structure: BodyStructure) -> bool:
@@ -407,7 +395,7 @@ def write_render_component(body: BodyScript) -> None:
             body.source.statement(body.name, assign="look.name")
             for shape in body.structure.visuals:
                 _write_visual(shape, body)
-            _write_render_assignments(body)
+            write_properties(body.source, body.structure, RENDER_PROPERTIES, body.columns, "look")
             body.source.line("entity.add_component(look)")
 
 
@@ -419,7 +407,7 @@ def write_body_component(body: BodyScript) -> None:
     if structure.inertial is not None:
         write_inertial(source, structure.inertial, columns)
     write_mass(source, structure, columns)
-    write_body_properties(source, structure, columns)
+    write_properties(source, structure, BODY_PROPERTIES, columns, "body")
     source.line("entity.add_component(body)")
 
 
@@ -450,8 +438,7 @@ def _write_shape(shape: CollisionShape, body: BodyScript) -> None:
         source.statement(call("shape.set_collision_groups", groups))
     if shape.density is None and isinstance(shape.geometry, Plane):
         source.line("shape.density = 0")
-    for name in present_fields(shape, (*SHAPE_ARGUMENTS, *CONTACT_OFFSETS)):
-        source.statement(columns.value(getattr(shape, name), name), assign=f"shape.{name}")
+    write_properties(source, shape, (*SHAPE_ARGUMENTS, *CONTACT_OFFSETS), columns, "shape")
     source.line("body.attach(shape)")
 
 
@@ -482,11 +469,6 @@ def _front_face(shape: VisualShape, columns: SceneValues) -> SourceNode | None:
     if not mirrored.any():
         return None
     return columns.words(["clockwise" if m else "counterclockwise" for m in mirrored.tolist()], "front_face")
-
-
-def _write_render_assignments(body: BodyScript) -> None:
-    for name in present_fields(body.structure, RENDER_PROPERTIES):
-        body.source.statement(body.columns.value(getattr(body.structure, name), name), assign=f"look.{name}")
 
 
 @contextmanager

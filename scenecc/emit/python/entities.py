@@ -13,7 +13,13 @@ import numpy as np
 from scenecc.emit.python.articulations import ArticulationScript, write_articulation
 from scenecc.emit.python.bodies import BodyScript, write_body
 from scenecc.emit.python.source import SourceNode, SourceWriter, list_of, string
-from scenecc.emit.python.values import SceneValues, scene_loop_header, scene_selection, structure_variants
+from scenecc.emit.python.values import (
+    SceneValues,
+    append_in_scenes,
+    scene_loop_header,
+    scene_selection,
+    structure_variants,
+)
 from scenecc.plan import ArticulationStructure, CollisionShape, Entity, Value, VisualShape, literal
 
 if TYPE_CHECKING:
@@ -157,22 +163,13 @@ def write_entity(source: SourceWriter, entity: Entity, num_scenes: int, tables: 
     """One entity, a block a structure that its scenes have."""
     for index, structure, rows in structure_variants(entity):
         columns = SceneValues(entity.name, rows, tables.names)
-        looped = len(rows) > 1
-        inner = SourceWriter(depth=source.depth + looped)
+        inner = SourceWriter(depth=source.depth + (len(rows) > 1))
         _write_in_scene(inner, entity, string(entity.name), (entity.name,), structure, columns, tables)
         source.line()
         source.comment(entity.name if entity.pick is None else f"{entity.name}, variant {index}")
         _write_description(source, entity, structure, columns, tables)
-        numbers: list[int] = rows.tolist()
-        scenes = scene_selection(source, columns, tuple(entity.scene_idxs[row] for row in numbers), num_scenes)
-        columns.write(source)
-        if not looped:
-            if num_scenes > 1:
-                source.line(f"scene = {scenes}")
-            source.append(inner)
-            continue
-        with source.block(scene_loop_header(scenes, columns)):
-            source.append(inner)
+        scene_idxs = tuple(entity.scene_idxs[row] for row in rows.tolist())
+        append_in_scenes(source, inner, columns, scene_idxs, num_scenes)
 
 
 def write_repeated_entity(source: SourceWriter, run: RepeatedEntity, num_scenes: int, tables: ScriptContext) -> None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.emit.python.context import texture_call
 from scenecc.emit.python.source import SourceNode, call, string
-from scenecc.emit.python.values import number_literal, pose_call, scene_block
+from scenecc.emit.python.values import frame_expression, number_literal, pose_call, scene_block, write_properties
 from scenecc.plan import (
     AreaLight,
     Connection,
@@ -28,11 +28,16 @@ from scenecc.plan.constraint import WELD_SWING
 from scenecc.plan.rendering import shadow_parameters
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     from scenecc.emit.python.context import ScriptContext
     from scenecc.emit.python.source import SourceWriter
     from scenecc.emit.python.values import SceneValues
     from scenecc.plan import Camera, Constraint, Light, ScenePlan, Value
     from scenecc.plan.body import Mount
+
+    ObjectWriter = Callable[[SourceWriter, Any, SceneValues, ScriptContext], None]
+    """Writes what is run of an object in each of its scenes."""
 
 
 LIGHT_CLASSES: Final[dict[type, str]] = {
@@ -45,32 +50,36 @@ LIGHT_CLASSES: Final[dict[type, str]] = {
 """SAPIEN's components, by the type of a light."""
 
 
-def write_environment(source: SourceWriter, plan: ScenePlan, tables: ScriptContext) -> None:
-    """What surrounds every scene."""
-    if plan.environment is None or plan.environment == Environment():
-        return
-    source.gap()
-    with source.block("if render:"):
-        scenes = tuple(range(plan.num_scenes))
-        with scene_block(source, "Surroundings", "environment", scenes, plan.num_scenes, tables.names) as (
-            inner,
-            columns,
-        ):
-            _write_environment(inner, plan.environment, columns, tables)
+def write_sections(source: SourceWriter, plan: ScenePlan, tables: ScriptContext) -> None:
+    """What is built once the entities are there, section by section. `source`: the body of `build_scenes`.
+
+    Of a plan without cameras only a batch makes one, for its pictures.
+    """
+    around = () if plan.environment is None or plan.environment == Environment() else (plan.environment,)
+    rendered: tuple[tuple[Sequence[Any], ObjectWriter], ...] = (
+        (around, _write_environment),
+        (plan.lights, _write_light),
+        (plan.cameras, _write_camera),
+    )
+    _write_objects(source, plan.constraints, _write_constraint, plan.num_scenes, tables)
+    for objects, write_object in rendered:
+        if objects:
+            source.gap()
+            with source.block("if render:"):
+                _write_objects(source, objects, write_object, plan.num_scenes, tables)
 
 
-def write_lights(source: SourceWriter, plan: ScenePlan, tables: ScriptContext) -> None:
-    """The lights, in order."""
-    if not plan.lights:
-        return
-    source.gap()
-    with source.block("if render:"):
-        for light in plan.lights:
-            with scene_block(source, light.name, light.name, light.scene_idxs, plan.num_scenes, tables.names) as (
-                inner,
-                columns,
-            ):
-                _write_light(inner, light, columns, tables)
+def _write_objects(
+    source: SourceWriter, objects: Sequence[Any], write_object: ObjectWriter, num_scenes: int, tables: ScriptContext
+) -> None:
+    for each in objects:
+        title, name, scene_idxs = (
+            ("Surroundings", "environment", tuple(range(num_scenes)))
+            if isinstance(each, Environment)
+            else (each.name, each.name, each.scene_idxs)
+        )
+        with scene_block(source, title, name, scene_idxs, num_scenes, tables.names) as (inner, columns):
+            write_object(inner, each, columns, tables)
 
 
 def _write_environment(
@@ -101,14 +110,13 @@ def _write_light(source: SourceWriter, light: Light, columns: SceneValues, table
     for name, value in shadow_parameters(light).items():
         source.statement(columns.value(value, name), assign=f"light.{name}")
     if isinstance(light.light, SpotLight | TexturedLight):
-        source.statement(columns.value(light.light.inner_fov, "inner_fov"), assign="light.inner_fov")
-        source.statement(columns.value(light.light.outer_fov, "outer_fov"), assign="light.outer_fov")
+        write_properties(source, light.light, ("inner_fov", "outer_fov"), columns, "light")
     if isinstance(light.light, TexturedLight):
         source.statement(texture_call(light.light.texture, "texture", columns, tables.files), assign="light.texture")
-    attach_component(source, light, "light", columns, tables)
+    _attach_component(source, light, "light", columns, tables)
 
 
-def attach_component(
+def _attach_component(
     source: SourceWriter, mounted: Light | Camera, variable: str, columns: SceneValues, tables: ScriptContext
 ) -> None:
     """Names a component and puts it into a scene: on an entity of its own, or on what it is mounted on."""
@@ -126,22 +134,7 @@ def attach_component(
     source.line("scene.add_entity(entity)")
 
 
-def write_cameras(source: SourceWriter, plan: ScenePlan, tables: ScriptContext) -> None:
-    """The cameras, in order. Of a plan without any only a batch makes one, for its pictures."""
-    if not plan.cameras:
-        return
-    source.gap()
-    with source.block("if render:"):
-        for camera in plan.cameras:
-            with scene_block(source, camera.name, camera.name, camera.scene_idxs, plan.num_scenes, tables.names) as (
-                inner,
-                columns,
-            ):
-                _write_camera(inner, camera, columns)
-                attach_component(inner, camera, "camera", columns, tables)
-
-
-def _write_camera(source: SourceWriter, camera: Camera, columns: SceneValues) -> None:
+def _write_camera(source: SourceWriter, camera: Camera, columns: SceneValues, tables: ScriptContext) -> None:
     size = (str(camera.width), str(camera.height))
     shader = () if camera.shader is None else (f"sapien.__path__[0] + {string('/vulkan_shader/' + camera.shader)}",)
     source.statement(call("sapien.render.RenderCameraComponent", *size, *shader), assign="camera")
@@ -153,8 +146,7 @@ def _write_camera(source: SourceWriter, camera: Camera, columns: SceneValues) ->
                 source.statement(call("camera.set_fovy", columns.value(lens.fovy, "fovy"), compute_x=alone))
             if lens.fovx is not None:
                 source.statement(call("camera.set_fovx", columns.value(lens.fovx, "fovx"), compute_y=alone))
-            source.statement(near, assign="camera.near")
-            source.statement(far, assign="camera.far")
+            write_properties(source, camera, ("near", "far"), columns, "camera")
         case Intrinsic() as lens:
             names = ("fx", "fy", "cx", "cy", "skew")
             matrix = [columns.value(getattr(lens, name), name) for name in names]
@@ -165,6 +157,7 @@ def _write_camera(source: SourceWriter, camera: Camera, columns: SceneValues) ->
             source.statement(top, assign="top")
             source.line(f"right = top * {number_literal(camera.width)} / {number_literal(camera.height)}")
             source.statement(call("camera.set_orthographic_parameters", near, far, "-right", "right", "-top", "top"))
+    _attach_component(source, camera, "camera", columns, tables)
 
 
 _CREATE_METHODS: dict[type, str] = {
@@ -179,25 +172,15 @@ _CREATE_METHODS: dict[type, str] = {
 _VARIABLE = "constraint"
 
 
-def write_constraints(source: SourceWriter, plan: ScenePlan, tables: ScriptContext) -> None:
-    """The constraints, in order."""
-    for each in plan.constraints:
-        with scene_block(source, each.name, each.name, each.scene_idxs, plan.num_scenes, tables.names) as (
-            inner,
-            columns,
-        ):
-            _write_constraint(inner, each, columns, tables)
-
-
 def _write_constraint(
     source: SourceWriter, constraint: Constraint, columns: SceneValues, tables: ScriptContext
 ) -> None:
     made = call(
         f"scene.{_CREATE_METHODS[type(constraint.joint)]}",
         _mount_expression(constraint.parent, tables),
-        _frame_expression(constraint.pose_in_parent, "pose_in_parent", columns),
+        frame_expression(constraint.pose_in_parent, "pose_in_parent", columns),
         _mount_expression(constraint.child, tables),
-        _frame_expression(constraint.pose_in_child, "pose_in_child", columns),
+        frame_expression(constraint.pose_in_child, "pose_in_child", columns),
     )
     source.statement(made, assign=_VARIABLE)
     source.statement(string(constraint.name), assign=f"{_VARIABLE}.name")
@@ -265,10 +248,6 @@ def _write_setter(source: SourceWriter, name: str, *arguments: SourceNode, **key
 
 def _mount_expression(mount: Mount | None, tables: ScriptContext) -> SourceNode:
     return "None" if mount is None else tables.mount_targets.expression(mount)
-
-
-def _frame_expression(value: Value | None, name: str, columns: SceneValues) -> SourceNode:
-    return call("sapien.Pose") if value is None else columns.value(value, name, pose_call)
 
 
 def _vector_expression(value: Value | None, name: str, columns: SceneValues) -> SourceNode:

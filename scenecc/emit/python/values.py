@@ -51,6 +51,39 @@ def pose_call(row: NDArray[np.float64]) -> SourceNode:
     return call("sapien.Pose", numbers_literal(row[:3]), *rotation)
 
 
+def frame_expression(value: Value | None, name: str, columns: SceneValues) -> SourceNode:
+    """A pose of a joint or constraint; SAPIEN's identity where the plan says none."""
+    return call("sapien.Pose") if value is None else columns.value(value, name, pose_call)
+
+
+def present_fields(holder: object, names: tuple[str, ...]) -> list[str]:
+    """The names of the fields that the plan gives."""
+    return [name for name in names if getattr(holder, name) is not None]
+
+
+def write_properties(
+    source: SourceWriter, holder: object, names: tuple[str, ...], columns: SceneValues, variable: str
+) -> None:
+    """Sets those of some properties that a part of the plan gives. `variable`: what of SAPIEN has them."""
+    for name in present_fields(holder, names):
+        write_property(source, holder, name, columns, variable)
+
+
+def write_property(source: SourceWriter, holder: object, name: str, columns: SceneValues, variable: str) -> None:
+    """One of them, which is given."""
+    # Of an armature one number a degree of freedom.
+    literal = _list_literal if name == "armature" else numbers_literal
+    node = columns.value(getattr(holder, name), name, literal)
+    if name == "locked_motion_axes":
+        source.statement(call(f"{variable}.set_{name}", node))
+    else:
+        source.statement(node, assign=f"{variable}.{name}")
+
+
+def _list_literal(row: NDArray[Any]) -> SourceNode:
+    return list_of([numbers_literal(row)])
+
+
 def _nested_literal(item: float | list[Any]) -> SourceNode:
     if not isinstance(item, list):
         return number_literal(item)
@@ -169,16 +202,22 @@ def scene_block(
         names: of the script.
     """
     columns = SceneValues(name, np.arange(len(scene_idxs)), names)
-    looped = len(scene_idxs) > 1
-    inner = SourceWriter(depth=source.depth + looped)
+    inner = SourceWriter(depth=source.depth + (len(scene_idxs) > 1))
     yield inner, columns
     if inner.is_empty:
         return
     source.gap()
     source.comment(title)
+    append_in_scenes(source, inner, columns, scene_idxs, num_scenes)
+
+
+def append_in_scenes(
+    source: SourceWriter, inner: SourceWriter, columns: SceneValues, scene_idxs: tuple[int, ...], num_scenes: int
+) -> None:
+    """Appends statements that are run in each of some scenes as `scene`, after the lists that they read."""
     scenes = scene_selection(source, columns, scene_idxs, num_scenes)
     columns.write(source)
-    if looped:
+    if len(scene_idxs) > 1:
         with source.block(scene_loop_header(scenes, columns)):
             source.append(inner)
         return
