@@ -16,8 +16,18 @@ from scenecc.cli.options import (
     Steps,
     takes_compile_options,
 )
-from scenecc.cli.output import STDOUT, base_folder, end, of_settings, print_err, print_out, progress, usage_error, write
-from scenecc.cli.paths import STDIN, path_faults
+from scenecc.cli.output import (
+    STDOUT,
+    base_folder,
+    end,
+    print_err,
+    print_out,
+    progress,
+    scene_errors,
+    usage_error,
+    write,
+)
+from scenecc.cli.paths import checked_source
 from scenecc.cli.tables import built, plain, planned, stage_times
 
 if TYPE_CHECKING:
@@ -81,23 +91,18 @@ def build(
     """
     import scenecc
 
-    faults = path_faults(scene, output, form)
-    if faults:
-        end(faults, form)
-    try:
-        with progress("build") as show:
-            result = scenecc.build_scene(
-                sys.stdin.buffer if scene == STDIN else scene,
-                **options,
-                scenes=scenes,
-                backend=backend.value,
-                dry_run=dry_run,
-                render=render,
-                audit=audit.value,
-                progress=show,
-            )
-    except scenecc.SceneError as error:
-        end(of_settings(error.diagnostics, options["params"]), form)
+    source = checked_source(scene, output, form)
+    with scene_errors(options, form), progress("build") as show:
+        result = scenecc.build_scene(
+            source,
+            **options,
+            scenes=scenes,
+            backend=backend.value,
+            dry_run=dry_run,
+            render=render,
+            audit=audit.value,
+            progress=show,
+        )
     _conclude(result, steps, output, form)
 
 

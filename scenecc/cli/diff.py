@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from dataclasses import asdict
 from itertools import groupby
@@ -10,14 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from scenecc.cli.options import (
-    Format,
-    TableFormat,
-    TableFormatOption,
-    takes_compile_options,
-)
-from scenecc.cli.output import Status, end, of_settings, print_asides, print_out
-from scenecc.cli.paths import STDIN, path_faults
+from scenecc.cli.options import TableFormat, TableFormatOption, takes_compile_options
+from scenecc.cli.output import Status, end, print_asides, print_json, print_out, scene_errors
+from scenecc.cli.paths import STDIN, path_faults, source_of
 from scenecc.cli.tables import plain
 
 if TYPE_CHECKING:
@@ -100,19 +94,11 @@ def diff(
     if faults:
         end(faults, least=Status.usage)  # 1 is the status of scenes that differ
     found: list[Diagnostic] = []
-    try:
-        differences = scenecc.compare_scenes(
-            sys.stdin.buffer if first == STDIN else first,
-            sys.stdin.buffer if second == STDIN else second,
-            **options,
-            found=found,
-        )
-    except scenecc.SceneError as error:
-        end(of_settings(error.diagnostics, options["params"]), least=Status.usage)
-    print_asides(found, Format.text)
+    with scene_errors(options, least=Status.usage):
+        differences = scenecc.compare_scenes(source_of(first), source_of(second), **options, found=found)
+    print_asides(found)
     if form is TableFormat.json:
-        rows = [asdict(difference) for difference in differences]
-        print_out(json.dumps({"differences": rows}, indent=2, ensure_ascii=False) + "\n")
+        print_json({"differences": [asdict(difference) for difference in differences]})
     else:
         from scenecc.diagnostics.formats import wants_color
 

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from enum import Enum
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from scenecc.cli.options import (
-    Format,
     SceneArgument,
     Show,
     at_least,
@@ -23,17 +21,16 @@ from scenecc.cli.output import (
     STDOUT,
     base_folder,
     end,
-    of_settings,
     print_asides,
     progress,
+    scene_errors,
     usage_error,
     write,
     write_files,
 )
-from scenecc.cli.paths import STDIN, path_faults
+from scenecc.cli.paths import checked_source
 
 if TYPE_CHECKING:
-    from scenecc.cli.output import Unwritten
     from scenecc.diagnostics import Diagnostic
 
 
@@ -102,18 +99,26 @@ def emit(
       scenecc emit scenes/variation.yaml --to glb --grid -o variation.glb
       scenecc emit scenes/robot_arm.yaml --to usd -o arm.usda
     """
+    import scenecc
+
     asked = {"scene": index, "grid": grid, "show": show is Show.collision, "entity": entity}
     folder = _check(target, output, asked)
-    faults = path_faults(scene, output, folder=folder)
-    if faults:
-        end(faults)
-    source = sys.stdin.buffer if scene == STDIN else scene
-    params = options["params"]
-    if target in _TEXTS:
-        _write(lambda found: _emit_text(source, target, output, options, found), params, output)
-    options |= {"scene": index, "grid": grid, "show": show.value, "entity": entity, "folder": folder}
-    options["binary"] = target is Target.usd and Path(output).suffix.lower() in _BINARY
-    _write(lambda found: _emit_files(source, target, output, options, found), params, output)
+    source = checked_source(scene, output, folder=folder)
+    found: list[Diagnostic] = []
+    with scene_errors(options):
+        if target in _TEXTS:
+            text = scenecc.emit_scene(source, target.value, base=base_folder(output), found=found, **options)
+            reason = write(output, text)
+        else:
+            options |= {"scene": index, "grid": grid, "show": show.value, "entity": entity, "folder": folder}
+            options["binary"] = target is Target.usd and Path(output).suffix.lower() in _BINARY
+            name = None if output == STDOUT else Path(output).stem
+            with progress("build") as told:
+                files = scenecc.export_scene(source, target.value, name=name, found=found, progress=told, **options)
+            reason = write_files(output, files, folder=folder)
+    print_asides(found)
+    if reason is not None:
+        end([usage_error(*reason, file=output)])
 
 
 def _check(target: Target, output: str, asked: Mapping[str, Any]) -> bool:
@@ -121,7 +126,6 @@ def _check(target: Target, output: str, asked: Mapping[str, Any]) -> bool:
     from scenecc.export import check_choice
 
     given = [word for word, value in asked.items() if value is not None and value is not False]
-    several = target is Target.urdf and "entity" not in given
     try:
         check_choice(target.value, given)
     except ValueError as error:
@@ -133,39 +137,3 @@ def _check(target: Target, output: str, asked: Mapping[str, Any]) -> bool:
     if not several or suffix in chain(*_SUFFIXES.values()):
         raise typer.BadParameter(f"{shown(output)} does not end in {' or '.join(suffixes)}", param_hint="'-o'")
     return True
-
-
-def _emit_text(
-    source: Any, target: Target, output: str, options: dict[str, Any], found: list[Diagnostic]
-) -> Unwritten | None:
-    """Writes a text; why that failed."""
-    import scenecc
-
-    return write(output, scenecc.emit_scene(source, target.value, base=base_folder(output), found=found, **options))
-
-
-def _emit_files(
-    source: Any, target: Target, output: str, options: dict[str, Any], found: list[Diagnostic]
-) -> Unwritten | None:
-    """Writes files; why that failed."""
-    import scenecc
-
-    name = None if output == STDOUT else Path(output).stem
-    with progress("build") as show:
-        files = scenecc.export_scene(source, target.value, name=name, found=found, progress=show, **options)
-    return write_files(output, files, folder=options["folder"])
-
-
-def _write(make: Callable[[list[Diagnostic]], Unwritten | None], values: Mapping[str, Any], output: str) -> NoReturn:
-    """Writes what `make` makes and tells of warnings; ends the command."""
-    import scenecc
-
-    warnings: list[Diagnostic] = []
-    try:
-        reason = make(warnings)
-    except scenecc.SceneError as error:
-        end(of_settings(error.diagnostics, values))
-    print_asides(warnings, Format.text)
-    if reason is not None:
-        end([usage_error(*reason, file=output)])
-    raise typer.Exit

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from scenecc.cli.options import (
-    Format,
     SceneArgument,
     TableFormat,
     TableFormatOption,
     at_least,
     takes_compile_options,
 )
-from scenecc.cli.output import end, of_settings, print_asides, print_out, progress
-from scenecc.cli.paths import STDIN, path_faults
+from scenecc.cli.output import print_asides, print_json, print_out, progress, scene_errors
+from scenecc.cli.paths import checked_source
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
@@ -62,27 +59,22 @@ def inspect(
     """
     import scenecc
 
-    faults = path_faults(scene, None)
-    if faults:
-        end(faults)
+    source = checked_source(scene)
     warnings: list[Diagnostic] = []
-    try:
-        with progress("build") as show:
-            item = scenecc.inspect_scene(
-                sys.stdin.buffer if scene == STDIN else scene,
-                scene=index,
-                entity=entity,
-                depth=depth,
-                build=ask,
-                **options,
-                found=warnings,
-                progress=show,
-            )
-    except scenecc.SceneError as error:
-        end(of_settings(error.diagnostics, options["params"]))
-    print_asides(warnings, Format.text)
+    with scene_errors(options), progress("build") as show:
+        item = scenecc.inspect_scene(
+            source,
+            scene=index,
+            entity=entity,
+            depth=depth,
+            build=ask,
+            **options,
+            found=warnings,
+            progress=show,
+        )
+    print_asides(warnings)
     if form is TableFormat.json:
-        print_out(json.dumps(item.data(), indent=2, ensure_ascii=False) + "\n")
+        print_json(item.data())
     else:
         from scenecc.cli.tables import tree_text
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import signal
 import sys
@@ -11,7 +12,7 @@ from collections.abc import Callable, Container, Generator, Iterable, Iterator, 
 from contextlib import contextmanager, suppress
 from enum import IntEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 
 import typer
 
@@ -197,6 +198,11 @@ def of_settings(diagnostics: Iterable[Diagnostic], settings: Container[str]) -> 
     return found
 
 
+def print_json(data: Any) -> None:
+    """Prints a result for programs."""
+    print_out(json.dumps(data, indent=2, ensure_ascii=False) + "\n")
+
+
 def print_findings(diagnostics: Sequence[Diagnostic], form: Format) -> None:
     """Prints diagnostics that are what the command was asked for: on standard output."""
     if form is Format.text and not diagnostics:
@@ -206,7 +212,7 @@ def print_findings(diagnostics: Sequence[Diagnostic], form: Format) -> None:
     print_out(render(diagnostics, form.value, color=wants_color(sys.stdout)))
 
 
-def print_asides(diagnostics: Sequence[Diagnostic], form: Format) -> None:
+def print_asides(diagnostics: Sequence[Diagnostic], form: Format = Format.text) -> None:
     """Prints diagnostics beside another result: text on standard error, the formats of programs on standard output."""
     if form is not Format.text:
         print_findings(diagnostics, form)
@@ -220,6 +226,19 @@ def end(diagnostics: Sequence[Diagnostic], form: Format = Format.text, *, least:
     """Ends the command: prints diagnostics beside its result, and exits with their status, `least` or above."""
     print_asides(diagnostics, form)
     raise typer.Exit(max(status(diagnostics), least))
+
+
+@contextmanager
+def scene_errors(
+    options: Mapping[str, Any], form: Format = Format.text, *, least: Status = Status.fine
+) -> Generator[None]:
+    """Ends the command with what a `SceneError` raised inside tells, likewise. `options`: those of compiling."""
+    import scenecc
+
+    try:
+        yield
+    except scenecc.SceneError as error:
+        end(of_settings(error.diagnostics, options.get("params", ())), form, least=least)
 
 
 def usage_error(code: str, message: str, *, file: str | None = None, hint: str | None = None) -> Diagnostic:

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from scenecc.cli.options import (
-    SceneArgument,
-    TableFormat,
-    TableFormatOption,
-    takes_compile_options,
-)
-from scenecc.cli.output import end, print_out
-from scenecc.cli.paths import STDIN, path_faults
+from scenecc.cli.options import SceneArgument, TableFormat, TableFormatOption, takes_compile_options
+from scenecc.cli.output import print_json, print_out, scene_errors
+from scenecc.cli.paths import checked_source
 from scenecc.cli.tables import plain, table
 
 if TYPE_CHECKING:
@@ -40,20 +34,11 @@ def params(
     """
     import scenecc
 
-    faults = path_faults(scene, None)
-    rows: list[ParamRow] = []
-    if not faults:
-        try:
-            rows = scenecc.list_params(
-                sys.stdin.buffer if scene == STDIN else scene,
-                **options,
-            )
-        except scenecc.SceneError as error:
-            faults = error.diagnostics
-    if faults:
-        end(faults)
+    source = checked_source(scene)
+    with scene_errors(options):
+        rows = scenecc.list_params(source, **options)
     if form is TableFormat.json:
-        print_out(json.dumps({"parameters": params_data(rows)}, indent=2, ensure_ascii=False) + "\n")
+        print_json({"parameters": params_data(rows)})
     else:
         print_out(params_table(rows))
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import re
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, BinaryIO, Final
 
 from scenecc.cli.options import Format
-from scenecc.cli.output import STDOUT, folder_refusal, refusal, usage_error
+from scenecc.cli.output import STDOUT, end, folder_refusal, refusal, usage_error
 from scenecc.files import NotAFileError, open_regular
 
 if TYPE_CHECKING:
@@ -99,6 +100,20 @@ def _is_scene(file: str) -> bool:
         return False
     encoding = "utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig"
     return _LANGUAGE_KEY.search(data.decode(encoding, errors="replace")) is not None
+
+
+def source_of(scene: str) -> str | BinaryIO:
+    """What the API takes for a scene's path."""
+    return sys.stdin.buffer if scene == STDIN else scene
+
+
+def checked_source(
+    scene: str, output: str | None = None, form: Format = Format.text, *, folder: bool = False
+) -> str | BinaryIO:
+    """The same, once the paths have no fault; otherwise the command ends. Arguments are those of `path_faults`."""
+    if faults := path_faults(scene, output, form, folder=folder):
+        end(faults, form)
+    return source_of(scene)
 
 
 def path_faults(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from scenecc.cli.options import TableFormat, TableFormatOption
-from scenecc.cli.output import end, print_out, usage_error
+from scenecc.cli.output import end, print_json, print_out, usage_error
 from scenecc.cli.params import params_data, params_table
 from scenecc.cli.tables import plain, table
 
@@ -45,7 +44,7 @@ def prefabs(
             _refuse(name, [row.name for row in rows])
         rows = chosen
     if form is TableFormat.json:
-        print_out(json.dumps({"prefabs": _data(rows)}, indent=2, ensure_ascii=False) + "\n")
+        print_json({"prefabs": _data(rows)})
     elif name is None:
         print_out(_table(rows))
     else:

@@ -22,15 +22,15 @@ from scenecc.cli.options import (
 from scenecc.cli.output import (
     STDOUT,
     end,
-    of_settings,
     outlive_pipes,
     print_err,
     print_out,
     progress,
+    scene_errors,
     usage_error,
     write,
 )
-from scenecc.cli.paths import STDIN, path_faults
+from scenecc.cli.paths import path_faults, source_of
 from scenecc.cli.tables import plain, stage_times, table
 from scenecc.diagnostics.messages import index_ranges
 
@@ -137,25 +137,22 @@ def render(
         end(faults, form)
     if film is not None:
         outlive_pipes()  # its encoder may end before all frames are there
-    try:
-        with progress("render") as told:
-            result = scenecc.render_scene(
-                sys.stdin.buffer if scene == STDIN else scene,
-                camera=camera,
-                scenes=which,
-                grid=grid,
-                size=None if size is None else parse_size(size),
-                what=what.value,
-                steps=steps,
-                film=film,
-                every=every,
-                collision=show is Show.collision,
-                hidden=hidden,
-                **options,
-                progress=told,
-            )
-    except scenecc.SceneError as error:
-        end(of_settings(error.diagnostics, options["params"]), form)
+    with scene_errors(options, form), progress("render") as told:
+        result = scenecc.render_scene(
+            source_of(scene),
+            camera=camera,
+            scenes=which,
+            grid=grid,
+            size=None if size is None else parse_size(size),
+            what=what.value,
+            steps=steps,
+            film=film,
+            every=every,
+            collision=show is Show.collision,
+            hidden=hidden,
+            **options,
+            progress=told,
+        )
     _conclude(result, output, video, form)
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
-
-from scenecc.cli.output import print_out
+from scenecc.cli.output import print_json
 
 
 def schema() -> None:
@@ -18,4 +16,4 @@ def schema() -> None:
     """
     import scenecc
 
-    print_out(json.dumps(scenecc.json_schema(), indent=2, ensure_ascii=False) + "\n")
+    print_json(scenecc.json_schema())

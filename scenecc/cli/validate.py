@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from scenecc.cli.options import (
-    Format,
-    FormatOption,
-    takes_compile_options,
-)
+from scenecc.cli.options import Format, FormatOption, takes_compile_options
 from scenecc.cli.output import counted, of_settings, print_err, print_findings, status, usage_error
-from scenecc.cli.paths import STDIN, Found, find
+from scenecc.cli.paths import Found, find, source_of
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Diagnostic
@@ -52,10 +47,7 @@ def validate(
     found = find(paths, scenes_only=scenes_only)
     diagnostics = _faults(found)
     for file in counted("validate", found.files):
-        here = scenecc.validate(
-            sys.stdin.buffer if file == STDIN else file,
-            **options,
-        )
+        here = scenecc.validate(source_of(file), **options)
         diagnostics += of_settings(here, options["params"]) if options["params"] else here
     print_findings(diagnostics, form)
     if form is Format.text:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
 from scenecc.cli.options import (
-    Format,
     SceneArgument,
     Show,
     at_least,
@@ -25,11 +23,12 @@ from scenecc.cli.output import (
     print_err,
     print_out,
     progress,
+    scene_errors,
     status,
     usage_error,
     write,
 )
-from scenecc.cli.paths import STDIN, path_faults
+from scenecc.cli.paths import checked_source
 from scenecc.cli.tables import plain
 
 if TYPE_CHECKING:
@@ -109,13 +108,11 @@ def view(
     import scenecc
 
     _check(export, steps, served=open_it or any(given is not None for given in (host, port, token)))
-    if faults := path_faults(scene, export):
-        end(faults)
+    source = checked_source(scene, export)
     look = scenecc.ViewOptions(
         index, grid, visual=show is Show.visual, collision=show is Show.collision, shadows=shadows
     )
-    source = sys.stdin.buffer if scene == STDIN else scene
-    try:
+    with scene_errors(options):
         if export is None:
             outlive_pipes()  # a browser may go away
             place = _place(host, port, token)
@@ -132,8 +129,6 @@ def view(
             with progress("view") as told:
                 page = scenecc.export_page(source, look=look, steps=steps, found=found, progress=told, **options)
             _write(export, page, found)
-    except scenecc.SceneError as error:
-        end(of_settings(error.diagnostics, options["params"]))
 
 
 def _check(export: str | None, steps: int, *, served: bool) -> None:
@@ -166,7 +161,7 @@ def _teller(scene: str, values: Mapping[str, Any]) -> Callable[[Sequence[Diagnos
 
     def tell(found: Sequence[Diagnostic]) -> None:
         nonlocal failed
-        print_asides(of_settings(found, values), Format.text)
+        print_asides(of_settings(found, values))
         if failed and status(found) is Status.fine:
             print_err(f"{plain(scene)}: shown, without an error\n")
         failed = status(found) is not Status.fine
