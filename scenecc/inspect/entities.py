@@ -77,11 +77,11 @@ _TURNING: Final = {
     **dict.fromkeys(("qvel", "max_velocity", "drive_velocity_target"), "rad/s"),
 }
 _SLIDING: Final = {name: unit.replace("rad", "m") for name, unit in _TURNING.items()}
-_SIZES: Final = frozenset(("half_size", "radius", "half_length", "scale", "file", "urdf", "pick", "p", "q"))
+SIZE_FIELDS: Final = frozenset(("half_size", "radius", "half_length", "scale", "file", "pick", "p", "q"))
 """Fields by which the size of a body differs, and its mass."""
 
-_MASSES: Final = _SIZES | {"density", "mass"}
-_POSITIONS: Final = _SIZES | {"qpos"}
+_MASSES: Final = SIZE_FIELDS | {"density", "mass"}
+_POSITIONS: Final = SIZE_FIELDS | {"qpos"}
 
 _NEUTRAL: Final[dict[str, Any]] = {"pose.p": [0, 0, 0], "scale": [1, 1, 1]}
 """What is said of a shape and changes nothing."""
@@ -102,7 +102,7 @@ def entity_item(entity: Entity, plan: ScenePlan, scene: int | None, made: Made |
     row = None if scene is None else entity.scene_idxs.index(scene)
     structures = entity.structures if row is None else (entity.structure(row),)
     one = structures[0]
-    words = "|".join(dict.fromkeys(map(structure_type, structures)))
+    words = body_types(structures)
     facts = [*scene_facts(entity.scene_idxs, plan), *Facts(plan, row).value("pose", entity.pose)]
     if entity.hidden:
         facts.append(Fact("hidden", value=True, words="from sensors"))
@@ -114,6 +114,11 @@ def entity_item(entity: Entity, plan: ScenePlan, scene: int | None, made: Made |
         for index, each in enumerate(structures)
     )
     return Item(entity.name, words, tuple(facts), (("variants", variants),))
+
+
+def body_types(structures: Iterable[BodyStructure | ArticulationStructure]) -> str:
+    """The types of some structures, joined by `|` where they differ."""
+    return "|".join(dict.fromkeys(map(structure_type, structures)))
 
 
 def scene_facts(scene_idxs: Sequence[int], plan: ScenePlan) -> Iterator[Fact]:
@@ -136,7 +141,7 @@ class _Bodies:
         names = [field.field for field in differing if not field.field.startswith("pose.")]
         of_bodies = {name.rsplit(".", 1)[-1] for name in names if ".joint." not in name}
         self._mass_differs = not of_bodies.isdisjoint(_MASSES)
-        self._size_differs = not of_bodies.isdisjoint(_SIZES)
+        self._size_differs = not of_bodies.isdisjoint(SIZE_FIELDS)
         self._stance_differs = not _POSITIONS.isdisjoint(name.rsplit(".", 1)[-1] for name in names)
 
     def facts(self, structure: BodyStructure | ArticulationStructure) -> Iterator[Fact]:

@@ -8,7 +8,7 @@ from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.inspect.varying import is_pose, pose_words, varying_words
+from scenecc.inspect.varying import COLOR_FIELDS, is_file, is_pose, pose_words, varying_words
 from scenecc.plan import Texture, Value
 from scenecc.plan.body import Mount
 from scenecc.plan.display import field_path, format_color, format_item, name_suffix, slice_value_bounds
@@ -136,8 +136,6 @@ UNITS: Final = {
 }
 """Of numbers, by the last part of a field's name."""
 
-_FILES: Final = frozenset({"file", "px", "nx", "py", "ny", "pz", "nz"})
-_COLORS: Final = frozenset({"base_color", "emission"})
 _IDENTITY: Final = (1.0, 0.0, 0.0, 0.0)
 _NO_UNITS: Final[Mapping[str, str]] = {}
 _MOST_LISTED: Final = 64
@@ -190,12 +188,12 @@ class Facts:
             yield Fact(f"{name}.p", found[:3], "") if here else fact(f"{name}.p", found[:3])
             if tuple(found[3:]) != _IDENTITY:
                 yield Fact(f"{name}.q", found[3:], rotation_words(found[3:]))
-        elif _is_file(last):
+        elif is_file(last):
             uri = self.plan.files[int(found)].uri
             yield Fact(name, uri, uri)
         elif last == "gravity":
             yield fact(name, not found)
-        elif last in _COLORS:
+        elif last in COLOR_FIELDS:
             yield Fact(name, found, format_color(tuple(found)))
         else:
             yield fact(name, found, self._unit(name))
@@ -247,7 +245,7 @@ class Facts:
         return data | ({"at_reset": True} if value.recipe is not None else {})
 
     def _plain(self, name: str, item: Any) -> Any:
-        if _is_file(name):
+        if is_file(name):
             return self.plan.files[int(item)].uri
         return not item if name == "gravity" else plain_data(item)
 
@@ -279,11 +277,6 @@ def _is_number(item: Any) -> bool:
     if isinstance(item, tuple):
         return all(map(_is_number, cast("tuple[Any, ...]", item)))
     return isinstance(item, int | float) and not isinstance(item, bool)
-
-
-def _is_file(name: str) -> bool:
-    """Whether a field's numbers are indices of files."""
-    return name in _FILES or name.endswith("texture")
 
 
 def plain_data(item: Any) -> Any:

@@ -17,7 +17,7 @@ from scenecc.inspect.facts import Fact, Facts, Item, fact, mount_words, some_wor
 from scenecc.inspect.summary import summarize
 from scenecc.options import CompileOptions, Options, integer
 from scenecc.pipeline import Compiled, Source, compiled, compiled_params, instantiated, select_scenes
-from scenecc.plan import ArticulationStructure, SkyMap, Texture, Value
+from scenecc.plan import ArticulationStructure, Camera, Constraint, SkyMap, Texture, Value
 from scenecc.plan.schema import type_name
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from scenecc.expand.listing import ParamRow
     from scenecc.inspect.entities import Made
     from scenecc.inspect.varying import VaryingField
-    from scenecc.plan import Camera, Constraint, Entity, Light, ScenePlan
+    from scenecc.plan import Entity, Light, ScenePlan
     from scenecc.source.paths import FileReference
 
 
@@ -62,9 +62,9 @@ def scene_item(
         ("physics", Item("", "", tuple(Facts(plan, 0).of(plan.physics)) or _DEFAULTS)),
         ("parameters", tuple(_param(row, given or {}) for row in params)),
         ("entities", tuple(entity_item(one, plan, scene, made.get(one.name)) for one in _in(plan.entities, scene))),
-        ("constraints", tuple(_constraint(one, plan, scene) for one in _in(plan.constraints, scene))),
-        ("lights", tuple(_light(one, plan, scene) for one in _in(plan.lights, scene))),
-        ("cameras", tuple(_camera(one, plan, scene) for one in _in(plan.cameras, scene))),
+        ("constraints", tuple(_object(one, one.joint, plan, scene) for one in _in(plan.constraints, scene))),
+        ("lights", tuple(_object(one, one.light, plan, scene) for one in _in(plan.lights, scene))),
+        ("cameras", tuple(_object(one, one.lens, plan, scene) for one in _in(plan.cameras, scene))),
     ]
     if plan.environment is not None:
         facts_of = Facts(plan, scene)
@@ -91,41 +91,21 @@ def _in(listed: Iterable[Any], scene: int | None) -> list[Any]:
     return [one for one in listed if scene is None or scene in one.scene_idxs]
 
 
-def _row(one: Constraint | Light | Camera, scene: int | None) -> int | None:
-    return None if scene is None else one.scene_idxs.index(scene)
+_TOLD_APART: Final = frozenset({"name", "scene_idxs", "parent", "joint", "light", "width", "height", "lens"})
+"""Fields of a constraint, light or camera that are not told by their names."""
 
 
-def _constraint(one: Constraint, plan: ScenePlan, scene: int | None) -> Item:
-    facts = Facts(plan, _row(one, scene))
-    parent = mount_words(one.parent)
-    told = (
-        *scene_facts(one.scene_idxs, plan),
-        Fact("parent", parent, parent),
-        *facts.of(one, without=("name", "scene_idxs", "parent", "joint")),
-        *facts.of(one.joint),
-    )
-    return Item(one.name, type_name(type(one.joint)), told)
-
-
-def _light(one: Light, plan: ScenePlan, scene: int | None) -> Item:
-    facts = Facts(plan, _row(one, scene))
-    told = (
-        *scene_facts(one.scene_idxs, plan),
-        *facts.of(one, without=("name", "scene_idxs", "light")),
-        *facts.of(one.light),
-    )
-    return Item(one.name, type_name(type(one.light)), told)
-
-
-def _camera(one: Camera, plan: ScenePlan, scene: int | None) -> Item:
-    facts = Facts(plan, _row(one, scene))
-    told = (
-        *scene_facts(one.scene_idxs, plan),
-        fact("size", [one.width, one.height], "px"),
-        *facts.of(one, without=("name", "scene_idxs", "width", "height", "lens")),
-        *facts.of(one.lens),
-    )
-    return Item(one.name, type_name(type(one.lens)), told)
+def _object(one: Constraint | Light | Camera, kind: Any, plan: ScenePlan, scene: int | None) -> Item:
+    """What is said of an object beside the entities. `kind`: its joint, light or lens, whose fields are its own."""
+    facts = Facts(plan, None if scene is None else one.scene_idxs.index(scene))
+    first: tuple[Fact, ...] = ()
+    if isinstance(one, Constraint):
+        parent = mount_words(one.parent)
+        first = (Fact("parent", parent, parent),)
+    elif isinstance(one, Camera):
+        first = (fact("size", [one.width, one.height], "px"),)
+    told = (*scene_facts(one.scene_idxs, plan), *first, *facts.of(one, without=_TOLD_APART), *facts.of(kind))
+    return Item(one.name, type_name(kind.__class__), told)
 
 
 def _map_word(plan: ScenePlan) -> str:

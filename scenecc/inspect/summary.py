@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from scenecc.inspect.entities import articulation_size, mesh_size
+from scenecc.inspect.entities import SIZE_FIELDS, articulation_size, body_types, mesh_size
+from scenecc.inspect.facts import mount_words
 from scenecc.inspect.varying import Fields, VaryingField, entity_fields, object_fields
 from scenecc.plan import ArticulationStructure, BodyStructure, Camera, Constraint, Environment, Light
 from scenecc.plan.extent import extent
-from scenecc.plan.scene import structure_type
 from scenecc.plan.schema import type_name
 
 if TYPE_CHECKING:
@@ -103,10 +103,6 @@ def _other(
             name, word, mounts = one.name, "camera", (one.mount,)
         case Environment():
             name, word = "environment", "environment"
-    held = tuple(
-        "world" if mount is None else mount.entity if mount.link is None else f"{mount.entity}/{mount.link}"
-        for mount in mounts
-    )
     return SummaryRow(
         name=name,
         body_type=word,
@@ -117,12 +113,8 @@ def _other(
         field_count=fields.count,
         varying=fields.varying,
         section=section,
-        mounts=held,
+        mounts=tuple(map(mount_words, mounts)),
     )
-
-
-_SIZES = frozenset({"half_size", "radius", "half_length", "scale", "file", "p", "q"})
-"""Fields of shapes by which the size of a body differs."""
 
 
 def _planned(entity: Entity, scene_idxs: tuple[int, ...], fields: Fields) -> SummaryRow:
@@ -131,7 +123,7 @@ def _planned(entity: Entity, scene_idxs: tuple[int, ...], fields: Fields) -> Sum
     first = entity.structure(entity.scene_idxs.index(scene_idxs[0])) if _is_known(entity) else structures[0]
     return SummaryRow(
         name=entity.name,
-        body_type=_body_types(entity),
+        body_type=body_types(entity.structures),
         shape_count=max(map(_shape_count, structures)),
         mass=None,
         size=None if differs or isinstance(first, ArticulationStructure) else extent(first),
@@ -163,7 +155,7 @@ def _dof(structure: BodyStructure | ArticulationStructure) -> int:
 
 def _size_differs(entity: Entity, fields: Fields) -> bool:
     return entity.pick is not None or any(
-        "[" in field.field and field.field.rsplit(".", 1)[-1] in _SIZES for field in fields.varying
+        "[" in field.field and field.field.rsplit(".", 1)[-1] in SIZE_FIELDS for field in fields.varying
     )
 
 
@@ -176,7 +168,7 @@ def _built(entity: Entity, scene_idxs: tuple[int, ...], batch: SceneBatch, field
         masses, size = _of_bodies(batch.entities[entity.name].objs, structure, row)
     return SummaryRow(
         name=entity.name,
-        body_type=_body_types(entity),
+        body_type=body_types(entity.structures),
         shape_count=_shape_count(structure),
         mass=masses[0] if masses else None,
         size=size,
@@ -203,10 +195,6 @@ def _of_bodies(
     weighs = bool(structure.collisions) or structure.inertial is not None
     masses = [mass for obj in objs if (mass := getattr(_rigid_body(obj), "mass", None)) is not None] if weighs else []
     return masses, extent(structure, row) or (None if body is None else mesh_size(body))
-
-
-def _body_types(entity: Entity) -> str:
-    return "|".join(dict.fromkeys(map(structure_type, entity.structures)))
 
 
 def _rigid_body(obj: Any) -> Any:

@@ -118,7 +118,7 @@ def _is_finite(*bounds: Any) -> bool:
     )
 
 
-_COLORS: Final = frozenset({"base_color", "emission"})
+COLOR_FIELDS: Final = frozenset({"base_color", "emission"})
 _FILES: Final = frozenset({"file", "px", "nx", "py", "ny", "pz", "nz"})
 
 
@@ -141,6 +141,11 @@ def _fields(values: Iterable[_Found], plan: ScenePlan) -> Fields:
         if any(item.varies for item in items):
             varying += _differing(label, items, plan)
     return Fields(sum(2 if is_pose(label) else 1 for label in found), tuple(varying))
+
+
+def is_file(name: str) -> bool:
+    """Whether a field's numbers are indices of files."""
+    return name in _FILES or name.endswith("texture")
 
 
 def is_pose(label: str) -> bool:
@@ -266,11 +271,11 @@ def _rotation(q: ValueBounds, start: str, end: str) -> str:
 
 def _words(name: str, support: ValueBounds, files: Sequence[AssetFile]) -> str:
     show: Callable[[Any], str] | None = None
-    if name in _FILES or name.endswith("texture"):
+    if is_file(name):
         show = lambda index: files[int(index)].uri  # noqa: E731
     elif name == "gravity":
         show = lambda disabled: format_item(not disabled)  # noqa: E731
-    elif name in _COLORS:
+    elif name in COLOR_FIELDS:
         show = format_color
     if show is None or support.alternatives is None:
         return format_value_bounds(support)

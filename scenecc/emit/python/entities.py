@@ -168,7 +168,8 @@ def write_entity(source: SourceWriter, entity: Entity, num_scenes: int, tables: 
         source.line()
         source.comment(entity.name if entity.pick is None else f"{entity.name}, variant {index}")
         _write_description(source, entity, structure, columns, tables)
-        scene_idxs = tuple(entity.scene_idxs[row] for row in rows.tolist())
+        numbers: list[int] = rows.tolist()
+        scene_idxs = tuple(entity.scene_idxs[row] for row in numbers)
         append_in_scenes(source, inner, columns, scene_idxs, num_scenes)
 
 
