@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.diagnostics import Location
+from scenecc.emit.xml import UniqueNames
 from scenecc.geometry.rotation_arrays import pose_matrix
 from scenecc.meshes.builder import MeshBuilder, build_scene_meshes, clip_to_scene, grid_cell
 from scenecc.meshes.surface import MeshError, convert_color_space, encode_png, report_mesh_error
@@ -292,7 +293,7 @@ class _GlbWriter:
         self._scene: Any = trimesh.Scene()
         self._materials = GltfMaterials()
         self._sink = sink
-        self._names = {str(self._scene.graph.base_frame)}
+        self._names = UniqueNames(str(self._scene.graph.base_frame), separator=" ")
         self._meshes: dict[tuple[Surface, SurfaceMaterial, bool], str] = {}
         self._root = self._node(name, None, _Y_UP)
 
@@ -363,11 +364,7 @@ class _GlbWriter:
 
     def _node(self, name: str, above: str | None, place: NDArray[np.float64], mesh: str | None = None) -> str:
         """Adds a node by a name that no other has, which is returned."""
-        unique, count = name, 1
-        while unique in self._names:
-            count += 1
-            unique = f"{name} {count}"
-        self._names.add(unique)
+        unique = self._names.new(name)
         graph = self._scene.graph
         shown = {} if mesh is None else {"geometry": mesh}
         graph.update(frame_to=unique, frame_from=above or graph.base_frame, matrix=place, **shown)

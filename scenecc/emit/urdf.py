@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 from scenecc.diagnostics import Location
 from scenecc.emit import xml
 from scenecc.emit.unsupported import UnsupportedFeatures, unsupported_fields
-from scenecc.emit.xml import AssetFolder, UniqueNames, XmlElement, format_document, format_obj
+from scenecc.emit.xml import MAX_LIMIT, UNLIMITED, AssetFolder, UniqueNames, XmlElement, format_document, format_obj
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.meshes.builder import MeshBuilder, bake_scale
 from scenecc.meshes.surface import MeshError, SurfaceMaterial, report_mesh_error
@@ -149,12 +149,6 @@ def _is_unsupported(look: SurfaceMaterial, field: str) -> bool:
     return field not in _MATERIAL_FIELDS and getattr(look, field) != getattr(_DEFAULT_MATERIAL, field)
 
 
-UNLIMITED: Final = 1e10
-"""Where a limit is written that the joint has not, of a kind that URDF has two of, or asks for."""
-
-_MAX_LIMIT: Final = 1e38
-"""A limit of force or of velocity above which there is none."""
-
 _UNSUPPORTED_BODY_FIELDS: Final = unsupported_fields(BodyStructure, "mass", "inertial", "visibility")
 
 _UNSUPPORTED_ARTICULATION_FIELDS: Final = unsupported_fields(ArticulationStructure, "file")
@@ -246,7 +240,7 @@ def _write_joint(robot: UrdfRobot, number: int, joint: MeasuredJoint) -> None:
         return
     element.add("axis", xyz=xml.transform_direction(joint.pose_in_child, (1.0, 0.0, 0.0)))
     _write_limit(robot, element, joint)
-    damping = joint.damping if _is_pure_damping(joint) else 0.0
+    damping = joint.damping if xml.is_pure_damping(joint) else 0.0
     friction = 0.0 if joint.joint.friction is None else joint.friction
     if damping or friction:
         element.add("dynamics", damping=damping, friction=friction)
@@ -270,8 +264,8 @@ def _write_limit(robot: UrdfRobot, element: XmlElement, joint: MeasuredJoint) ->
         "limit",
         lower=None if endless else max(low, -UNLIMITED),
         upper=None if endless else min(high, UNLIMITED),
-        effort=UNLIMITED if joint.force_limit >= _MAX_LIMIT else joint.force_limit,
-        velocity=UNLIMITED if joint.max_velocity >= _MAX_LIMIT else joint.max_velocity,
+        effort=UNLIMITED if joint.force_limit >= MAX_LIMIT else joint.force_limit,
+        velocity=UNLIMITED if joint.max_velocity >= MAX_LIMIT else joint.max_velocity,
     )
 
 
@@ -284,14 +278,9 @@ def _write_mimic(robot: UrdfRobot, element: XmlElement, joint: MeasuredJoint) ->
             element.add("mimic", joint=mimic.source, multiplier=multiplier, offset=offset)
 
 
-def _is_pure_damping(joint: MeasuredJoint) -> bool:
-    """Whether its drive does nothing but slow it down, which is the damping of a joint."""
-    return joint.drive_mode == "force" and joint.stiffness == 0 and joint.drive_velocity_target == 0
-
-
 def _report_joint(robot: UrdfRobot, joint: MeasuredJoint) -> None:
     unsupported, name, place = robot.unsupported, robot.name, joint.joint.origin
-    if not _is_pure_damping(joint) and (joint.stiffness or joint.damping):
+    if not xml.is_pure_damping(joint) and (joint.stiffness or joint.damping):
         unsupported.leave_out(name, "the drive of a joint, but for its `force_limit`", place)
     if joint.armature:
         unsupported.leave_out(name, "`armature` of a joint", place)

@@ -1,4 +1,4 @@
-"""What the MJCF and URDF exporters share: XML elements, unique names, pose arithmetic and asset files.
+"""What exporters share: XML elements, unique names, joints without limits, pose arithmetic and asset files.
 
 A pose is p [m], then q (wxyz).
 """
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.plan import Value
-    from scenecc.plan.snapshot import Vec3
+    from scenecc.plan.snapshot import MeasuredJoint, Vec3
 
 
 _INDENT = "  "
@@ -94,19 +94,32 @@ def format_number(value: float) -> str:
 
 
 class UniqueNames:
-    """Names of one kind."""
+    """Names of one kind. `separator`: between a name that is taken and its number."""
 
-    def __init__(self, *taken: str) -> None:
+    def __init__(self, *taken: str, separator: str = "_") -> None:
         self._taken = set(taken)
+        self._separator = separator
 
     def new(self, wish: str) -> str:
         """The name that is wished for, or with a number where it is taken."""
         name, count = wish, 1
         while name in self._taken:
             count += 1
-            name = f"{wish}_{count}"
+            name = f"{wish}{self._separator}{count}"
         self._taken.add(name)
         return name
+
+
+UNLIMITED: Final = 1e10
+"""Where a limit is written that a joint has not, of a kind that the format has two of, or asks for [m, rad]."""
+
+MAX_LIMIT: Final = 1e38
+"""A limit of force or of velocity above which there is none."""
+
+
+def is_pure_damping(joint: MeasuredJoint) -> bool:
+    """Whether its drive does nothing but slow it down, but for a limit of its force: the damping of a joint."""
+    return joint.drive_mode == "force" and joint.stiffness == 0 and joint.drive_velocity_target == 0
 
 
 Z_TO_X: Final[Pose7] = (0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.5)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from scenecc.emit import xml
-from scenecc.emit.mjcf.geoms import write_collisions, write_visuals
+from scenecc.emit.mjcf.geoms import pose_attributes, write_collisions, write_visuals
 from scenecc.emit.mjcf.model import InitialState, ModelBody
 from scenecc.emit.unsupported import unsupported_fields
-from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.emit.xml import MAX_LIMIT, UNLIMITED
 from scenecc.plan import ArticulationStructure, BodyStructure
 from scenecc.plan.articulation import VELOCITY_FIELDS
 
@@ -17,13 +17,6 @@ if TYPE_CHECKING:
     from scenecc.emit.mjcf.model import MjcfModel
     from scenecc.emit.xml import XmlElement
     from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredJoint, MeasuredMass, Vec3
-
-
-UNLIMITED: Final = 1e10
-"""Where MuJoCo, whose ranges have two ends, has the end that a joint has not [m, rad]."""
-
-_MAX_FORCE: Final = 1e38
-"""A limit of force above which there is none."""
 
 
 def write_joint(model: MjcfModel, measured: MeasuredEntity, number: int, element: XmlElement) -> None:
@@ -45,7 +38,7 @@ def write_joint(model: MjcfModel, measured: MeasuredEntity, number: int, element
         ref=joint.qpos or None,
         range=_range(joint),
         armature=joint.armature or None,
-        damping=joint.damping if is_pure_damping(joint) and joint.damping else None,
+        damping=joint.damping if _is_pure_damping(joint) and joint.damping else None,
         frictionloss=None if joint.joint.friction is None else joint.friction or None,
     )
     model.starts[id(made)] = InitialState((joint.qpos,), (joint.qvel,))
@@ -65,15 +58,13 @@ def _range(joint: MeasuredJoint) -> tuple[float, float] | None:
     return max(low, -UNLIMITED), min(high, UNLIMITED)
 
 
-def is_pure_damping(joint: MeasuredJoint) -> bool:
-    """Whether its drive does nothing but slow it down, which is the damping of a joint."""
-    plain = joint.drive_mode == "force" and joint.force_limit >= _MAX_FORCE
-    return plain and joint.stiffness == 0 and joint.drive_velocity_target == 0
+def _is_pure_damping(joint: MeasuredJoint) -> bool:
+    return xml.is_pure_damping(joint) and joint.force_limit >= MAX_LIMIT
 
 
 def _write_drive(model: MjcfModel, entity: str, name: str, joint: MeasuredJoint) -> None:
     """An actuator that pulls as the drive does: stiffness · (control - position) - damping · velocity."""
-    if is_pure_damping(joint) or (joint.stiffness == 0 and joint.damping == 0):
+    if _is_pure_damping(joint) or (joint.stiffness == 0 and joint.damping == 0):
         return
     if joint.drive_mode == "acceleration":
         model.unsupported.leave_out(entity, "the drive of a joint in the mode `acceleration`", joint.joint.origin)
@@ -88,7 +79,7 @@ def _write_drive(model: MjcfModel, entity: str, name: str, joint: MeasuredJoint)
         gainprm=(strength,),
         biastype="affine",
         biasprm=(0, -joint.stiffness, -joint.damping),
-        forcerange=None if limit >= _MAX_FORCE else (-limit, limit),
+        forcerange=None if limit >= MAX_LIMIT else (-limit, limit),
     )
     model.controls.append(wanted / strength)
 
@@ -160,9 +151,7 @@ def _write_articulation(model: MjcfModel, measured: MeasuredEntity, structure: A
         parent = None if body.parent is None else written[body.parent]
         element = _start_body(model, measured, body, parent, link=body.name)
         if parent is None and not structure.fix_root_link:
-            row = measured.row
-            speeds = (structure.linear_velocity, structure.angular_velocity)
-            linear, angular = ((0.0,) * 3 if value is None else tuple(value.row(row).tolist()) for value in speeds)
+            linear, angular = (_initial_velocity(structure, field, measured.row) for field in VELOCITY_FIELDS)
             _write_free_joint(model, element, name, body, linear, angular)
         elif body.joint is not None:
             write_joint(model, measured, number, element)
@@ -182,8 +171,7 @@ def _start_body(
     element = (model.world if parent is None else parent.element).add(
         "body",
         name=name,
-        pos=None if pose[:3] == IDENTITY_POSE[:3] else pose[:3],
-        quat=None if pose[3:] == IDENTITY_POSE[3:] else pose[3:],
+        **pose_attributes(pose),
         gravcomp=gravity or None,
     )
     is_fixed = _is_fixed(measured, body, parent)
@@ -224,7 +212,7 @@ def _write_mass(model: MjcfModel, name: str, body: MeasuredBody, mass: MeasuredM
 def _write_free_axes(model: MjcfModel, measured: MeasuredEntity, body: MeasuredBody, element: XmlElement) -> None:
     """How a dynamic body moves: freely, or along and about those of the world's axes that are not locked."""
     structure, row, name = body.body, measured.row, measured.entity.name
-    linear, angular = (_initial_velocity(structure, field, row) for field in ("linear_velocity", "angular_velocity"))
+    linear, angular = (_initial_velocity(structure, field, row) for field in VELOCITY_FIELDS)
     value = structure.locked_motion_axes
     locked = [False] * 6 if value is None else [bool(each) for each in value.row(row)]
     if not any(locked) or sum(locked[3:]) == 1:
@@ -257,7 +245,7 @@ def _center_of_mass(body: MeasuredBody) -> Vec3:
     return (0.0, 0.0, 0.0) if body.mass is None else body.mass.com[:3]
 
 
-def _initial_velocity(structure: BodyStructure, field: str, row: int) -> Vec3:
+def _initial_velocity(structure: BodyStructure | ArticulationStructure, field: str, row: int) -> Vec3:
     value = getattr(structure, field)
     x, y, z = (0.0, 0.0, 0.0) if value is None else map(float, value.row(row))
     return x, y, z

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from io import BytesIO
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.emit import xml
@@ -10,6 +9,7 @@ from scenecc.emit.unsupported import unsupported_fields
 from scenecc.emit.xml import Z_TO_X, format_obj
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.meshes.builder import bake_scale
+from scenecc.meshes.surface import encode_png
 from scenecc.plan import CollisionShape, VisualPlane
 from scenecc.plan.geometry import LYING_SOLIDS, Solid
 from scenecc.plan.schema import type_name
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from scenecc.emit.mjcf.model import MjcfModel
     from scenecc.emit.xml import XmlElement
     from scenecc.meshes import Image
-    from scenecc.meshes.builder import BakedMesh
     from scenecc.meshes.surface import MeshShape, SurfaceMaterial
     from scenecc.plan import BodyStructure, VisualGeometry
     from scenecc.plan.snapshot import MeasuredBody, MeasuredMesh, MeasuredShape
@@ -81,11 +80,7 @@ def _report_material(model: MjcfModel, look: SurfaceMaterial, shape: MeshShape, 
 def _texture(model: MjcfModel, image: Image) -> str:
     """The texture of an image, its name: a PNG, which is what MuJoCo reads."""
     if image.digest not in model.textures:
-        data = image.data
-        if image.suffix != ".png":
-            buffer = BytesIO()
-            image.pixels.save(buffer, "png")
-            data = buffer.getvalue()
+        data = image.data if image.suffix == ".png" else encode_png(image.pixels)
         file = model.assets.add(image.name or "texture", ".png", data)
         name = model.textures[image.digest] = model.name("texture", file.removesuffix(".png"))
         model.sections["asset"].add("texture", name=name, type="2d", file=file)
@@ -151,26 +146,26 @@ def _report_shape(model: MjcfModel, name: str, shape: MeasuredShape) -> None:
 def write_visuals(
     model: MjcfModel, name: str, row: int, body: BodyStructure, element: XmlElement, *, is_fixed: bool
 ) -> None:
-    """Geoms for all that is seen of a body. `held`: whether nothing moves it. Raises MeshProblem."""
+    """Geoms for all that is seen of a body. `is_fixed`: whether nothing moves it. Raises MeshError."""
     for shape, plan in zip(model.drawer.visuals(body, row), body.visuals, strict=False):
         parts = bake_scale(shape)
         native = None if parts[0].look.base_color_image else _primitive_geom(plan.geometry, row, is_fixed=is_fixed)
-        if native is not None:
-            turn, attributes = native
-            _write_visual_geom(
-                model,
-                name,
-                shape,
-                {**attributes, **pose_attributes(xml.compose_poses(shape.pose, turn))},
-                parts[0],
-                element,
-            )
-            continue
-        for part in parts:
-            data = format_obj(part.vertices, part.faces, part.uvs if part.look.base_color_image else None)
-            mesh = _mesh_asset(model, shape.name or name, data)
-            _write_visual_geom(
-                model, name, shape, {"type": "mesh", "mesh": mesh, **pose_attributes(shape.pose)}, part, element
+        pose = shape.pose if native is None else xml.compose_poses(shape.pose, native[0])
+        for part in parts if native is None else parts[:1]:
+            if native is None:
+                data = format_obj(part.vertices, part.faces, part.uvs if part.look.base_color_image else None)
+                attributes: dict[str, Any] = {"type": "mesh", "mesh": _mesh_asset(model, shape.name or name, data)}
+            else:
+                attributes = native[1]
+            element.add(
+                "geom",
+                name=model.name("geom", shape.name) if shape.name else None,
+                **attributes,
+                **pose_attributes(pose),
+                contype=0,
+                conaffinity=0,
+                group=VISUAL_GROUP,
+                material=write_material(model, part.look, shape, name),
             )
 
 
@@ -184,20 +179,6 @@ def _primitive_geom(geometry: VisualGeometry, row: int, *, is_fixed: bool) -> tu
             return Z_TO_X, {"type": "plane", "size": (*size.row(row), _GRID_SPACING)}
         case _:
             return None
-
-
-def _write_visual_geom(
-    model: MjcfModel, name: str, shape: MeshShape, attributes: dict[str, Any], part: BakedMesh, element: XmlElement
-) -> None:
-    element.add(
-        "geom",
-        name=model.name("geom", shape.name) if shape.name else None,
-        **attributes,
-        contype=0,
-        conaffinity=0,
-        group=VISUAL_GROUP,
-        material=write_material(model, part.look, shape, name),
-    )
 
 
 def _mesh_asset(model: MjcfModel, stem: str, data: bytes) -> str:

@@ -40,7 +40,7 @@ def write(plan: ScenePlan, measured: EngineSnapshot, choice: ExportOptions, sink
         return None
     _report_unsupported(stage, plan, measured.scenes[0].index)
     suffix = ".usdc" if choice.binary else ".usda"
-    return {f"{choice.name}{suffix}": _stage_to_bytes(stage, suffix), **stage.files}
+    return {f"{choice.name}{suffix}": _stage_to_bytes(stage, suffix), **stage.assets.files}
 
 
 def _write_scene(stage: Stage, plan: ScenePlan, scene: MeasuredScene, bodies: UsdBodyWriter) -> None:

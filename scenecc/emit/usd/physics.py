@@ -17,11 +17,13 @@ from scenecc.plan import ArticulationStructure, BodyStructure, CollisionShape, C
 from scenecc.plan.articulation import VELOCITY_FIELDS
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from scenecc.emit import Show
     from scenecc.emit.usd.stage import Prim, Stage, UsdMaterials
     from scenecc.meshes.builder import MeshBuilder
     from scenecc.meshes.surface import MeshShape
-    from scenecc.plan import AxisDrive, AxisLimit, Constraint, Value
+    from scenecc.plan import AxisLimit, Constraint, Value
     from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredJoint, MeasuredMesh, MeasuredShape
 
 
@@ -202,29 +204,48 @@ def _write_joint(stage: Stage, body: MeasuredBody, joint: MeasuredJoint, above: 
         return
     angular = joint.type != "prismatic"
     made.CreateAxisAttr(stage.geom.Tokens.x)
-    low, high = (_to_degrees(limit) if angular else limit for limit in joint.limits)
-    if math.isfinite(low):
-        made.CreateLowerLimitAttr(low)
-    if math.isfinite(high):
-        made.CreateUpperLimitAttr(high)
+    _write_limits(joint.limits, made.CreateLowerLimitAttr, made.CreateUpperLimitAttr, angular=angular)
     if joint.stiffness or joint.damping:
-        _write_joint_drive(stage, made, joint, angular=angular)
+        strength = (joint.stiffness, joint.damping, joint.force_limit)
+        target = (joint.drive_target, joint.drive_velocity_target)
+        _write_drive_api(stage, made, "angular" if angular else "linear", joint.drive_mode, strength, target)
 
 
-def _write_joint_drive(stage: Stage, made: Prim, joint: MeasuredJoint, *, angular: bool) -> None:
-    drive = stage.physics.DriveAPI.Apply(made.GetPrim(), "angular" if angular else "linear")
-    each = math.radians(1) if angular else 1.0
-    drive.CreateTypeAttr(joint.drive_mode)
-    drive.CreateStiffnessAttr(joint.stiffness * each)
-    drive.CreateDampingAttr(joint.damping * each)
-    drive.CreateTargetPositionAttr(joint.drive_target / each)
-    drive.CreateTargetVelocityAttr(joint.drive_velocity_target / each)
-    if math.isfinite(joint.force_limit):
-        drive.CreateMaxForceAttr(joint.force_limit)
+def _write_limits(limits: Iterable[float], set_low: Prim, set_high: Prim, *, angular: bool) -> None:
+    """The limits of an axis [m, rad], by setters of USD's, which counts angles in degrees."""
+    for limit, set_limit in zip(limits, (set_low, set_high), strict=True):
+        if math.isfinite(limit):
+            set_limit(math.degrees(limit) if angular else float(limit))
 
 
-def _to_degrees(limit: float) -> float:
-    return math.degrees(limit) if math.isfinite(limit) else limit
+def _write_drive_api(
+    stage: Stage,
+    made: Prim,
+    axis: str,
+    mode: str,
+    strength: tuple[float, float, float],
+    target: tuple[float, float],
+) -> None:
+    """The drive of an axis of USD's.
+
+    Args:
+        stage: that has the joint.
+        made: the joint.
+        axis: "linear", "angular", or a degree of freedom, as "transX" or "rotX".
+        mode: "force" or "acceleration".
+        strength: stiffness, damping and limit of force, in radians where it turns.
+        target: position and velocity [m, m/s or rad, rad/s].
+    """
+    drive = stage.physics.DriveAPI.Apply(made.GetPrim(), axis)
+    each = math.radians(1) if axis.startswith(("rot", "angular")) else 1.0
+    stiffness, damping, force_limit = strength
+    drive.CreateTypeAttr(mode)
+    drive.CreateStiffnessAttr(stiffness * each)
+    drive.CreateDampingAttr(damping * each)
+    drive.CreateTargetPositionAttr(target[0] / each)
+    drive.CreateTargetVelocityAttr(target[1] / each)
+    if math.isfinite(force_limit):
+        drive.CreateMaxForceAttr(force_limit)
 
 
 def connect_bodies(
@@ -299,19 +320,17 @@ def _write_drive(stage: Stage, made: Prim, constraint: Constraint, joint: Drive,
     if joint.angular_velocity_target is not None and joint.angular_velocity_target.row(row).any():
         stage.unsupported.leave_out(constraint.name, "`angular` of `velocity_target`", constraint.origin)
     for drive in joint.drives:
+        limit = math.inf if drive.force_limit is None else float(drive.force_limit.row(row))
+        strength = (float(drive.stiffness.row(row)), float(drive.damping.row(row)), limit)
         for freedom in _DEGREES_OF_FREEDOM[drive.axis]:
-            _write_axis_drive(stage, made, drive, freedom, row, targets.get(freedom, (0.0, 0.0)))
+            target = targets.get(freedom, (0.0, 0.0))
+            _write_drive_api(stage, made, freedom, drive.mode or "force", strength, target)
     stage.unsupported.fields(constraint.name, joint, _UNSUPPORTED_DRIVE_FIELDS, constraint.origin)
 
 
 def _write_axis_limit(stage: Stage, made: Prim, limit: AxisLimit, row: int) -> None:
-    angular = limit.axis == "twist"
     api = stage.physics.LimitAPI.Apply(made.GetPrim(), _DEGREES_OF_FREEDOM[limit.axis][0])
-    low, high = map(float, limit.limits.row(row))
-    if math.isfinite(low):
-        api.CreateLowAttr(math.degrees(low) if angular else low)
-    if math.isfinite(high):
-        api.CreateHighAttr(math.degrees(high) if angular else high)
+    _write_limits(limit.limits.row(row), api.CreateLowAttr, api.CreateHighAttr, angular=limit.axis == "twist")
 
 
 def _axis_targets(joint: Drive, row: int) -> dict[str, tuple[float, float]]:
@@ -322,17 +341,3 @@ def _axis_targets(joint: Drive, row: int) -> dict[str, tuple[float, float]]:
 
     along = zip("XYZ", rows(joint.target), rows(joint.linear_velocity_target), strict=True)
     return {f"trans{axis}": (position, speed) for axis, position, speed in along}
-
-
-def _write_axis_drive(
-    stage: Stage, made: Prim, drive: AxisDrive, freedom: str, row: int, target: tuple[float, float]
-) -> None:
-    each = math.radians(1) if freedom.startswith("rot") else 1.0
-    api = stage.physics.DriveAPI.Apply(made.GetPrim(), freedom)
-    api.CreateTypeAttr(drive.mode or "force")
-    api.CreateStiffnessAttr(float(drive.stiffness.row(row)) * each)
-    api.CreateDampingAttr(float(drive.damping.row(row)) * each)
-    api.CreateTargetPositionAttr(target[0])
-    api.CreateTargetVelocityAttr(target[1])
-    if drive.force_limit is not None and math.isfinite(limit := float(drive.force_limit.row(row))):
-        api.CreateMaxForceAttr(limit)

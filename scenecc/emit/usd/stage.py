@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.emit.xml import AssetFolder, UniqueNames
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
@@ -28,12 +30,12 @@ class Stage:
     Attributes:
         stage: usd-core's; metres, kilograms, z up.
         root: path of the prim below which all is.
-        name: of the file without its suffix; images lie in the folder `NAME.assets`.
         unsupported: takes what USD has not.
-        files: images, by their paths from the file's folder.
+        assets: images.
     """
 
     def __init__(self, name: str, unsupported: UnsupportedFeatures) -> None:
+        """`name`: of the file without its suffix."""
         self.usd: Any = import_module("pxr.Usd")
         self.geom: Any = import_module("pxr.UsdGeom")
         self.physics: Any = import_module("pxr.UsdPhysics")
@@ -43,11 +45,10 @@ class Stage:
         self.tf: Any = import_module("pxr.Tf")
         self.vt: Any = import_module("pxr.Vt")
         self.stage: Any = self.usd.Stage.CreateInMemory()
-        self.name = name
         self.unsupported = unsupported
-        self.files: dict[str, bytes] = {}
+        self.assets = AssetFolder(name)
         self.root = "/World"
-        self._taken: set[str] = set()
+        self._paths = UniqueNames()
         self.geom.SetStageUpAxis(self.stage, self.geom.Tokens.z)
         self.geom.SetStageMetersPerUnit(self.stage, 1.0)
         self.physics.SetStageKilogramsPerUnit(self.stage, 1.0)
@@ -55,13 +56,7 @@ class Stage:
 
     def path(self, above: str, name: str) -> str:
         """A path below another, of a name that nothing else has there: names in USD are identifiers."""
-        word = self.tf.MakeValidIdentifier(name)
-        path, count = f"{above}/{word}", 1
-        while path in self._taken:
-            count += 1
-            path = f"{above}/{word}_{count}"
-        self._taken.add(path)
-        return path
+        return self._paths.new(f"{above}/{self.tf.MakeValidIdentifier(name)}")
 
     def xform(self, above: str, name: str, pose: tuple[float, ...] | None = None) -> Prim:
         """A frame, shown by its name as the scene has it. `pose`: p then q (wxyz); None: the identity."""
@@ -191,14 +186,13 @@ class UsdMaterials:
     def _texture(self, path: str, name: str, image: Image) -> Prim:
         stage = self._stage
         types = stage.sdf.ValueTypeNames
-        file = f"{stage.name}.assets/{stage.tf.MakeValidIdentifier(image.name)}-{image.digest[:8]}{image.suffix}"
-        stage.files[file] = image.data
+        file = stage.assets.add(stage.tf.MakeValidIdentifier(image.name), image.suffix, image.data)
         reader = stage.shade.Shader.Define(stage.stage, f"{path}/st")
         reader.CreateIdAttr("UsdPrimvarReader_float2")
         reader.CreateInput("varname", types.String).Set("st")
         texture = stage.shade.Shader.Define(stage.stage, f"{path}/{name}")
         texture.CreateIdAttr("UsdUVTexture")
-        texture.CreateInput("file", types.Asset).Set(stage.sdf.AssetPath(f"./{file}"))
+        texture.CreateInput("file", types.Asset).Set(stage.sdf.AssetPath(f"./{stage.assets.folder}/{file}"))
         texture.CreateInput("sourceColorSpace", types.Token).Set("sRGB" if image.srgb else "raw")
         for wrap in ("wrapS", "wrapT"):
             texture.CreateInput(wrap, types.Token).Set(_WRAPS[image.address_mode])
