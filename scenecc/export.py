@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from importlib import import_module
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, TypeVar
 
 from typing_extensions import Unpack
 
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from scenecc.plan import ScenePlan
     from scenecc.plan.snapshot import EngineSnapshot
 
+
+Written = TypeVar("Written", str, dict[str, bytes])
 
 _LONGEST_NAME = 60
 """Characters: no file system takes less of them, with a suffix and however they are encoded."""
@@ -55,12 +57,7 @@ def emit_scene(
         raise ValueError(f"there is no target {target!r}; there are {', '.join(EMITTERS)}")
     sink = Sink()
     asked = Options.of(**options)
-    text = emit(compiled(source, asked, sink).plan, target, sink, base=base)
-    if text is None:
-        raise SceneError(sink.diagnostics())
-    if found is not None:
-        found += sink.diagnostics()
-    return text
+    return _written(emit(compiled(source, asked, sink).plan, target, sink, base=base), sink, found)
 
 
 def export_scene(
@@ -142,13 +139,13 @@ def _need(target: str, sink: Sink) -> None:
         raise SceneError(sink.diagnostics()) from error
 
 
-def _written(files: dict[str, bytes] | None, sink: Sink, found: list[Diagnostic] | None) -> dict[str, bytes]:
-    """The files, once it is clear that nothing stopped them."""
-    if files is None or sink.failed:
+def _written(made: Written | None, sink: Sink, found: list[Diagnostic] | None) -> Written:
+    """A text or files, once it is clear that nothing stopped them."""
+    if made is None or sink.failed:
         raise SceneError(sink.diagnostics())
     if found is not None:
         found += sink.diagnostics()
-    return files
+    return made
 
 
 def check_choice(target: str, asked: Collection[str]) -> None:

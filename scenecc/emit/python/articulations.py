@@ -125,16 +125,21 @@ def write_joints(source: SourceWriter, structure: ArticulationStructure, columns
     """What no builder is told of the joints of `articulation`."""
     links = [link for link in structure.links if link.joint is not None and link.joint.type != "fixed"]
     things = [(link, _joint_statements(link.joint, columns)) for link in links if link.joint is not None]
-    named = all(link.joint is not None and link.joint.name for link, units in things if units)
-    among: NameLookup[Link] = NameLookup(
-        "joint",
-        "articulation.active_joints",
-        "articulation.find_joint_by_name" if named else "articulation.find_link_by_name",
-        (lambda link: link.joint.name if link.joint is not None else "") if named else (lambda link: link.name),
-        len(links),
-        "" if named else ".joint",
-    )
-    write_shared_statements(source, things, among)
+    told = [(link, units) for link, units in things if units]
+    find, suffix, names = _find_joints([link for link, _ in told])
+    among = NameLookup("joint", "articulation.active_joints", find, len(links), suffix)
+    write_shared_statements(source, [(name, units) for name, (_, units) in zip(names, told, strict=True)], among)
+
+
+def _find_joints(links: Sequence[Link]) -> tuple[str, str, list[str]]:
+    """What finds the joints of some links: a function, what leads from its result to the joint, and what it is given.
+
+    These are the joints' own names, or the links' where a joint has none.
+    """
+    names = [link.joint.name for link in links if link.joint is not None]
+    if all(names):
+        return "articulation.find_joint_by_name", "", names
+    return "articulation.find_link_by_name", ".joint", [link.name for link in links]
 
 
 def _joint_statements(joint: Joint, columns: SceneValues) -> list[StatementWriter]:
@@ -207,20 +212,17 @@ def _write_some_targets(
     """Targets of the joints that have one, where not all have."""
     links = [link for link in structure.links if link.joint is not None and getattr(link.joint, name) is not None]
     joints = [link.joint for link in links if link.joint is not None]
-    named = all(joint.name for joint in joints)
-    find = "articulation.find_joint_by_name" if named else "articulation.find_link_by_name"
-    names = [string(joint.name if named else link.name) for link, joint in zip(links, joints, strict=True)]
-    what = "" if named else ".joint"
+    find, suffix, names = _find_joints(links)
     if len(joints) < MIN_LOOP_JOINTS:
         for joint, its in zip(joints, names, strict=True):
-            source.line(f"joint = {find}({its}){what}")
+            source.line(f"joint = {find}({string(its)}){suffix}")
             source.statement(call(f"joint.set_{name}", columns.value(getattr(joint, name), name)))
         return
-    source.statement(list_of(names), assign="joint_names")
+    source.statement(list_of(list(map(string, names))), assign="joint_names")
     values = columns.of_block(_stack_joint_values(joints, name, columns), name, numbers_literal)
     source.statement(call("zip", "joint_names", values), assign="targets")
     with source.block("for joint_name, target in targets:"):
-        source.line(f"{find}(joint_name){what}.set_{name}(target)")
+        source.line(f"{find}(joint_name){suffix}.set_{name}(target)")
 
 
 def _all_present(joints: list[Joint], name: str) -> bool:
@@ -342,9 +344,8 @@ def _write_components(robot: ArticulationScript) -> None:
 def _write_link_properties(robot: ArticulationScript) -> None:
     """What the builder of a link is not told."""
     links = robot.structure.links
-    named = "articulation.find_link_by_name"
-    among: NameLookup[Link] = NameLookup("body", "articulation.links", named, lambda link: link.name, len(links))
-    write_shared_statements(robot.source, [(link, _link_statements(robot, link)) for link in links], among)
+    among = NameLookup("body", "articulation.links", "articulation.find_link_by_name", len(links))
+    write_shared_statements(robot.source, [(link.name, _link_statements(robot, link)) for link in links], among)
 
 
 def _link_statements(robot: ArticulationScript, link: Link) -> list[StatementWriter]:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -247,21 +247,18 @@ def scene_selection(source: SourceWriter, columns: SceneValues, scene_idxs: tupl
     return f"[scenes[k] for k in {variable}]"
 
 
-LookupItem = TypeVar("LookupItem")
-
 StatementWriter = Callable[[SourceWriter], None]
 """Writes statements about one thing; what it writes tells whether others have the same."""
 
 
 @dataclass(frozen=True, slots=True)
-class NameLookup(Generic[LookupItem]):
+class NameLookup:
     """How links or joints are found in a script.
 
     Attributes:
         variable: what statements call one of them: `body`.
         all: an expression for all of them.
         named: what finds one by its name: `articulation.find_link_by_name`.
-        name: of a thing.
         count: of all of them.
         suffix: what leads from what is found to what is meant.
     """
@@ -269,30 +266,29 @@ class NameLookup(Generic[LookupItem]):
     variable: str
     all: str
     named: str
-    name: Callable[[LookupItem], str]
     count: int
     suffix: str = ""
 
 
 def write_shared_statements(
-    source: SourceWriter, things: Sequence[tuple[LookupItem, Sequence[StatementWriter]]], among: NameLookup[LookupItem]
+    source: SourceWriter, things: Sequence[tuple[str, Sequence[StatementWriter]]], among: NameLookup
 ) -> None:
-    """Writes the units of every thing. `things`: those of which something is said, with what."""
-    shared: dict[str, tuple[list[LookupItem], StatementWriter]] = {}
-    for thing, units in things:
+    """Writes the units of every thing. `things`: names of those of which something is said, with what."""
+    shared: dict[str, tuple[list[str], StatementWriter]] = {}
+    for name, units in things:
         for unit in units:
             inner = SourceWriter(depth=source.depth + 1)
             unit(inner)
-            shared.setdefault(inner.text, ([], unit))[0].append(thing)
+            shared.setdefault(inner.text, ([], unit))[0].append(name)
     blocks: dict[tuple[str, ...], list[StatementWriter]] = {}
     for sharing, unit in shared.values():
-        blocks.setdefault(tuple(map(among.name, sharing)), []).append(unit)
+        blocks.setdefault(tuple(sharing), []).append(unit)
     for names, units in blocks.items():
         _write_shared_block(source, names, units, among)
 
 
 def _write_shared_block(
-    source: SourceWriter, names: tuple[str, ...], units: list[StatementWriter], among: NameLookup[LookupItem]
+    source: SourceWriter, names: tuple[str, ...], units: list[StatementWriter], among: NameLookup
 ) -> None:
     variable = among.variable
     if len(names) == 1:
