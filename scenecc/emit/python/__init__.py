@@ -6,7 +6,6 @@ The script needs SAPIEN and not scenecc. A plan that no SAPIEN call can express 
 from __future__ import annotations
 
 import textwrap
-from dataclasses import is_dataclass
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics import Location
@@ -14,15 +13,14 @@ from scenecc.emit.python.articulations import ROOT_PROPERTIES
 from scenecc.emit.python.bodies import BODY_PROPERTIES, RENDER_PROPERTIES
 from scenecc.emit.python.context import MountTargets, ScriptContext, ScriptMaterials
 from scenecc.emit.python.entities import RepeatedEntity, fold_repeats, write_entity, write_repeated_entity
-from scenecc.emit.python.files import ScriptFiles, unused_files
+from scenecc.emit.python.files import ScriptFiles, plan_values, unused_files
 from scenecc.emit.python.rendering import write_sections
 from scenecc.emit.python.source import Group, Identifiers, SourceNode, SourceWriter, call, list_of
 from scenecc.emit.python.values import number_literal, present_fields
-from scenecc.plan import ArticulationStructure, Value
+from scenecc.plan import ArticulationStructure
 from scenecc.plan.articulation import MAX_LINKS, NON_LINK_FIELDS
 from scenecc.plan.material import rebase_file
 from scenecc.plan.scene import SCENE_CONFIG_FIELDS, process_wide_settings
-from scenecc.plan.schema import ListKind, ObjectKind, UnionKind, plan_fields
 from scenecc.plan.tendons import tendon_links
 
 if TYPE_CHECKING:
@@ -232,18 +230,7 @@ def _write_head(source: SourceWriter, plan: ScenePlan) -> None:
 
 def _has_reset_draws(plan: ScenePlan) -> bool:
     """Whether a reset would draw anything anew."""
-    return any(value.recipe is not None for value in _values(plan))
-
-
-def _values(node: object) -> Iterator[Value]:
-    """All values below a dataclass of the plan."""
-    for slot in plan_fields(type(node)):
-        item = getattr(node, slot.name)
-        for one in item if isinstance(slot.kind, ListKind) else (item,):
-            if isinstance(one, Value):
-                yield one
-            elif isinstance(slot.kind, ObjectKind | UnionKind | ListKind) and is_dataclass(one):
-                yield from _values(one)
+    return any(value.recipe is not None for _, _, value in plan_values(plan))
 
 
 def _scene_count_text(count: int) -> str:

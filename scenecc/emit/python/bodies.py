@@ -344,10 +344,11 @@ def _collision_arguments(shape: CollisionShape, body: BodyScript) -> Arguments:
     }
 
 
-def _material_argument(shape: CollisionShape, body: BodyScript) -> Arguments:
+def _material_argument(shape: CollisionShape | VisualShape, body: BodyScript) -> Arguments:
+    collides = isinstance(shape, CollisionShape)
     if shape.material is not None:
-        return {"material": body.materials.physical(shape.material, body.columns)}
-    return {} if body.materials.default is None else {"material": body.materials.default}
+        return {"material": body.materials.expression(shape.material, "physical" if collides else "look", body.columns)}
+    return {"material": body.materials.default} if collides and body.materials.default is not None else {}
 
 
 def _visual_arguments(shape: VisualShape, body: BodyScript) -> Arguments:
@@ -355,15 +356,9 @@ def _visual_arguments(shape: VisualShape, body: BodyScript) -> Arguments:
     return {
         **_pose_argument(shape.pose, body.columns),
         **VISUALS[type(shape.geometry)].arguments(shape.geometry, body.columns, body.files),
-        **_visual_material_argument(shape, body),
+        **_material_argument(shape, body),
         **name,
     }
-
-
-def _visual_material_argument(shape: VisualShape, body: BodyScript) -> Arguments:
-    if shape.material is None:
-        return {}
-    return {"material": body.materials.look(shape.material, body.columns)}
 
 
 def _pose_argument(value: Value | None, columns: SceneValues) -> Arguments:
@@ -447,7 +442,7 @@ def _write_visual(shape: VisualShape, body: BodyScript) -> None:
     row = VISUALS[type(shape.geometry)]
     arguments = row.arguments(shape.geometry, columns, body.files)
     fresh: Arguments = {} if isinstance(shape.geometry, Mesh) else {"material": call("sapien.render.RenderMaterial")}
-    arguments |= _visual_material_argument(shape, body) or fresh
+    arguments |= _material_argument(shape, body) or fresh
     source.statement(call(row.make, **arguments), assign="shape")
     for node in _pose_argument(shape.pose, columns).values():
         source.statement(node, assign="shape.local_pose")

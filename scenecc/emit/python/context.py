@@ -6,7 +6,7 @@ A material that is the same in every scene is one variable. One that varies is c
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
@@ -24,7 +24,10 @@ if TYPE_CHECKING:
     from scenecc.plan.body import Mount
 
 
-_MaterialKind = Literal["physical", "look"]
+MaterialSort = Literal["physical", "look"]
+"""Of colliding shapes, and of those that are seen."""
+
+_SORTS: Final[tuple[MaterialSort, ...]] = ("physical", "look")
 
 
 class ScriptMaterials:
@@ -33,8 +36,8 @@ class ScriptMaterials:
     def __init__(self, plan: ScenePlan, names: Identifiers) -> None:
         self._plan = plan
         self._names = names
-        self._shared = {sort: _take_names(_material_users(plan, sort), sort, names) for sort in ("physical", "look")}
-        self._own: dict[_MaterialKind, dict[int, str]] = {}
+        self._shared = {sort: _take_names(_material_users(plan, sort), sort, names) for sort in _SORTS}
+        self._own: dict[MaterialSort, dict[int, str]] = {}
         bodies = [
             body
             for entity in plan.entities
@@ -44,13 +47,20 @@ class ScriptMaterials:
         needed = any(shape.material is None for body in bodies for shape in body.collisions)
         self._default = plan.physics.default_material if needed else None
 
-    def physical(self, material: Value, columns: SceneValues) -> SourceNode:
-        """An expression for the physical material of a shape."""
-        return self._expression(material, "physical", columns)
-
-    def look(self, material: Value, columns: SceneValues) -> SourceNode:
-        """An expression for the visual material of a shape."""
-        return self._expression(material, "look", columns)
+    def expression(self, material: Value, sort: MaterialSort, columns: SceneValues) -> SourceNode:
+        """An expression for the material of a shape."""
+        own, shared = self._own.get(sort, {}), self._shared[sort]
+        indices = columns.of_rows(material)
+        used: list[int] = list(dict.fromkeys(indices.tolist()))
+        if not own.keys() & set(used):
+            return columns.value(material, "material" if sort == "physical" else "look", lambda i: shared[int(i)])
+        if len(used) == 1:
+            return own[used[0]]
+        places = np.zeros(len(indices), np.int64)
+        for place, index in enumerate(used):
+            places[indices == index] = place
+        which = columns.of_block(places, f"{sort}_number", numbers_literal)
+        return f"({', '.join(own.get(index) or shared[index] for index in used)})[{which}]"
 
     @property
     def default(self) -> str | None:
@@ -77,8 +87,7 @@ class ScriptMaterials:
         self, source: SourceWriter, bodies: Sequence[BodyStructure], columns: SceneValues, files: ScriptFiles
     ) -> None:
         """The materials of an entity's bodies that differ from scene to scene, ahead of what is made of them."""
-        own = {sort: self._own_names(sort, bodies, columns) for sort in ("physical", "look")}
-        self._own = {"physical": own["physical"], "look": own["look"]}
+        own = self._own = {sort: self._own_names(sort, bodies, columns) for sort in _SORTS}
         for index, name in own["physical"].items():
             self._write_physical(source, name, index, columns)
         if own["look"]:
@@ -86,7 +95,7 @@ class ScriptMaterials:
                 for index, name in own["look"].items():
                     _write_visual_material(source, name, self._plan.visual_materials[index], columns, files)
 
-    def _own_names(self, sort: str, bodies: Sequence[BodyStructure], columns: SceneValues) -> dict[int, str]:
+    def _own_names(self, sort: MaterialSort, bodies: Sequence[BodyStructure], columns: SceneValues) -> dict[int, str]:
         shapes = [shape for body in bodies for shape in _shapes_of_kind(body, sort)]
         used = [index for shape in shapes for index in _material_indices(shape, columns.rows.tolist())]
         varying = [index for index in dict.fromkeys(used) if _varies(self._plan, sort, index)]
@@ -97,22 +106,8 @@ class ScriptMaterials:
         given = {item.name: getattr(material, item.name) for item in fields(material)}
         source.statement(_material_call("physx.PhysxMaterial", given, columns), assign=name)
 
-    def _expression(self, material: Value, sort: _MaterialKind, columns: SceneValues) -> SourceNode:
-        own, shared = self._own.get(sort, {}), self._shared[sort]
-        indices = columns.of_rows(material)
-        used: list[int] = list(dict.fromkeys(indices.tolist()))
-        if not own.keys() & set(used):
-            return columns.value(material, "material" if sort == "physical" else "look", lambda i: shared[int(i)])
-        if len(used) == 1:
-            return own[used[0]]
-        places = np.zeros(len(indices), np.int64)
-        for place, index in enumerate(used):
-            places[indices == index] = place
-        which = columns.of_block(places, f"{sort}_number", numbers_literal)
-        return f"({', '.join(own.get(index) or shared[index] for index in used)})[{which}]"
 
-
-def _shapes_of_kind(body: BodyStructure, sort: str) -> tuple[CollisionShape, ...] | tuple[VisualShape, ...]:
+def _shapes_of_kind(body: BodyStructure, sort: MaterialSort) -> tuple[CollisionShape, ...] | tuple[VisualShape, ...]:
     return body.collisions if sort == "physical" else body.visuals
 
 
@@ -123,12 +118,12 @@ def _material_indices(shape: CollisionShape | VisualShape, rows: Iterable[int]) 
     return [data[row] for row in rows] if shape.material.varies else data
 
 
-def _varies(plan: ScenePlan, sort: str, index: int) -> bool:
+def _varies(plan: ScenePlan, sort: MaterialSort, index: int) -> bool:
     material = plan.physical_materials[index] if sort == "physical" else plan.visual_materials[index]
     return any(value.varies for value in material.values())
 
 
-def _material_users(plan: ScenePlan, sort: str) -> dict[int, set[str]]:
+def _material_users(plan: ScenePlan, sort: MaterialSort) -> dict[int, set[str]]:
     """Index of a material that is the same everywhere to the names of the entities that have it, by first use."""
     users: dict[int, set[str]] = {}
     for entity in plan.entities:
@@ -140,7 +135,7 @@ def _material_users(plan: ScenePlan, sort: str) -> dict[int, set[str]]:
     return users
 
 
-def _take_names(users: dict[int, set[str]], sort: str, names: Identifiers) -> dict[int, str]:
+def _take_names(users: dict[int, set[str]], sort: MaterialSort, names: Identifiers) -> dict[int, str]:
     return {
         index: names.take(f"{next(iter(entities))}_{sort}" if len(entities) == 1 else f"shared_{sort}")
         for index, entities in users.items()

@@ -12,14 +12,14 @@ from scenecc.emit.python.source import WIDTH, SourceNode, SourceWriter, call, li
 from scenecc.emit.python.values import number_literal
 from scenecc.files import read_checked
 from scenecc.plan import ArticulationStructure, CoacdParams, Value
-from scenecc.plan.schema import ListKind, Quantity, UnionKind, plan_fields
-from scenecc.plan.schema import ObjectKind as Holder
+from scenecc.plan.schema import ListKind, ObjectKind, Quantity, UnionKind, plan_fields
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scenecc.emit.python.source import Identifiers
     from scenecc.plan import AssetFile, ScenePlan
+    from scenecc.plan.schema import FieldKind
 
 _PACKAGE_FILE = '''\
 def package_file(package: str, path: str) -> Path:
@@ -216,20 +216,22 @@ def unused_files(plan: ScenePlan) -> frozenset[int]:
     return frozenset(described - set(_file_indices(plan))) if described else frozenset()
 
 
-def _file_indices(node: object) -> Iterator[int]:
+def _file_indices(plan: ScenePlan) -> Iterator[int]:
     """Indices of the files that shapes, materials and lights have."""
+    for holder, kind, value in plan_values(plan):
+        if isinstance(kind, Quantity) and kind.table == "files" and not isinstance(holder, ArticulationStructure):
+            yield from value.data.tolist()
+
+
+def plan_values(node: object) -> Iterator[tuple[object, FieldKind, Value]]:
+    """All values below a dataclass of the plan: the dataclass that has each, the kind of its field, and the value."""
     for slot in plan_fields(type(node)):
         item = getattr(node, slot.name)
         for one in item if isinstance(slot.kind, ListKind) else (item,):
             if isinstance(one, Value):
-                if (
-                    isinstance(slot.kind, Quantity)
-                    and slot.kind.table == "files"
-                    and not isinstance(node, ArticulationStructure)
-                ):
-                    yield from one.data.tolist()
-            elif isinstance(slot.kind, Holder | UnionKind | ListKind) and is_dataclass(one):
-                yield from _file_indices(one)
+                yield node, slot.kind, one
+            elif isinstance(slot.kind, ObjectKind | UnionKind | ListKind) and is_dataclass(one):
+                yield from plan_values(one)
 
 
 def _is_packed(file: AssetFile) -> bool:
