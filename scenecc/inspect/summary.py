@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 from scenecc.inspect.entities import SIZE_FIELDS, articulation_size, body_types, mesh_size
@@ -118,21 +118,33 @@ def _other(
 
 
 def _planned(entity: Entity, scene_idxs: tuple[int, ...], fields: Fields) -> SummaryRow:
-    differs = _size_differs(entity, fields)
     structures = entity.structures
     first = entity.structure(entity.scene_idxs.index(scene_idxs[0])) if _is_known(entity) else structures[0]
+    row = _common(entity, first, scene_idxs, fields)
+    return replace(
+        row,
+        shape_count=max(map(_shape_count, structures)),
+        size=None if row.size_differs or isinstance(first, ArticulationStructure) else extent(first),
+        field_count=fields.count,
+        varying=fields.varying,
+    )
+
+
+def _common(
+    entity: Entity, first: BodyStructure | ArticulationStructure, scene_idxs: tuple[int, ...], fields: Fields
+) -> SummaryRow:
+    """What is told of an entity whether an engine has it or not. `first`: its structure in the first of the scenes."""
+    articulated = isinstance(first, ArticulationStructure)
     return SummaryRow(
         name=entity.name,
         body_type=body_types(entity.structures),
-        shape_count=max(map(_shape_count, structures)),
+        shape_count=_shape_count(first),
         mass=None,
-        size=None if differs or isinstance(first, ArticulationStructure) else extent(first),
+        size=None,
         scene_idxs=scene_idxs,
-        field_count=fields.count,
-        varying=fields.varying,
-        size_differs=differs,
-        link_count=_link_count(first),
-        dof=_dof(first),
+        size_differs=_size_differs(entity, fields),
+        link_count=len(first.links) if articulated else 0,
+        dof=len(first.active_joints) if articulated else 0,
     )
 
 
@@ -143,14 +155,6 @@ def _is_known(entity: Entity) -> bool:
 
 def _shape_count(structure: BodyStructure | ArticulationStructure) -> int:
     return sum(max(len(body.collisions), len(body.visuals)) for body in structure.bodies)
-
-
-def _link_count(structure: BodyStructure | ArticulationStructure) -> int:
-    return len(structure.links) if isinstance(structure, ArticulationStructure) else 0
-
-
-def _dof(structure: BodyStructure | ArticulationStructure) -> int:
-    return len(structure.active_joints) if isinstance(structure, ArticulationStructure) else 0
 
 
 def _size_differs(entity: Entity, fields: Fields) -> bool:
@@ -166,17 +170,11 @@ def _built(entity: Entity, scene_idxs: tuple[int, ...], batch: SceneBatch, field
         masses, size = _of_links(batch.articulations[entity.name].objs)
     else:
         masses, size = _of_bodies(batch.entities[entity.name].objs, structure, row)
-    return SummaryRow(
-        name=entity.name,
-        body_type=body_types(entity.structures),
-        shape_count=_shape_count(structure),
+    return replace(
+        _common(entity, structure, scene_idxs, fields),
         mass=masses[0] if masses else None,
         size=size,
-        scene_idxs=scene_idxs,
         masses=(min(masses), max(masses)) if masses else None,
-        size_differs=_size_differs(entity, fields),
-        link_count=_link_count(structure),
-        dof=_dof(structure),
     )
 
 
