@@ -106,7 +106,7 @@ def _write_mesh(robot: UrdfRobot, geometry: XmlElement, stem: str, data: bytes) 
 
 
 def write_visuals(robot: UrdfRobot, body: MeasuredBody, back: Pose7, link: XmlElement) -> None:
-    """A visual for all that is seen, a mesh for each of its parts. Raises MeshProblem."""
+    """A visual for all that is seen, a mesh for each of its parts. Raises MeshError."""
     row = robot.measured.row
     for shape, plan in zip(robot.drawer.visuals(body.body, row), body.body.visuals, strict=False):
         parts = bake_scale(shape)
@@ -180,7 +180,7 @@ class UrdfRobot:
 
 
 def write_robot(robot: UrdfRobot) -> None:
-    """All links, then all joints. Raises MeshProblem."""
+    """All links, then all joints. Raises MeshError."""
     measured = robot.measured
     if measured.entity.hidden:
         robot.unsupported.leave_out(robot.name, "that only people see it", measured.entity.origin)

@@ -139,11 +139,11 @@ def _number_in_row(value: Value | None, row: int) -> float:
 def _write_sites(model: MjcfModel, constraint: Constraint, row: int) -> tuple[tuple[str, Pose7], tuple[str, Pose7]]:
     """Sites where the frames of a constraint are, in its parent and in its child, and their places in the world."""
     found: list[tuple[str, Pose7]] = []
-    of_parent, of_child = (
-        xml.pose_in_row(constraint.pose_in_parent, row),
-        xml.pose_in_row(constraint.pose_in_child, row),
-    )
-    for word, mount, pose in (("parent", constraint.parent, of_parent), ("child", constraint.child, of_child)):
+    for word, mount, frame in (
+        ("parent", constraint.parent, constraint.pose_in_parent),
+        ("child", constraint.child, constraint.pose_in_child),
+    ):
+        pose = xml.pose_in_row(frame, row)
         body = None if mount is None else model.bodies[model.key(mount)]
         name = model.name("site", f"{constraint.name}/{word}")
         element = model.world if body is None else body.element

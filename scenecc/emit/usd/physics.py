@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.emit.unsupported import unsupported_fields
+from scenecc.emit.xml import pose_in_row
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.meshes.builder import bake_scale
 from scenecc.plan import ArticulationStructure, BodyStructure, CollisionShape, Connection, Distance, Drive, Weld
@@ -48,7 +49,7 @@ class UsdBodyWriter:
         """Makes a frame the body: its mass, what it looks like, what of it collides.
 
         Raises:
-            MeshProblem: a file cannot be shown.
+            MeshError: a file cannot be shown.
         """
         stage = self._stage
         prim = made.GetPrim()
@@ -291,10 +292,7 @@ def write_constraint(stage: Stage, constraint: Constraint, row: int, paths: dict
     path = stage.path(stage.root, constraint.name)
     made = getattr(stage.physics, kind).Define(stage.stage, path)
     parent = None if constraint.parent is None else paths[constraint.parent.entity, constraint.parent.link]
-    in_parent, in_child = (
-        IDENTITY_POSE if pose is None else tuple(map(float, pose.row(row)))
-        for pose in (constraint.pose_in_parent, constraint.pose_in_child)
-    )
+    in_parent, in_child = (pose_in_row(pose, row) for pose in (constraint.pose_in_parent, constraint.pose_in_child))
     connect_bodies(stage, made, parent, paths[constraint.child.entity, constraint.child.link], in_parent, in_child)
     made.CreateExcludeFromArticulationAttr(defaultValue=True)
     made.CreateCollisionEnabledAttr(defaultValue=True)
