@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from scenecc.lower.materials import LoweredMaterial, MaterialChoice, MaterialLowerer
     from scenecc.lower.references import NameScopes
     from scenecc.lower.shapes import ShapeLowerer
-    from scenecc.plan import ArticulationStructure, CollisionShape, Value, VisualShape
+    from scenecc.plan import ArticulationStructure, Value
     from scenecc.plan.properties import Property
     from scenecc.spec.document import SceneFile
 
@@ -221,7 +221,17 @@ _NUMBERS = frozenset((int, float))
 
 _NO_DEFAULTS = ShapeDefaults()
 
-INERTIA_TYPE = vector(3, "inertia")
+_INERTIA_TYPE = vector(3, "inertia")
+
+
+def lower_inertial(given: Any, owner: Origin, leaves: FieldLowerer) -> Inertial:
+    """The mass properties under the key `inertial` of a body or a link. `owner`: of the node that has the key."""
+    place = owner.child("inertial")
+    return Inertial(
+        leaves.value(given.mass, BODY_FIELDS["mass"][1], place, "mass"),
+        local_pose(given.com, owner, ("inertial", "com"), "a centre of mass", leaves),
+        leaves.value(given.inertia, _INERTIA_TYPE, place, "inertia"),
+    )
 
 
 class BodyLowerer:
@@ -251,25 +261,7 @@ class BodyLowerer:
 
     def _structure(self, body_type: Any, layers: tuple[Layer, ...], leaves: FieldLowerer) -> BodyStructure:
         default = self._defaults(layers, leaves)
-        collisions: list[CollisionShape] = []
-        visuals: list[VisualShape] = []
-        for body, origin in layers:
-            for i, shape in enumerate(body.shapes):
-                collides, seen = self._shapes.both(shape, default, leaves, origin.child("shapes", i))
-                if collides is not None:
-                    collisions.append(collides)
-                if seen is not None:
-                    visuals.append(seen)
-        for body, origin in layers:
-            for i, shape in enumerate(body.collisions) if body.collisions else ():
-                collides = self._shapes.collision(shape, default, leaves, origin.child("collisions", i))
-                if collides is not None:
-                    collisions.append(collides)
-        for body, origin in layers:
-            for i, shape in enumerate(body.visuals) if body.visuals else ():
-                seen = self._shapes.visual(shape, default, leaves, origin.child("visuals", i))
-                if seen is not None:
-                    visuals.append(seen)
+        collisions, visuals = self._shapes.shapes(layers, default, leaves)
         knobs: dict[str, Value] = {}
         for body, origin in layers:
             self._knobs(body, origin, leaves, knobs)
@@ -364,12 +356,6 @@ class BodyLowerer:
 
     def _inertial(self, layers: tuple[Layer, ...], leaves: FieldLowerer) -> Inertial | None:
         for body, origin in reversed(layers):
-            given = body.inertial
-            if given is not None:
-                place = origin.child("inertial")
-                return Inertial(
-                    leaves.value(given.mass, BODY_FIELDS["mass"][1], place, "mass"),
-                    local_pose(given.com, origin, ("inertial", "com"), "a centre of mass", leaves),
-                    leaves.value(given.inertia, INERTIA_TYPE, place, "inertia"),
-                )
+            if body.inertial is not None:
+                return lower_inertial(body.inertial, origin, leaves)
         return None

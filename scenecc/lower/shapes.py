@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from scenecc import plan
@@ -48,35 +49,13 @@ def _size(shape: Any, name: str, kind: FieldType, tables: PlanTables, leaves: Fi
 _PLAIN = frozenset((float, int, tuple))
 
 
-def _box(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> plan.Box:
-    return plan.Box(_size(shape, "half_size", _HALF_SIZE, tables, leaves, origin))
+def _sized(make: Callable[..., Any], **sizes: FieldType) -> GeometryLowerer:
+    """Lowers what is told by sizes alone, in the order of its dataclass."""
 
+    def lower(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> Any:
+        return make(*[_size(shape, name, kind, tables, leaves, origin) for name, kind in sizes.items()])
 
-def _sphere(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> plan.Sphere:
-    return plan.Sphere(_size(shape, "radius", _RADIUS, tables, leaves, origin))
-
-
-def _capsule(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> plan.Capsule:
-    return plan.Capsule(*_round(shape, tables, leaves, origin))
-
-
-def _cylinder(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> plan.Cylinder:
-    return plan.Cylinder(*_round(shape, tables, leaves, origin))
-
-
-def _round(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> tuple[Value, Value]:
-    return (
-        _size(shape, "radius", _RADIUS, tables, leaves, origin),
-        _size(shape, "half_length", _HALF_LENGTH, tables, leaves, origin),
-    )
-
-
-def _plane(shape: Any, _tables: PlanTables, _leaves: FieldLowerer, _origin: Origin) -> plan.Plane:
-    return plan.Plane(shape.every_scene)
-
-
-def _visual_plane(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> plan.VisualPlane:
-    return plan.VisualPlane(_size(shape, "half_size", _HALF_SIZE_2, tables, leaves, origin))
+    return lower
 
 
 def _scale(shape: Any, kind: FieldType, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> Value:
@@ -86,62 +65,49 @@ def _scale(shape: Any, kind: FieldType, tables: PlanTables, leaves: FieldLowerer
     return tables.size(scale if scale.__class__ is tuple else (scale, scale, scale))
 
 
-def _convex_mesh(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> plan.ConvexMesh | None:
-    file = tables.files_of(shape.file, origin.child("file"), leaves)
-    return file and plan.ConvexMesh(file, _scale(shape, SCALE, tables, leaves, origin))
+def _of_file(make: Callable[..., Any], scale: FieldType, *others: Callable[[Any], Any]) -> GeometryLowerer:
+    """Lowers a file and its scale. `others`: of the shape, what its dataclass holds besides these."""
+
+    def lower(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> Any:
+        file = tables.files_of(shape.file, origin.child("file"), leaves)
+        return file and make(file, _scale(shape, scale, tables, leaves, origin), *(other(shape) for other in others))
+
+    return lower
 
 
-def _convex_parts(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> plan.ConvexParts | None:
-    file = tables.files_of(shape.file, origin.child("file"), leaves)
-    if file is None:
+def _plane(shape: Any, _tables: PlanTables, _leaves: FieldLowerer, _origin: Origin) -> plan.Plane:
+    return plan.Plane(shape.every_scene)
+
+
+def coacd_params(keys: Any) -> plan.CoacdParams | None:
+    """How CoACD cuts a mesh whose `decomposition` is that; None: it does not."""
+    if keys.decomposition != "coacd":
         return None
-    coacd = None
-    if shape.decomposition == "coacd":
-        given = shape.decomposition_params
-        coacd = plan.CoacdParams(**given.model_dump()) if given else plan.CoacdParams()
-    return plan.ConvexParts(file, _scale(shape, SCALE, tables, leaves, origin), coacd)
+    given = keys.decomposition_params
+    return plan.CoacdParams(**given.model_dump()) if given else plan.CoacdParams()
 
 
-def _triangle_mesh(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> plan.TriangleMesh | None:
-    file = tables.files_of(shape.file, origin.child("file"), leaves)
-    return file and plan.TriangleMesh(file, _scale(shape, SCALE, tables, leaves, origin), shape.sdf)
-
-
-def _mesh(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> plan.Mesh | None:
-    file = tables.files_of(shape.file, origin.child("file"), leaves)
-    return file and plan.Mesh(file, _scale(shape, MIRROR_SCALE, tables, leaves, origin))
-
-
-def _tiled_plane(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> plan.TiledPlane:
-    return plan.TiledPlane(
-        _size(shape, "half_size", _HALF_SIZE_2, tables, leaves, origin),
-        _size(shape, "texture_repeat", _REPEAT, tables, leaves, origin),
-    )
-
+_SOLIDS = {
+    "box": _sized(plan.Box, half_size=_HALF_SIZE),
+    "sphere": _sized(plan.Sphere, radius=_RADIUS),
+    "capsule": _sized(plan.Capsule, radius=_RADIUS, half_length=_HALF_LENGTH),
+    "cylinder": _sized(plan.Cylinder, radius=_RADIUS, half_length=_HALF_LENGTH),
+}
 
 COLLISION_GEOMETRY: dict[str, GeometryLowerer] = {
-    "box": _box,
-    "sphere": _sphere,
-    "capsule": _capsule,
-    "cylinder": _cylinder,
+    **_SOLIDS,
     "plane": _plane,
-    "convex_mesh": _convex_mesh,
-    "convex_parts": _convex_parts,
-    "triangle_mesh": _triangle_mesh,
+    "convex_mesh": _of_file(plan.ConvexMesh, SCALE),
+    "convex_parts": _of_file(plan.ConvexParts, SCALE, coacd_params),
+    "triangle_mesh": _of_file(plan.TriangleMesh, SCALE, attrgetter("sdf")),
 }
 """What collides of a type; None where a file was reported."""
 
 VISUAL_GEOMETRY: dict[str, GeometryLowerer] = {
-    "box": _box,
-    "sphere": _sphere,
-    "capsule": _capsule,
-    "cylinder": _cylinder,
-    "plane": _visual_plane,
-    "convex_mesh": _mesh,
-    "convex_parts": _mesh,
-    "triangle_mesh": _mesh,
-    "mesh": _mesh,
-    "tiled_plane": _tiled_plane,
+    **_SOLIDS,
+    "plane": _sized(plan.VisualPlane, half_size=_HALF_SIZE_2),
+    **dict.fromkeys(("convex_mesh", "convex_parts", "triangle_mesh", "mesh"), _of_file(plan.Mesh, MIRROR_SCALE)),
+    "tiled_plane": _sized(plan.TiledPlane, half_size=_HALF_SIZE_2, texture_repeat=_REPEAT),
 }
 """What is seen of a type; likewise."""
 
@@ -150,6 +116,9 @@ _CONTACT_TYPES = tuple(
     (name, number(name)) for name in ("contact_offset", "rest_offset", "patch_radius", "min_patch_radius")
 )
 _LEFT_OUT = (None,) * len(_CONTACT_TYPES)
+
+_SHAPE_LISTS = ("shapes", "collisions", "visuals")
+"""Keys of the lists of shapes: of those that collide and are seen, and of those that do one of these."""
 
 SAPIEN_DENSITY = 1000.0
 """Of what gives none, but for a plane, which has none [kg/m³]."""
@@ -179,40 +148,44 @@ class ShapeLowerer:
         self._sink = sink
         self._colored: dict[tuple[int, tuple[float, ...] | int], tuple[Any, Value, VisualMaterial]] = {}
 
-    def both(
-        self, shape: Any, default: ShapeDefaults, leaves: FieldLowerer, origin: Origin
-    ) -> tuple[CollisionShape | None, VisualShape | None]:
-        """The two sides of a shape from `shapes`; None where one was reported.
+    def shapes(
+        self, layers: Sequence[tuple[Any, Origin]], default: ShapeDefaults, leaves: FieldLowerer
+    ) -> tuple[list[CollisionShape], list[VisualShape]]:
+        """What collides and what is seen of a body; shapes that were reported are missing.
 
         Args:
-            shape: as written.
-            default: of its body.
+            layers: models with lists of shapes, and the nodes that have them; the lists go on from one to the next.
+            default: of the body.
             leaves: of the object.
-            origin: of the shape.
         """
-        type_ = shape.type
-        make = VISUAL_GEOMETRY[type_]
-        collides = self._geometry(shape, leaves, origin)
-        seen = collides if make is COLLISION_GEOMETRY[type_] else make(shape, self._tables, leaves, origin)
+        collisions: list[CollisionShape] = []
+        visuals: list[VisualShape] = []
+        for key in _SHAPE_LISTS:
+            for body, origin in layers:
+                for i, shape in enumerate(getattr(body, key)):
+                    collides, seen = self._sides(shape, key, default, leaves, origin.child(key, i))
+                    if collides is not None:
+                        collisions.append(collides)
+                    if seen is not None:
+                        visuals.append(seen)
+        return collisions, visuals
+
+    def _sides(
+        self, shape: Any, key: str, default: ShapeDefaults, leaves: FieldLowerer, origin: Origin
+    ) -> tuple[CollisionShape | None, VisualShape | None]:
+        """The sides of a shape that the list under a key is of."""
+        collides = seen = None
+        if key != "visuals":
+            collides = self._geometry(shape, leaves, origin)
+        if key != "collisions":
+            make = VISUAL_GEOMETRY[shape.type]
+            shared = key == "shapes" and make is COLLISION_GEOMETRY[shape.type]
+            seen = collides if shared else make(shape, self._tables, leaves, origin)
         surface, pose = self._surface(shape, default, leaves, origin), shape_pose(shape, origin, leaves)
         return (
             collides and self._colliding(collides, shape, default, surface, pose, leaves, origin),
             seen and self._seen(seen, shape, default, surface, pose, leaves, origin),
         )
-
-    def collision(
-        self, shape: Any, default: ShapeDefaults, leaves: FieldLowerer, origin: Origin
-    ) -> CollisionShape | None:
-        """A shape from `collisions`; otherwise as `both`."""
-        geometry = self._geometry(shape, leaves, origin)
-        surface, pose = self._surface(shape, default, leaves, origin), shape_pose(shape, origin, leaves)
-        return geometry and self._colliding(geometry, shape, default, surface, pose, leaves, origin)
-
-    def visual(self, shape: Any, default: ShapeDefaults, leaves: FieldLowerer, origin: Origin) -> VisualShape | None:
-        """A shape from `visuals`; otherwise as `both`."""
-        geometry = VISUAL_GEOMETRY[shape.type](shape, self._tables, leaves, origin)
-        surface, pose = self._surface(shape, default, leaves, origin), shape_pose(shape, origin, leaves)
-        return geometry and self._seen(geometry, shape, default, surface, pose, leaves, origin)
 
     def _colliding(
         self,

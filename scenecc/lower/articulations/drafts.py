@@ -197,18 +197,8 @@ class LinkTreeDrafter:
     def _shaped(
         self, link: TreeLink, touch: ContactDefaults, origin: Origin, leaves: FieldLowerer
     ) -> tuple[tuple[CollisionShape, ...], tuple[VisualShape, ...]]:
-        collisions: list[CollisionShape | None] = []
-        visuals: list[VisualShape | None] = []
-        for i, shape in enumerate(link.shapes):
-            collides, seen = self._shapes.both(shape, touch.default, leaves, origin.child("shapes", i))
-            collisions.append(collides)
-            visuals.append(seen)
-        for i, shape in enumerate(link.collisions):
-            collisions.append(self._shapes.collision(shape, touch.default, leaves, origin.child("collisions", i)))
-        for i, shape in enumerate(link.visuals):
-            visuals.append(self._shapes.visual(shape, touch.default, leaves, origin.child("visuals", i)))
-        touching = tuple(_with_contact_radii(shape, touch) for shape in collisions if shape is not None)
-        return touching, tuple(shape for shape in visuals if shape is not None)
+        collisions, visuals = self._shapes.shapes(((link, origin),), touch.default, leaves)
+        return tuple(_with_contact_radii(shape, touch) for shape in collisions), tuple(visuals)
 
     def _joint(self, joint: TreeJoint, origin: Origin, leaves: FieldLowerer) -> DraftJoint:
         given = joint.model_fields_set

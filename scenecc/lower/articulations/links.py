@@ -11,9 +11,8 @@ from scenecc.lower.angles import check_limits_keys, warn_limits_in_degrees
 from scenecc.lower.articulations.drafts import ContactDefaults
 from scenecc.lower.articulations.robots import nearest_override
 from scenecc.lower.collision_groups import DEFAULT_BITS, find_group
-from scenecc.lower.entities import BODY_FIELDS, INERTIA_TYPE
+from scenecc.lower.entities import BODY_FIELDS, lower_inertial
 from scenecc.lower.field_types import number
-from scenecc.lower.local_poses import local_pose
 from scenecc.lower.materials import DENSITY, PLAIN_SURFACE
 from scenecc.lower.shapes import ShapeDefaults
 from scenecc.plan import BodyStructure, Inertial, Value, literal, varying
@@ -133,7 +132,7 @@ class LinkLowerer:
         if keys.mass is not None and keys.inertial is not None:
             self._exclude("mass", "inertial", nearest)
         if keys.inertial is not None:
-            given = self._given(nearest, values)
+            given = lower_inertial(keys.inertial, nearest[1], values.leaves)
             if nearest is not link.own:
                 self._is_real(given, link, nearest)
             return None, given
@@ -145,16 +144,6 @@ class LinkLowerer:
             hint = "give it `shapes` or `collisions`, or `inertial` in place of `mass`"
             self._sink.report("SC510", message, nearest[1].child("mass"), hint=hint)
         return (mass, None) if link.inertial is None else (None, _scaled_inertial(link.inertial, mass, values))
-
-    @staticmethod
-    def _given(layer: Layer, values: OverrideValues) -> Inertial:
-        keys, origin = layer
-        place, leaves, given = origin.child("inertial"), values.leaves, keys.inertial
-        return Inertial(
-            leaves.value(given.mass, _MASS_TYPE, place, "mass"),
-            local_pose(given.com, origin, ("inertial", "com"), "a centre of mass", leaves),
-            leaves.value(given.inertia, INERTIA_TYPE, place, "inertia"),
-        )
 
     def _is_real(self, inertial: Inertial, link: DraftLink, layer: Layer) -> None:
         """Told where a pattern says it; what a link says itself is another rule's."""

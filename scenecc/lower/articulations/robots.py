@@ -11,7 +11,7 @@ from scenecc.lower.angles import lower_limits
 from scenecc.lower.articulations.drafts import ArticulationDraft, ContactDefaults, DraftJoint, DraftLink, DraftMimic
 from scenecc.lower.materials import LoweredMaterial, MaterialChoice
 from scenecc.lower.references import select_per_scene
-from scenecc.lower.shapes import SAPIEN_DENSITY
+from scenecc.lower.shapes import SAPIEN_DENSITY, coacd_params
 from scenecc.plan import (
     AssetFile,
     CollisionShape,
@@ -212,10 +212,7 @@ class _MeshCollision:
 
     def __init__(self, keys: Any) -> None:
         self.parts: bool = bool(getattr(keys, "load_multiple_collisions", None))
-        self.coacd: plan.CoacdParams | None = None
-        if getattr(keys, "decomposition", None) == "coacd":
-            given = keys.decomposition_params
-            self.coacd = plan.CoacdParams(**given.model_dump()) if given else plan.CoacdParams()
+        self.coacd = coacd_params(keys) if hasattr(keys, "decomposition") else None
 
 
 def _joint(joint: DescribedJoint, origin: Origin) -> DraftJoint:
