@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from scenecc.lower.field_types import FieldType, number, vector
+from scenecc.lower.key_reports import report_exclusive_keys
 from scenecc.lower.variation import VARYING, VariationLowerer, field_place
 from scenecc.plan import Value, literal
 from scenecc.variation.distributions import DISTRIBUTIONS
@@ -91,13 +92,8 @@ def lower_angle(keys: Any, name: str, owner: Origin, leaves: FieldLowerer) -> Va
     """
     radians, degrees = getattr(keys, name), getattr(keys, f"{name}_deg")
     if radians is not None and degrees is not None:
-        leaves.sink.report(
-            "SC111",
-            f"`{name}` and `{name}_deg` are the same angle",
-            owner.child(f"{name}_deg"),
-            at="key",
-            related=[("the other", owner.child(name), "key")],
-        )
+        message = f"`{name}` and `{name}_deg` are the same angle"
+        report_exclusive_keys(name, f"{name}_deg", owner, leaves.sink, message=message, related="the other")
     if radians is not None:
         return leaves.value(radians, number(name), owner, name)
     if degrees is None:
@@ -136,13 +132,11 @@ def check_limits_keys(keys: Any, type_: str, origin: Origin, sink: Sink) -> None
     """Reports limits that are written twice, and those in degrees of a joint that slides."""
     if keys.limits_deg is None:
         return
-    place = origin.child("limits_deg")
     if keys.limits is not None:
-        message = "`limits` and `limits_deg` exclude each other"
-        sink.report("SC111", message, place, at="key", related=[("the first", origin.child("limits"), "key")])
+        report_exclusive_keys("limits", "limits_deg", origin, sink)
     elif type_ == "prismatic":
         message = "the positions of a prismatic joint are lengths, and `limits_deg` are angles"
-        sink.report("SC111", message, place, at="key", hint="write `limits`, in metres")
+        sink.report("SC111", message, origin.child("limits_deg"), at="key", hint="write `limits`, in metres")
 
 
 def warn_limits_in_degrees(keys: Any, type_: str, origin: Origin, sink: Sink) -> None:

@@ -9,6 +9,7 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.collision_groups import find_group
 from scenecc.lower.field_types import COLOR, FieldType, number, opposite, vector
 from scenecc.lower.frames import FrameGraph
+from scenecc.lower.key_reports import report_exclusive_keys, report_unused_key
 from scenecc.lower.local_poses import local_pose
 from scenecc.lower.materials import DENSITY
 from scenecc.lower.shapes import ShapeDefaults
@@ -221,6 +222,13 @@ _NUMBERS = frozenset((int, float))
 
 _NO_DEFAULTS = ShapeDefaults()
 
+_SHAPE_DEFAULTS = (
+    ("color", "visible", ("shapes", "visuals")),
+    ("density", "colliding", ("shapes", "collisions")),
+    ("collision_group", "colliding", ("shapes", "collisions")),
+)
+"""Keys of a body that say something of its shapes, of which kind, and the lists that hold these."""
+
 _INERTIA_TYPE = vector(3, "inertia")
 
 
@@ -275,14 +283,9 @@ class BodyLowerer:
         )
 
     def _does_something(self, body: Any, common: Any, origin: Origin) -> None:
-        if body.color is not None and not (body.shapes or body.visuals or common.shapes or common.visuals):
-            self._nothing("color", "visible", origin)
-        if body.density is not None and not (body.shapes or body.collisions or common.shapes or common.collisions):
-            self._nothing("density", "colliding", origin)
-        if body.collision_group is not None and not (
-            body.shapes or body.collisions or common.shapes or common.collisions
-        ):
-            self._nothing("collision_group", "colliding", origin)
+        for key, kind, lists in _SHAPE_DEFAULTS:
+            if getattr(body, key) is not None and not any(getattr(one, key) for one in (body, common) for key in lists):
+                report_unused_key(key, f"on a body without a {kind} shape", origin, self._sink)
 
     def _defaults(self, layers: tuple[Layer, ...], leaves: FieldLowerer) -> ShapeDefaults:
         found = _NO_DEFAULTS
@@ -330,29 +333,11 @@ class BodyLowerer:
         if body.collision_group is None:
             return
         if "collision_bits" in given:
-            self._both_groups(origin)
+            report_exclusive_keys("collision_group", "collision_bits", origin, self._sink, related="the group")
         place = origin.child("collision_group")
         bits = find_group(self._groups, body.collision_group, place, leaves.scope, self._sink)
         if bits is not None:
             knobs["collision_groups"] = literal(bits, "int64")
-
-    def _both_groups(self, origin: Origin) -> None:
-        self._sink.report(
-            "SC111",
-            "`collision_group` and `collision_bits` exclude each other",
-            origin.child("collision_bits"),
-            at="key",
-            related=[("the group", origin.child("collision_group"), "key")],
-        )
-
-    def _nothing(self, key: str, missing: str, origin: Origin) -> None:
-        self._sink.report(
-            "SC115",
-            f"`{key}` does nothing on a body without a {missing} shape",
-            origin.child(key),
-            at="key",
-            hint=f"leave `{key}` out",
-        )
 
     def _inertial(self, layers: tuple[Layer, ...], leaves: FieldLowerer) -> Inertial | None:
         for body, origin in reversed(layers):

@@ -9,6 +9,7 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.geometry import rotations
 from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, Pose7, Quat, Vec3, shortest_from_x
 from scenecc.lower.field_types import FieldType, vector
+from scenecc.lower.key_reports import report_unused_key
 from scenecc.lower.poses import POSE, compose, direction, lower_pose, pose_item, pose_varies, turned
 from scenecc.lower.variation import VARYING, VariationLowerer, field_place
 from scenecc.plan import Value, literal, per_scene, varying
@@ -52,13 +53,8 @@ def local_pose(
         reset: whether a reset may change it.
     """
     if isinstance(pose, PoseMapping) and pose.relative_to is not None:
-        leaves.sink.report(
-            "SC115",
-            f"`relative_to` does nothing here: {what} stands in the frame of its body",
-            owner.child(*at, "relative_to"),
-            at="key",
-            hint="leave `relative_to` out",
-        )
+        where = f"here: {what} stands in the frame of its body"
+        report_unused_key("relative_to", where, owner.child(*at), leaves.sink)
     if not pose_varies(pose):
         return literal(lower_pose(pose, owner, at, leaves.sink))
     place = field_place(owner.child(*at))

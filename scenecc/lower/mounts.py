@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.geometry.rotations import IDENTITY, shortest_from_x
 from scenecc.lower.field_types import POSITION, FieldType
+from scenecc.lower.key_reports import report_unused_key
 from scenecc.lower.poses import POSE, pose_item
 from scenecc.lower.variation import FieldPlace, VariationLowerer, field_place
 from scenecc.plan import ArticulationStructure, Value, literal
@@ -193,13 +194,9 @@ def mounted_pose(stand: MountPose, what: str, origin: Origin, leaves: FieldLower
         leaves: of the object.
     """
     if stand.relative_to is not None:
-        leaves.sink.report(
-            "SC115",
-            f"`relative_to` does nothing here: {what} that is mounted stands in the frame of its body",
-            origin.child("pose", "relative_to"),
-            at="key",
-            hint="leave `relative_to` out, or `mount`",
-        )
+        where = f"here: {what} that is mounted stands in the frame of its body"
+        hint = "leave `relative_to` out, or `mount`"
+        report_unused_key("relative_to", where, origin.child("pose"), leaves.sink, hint=hint)
     if stand.item.__class__ is tuple:
         return literal(stand.item)
     return leaves.finish(stand.item, stand.reading, POSE, origin.child("pose"))

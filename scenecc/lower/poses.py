@@ -9,6 +9,7 @@ from scenecc.geometry import rotations
 from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, Pose7, Quat, Vec3
 from scenecc.lower.angles import warn_probable_degrees
 from scenecc.lower.field_types import POSITION, FieldType, vector
+from scenecc.lower.key_reports import report_exclusive_keys
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer
 from scenecc.spec.pose import AXES, AxisAngle, PoseMapping
 from scenecc.variation.forms import Choice, Cycle, PerScene, RandomRotation, SceneMap
@@ -67,7 +68,10 @@ def rotation_of(pose: PoseMapping, owner: Origin, at: Path, sink: Sink) -> tuple
             sink.report("SC111", message, owner.child(*at, others[0]), at="key")
         return "matrix", not others
     if len(forms) > 1:
-        _report_two_rotations(_ordered(forms), owner.child(*at), sink)
+        first, second, *_ = names = _ordered(forms)
+        message = f"{_listed_keys(names)} exclude each other: a pose has one rotation"
+        place = owner.child(*at)
+        report_exclusive_keys(first, second, place, sink, message=message, related="the other rotation")
         return None, False
     for form in forms:
         return form, True
@@ -188,16 +192,6 @@ def _fixed_matrix(matrix: Any, origin: Origin, sink: Sink) -> Pose7:
         return IDENTITY_POSE
     (a, b, c, x), (d, e, f, y), (g, h, i, z), _ = matrix
     return (x, y, z, *rotations.from_matrix(((a, b, c), (d, e, f), (g, h, i))))
-
-
-def _report_two_rotations(forms: list[str], origin: Origin, sink: Sink) -> None:
-    sink.report(
-        "SC111",
-        f"{_listed_keys(forms)} exclude each other: a pose has one rotation",
-        origin.child(forms[1]),
-        at="key",
-        related=[("the other rotation", origin.child(forms[0]), "key")],
-    )
 
 
 def _ordered(forms: frozenset[str]) -> list[str]:

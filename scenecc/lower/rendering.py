@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.angles import lower_angle
 from scenecc.lower.field_types import LIGHT_COLOR, FieldType, number
+from scenecc.lower.key_reports import report_exclusive_keys, report_unused_key
 from scenecc.lower.mounts import MountLookup, mounted_pose, read_direction, read_pose
 from scenecc.lower.variation import SELECTORS
 from scenecc.plan import (
@@ -226,13 +227,8 @@ class LightLowerer:
         shadow = getattr(light, "shadow", None)
         if shadow is None or shadow is False:
             for key in given:
-                self._sink.report(
-                    "SC115",
-                    f"`{key}` does nothing on a light without a shadow",
-                    origin.child(key),
-                    at="key",
-                    hint="set shadow: true, or leave it out",
-                )
+                hint = "set shadow: true, or leave it out"
+                report_unused_key(key, "on a light without a shadow", origin, self._sink, hint=hint)
             return None
         depth = _SHADOW_DEPTH.get(light.type, _POINT_SHADOW_DEPTH)
         return Shadow(
@@ -254,13 +250,8 @@ class LightLowerer:
         given = [key for key in ("position", "direction") if getattr(light, key, None) is not None]
         if light.pose is not None:
             for key in given:
-                self._sink.report(
-                    "SC111",
-                    f"`pose` says where the light is and shines to, and so does `{key}`",
-                    origin.child(key),
-                    at="key",
-                    related=[("the pose", origin.child("pose"), "key")],
-                )
+                message = f"`pose` says where the light is and shines to, and so does `{key}`"
+                report_exclusive_keys("pose", key, origin, self._sink, message=message, related="the pose")
             return read_pose(light.pose, origin, leaves)
         missing = _missing_pose_keys(light, given)
         if missing is not None:
@@ -355,13 +346,8 @@ class CameraLowerer:
         # One angle that is given twice is told by what reads it.
         lenses = [key for key in given if key not in {f"{other}_deg" for other in given}]
         if len(lenses) > 1:
-            self._sink.report(
-                "SC111",
-                f"a camera has one lens, and this has {len(lenses)}: {', '.join(f'`{key}`' for key in lenses)}",
-                origin.child(lenses[1]),
-                at="key",
-                related=[("the first", origin.child(lenses[0]), "key")],
-            )
+            message = f"a camera has one lens, and this has {len(lenses)}: {', '.join(f'`{key}`' for key in lenses)}"
+            report_exclusive_keys(lenses[0], lenses[1], origin, self._sink, message=message)
         if camera.orthographic is not None:
             return Orthographic(leaves.value(camera.orthographic.top, _TOP, origin, "orthographic", "top"))
         if camera.intrinsic is not None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc import plan
 from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.field_types import COLOR, MIRROR_SCALE, SCALE, FieldType, number, vector
+from scenecc.lower.key_reports import report_unused_key
 from scenecc.lower.local_poses import shape_pose
 from scenecc.lower.materials import (
     DENSITY,
@@ -274,13 +275,8 @@ class ShapeLowerer:
     def _geometry(self, shape: Any, leaves: FieldLowerer, origin: Origin) -> Any:
         """What collides; None where it was reported."""
         if shape.type == "convex_parts" and shape.decomposition == "none" and shape.decomposition_params:
-            self._sink.report(
-                "SC115",
-                "`decomposition_params` does nothing without a decomposition",
-                origin.child("decomposition_params"),
-                at="key",
-                hint="set decomposition: coacd, or leave it out",
-            )
+            hint = "set decomposition: coacd, or leave it out"
+            report_unused_key("decomposition_params", "without a decomposition", origin, self._sink, hint=hint)
         return COLLISION_GEOMETRY[shape.type](shape, self._tables, leaves, origin)
 
     def _surface(

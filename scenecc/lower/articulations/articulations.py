@@ -20,6 +20,7 @@ from scenecc.lower.articulations.robots import (
 )
 from scenecc.lower.collision_groups import warn_ignored_pairs_collide
 from scenecc.lower.field_types import FieldType, number, vector
+from scenecc.lower.key_reports import report_unused_key
 from scenecc.lower.references import RobotRequest
 from scenecc.plan.articulation import ArticulationStructure, Link, Mimic
 from scenecc.plan.body import COLLISION_ID_BITS
@@ -116,7 +117,7 @@ def _report_unused(entity: Any, keys: Iterable[str], what: str, origin: Origin, 
     for key in keys:
         if getattr(entity, key) is not None:
             hint = _HINTS.get((what, key)) or f"leave `{key}` out" + _HINT_ENDS.get(what, "")
-            sink.report("SC115", f"`{key}` does nothing on {what}", origin.child(key), at="key", hint=hint)
+            report_unused_key(key, f"on {what}", origin, sink, hint=hint)
 
 
 _IGNORE_ALL_BIT = 1 << 29
@@ -314,8 +315,7 @@ class ArticulationLowerer:
             ("decomposition_params", not decomposes, "decomposition: coacd"),
         ):
             if does_nothing and getattr(entity, key, None) is not None:
-                message = f"`{key}` does nothing without `{without}`"
-                self._sink.report("SC115", message, origin.child(key), at="key", hint=f"add `{without}`")
+                report_unused_key(key, f"without `{without}`", origin, self._sink, hint=f"add `{without}`")
 
     def _one(
         self, robot: DescribedRobot, draft: ArticulationDraft, work: _ArticulationContext

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, shortest_from_x
 from scenecc.lower.angles import check_limits_keys, lower_limits, warn_limits_in_degrees
 from scenecc.lower.field_types import number, vector
+from scenecc.lower.key_reports import report_exclusive_keys, report_unused_key
 from scenecc.lower.local_poses import local_pose
 from scenecc.lower.poses import POSE, direction, pose_item, turned
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
@@ -173,7 +174,8 @@ class LinkTreeDrafter:
     def _link(self, link: TreeLink, origin: Origin, parent: int | None, leaves: FieldLowerer) -> DraftLink:
         joint = None
         if parent is None and link.joint is not None:
-            self._nothing("joint", "the root, which hangs on nothing: `fix_root_link` fixes it", origin)
+            where = "on the root, which hangs on nothing: `fix_root_link` fixes it"
+            report_unused_key("joint", where, origin, self._sink)
         elif parent is not None and link.joint is None:
             self._sink.report("SC102", f"the link `{link.name}` lacks the key `joint`", origin, at="key")
         elif link.joint is not None:
@@ -192,7 +194,7 @@ class LinkTreeDrafter:
         for key in _COLLIDING_KEYS if link.visuals else (*_COLLIDING_KEYS, "material"):
             if getattr(link, key) is not None:
                 shape = "shape" if key == "material" else "colliding shape"
-                self._nothing(key, f"a link without a {shape}", origin)
+                report_unused_key(key, f"on a link without a {shape}", origin, self._sink)
 
     def _shaped(
         self, link: TreeLink, touch: ContactDefaults, origin: Origin, leaves: FieldLowerer
@@ -209,7 +211,7 @@ class LinkTreeDrafter:
             for key in _MOVING_JOINT_KEYS:
                 # Where a fixed joint's frame stands in the child says where the child stands.
                 if key in given and key != "pose_in_child":
-                    self._nothing(key, "a fixed joint", origin)
+                    report_unused_key(key, "on a fixed joint", origin, self._sink)
             return DraftJoint("fixed", name, origin, in_parent, in_child)
         type_: JointType = "revolute" if joint.type == "continuous" else joint.type
         numbers = {key: leaves.given(getattr(joint, key), number(key), origin, key) for key in _JOINT_NUMBERS}
@@ -233,7 +235,7 @@ class LinkTreeDrafter:
         pairs = [(a, b) for a in ("origin", "axis") for b in ("pose_in_parent", "pose_in_child")]
         for first, second in pairs:
             if first in given and second in given:
-                self._exclude(first, second, origin)
+                report_exclusive_keys(first, second, origin, self._sink)
                 return
         if joint.type == "continuous" and (wrong := next(iter(given & {"limits", "limits_deg"}), None)):
             message = f"a continuous joint has no `{wrong}`"
@@ -296,20 +298,6 @@ class LinkTreeDrafter:
         if joint.origin is not None:
             stands = pose_item(joint.origin, place.key("origin"), reading, leaves.sink)
         return leaves.finish(Composed(stands, turn), reading, POSE, origin.child("origin")), in_child
-
-    def _exclude(self, first: str, second: str, origin: Origin) -> None:
-        self._sink.report(
-            "SC111",
-            f"`{first}` and `{second}` exclude each other",
-            origin.child(second),
-            at="key",
-            related=[("the first", origin.child(first), "key")],
-        )
-
-    def _nothing(self, key: str, what: str, origin: Origin) -> None:
-        self._sink.report(
-            "SC115", f"`{key}` does nothing on {what}", origin.child(key), at="key", hint=f"leave `{key}` out"
-        )
 
 
 def _with_contact_radii(shape: CollisionShape, touch: ContactDefaults) -> CollisionShape:

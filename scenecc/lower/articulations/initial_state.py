@@ -12,6 +12,7 @@ from scenecc.lower.articulations.links import first_outside, widest
 from scenecc.lower.articulations.robots import names_hint
 from scenecc.lower.deferred_checks import MimicRelation, ResettableValue
 from scenecc.lower.field_types import FieldType, number
+from scenecc.lower.key_reports import report_unused_key
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import literal, per_scene, varying
 from scenecc.spec.base import FLOAT32_MAX, NOTE_PREFIX
@@ -343,8 +344,7 @@ class JointNumbers:
         if self._misfit(written, key, origin):
             return {}
         if not self._names:
-            message = f"`{key}` does nothing here: no joint moves"
-            self._sink.report("SC115", message, origin, at="key", hint=f"leave `{key}` out")
+            report_unused_key(key, "here: no joint moves", self._origin, self._sink)
             return {}
         place = field_place(origin)
         if written.__class__ is forms.Vector or written.__class__ not in VARYING:

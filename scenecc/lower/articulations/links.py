@@ -13,6 +13,7 @@ from scenecc.lower.articulations.robots import nearest_override
 from scenecc.lower.collision_groups import DEFAULT_BITS, find_group
 from scenecc.lower.entities import BODY_FIELDS, lower_inertial
 from scenecc.lower.field_types import number
+from scenecc.lower.key_reports import report_exclusive_keys
 from scenecc.lower.materials import DENSITY, PLAIN_SURFACE
 from scenecc.lower.shapes import ShapeDefaults
 from scenecc.plan import BodyStructure, Inertial, Value, literal, varying
@@ -110,7 +111,7 @@ class LinkLowerer:
             keys, origin = layer
             group, written = keys.collision_group, getattr(keys, "collision_bits", None)
             if group is not None and written is not None:
-                self._exclude("collision_group", "collision_bits", layer)
+                report_exclusive_keys("collision_group", "collision_bits", origin, self._sink)
             if written is not None:
                 return values.of(layer, "collision_bits", BODY_FIELDS["collision_bits"][1])
             found = find_group(
@@ -130,7 +131,7 @@ class LinkLowerer:
             return None, link.inertial
         keys = nearest[0]
         if keys.mass is not None and keys.inertial is not None:
-            self._exclude("mass", "inertial", nearest)
+            report_exclusive_keys("mass", "inertial", nearest[1], self._sink)
         if keys.inertial is not None:
             given = lower_inertial(keys.inertial, nearest[1], values.leaves)
             if nearest is not link.own:
@@ -155,16 +156,6 @@ class LinkLowerer:
                 layer[1].child("inertial", "inertia"),
                 hint="each of ixx, iyy, izz is at most the sum of the other two",
             )
-
-    def _exclude(self, first: str, second: str, layer: Layer) -> None:
-        origin = layer[1]
-        self._sink.report(
-            "SC111",
-            f"`{first}` and `{second}` exclude each other",
-            origin.child(second),
-            at="key",
-            related=[("the first", origin.child(first), "key")],
-        )
 
 
 def _scaled_inertial(inertial: Inertial, mass: Value, values: OverrideValues) -> Inertial:
