@@ -11,9 +11,11 @@ them, and never loads numpy. `tests/property/test_rotation_arrays.py` holds the 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from scenecc.geometry import rotations
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -46,17 +48,14 @@ def hypot(values: Floats) -> Floats:
     return np.fromiter((math.hypot(*row) for row in values.tolist()), dtype=np.float64, count=len(values))
 
 
+def _by_column(function: Callable[..., tuple[Any, ...]], *rows: Floats) -> Floats:
+    """What a function of `rotations` gives for each row: one that multiplies and adds takes columns for numbers."""
+    return np.stack(function(*[each.T for each in rows]), axis=1)
+
+
 def multiply(a: Floats, b: Floats) -> Floats:
     """The Hamilton product: first b, then a."""
-    aw, ax, ay, az = a.T
-    bw, bx, by, bz = b.T
-    columns = (
-        aw * bw - ax * bx - ay * by - az * bz,
-        aw * bx + ax * bw + ay * bz - az * by,
-        aw * by - ax * bz + ay * bw + az * bx,
-        aw * bz + ax * by - ay * bx + az * bw,
-    )
-    return np.stack(columns, axis=1)
+    return _by_column(rotations.multiply, a, b)
 
 
 def normalized(q: Floats) -> Floats:
@@ -67,29 +66,18 @@ def normalized(q: Floats) -> Floats:
 
 def rotate(q: Floats, v: Floats) -> Floats:
     """Vectors turned by unit quaternions."""
-    w, u = q[:, :1], q[:, 1:]
-    t = 2 * cross(u, v)
-    return v + w * t + cross(u, t)
+    return _by_column(rotations.rotate, q, v)
 
 
 def cross(a: Floats, b: Floats) -> Floats:
     """The cross products."""
-    ax, ay, az = a.T
-    bx, by, bz = b.T
-    return np.stack((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx), axis=1)
+    return _by_column(rotations.cross, a, b)
 
 
 def from_rpy(angles: Floats) -> Floats:
     """Turns about the fixed axes x, then y, then z [rad], from angles (B, 3)."""
-    cr, cp, cy = map_elements(math.cos, angles / 2).T
-    sr, sp, sy = map_elements(math.sin, angles / 2).T
-    columns = (
-        cy * cp * cr + sy * sp * sr,
-        cy * cp * sr - sy * sp * cr,
-        cy * sp * cr + sy * cp * sr,
-        sy * cp * cr - cy * sp * sr,
-    )
-    return np.stack(columns, axis=1)
+    cosines, sines = (map_elements(function, angles / 2) for function in (math.cos, math.sin))
+    return _by_column(rotations.from_half_angles, cosines, sines)
 
 
 def from_axis_angle(axis: Floats, angle: Floats) -> Floats:

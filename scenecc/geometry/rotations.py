@@ -63,9 +63,13 @@ def rotate(q: Quat, v: Vec3) -> Vec3:
 
 def from_rpy(roll: float, pitch: float, yaw: float) -> Quat:
     """Turns about the fixed axes x, then y, then z [rad]: qz(yaw) · qy(pitch) · qx(roll)."""
-    cr, sr = math.cos(roll / 2), math.sin(roll / 2)
-    cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
-    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
+    x, y, z = roll / 2, pitch / 2, yaw / 2
+    return from_half_angles((math.cos(x), math.cos(y), math.cos(z)), (math.sin(x), math.sin(y), math.sin(z)))
+
+
+def from_half_angles(cosines: Vec3, sines: Vec3) -> Quat:
+    """The same turns, of the cosines and the sines of half their angles."""
+    (cr, cp, cy), (sr, sp, sy) = cosines, sines
     return (
         cy * cp * cr + sy * sp * sr,
         cy * cp * sr - sy * sp * cr,

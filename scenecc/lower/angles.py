@@ -10,7 +10,7 @@ from scenecc.lower.key_reports import report_exclusive_keys
 from scenecc.lower.variation import VARYING, VariationLowerer, field_place
 from scenecc.plan import Value, literal
 from scenecc.variation.distributions import DISTRIBUTIONS
-from scenecc.variation.forms import MISSING, Choice, Cycle, DrawForm, PerScene, SceneMap, Vector
+from scenecc.variation.forms import Choice, Cycle, DrawForm, PerScene, SceneMap, Vector, alternatives
 from scenecc.variation.nodes import NODE_TYPES, NODES, Radians
 
 if TYPE_CHECKING:
@@ -64,10 +64,8 @@ def _least_magnitude(written: Any) -> Any:
             return abs(written) if math.isfinite(written) else 0.0
         case Vector(items):
             return tuple(map(_least_magnitude, items))
-        case PerScene(items) | Cycle(items) | Choice(items):
-            parts = items
-        case SceneMap(items, default):
-            parts = tuple(one for _, one in items) + (() if default is MISSING else (default,))
+        case PerScene() | SceneMap() | Cycle() | Choice():
+            parts = tuple(one for _, one in alternatives(written))
         case DrawForm(kind, operands) if (between := DISTRIBUTIONS[kind].between) and between[1] < len(operands):
             parts = (operands[between[0]], operands[between[1]])
         case _:

@@ -73,17 +73,15 @@ def drawn_shape(bounds: Iterable[Any]) -> tuple[int, ...]:
 
 
 def _components(bound: Any) -> int | None:
-    match bound:
-        case forms.PerScene(items) | forms.Cycle(items) | forms.Choice(items):
-            return _components(items[0])
-        case forms.SceneMap(items, default):
-            return _components(items[0][1] if items else default)
+    # All alternatives have as many.
+    first: Any = next(forms.alternative_values(bound), None)
+    match first:
         case forms.DrawForm(_, operands):
             return next(iter(drawn_shape(operands)), None)
         case forms.Vector(items):
             return len(items)
         case _:
-            return len(bound) if bound.__class__ in {list, tuple} else None
+            return len(first) if first.__class__ in {list, tuple} else None
 
 
 def read_color(color: Any) -> Rgba | None:

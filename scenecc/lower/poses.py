@@ -12,7 +12,7 @@ from scenecc.lower.field_types import POSITION, FieldType, vector
 from scenecc.lower.key_reports import report_exclusive_keys
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer
 from scenecc.spec.pose import AXES, AxisAngle, PoseMapping
-from scenecc.variation.forms import Choice, Cycle, PerScene, RandomRotation, SceneMap
+from scenecc.variation.forms import RandomRotation, alternative_values
 from scenecc.variation.nodes import FromAxisAngle, FromMatrix, FromRpy, Looking, Normalized, Posed, Radians
 
 if TYPE_CHECKING:
@@ -250,18 +250,9 @@ def pose_item(pose: Any, place: FieldPlace, reading: VariationLowerer, sink: Sin
         return Posed(reading.item(given, POSITION, around.inside(step) if step else around), IDENTITY)
 
     # As `p` of a mapping, which is another way to write the same.
-    field = place if _has_mapping(pose) else FieldPlace(place.origin, f"{place.path}.p")
+    several = any(isinstance(one, PoseMapping) for one in alternative_values(pose))
+    field = place if several else FieldPlace(place.origin, f"{place.path}.p")
     return reading.select(pose, field, leaf)
-
-
-def _has_mapping(pose: Any) -> bool:
-    match pose:
-        case PerScene(items) | Cycle(items) | Choice(items):
-            return any(map(_has_mapping, items))
-        case SceneMap(items, default):
-            return any(_has_mapping(one) for _, one in items) or _has_mapping(default)
-        case _:
-            return isinstance(pose, PoseMapping)
 
 
 def _report_several_frames(origin: Origin, sink: Sink) -> None:

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
 from scenecc.diagnostics.messages import show
 from scenecc.lower.deferred_checks import depends_on_scene_only, report_draw_failure
 from scenecc.lower.field_types import FieldType
-from scenecc.lower.variation import SELECTORS, VARYING, FieldPlace, FormStep, VariationLowerer, field_place
+from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import AssetFile, PhysicalMaterial, Texture, Value, VisualMaterial, literal, per_scene, varying
+from scenecc.variation.forms import SELECTORS
 from scenecc.variation.nodes import NODES, Computed
 
 if TYPE_CHECKING:

@@ -10,7 +10,6 @@ from scenecc.lower.angles import lower_angle
 from scenecc.lower.field_types import LIGHT_COLOR, FieldType, number
 from scenecc.lower.key_reports import report_exclusive_keys, report_unused_key
 from scenecc.lower.mounts import MountLookup, mounted_pose, read_direction, read_pose
-from scenecc.lower.variation import SELECTORS
 from scenecc.plan import (
     AreaLight,
     Camera,
@@ -30,7 +29,7 @@ from scenecc.plan import (
     literal,
 )
 from scenecc.spec.references import qualified_name
-from scenecc.variation.forms import SceneMap
+from scenecc.variation.forms import alternative_values
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
@@ -121,7 +120,7 @@ def _map(given: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -
         faces = [tables.files_of(getattr(given, face), origin.child(face), leaves) for face in FACES]
         found = [face for face in faces if face is not None]
         return CubeMap(*found) if len(found) == len(FACES) else None
-    if _holds_faces(given):
+    if any(map(_are_faces, alternative_values(given))):
         message = "alternatives of a map are files: six pictures cannot stand for one"
         leaves.sink.report("SC321", message, origin, hint="write the form for each of px, nx, py, ny, pz and nz")
         return None
@@ -132,14 +131,6 @@ def _map(given: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -
 def _are_faces(given: Any) -> bool:
     """Whether it is the six pictures of a cube map, and not a file or a form of one."""
     return hasattr(given, FACES[0])
-
-
-def _holds_faces(given: Any) -> bool:
-    if given.__class__ not in SELECTORS:
-        return _are_faces(given)
-    if isinstance(given, SceneMap):
-        return any(_holds_faces(one) for _, one in given.items) or _holds_faces(given.default)
-    return any(map(_holds_faces, given.items))
 
 
 _SHADOW = ("shadow_near", "shadow_far", "shadow_scale", "shadow_map_size")

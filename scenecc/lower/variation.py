@@ -13,7 +13,7 @@ from scenecc.lower.field_types import COMPONENT_TYPES, drawn_shape
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.forms import (
     MISSING,
-    Choice,
+    SELECTORS,
     Cycle,
     DrawForm,
     PerScene,
@@ -21,6 +21,7 @@ from scenecc.variation.forms import (
     SceneMap,
     Template,
     Vector,
+    alternative_values,
 )
 from scenecc.variation.nodes import NODE_TYPES, Chosen, Computed, Cycled, Drawn, Key, RandomRotated, Rows, Stacked
 from scenecc.variation.operations import expression_cost, form_cost
@@ -30,9 +31,6 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.origin import PathKey
     from scenecc.lower.field_types import FieldType
     from scenecc.lower.fields import FieldLowerer
-
-SELECTORS = frozenset((PerScene, SceneMap, Cycle, Choice))
-"""The forms that pick one of several items, which may be anything."""
 
 VARYING = SELECTORS | {DrawForm, RandomRotation, Vector, Template}
 """All that may stand in place of a plain value, by type."""
@@ -277,15 +275,7 @@ def component(kind: FieldType) -> FieldType:
 
 def holds_template(given: Any) -> bool:
     """Whether an expression stands for a whole value in it, so that only a scene tells how it is written."""
-    match given:
-        case Template():
-            return True
-        case PerScene(items) | Cycle(items) | Choice(items):
-            return any(map(holds_template, items))
-        case SceneMap(items, default):
-            return any(holds_template(one) for _, one in items) or holds_template(default)
-        case _:
-            return False
+    return any(isinstance(one, Template) for one in alternative_values(given))
 
 
 def _is_vector(item: Any) -> bool:

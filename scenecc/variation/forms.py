@@ -15,7 +15,7 @@ from scenecc.variation.expression import Closure, Expression, find_end, parse_ex
 from scenecc.variation.operations import ExpressionError, as_lists, scalar_text
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
 
 class Missing(Enum):
@@ -88,6 +88,28 @@ LIST_FORMS: Final[dict[str, type[Any]]] = {"per_scene": PerScene, "cycle": Cycle
 
 FORM_KEYS: Final = frozenset((*LIST_FORMS, *DISTRIBUTIONS))
 """Keys of the mappings that give another value in each scene; others stand beside some of them."""
+
+SELECTORS: Final = frozenset((PerScene, SceneMap, Cycle, Choice))
+"""The forms that pick one of several items, which may be anything."""
+
+
+def alternatives(selector: Any) -> list[tuple[tuple[str, int | str], Any]]:
+    """What one of `SELECTORS` picks from, each with the steps that lead to it."""
+    if isinstance(selector, SceneMap):
+        found: list[tuple[tuple[str, int | str], Any]] = [(("per_scene", str(at)), one) for at, one in selector.items]
+        return found if selector.default is MISSING else [*found, (("per_scene", "default"), selector.default)]
+    name = next(name for name, kind in LIST_FORMS.items() if isinstance(selector, kind))
+    return [((name, i), one) for i, one in enumerate(selector.items)]
+
+
+def alternative_values(given: Any) -> Iterator[Any]:
+    """All that a value may be once its selectors have picked, and these within them; itself if it is none."""
+    if given.__class__ not in SELECTORS:
+        yield given
+        return
+    for _, one in alternatives(given):
+        yield from alternative_values(one)
+
 
 Form = PerScene | SceneMap | Cycle | Choice | DrawForm | RandomRotation | Vector
 

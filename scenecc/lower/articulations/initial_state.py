@@ -426,17 +426,10 @@ def shared_by_joint(reading: VariationLowerer, number: int) -> VariationLowerer:
 def _lists(written: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[Any, tuple[Any, ...]]]:
     """The lists of numbers, and the mappings, in what is written, and where each of them is."""
     match written:
-        case forms.PerScene(items):
-            pairs = [(one, ("per_scene", i)) for i, one in enumerate(items)]
-        case forms.SceneMap(items, default):
-            pairs = [(one, ("per_scene", str(scene))) for scene, one in items]
-            pairs += [] if default is forms.MISSING else [(default, ("per_scene", "default"))]
-        case forms.Cycle(items):
-            pairs = [(one, ("cycle", i)) for i, one in enumerate(items)]
-        case forms.Choice(items):
-            pairs = [(one, ("choice", i)) for i, one in enumerate(items)]
+        case forms.PerScene() | forms.SceneMap() | forms.Cycle() | forms.Choice():
+            pairs: list[tuple[tuple[Any, ...], Any]] = list(forms.alternatives(written))
         case forms.DrawForm(kind, operands):
-            pairs = list(zip(operands, DISTRIBUTIONS[kind].steps(len(operands)), strict=True))
+            pairs = list(zip(DISTRIBUTIONS[kind].steps(len(operands)), operands, strict=True))
         case forms.Vector(items):
             yield items, at
             return
@@ -444,5 +437,5 @@ def _lists(written: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[Any, tuple[
             if written.__class__ in {list, tuple, dict}:
                 yield written, at
             return
-    for one, step in pairs:
+    for step, one in pairs:
         yield from _lists(one, (*at, *step))
