@@ -289,20 +289,9 @@ def _lowered(
     document: Document, scene: SceneFile, expansion: Expansion | None, options: Options, scope: AssetScope, sink: Sink
 ) -> Lowered | None:
     from scenecc.lower import LoweringLimits, lower
-    from scenecc.lower.references import NameScopes
+    from scenecc.spec.references import NameScopes
 
     limits = options.limits
-    names, selections = NameScopes(), None
-    if expansion is not None:
-        selections = expansion.selections
-        names = NameScopes(
-            scopes=expansion.scopes,
-            prefixes=expansion.prefixes,
-            anchors=expansion.anchors,
-            given=expansion.given,
-            wanted=expansion.wanted,
-            used_materials=expansion.used_materials,
-        )
     return lower(
         scene,
         name=document.path.stem if document.path else "scene",
@@ -313,8 +302,8 @@ def _lowered(
         robots=_robots(scope, limits, sink, expansion),
         bounds=LoweringLimits(limits.scenes, limits.objects, limits.objects_times_scenes, limits.computed),
         sink=sink,
-        names=names,
-        selections=selections,
+        names=NameScopes() if expansion is None else expansion.names,
+        selections=None if expansion is None else expansion.selections,
         draws=options.draws,
     )
 

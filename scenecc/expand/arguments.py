@@ -243,13 +243,13 @@ def material_name(argument: ParamArgument, key: str, output: ExpansionWriter, si
         while name in materials:
             name += "_"
         output.add("materials", name, value, place if isinstance(place, SourceMark) else SourceMark(place.file, ()))
-        output.used_materials.add(name)
+        output.names.used_materials.add(name)
         return ABSOLUTE_PREFIX + name
     if not isinstance(value, str) or value.startswith(ABSOLUTE_PREFIX):
         return value
     name = scoped_name(argument.scope, value)
     if name in materials:
-        output.used_materials.add(name)
+        output.names.used_materials.add(name)
         return ABSOLUTE_PREFIX + name
     prefix = scoped_name(argument.scope, "")
     known = [

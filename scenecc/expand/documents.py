@@ -20,7 +20,7 @@ from scenecc.spec.nodes import EXPRESSION_START, is_mapping, is_sequence
 from scenecc.variation.forms import FORM_KEYS, Template
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from scenecc.diagnostics import Path as KeyPath
     from scenecc.diagnostics import Sink
@@ -234,11 +234,20 @@ def count_added_objects(made: Any) -> int:
 
 def _count_shapes(node: dict[str, Any]) -> int:
     """How many shapes an entity has as written, in all of its variants or links."""
-    count = sum(len(node[key]) for key in SHAPE_LISTS if is_sequence(node.get(key)))
-    if is_mapping(root := node.get("root")):
-        count += _count_shapes(root)
-    parts = node.get("variants", node.get("children"))
-    return count + sum(map(_count_shapes, filter(is_mapping, parts))) if is_sequence(parts) else count
+    return sum(map(len, _shape_lists(node)))
+
+
+def _shape_lists(entity: dict[str, Any]) -> Iterator[Sequence[Any]]:
+    """The lists of shapes of an entity as written, with those of all its variants or links."""
+    waiting = [entity]
+    while waiting:
+        body = waiting.pop()
+        for key in SHAPE_LISTS:
+            if is_sequence(shapes := body.get(key)):
+                yield shapes
+        # Variants, or the links that hang on one.
+        parts = body.get("variants", body.get("children"))
+        waiting += filter(is_mapping, (body.get("root"), *(parts if is_sequence(parts) else ())))
 
 
 def iterate_texts(node: Any) -> Iterator[str]:
@@ -265,9 +274,7 @@ def is_varying(value: Any) -> bool:
 
 def has_failed(value: Any) -> bool:
     """Whether something in a value that was made has none."""
-    if is_mapping(value):
-        return any(map(has_failed, value.values()))
-    return any(map(has_failed, value)) if is_sequence(value) else isinstance(value, FailedValue)
+    return any(isinstance(text, FailedValue) for text in iterate_texts(value))
 
 
 def find_per_scene_lists(node: Any, path: KeyPath) -> list[KeyPath]:
@@ -359,16 +366,6 @@ def needs_expansion(data: dict[str, Any], text: str | None) -> bool:
 
 def _repeats(entities: Any) -> bool:
     """Whether any of the bodies repeats a shape."""
-    return is_mapping(entities) and any(_repeats_a_shape(body) for body in entities.values() if is_mapping(body))
-
-
-def _repeats_a_shape(body: dict[str, Any]) -> bool:
-    for key in SHAPE_LISTS:
-        shapes = body.get(key)
-        if is_sequence(shapes) and any(is_mapping(shape) and "repeat" in shape for shape in shapes):
-            return True
-    if is_mapping(root := body.get("root")):
-        return _repeats_a_shape(root)
-    # Variants, or the links that hang on one.
-    parts = body.get("variants", body.get("children"))
-    return is_sequence(parts) and any(is_mapping(one) and _repeats_a_shape(one) for one in parts)
+    bodies = entities.values() if is_mapping(entities) else ()
+    lists = (shapes for body in bodies if is_mapping(body) for shapes in _shape_lists(body))
+    return any(is_mapping(shape) and "repeat" in shape for shapes in lists for shape in shapes)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from scenecc.diagnostics import Origin
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, show
+from scenecc.spec.references import NameScopes
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from scenecc.diagnostics.diagnostic import RelatedPlace
     from scenecc.diagnostics.origin import At
     from scenecc.expand.documents import SceneDocument
-    from scenecc.spec.params import ParamType
     from scenecc.variation.operations import ExpressionError
 
 
@@ -101,42 +101,19 @@ def _start(items: ItemSpan) -> int:
 class Expansion:
     """One scene file that uses no other, as plain data.
 
-    Names. Entities, frames, cameras, constraints and lights have their full names. An instance is also a frame; what is
-    inside of it has the instance as its *scope*, and names written inside mean what is inside. So, with
-    `S = scopes.get(owner, "")` for the node in which a name is written:
-
-    - `relative_to: NAME`, and likewise what something is mounted on or ties together, is
-      `prefixes.get(S, "") + NAME`; `world` and no `relative_to` are the frame `anchors[S]` (the world where S is "");
-    - a material `NAME` is `S/NAME` (`NAME` where S is ""), and `/NAME` is `NAME` of the whole expansion;
-    - a collision group and a draw read in a template are likewise `S/NAME`.
-
-    Of a material, group or draw `A/B/NAME` the scope is `A/B`, except for the draws in `given`.
-
     Attributes:
         data: what `scenecc.spec.parse.parse(..., expanded=True)` takes: no `params`, `include`, `repeat`, `if`, `use`;
             where a draw or `scene` is read there is a `scenecc.variation.forms.Template`. `num_scenes` and `seed` in
             it are those that override the file's, where these are given.
-        scopes: entity, frame, camera, constraint or light, as `scenecc.spec.references.qualified_name` has it → scope,
-            for those inside an instance.
-        prefixes: scope → what stands before the names of its entities and frames.
-        anchors: scope → the frame in which it stands.
-        given: draws that stand for what a `with` says → the scope in which the `with` is written.
-        wanted: draws that stand for parameters → what the parameter takes.
-        selections: the same → scene indices, ascending, where an instance narrows them; `scene_idxs` is then
-            left out of the data.
-        used_materials: materials that are not to be reported as never used: a `with` names them, they are inside an
-            instance, or they may be named under other parameters.
+        names: what names in it mean.
+        selections: entity, frame, camera, constraint or light → scene indices, ascending, where an instance narrows
+            them; `scene_idxs` is then left out of the data.
         documents: by the name that origins have.
     """
 
     data: dict[str, Any]
-    scopes: Mapping[str, str]
-    prefixes: Mapping[str, str]
-    anchors: Mapping[str, str]
-    given: Mapping[str, str]
-    wanted: Mapping[str, ParamType]
+    names: NameScopes
     selections: Mapping[str, tuple[int, ...]]
-    used_materials: frozenset[str]
     documents: Mapping[str | None, SceneDocument]
     records: Mapping[tuple[str, str], TraceRecord]
 
@@ -288,6 +265,16 @@ class ExpansionFrame:
         """The same, as it is told."""
         return self.mark(path).origin
 
+    def each_copy(self, loop: Loop) -> Iterator[int]:
+        """The number of each copy that a loop makes, while the frame has its values."""
+        for number, members in enumerate(loop):
+            self.values.update(zip(loop.names, members, strict=True))
+            self.copies.append((loop, number))
+            yield number
+            self.copies.pop()
+        for name in loop.names:
+            self.values.pop(name, None)
+
     def report(
         self,
         code: str,
@@ -322,18 +309,14 @@ class ExpansionWriter:
 
     Attributes:
         sections: of the expanded data.
-        scopes, prefixes, anchors, given, wanted, selections, used_materials: as `Expansion` has them.
+        names: as `Expansion` has them.
+        selections: likewise.
     """
 
     def __init__(self, top: str | None, sink: Sink) -> None:
         self.sections: dict[str, dict[str, Any]] = {name: {} for name in _SECTIONS}
-        self.scopes: dict[str, str] = {}
-        self.prefixes: dict[str, str] = {}
-        self.anchors: dict[str, str] = {}
-        self.given: dict[str, str] = {}
-        self.wanted: dict[str, ParamType] = {}
+        self.names = NameScopes()
         self.selections: dict[str, tuple[int, ...]] = {}
-        self.used_materials: set[str] = set()
         self._records: dict[tuple[str, str], TraceRecord] = {}
         self._top = top
         self._sink = sink
@@ -384,18 +367,8 @@ class ExpansionWriter:
 
     def expansion(self, head: dict[str, Any], documents: Mapping[str | None, SceneDocument]) -> Expansion:
         """All of it. `head`: the keys that stand before the sections."""
-        return Expansion(
-            data={**head, **{name: entries for name, entries in self.sections.items() if entries}},
-            scopes=self.scopes,
-            prefixes=self.prefixes,
-            anchors=self.anchors,
-            given=self.given,
-            wanted=self.wanted,
-            selections=self.selections,
-            used_materials=frozenset(self.used_materials),
-            documents=documents,
-            records=self._records,
-        )
+        data = {**head, **{name: entries for name, entries in self.sections.items() if entries}}
+        return Expansion(data, self.names, self.selections, documents, self._records)
 
 
 def _both_ways(a: Origin, b: Origin) -> tuple[tuple[Origin, Origin], tuple[Origin, Origin]]:

@@ -16,7 +16,6 @@ from scenecc.expand.patterns import (
     BUILTIN_MEANINGS,
     PARAM_DEFAULT,
     NameMeaning,
-    NameMeanings,
     Pattern,
     PatternCompiler,
     RepeatAxes,
@@ -28,7 +27,7 @@ from scenecc.variation.forms import Template
 from scenecc.variation.operations import ExpressionError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
     from scenecc.diagnostics import Path, Sink
     from scenecc.expand.documents import SceneDocument
@@ -208,35 +207,43 @@ class _ModuleCompiler:
         return NodeTemplate(entry.node, compiler.pattern(entry.node, entry.path), entry.part, entry.path)
 
     def _params(self) -> dict[str, Param]:
-        entries = self._module.section("params")
-        for name, entry in entries.items():
-            if check_new_name(name, "parameter", self._names, entry.path, self._frame(entry.part)):
-                self._names[name] = "later parameter"
         draws: dict[str, NameMeaning] = dict.fromkeys(self._module.section("draws"), "draw")
         params: dict[str, Param] = {}
-        for name, entry in entries.items():
+        for name, entry, names in self._declared("params", "parameter", "later parameter"):
             frame = self._frame(entry.part)
-            # The defaults before it may be read; the names of a snapshot stay as they are now.
-            names: dict[str, NameMeaning] = {**draws, **self._names, **_itself(name, self._names)}
-            found = read_param(name, entry.node, entry.part, PatternCompiler(names, frame, PARAM_DEFAULT), frame)
+            compiler = PatternCompiler({**draws, **names}, frame, PARAM_DEFAULT)
+            found = read_param(name, entry.node, entry.part, compiler, frame)
             if found is not None:
                 params[name] = found
-            if self._names.get(name) == "later parameter":
-                self._names[name] = "parameter"
         return params
 
     def _draws(self) -> dict[str, NodeTemplate]:
-        entries = self._module.section("draws")
+        return {
+            name: self._made(entry, PatternCompiler(names, self._frame(entry.part)))
+            for name, entry, names in self._declared("draws", "draw", "later draw")
+        }
+
+    def _declared(
+        self, section: str, meaning: NameMeaning, later: NameMeaning
+    ) -> Iterator[tuple[str, SectionEntry, dict[str, NameMeaning]]]:
+        """The entries of a section with the names that each may read: what is above it, and not itself.
+
+        The names of each are a snapshot, which stays as it is.
+
+        Args:
+            section: of the module.
+            meaning: what its names are.
+            later: what they are to those above them.
+        """
+        entries = self._module.section(section)
         for name, entry in entries.items():
-            if check_new_name(name, "draw", self._names, entry.path, self._frame(entry.part)):
-                self._names[name] = "later draw"
-        draws: dict[str, NodeTemplate] = {}
+            if check_new_name(name, meaning, self._names, entry.path, self._frame(entry.part)):
+                self._names[name] = later
         for name, entry in entries.items():
-            names: dict[str, NameMeaning] = {**self._names, **_itself(name, self._names)}
-            draws[name] = self._made(entry, PatternCompiler(names, self._frame(entry.part)))
-            if self._names.get(name) == "later draw":
-                self._names[name] = "draw"
-        return draws
+            own: dict[str, NameMeaning] = {name: "itself"} if self._names.get(name, "").startswith("later") else {}
+            yield name, entry, {**self._names, **own}
+            if self._names.get(name) == later:
+                self._names[name] = meaning
 
     def _units(self, section: str) -> list[UnitTemplate]:
         return [self._unit(section, name, entry) for name, entry in self._module.section(section).items()]
@@ -292,11 +299,6 @@ class _ModuleCompiler:
 
 _VALUES_PER_OBJECT = 4
 """How many values in the declarations of parameters count as an object."""
-
-
-def _itself(name: str, names: NameMeanings) -> dict[str, NameMeaning]:
-    """What a draw or default of some name cannot read: the one of that name."""
-    return {name: "itself"} if names.get(name, "").startswith("later") else {}
 
 
 _NO_BUDGET = ObjectBudget("SC604", "objects", "objects", 0)

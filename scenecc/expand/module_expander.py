@@ -74,10 +74,11 @@ _NO_POSE: dict[str, Any] = {"pose": [0, 0, 0]}
 """The frame of an instance without a pose."""
 
 
+@dataclass(frozen=True, slots=True)
 class ModuleExpander:
     """Expands modules.
 
-    Args:
+    Attributes:
         output: what is written.
         prefabs: finds them.
         scenes: reads selections.
@@ -87,23 +88,13 @@ class ModuleExpander:
         sink: takes the diagnostics.
     """
 
-    def __init__(
-        self,
-        output: ExpansionWriter,
-        prefabs: PrefabLibrary,
-        scenes: SceneSelections,
-        draws: Collection[str],
-        objects: ObjectBudget,
-        instances: ObjectBudget,
-        sink: Sink,
-    ) -> None:
-        self._output = output
-        self._prefabs = prefabs
-        self._scenes = scenes
-        self._draws = draws
-        self._objects = objects
-        self._instances = instances
-        self._sink = sink
+    output: ExpansionWriter
+    prefabs: PrefabLibrary
+    scenes: SceneSelections
+    draws: Collection[str]
+    objects: ObjectBudget
+    instances: ObjectBudget
+    sink: Sink
 
     def bind(
         self,
@@ -119,17 +110,17 @@ class ModuleExpander:
         def material(param: Param, argument: ParamArgument) -> Any:
             if argument.scope == scope and isinstance(argument.value, str):
                 return argument.value
-            return material_name(argument, f"{key}with.{param.name}", self._output, self._sink)
+            return material_name(argument, f"{key}with.{param.name}", self.output, self.sink)
 
         return bind_params(
             compiled,
             given,
-            {"num_scenes": self._scenes.count},
+            {"num_scenes": self.scenes.count},
             scope=scope,
             use=use,
             material=material,
-            objects=self._objects,
-            sink=self._sink,
+            objects=self.objects,
+            sink=self.sink,
         )
 
     def expand(self, scope: ModuleScope, bound: BoundParams) -> None:
@@ -142,7 +133,7 @@ class ModuleExpander:
                 self._node(section, scoped_name(scope.name, name), made, scope)
         # What one use of a prefab leaves unused another uses, and so it is with other parameters.
         unsuspected = compiled.materials if scope.name else find_named_materials(compiled)
-        self._output.used_materials.update([scoped_name(scope.name, name) for name in unsuspected])
+        self.output.names.used_materials.update([scoped_name(scope.name, name) for name in unsuspected])
         for name, made in compiled.frames.items():
             self._placed("frames", scope.prefix + name, made, scope)
         if not scope.name:
@@ -159,57 +150,51 @@ class ModuleExpander:
         for name, argument in bound.varying.items():
             full = scoped_name(scope.name, name)
             place = argument.place if isinstance(argument.place, SourceMark) else SourceMark(argument.place.file, ())
-            self._output.add("draws", full, argument.value, place, by_scene=argument.by_scene)
+            self.output.add("draws", full, argument.value, place, by_scene=argument.by_scene)
             if argument.scope != scope.name:
-                self._output.given[full] = argument.scope
+                self.output.names.given[full] = argument.scope
             if argument.wanted is not None:
-                self._output.wanted[full] = argument.wanted
+                self.output.names.wanted[full] = argument.wanted
 
     def _shared_draws(self, scope: ModuleScope) -> None:
         for name, made in scope.compiled.draws.items():
-            frame = scope.frame(made.part, self._objects, self._sink)
+            frame = scope.frame(made.part, self.objects, self.sink)
             value = made.make(frame)
             full = scoped_name(scope.name, name)
-            if is_varying(value) or full in self._draws:
-                self._output.add("draws", full, value, frame.mark(made.path))
+            if is_varying(value) or full in self.draws:
+                self.output.add("draws", full, value, frame.mark(made.path))
             else:
                 # The same in every scene: whatever reads it is the same too, and need not be computed for each.
                 scope.values[name] = value
 
     def _node(self, section: str, name: str, made: NodeTemplate, scope: ModuleScope) -> bool:
-        frame = scope.frame(made.part, self._objects, self._sink)
+        frame = scope.frame(made.part, self.objects, self.sink)
         frame.lists = {}
         node = made.make(frame)
-        return self._output.add(section, name, node, frame.mark(made.path), frame.lists)
+        return self.output.add(section, name, node, frame.mark(made.path), frame.lists)
 
     def _placed(self, section: str, name: str, made: NodeTemplate, scope: ModuleScope) -> None:
         if self._node(section, name, made, scope) and scope.name:
-            self._output.scopes[name] = scope.name
+            self.output.names.scopes[name] = scope.name
             if scope.selection is not None:
                 # What it reads of a `with` may have a value in these scenes alone.
-                self._output.selections[name] = scope.selection
+                self.output.selections[name] = scope.selection
 
     def _unit(self, unit: UnitTemplate, scope: ModuleScope) -> None:
-        frame = scope.frame(unit.body.part, self._objects, self._sink)
+        frame = scope.frame(unit.body.part, self.objects, self.sink)
         if unit.axes is None:
             self._one(unit, unit.name, scope, frame)
             return
         loop = unit.axes.loop(frame)
         if loop is None:
             return
-        budget = self._objects if unit.use is None else self._instances
+        budget = self.objects if unit.use is None else self.instances
         budget.take(loop.count * unit.weight, frame, unit.axes.path)
-        values, names = frame.values, loop.names
         pattern = unit.body.pattern
         if pattern is not None and loop.count > 1:
-            unit = replace(unit, body=replace(unit.body, pattern=hoist_invariants(pattern, names)))
-        for number, members in enumerate(loop):
-            values.update(zip(names, members, strict=True))
-            frame.copies.append((loop, number))
+            unit = replace(unit, body=replace(unit.body, pattern=hoist_invariants(pattern, loop.names)))
+        for number in frame.each_copy(loop):
             self._one(unit, f"{unit.name}_{number}", scope, frame)
-            frame.copies.pop()
-        for name in names:
-            values.pop(name, None)
 
     def _one(self, unit: UnitTemplate, name: str, scope: ModuleScope, frame: ExpansionFrame) -> None:
         """One entity, instance, constraint, light or camera. `name`: what it is called without a `name` of its own."""
@@ -227,52 +212,47 @@ class ModuleExpander:
         frame.lists = {}
         node = unit.body.make(frame)
         if selection is not None:
-            self._output.selections[qualified_name(unit.section, full)] = selection
+            self.output.selections[qualified_name(unit.section, full)] = selection
             if "scene_idxs" in node:
                 node = {key: item for key, item in node.items() if key != "scene_idxs"}
         if scope.hidden and unit.section == "entities":
             node = {**node, "hidden": True}
-        if self._output.add(unit.section, full, node, frame.mark(unit.body.path), frame.lists) and scope.name:
-            self._output.scopes[qualified_name(unit.section, full)] = scope.name
+        if self.output.add(unit.section, full, node, frame.mark(unit.body.path), frame.lists) and scope.name:
+            self.output.names.scopes[qualified_name(unit.section, full)] = scope.name
 
     def _selection(self, unit: UnitTemplate, scope: ModuleScope, frame: ExpansionFrame) -> Selection:
         """The scenes of what is inside an instance that narrows them; None where none does."""
         if scope.selection is None or unit.selection is None:
             return scope.selection
-        return self._scenes.narrowed(unit.selection.make(frame), scope.selection, frame.origin(unit.selection.path))
+        return self.scenes.narrowed(unit.selection.make(frame), scope.selection, frame.origin(unit.selection.path))
 
     @staticmethod
     def _holds(condition: NodeTemplate, frame: ExpansionFrame) -> bool:
         value = condition.make(frame)
         if type(value) is bool:
             return value
-        if is_varying(value):
-            frame.report("SC203", "`if` cannot read what differs from scene to scene", condition.path)
-        elif not isinstance(value, FailedValue):
-            frame.report("SC223", f"`if` must be true or false, not {show(value)}", condition.path)
+        _refuse(value, condition, "if", "SC223", f"`if` must be true or false, not {show(value)}", frame)
         return False
 
     def _instance(self, unit: UnitTemplate, name: str, scope: ModuleScope, frame: ExpansionFrame) -> None:
         use = unit.use
         assert use is not None
         if unit.axes is None:
-            self._instances.take(unit.weight, frame, unit.body.path)
+            self.instances.take(unit.weight, frame, unit.body.path)
         place = frame.origin(use.reference.path)
         reference = use.reference.make(frame)
         if not isinstance(reference, str) or isinstance(reference, FailedValue):
-            if is_varying(reference):
-                frame.report("SC203", "`use` cannot read what differs from scene to scene", use.reference.path)
-            elif not isinstance(reference, FailedValue):
-                frame.report("SC103", f"`use` must be a text, not {show(reference)}", use.reference.path)
+            message = f"`use` must be a text, not {show(reference)}"
+            _refuse(reference, use.reference, "use", "SC103", message, frame)
             return
-        compiled = self._prefabs.find(reference, unit.body.part.document, place, scope.chain)
+        compiled = self.prefabs.find(reference, unit.body.part.document, place, scope.chain)
         selection = scope.selection
         if unit.selection is not None:
             given = unit.selection.make(frame)
-            selection = self._scenes.narrowed(given, scope.selection, frame.origin(unit.selection.path))
+            selection = self.scenes.narrowed(given, scope.selection, frame.origin(unit.selection.path))
         if compiled is None or (selection is not None and not selection):
             return
-        self._objects.take(compiled.weight, frame, unit.body.path)
+        self.objects.take(compiled.weight, frame, unit.body.path)
         full = scope.prefix + name
         arguments = {param: self._argument(made, selection, scope, frame) for param, made in use.given.items()}
         bound = self.bind(compiled, arguments, scope=full, use=place, key=f"{name}.")
@@ -283,7 +263,7 @@ class ModuleExpander:
         body = unit.body.make(frame)
         hidden = scope.hidden or body.get("hidden") is True
         inner = ModuleScope(compiled, full, prefix, place, selection, dict(bound.values), bound.failed, chain, hidden)
-        self._output.prefixes[full] = prefix
+        self.output.names.prefixes[full] = prefix
         mark = frame.mark(unit.body.path)
         self.expand(inner, bound)
         self._anchor(full, body, mark, selection, scope)
@@ -294,7 +274,7 @@ class ModuleExpander:
         value = made.make(frame)
         turned: dict[Path, tuple[int, ...]] = {}
         if selection is not None and is_varying(value):
-            value, wrong = self._scenes.by_scene(value, selection, (), turned)
+            value, wrong = self.scenes.by_scene(value, selection, (), turned)
             if wrong is not None:
                 message = f"`per_scene` must have {len(selection)} values, one for each scene of the instance"
                 frame.report("SC106", message, (*made.path, *wrong))
@@ -304,16 +284,16 @@ class ModuleExpander:
         self, full: str, body: dict[str, Any], mark: SourceMark, selection: Selection, scope: ModuleScope
     ) -> None:
         """The frame in which an instance stands."""
-        output = self._output
+        output = self.output
         # A prefab without a prefix may hold an entity of the instance's own name, which then has it.
-        is_taken = full in output.sections["entities"] and full in output.scopes and output.scopes[full] != scope.name
+        is_taken = full in output.sections["entities"] and output.names.scopes.get(full, scope.name) != scope.name
         anchor = f"{full}/instance" if is_taken else full
-        output.anchors[full] = anchor
+        output.names.anchors[full] = anchor
         node = {"pose": body["pose"]} if "pose" in body else _NO_POSE
         if not output.add("frames", anchor, node, mark):
             return
         if scope.name:
-            output.scopes[anchor] = scope.name
+            output.names.scopes[anchor] = scope.name
         if selection is not None:
             output.selections[anchor] = selection
 
@@ -323,11 +303,18 @@ def _checked_name(made: NodeTemplate, key: str, pattern: str, frame: ExpansionFr
     text = made.make(frame)
     if isinstance(text, str) and re.fullmatch(pattern, text):
         return text
-    if is_varying(text):
-        frame.report("SC203", f"`{key}` cannot read what differs from scene to scene", made.path)
-    elif not isinstance(text, FailedValue):
-        frame.report("SC107", f"{show(text)} is not a name", made.path, hint=PATTERN_HINTS[pattern])
+    _refuse(text, made, key, "SC107", f"{show(text)} is not a name", frame, hint=PATTERN_HINTS[pattern])
     return None
+
+
+def _refuse(
+    value: Any, made: NodeTemplate, key: str, code: str, message: str, frame: ExpansionFrame, hint: str | None = None
+) -> None:
+    """Reports a value that cannot decide about structure; nothing more is said of one that was reported."""
+    if is_varying(value):
+        frame.report("SC203", f"`{key}` cannot read what differs from scene to scene", made.path)
+    elif not isinstance(value, FailedValue):
+        frame.report(code, message, made.path, hint=hint)
 
 
 Selection = tuple[int, ...] | None

@@ -28,7 +28,7 @@ from scenecc.variation.forms import Template
 from scenecc.variation.operations import SEQUENCES, ExpressionError
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection, Iterable, Sequence
 
     from scenecc.diagnostics import Path
     from scenecc.expand.expansion import ExpansionFrame
@@ -77,32 +77,17 @@ class UnreadablePattern:
 
 
 @dataclass(frozen=True, slots=True)
-class MappingPattern:
-    """A mapping."""
+class ContainerPattern:
+    """A mapping or a list. `patterns`: of its items, by key or index."""
 
-    node: dict[str, Any]
-    patterns: tuple[tuple[str, Pattern], ...]
-
-    def make(self, frame: ExpansionFrame) -> Any:
-        """The mapping."""
-        made = self.node.copy()
-        for key, pattern in self.patterns:
-            made[key] = pattern.make(frame)
-        return made
-
-
-@dataclass(frozen=True, slots=True)
-class SequencePattern:
-    """A list."""
-
-    node: list[Any]
-    patterns: tuple[tuple[int, Pattern], ...]
+    node: dict[str, Any] | list[Any]
+    patterns: tuple[tuple[Any, Pattern], ...]
 
     def make(self, frame: ExpansionFrame) -> Any:
-        """The list."""
-        made = self.node.copy()
-        for index, pattern in self.patterns:
-            made[index] = pattern.make(frame)
+        """The mapping or list."""
+        made: Any = self.node.copy()
+        for at, pattern in self.patterns:
+            made[at] = pattern.make(frame)
         return made
 
 
@@ -134,23 +119,12 @@ class RepeatedPattern:
                 continue
             frame.objects.take(loop.count * counted - 1, frame, axes.path)
             starts.append(ItemSpan(len(made), index, loop))
-            made += [node] * loop.count if pattern is None else _copies(pattern, loop, frame)
+            if pattern is None:
+                made += [node] * loop.count
+            else:
+                made += [pattern.make(frame) for _ in frame.each_copy(loop)]
         frame.lists[self.below] = tuple(starts)
         return made
-
-
-def _copies(pattern: Pattern, loop: Loop, frame: ExpansionFrame) -> list[Any]:
-    """What a pattern makes for each member of a product."""
-    made: list[Any] = []
-    values, names = frame.values, loop.names
-    for number, members in enumerate(loop):
-        values.update(zip(names, members, strict=True))
-        frame.copies.append((loop, number))
-        made.append(pattern.make(frame))
-        frame.copies.pop()
-    for name in names:
-        values.pop(name, None)
-    return made
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,16 +209,22 @@ class PatternCompiler:
         good = check_names(template, self.names, path, self.frame, structure=self.structure)
         return ScalarPattern(template, path) if good else UnreadablePattern(text)
 
-    def entries(self, node: dict[str, Any], path: Path, without: frozenset[str] = frozenset()) -> MappingPattern | None:
+    def entries(
+        self, node: dict[str, Any], path: Path, without: frozenset[str] = frozenset()
+    ) -> ContainerPattern | None:
         """The pattern of a mapping, some of whose keys are left out."""
-        patterns: list[tuple[str, Pattern]] = []
-        for key, item in node.items():
-            if type(item) in _WITH_PATTERNS and key not in without and not key.startswith(NOTE_PREFIX):
-                pattern = self.pattern(item, (*path, key))
-                if pattern is not None:
-                    patterns.append((key, pattern))
+        read = (pair for pair in node.items() if pair[0] not in without and not pair[0].startswith(NOTE_PREFIX))
+        patterns = self._patterns(read, path)
         kept = node if without.isdisjoint(node) else {key: node[key] for key in node if key not in without}
-        return MappingPattern(kept, tuple(patterns)) if patterns or kept is not node else None
+        return ContainerPattern(kept, patterns) if patterns or kept is not node else None
+
+    def _patterns(self, items: Iterable[tuple[Any, Any]], path: Path) -> tuple[tuple[Any, Pattern], ...]:
+        """The patterns of items, by key or index, that have one."""
+        return tuple(
+            (at, pattern)
+            for at, item in items
+            if type(item) in _WITH_PATTERNS and (pattern := self.pattern(item, (*path, at))) is not None
+        )
 
     def axes(self, node: Any, path: Path) -> tuple[RepeatAxes, PatternCompiler]:
         """The pattern of a `repeat`, and the compiler of what it repeats."""
@@ -266,13 +246,9 @@ class PatternCompiler:
         if path[-1] in SHAPE_LISTS and any(type(item) is dict and "repeat" in item for item in node):
             items = tuple(self._item(item, (*path, index)) for index, item in enumerate(node))
             return RepeatedPattern(items, path, path[self.depth :])
-        patterns: list[tuple[int, Pattern]] = []
-        for index, item in enumerate(node):
-            if type(item) in _WITH_PATTERNS:
-                pattern = self.pattern(item, (*path, index))
-                if pattern is not None:
-                    patterns.append((index, pattern))
-        return SequencePattern(node, tuple(patterns)) if patterns else None
+        written: list[Any] = node
+        patterns = self._patterns(enumerate(written), path)
+        return ContainerPattern(node, patterns) if patterns else None
 
     def _item(self, item: Any, path: Path) -> tuple[Any, Pattern | None, RepeatAxes | None, int]:
         if not is_mapping(item) or "repeat" not in item:
@@ -317,21 +293,13 @@ def hoist_invariants(pattern: Pattern, variables: Collection[str]) -> Pattern:
     match pattern:
         case ScalarPattern(template):
             return LoopInvariant(pattern) if template.names.isdisjoint(variables) else pattern
-        case MappingPattern(node, patterns):
-            inner = tuple((key, hoist_invariants(item, variables)) for key, item in patterns)
-            return _joined(MappingPattern(node, inner))
-        case SequencePattern(node, patterns):
-            parts = tuple((index, hoist_invariants(item, variables)) for index, item in patterns)
-            return _joined(SequencePattern(node, parts))
-        case RepeatedPattern():
-            # Each copy notes what the items of its list stand for.
-            return pattern
+        case ContainerPattern(node, patterns):
+            inner = tuple((at, hoist_invariants(item, variables)) for at, item in patterns)
+            made = ContainerPattern(node, inner)
+            return LoopInvariant(made) if all(isinstance(item, LoopInvariant) for _, item in inner) else made
         case _:
+            # Of a list with repeated items each copy notes what they stand for.
             return pattern
-
-
-def _joined(pattern: MappingPattern | SequencePattern) -> Pattern:
-    return LoopInvariant(pattern) if all(isinstance(item, LoopInvariant) for _, item in pattern.patterns) else pattern
 
 
 NameMeaning = Literal[

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.messages import cut
 from scenecc.lower.field_types import FieldType, number, vector
 from scenecc.lower.local_poses import PoseStep, chain_poses, local_pose, steps_to_link
-from scenecc.lower.references import WORLD
 from scenecc.plan import (
     ArticulationStructure,
     AxisDrive,
@@ -30,7 +29,7 @@ from scenecc.spec.constraint import (
     GearConstraint,
     WeldConstraint,
 )
-from scenecc.spec.references import qualified_name
+from scenecc.spec.references import WORLD, qualified_name
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -39,9 +38,9 @@ if TYPE_CHECKING:
     from scenecc.lower.entities import EntityLowerer
     from scenecc.lower.fields import FieldLowerer, SamplingContext
     from scenecc.lower.mounts import MountLookup
-    from scenecc.lower.references import NameScopes
     from scenecc.plan import Entity
     from scenecc.plan.body import Mount
+    from scenecc.spec.references import NameScopes
 
     Joint = Weld | Connection | Distance | Gear | Drive
 

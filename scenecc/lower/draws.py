@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.fields import SamplingContext
-    from scenecc.lower.references import NameScopes
     from scenecc.spec.params import ParamIssue, ParamType
+    from scenecc.spec.references import NameScopes
     from scenecc.variation.bounds import ValueBounds
     from scenecc.variation.nodes import Node
 

@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from scenecc.lower.collision_groups import GroupBits
     from scenecc.lower.fields import FieldLowerer, SamplingContext
     from scenecc.lower.materials import LoweredMaterial, MaterialChoice, MaterialLowerer
-    from scenecc.lower.references import NameScopes
     from scenecc.lower.shapes import ShapeLowerer
     from scenecc.plan import ArticulationStructure, Value
     from scenecc.plan.properties import Property
     from scenecc.spec.document import SceneFile
+    from scenecc.spec.references import NameScopes
 
 
 _MOVING = frozenset(("dynamic", "kinematic"))

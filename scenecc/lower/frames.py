@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.fields import FieldLowerer
-    from scenecc.lower.references import NameScopes
+    from scenecc.spec.references import NameScopes
     from scenecc.variation.nodes import Node
 
 _SHOWN = 20

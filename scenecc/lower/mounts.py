@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
     from scenecc.diagnostics.diagnostic import RelatedPlace
     from scenecc.lower.fields import FieldLowerer
-    from scenecc.lower.references import NameScopes
     from scenecc.plan import Entity
+    from scenecc.spec.references import NameScopes
 
 
 class MountLookup:

@@ -38,10 +38,11 @@ if TYPE_CHECKING:
     from scenecc.lower.frames import FrameGraph
     from scenecc.lower.materials import MaterialLowerer
     from scenecc.lower.mounts import MountPose
-    from scenecc.lower.references import NameScopes, PlanTables
+    from scenecc.lower.references import PlanTables
     from scenecc.plan import Entity
     from scenecc.plan.body import Mount
     from scenecc.spec.document import SceneFile
+    from scenecc.spec.references import NameScopes
     from scenecc.spec.rendering import CameraSpec as CameraKeys
     from scenecc.spec.rendering import EnvironmentSpec as EnvironmentKeys
 

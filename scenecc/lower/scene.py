@@ -15,11 +15,11 @@ from scenecc.lower.entities import BodyLowerer, EntityLowerer
 from scenecc.lower.fields import SamplingContext
 from scenecc.lower.limits import LimitedRobotReader, LoweringLimits, check_built_limits, check_limits
 from scenecc.lower.materials import SAPIEN_DEFAULT, MaterialLowerer
-from scenecc.lower.references import WORLD, FileResolver, NameScopes, PlanTables
+from scenecc.lower.references import FileResolver, PlanTables
 from scenecc.lower.shapes import ShapeLowerer
 from scenecc.plan import Friction, ScenePlan
 from scenecc.plan.scene import GpuMemory, Physics, SdfConfig
-from scenecc.spec.references import SHARED_NAMESPACE, qualified_name
+from scenecc.spec.references import SHARED_NAMESPACE, WORLD, NameScopes, qualified_name
 from scenecc.variation.operations import COMPUTE_LIMIT_HINT
 
 if TYPE_CHECKING:

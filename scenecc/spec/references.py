@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import re
 import sys
+from dataclasses import dataclass, field
 from functools import lru_cache
 from importlib import import_module
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable, Iterator
 
     from scenecc.diagnostics import Origin, Sink
+    from scenecc.spec.params import ParamType
 
 
 SHARED_NAMESPACE = ("frames", "entities", "cameras")
@@ -31,6 +33,65 @@ def qualified_name(section: str, name: str) -> str:
         name: the full one. No name has a colon.
     """
     return name if section in SHARED_NAMESPACE else f"{section}:{name}"
+
+
+WORLD = "world"
+
+
+@dataclass(frozen=True, slots=True)
+class NameScopes:
+    """How names are looked up; of a file without instances as they are written.
+
+    Entities, frames, cameras, constraints and lights have their full names. An instance is also a frame; what is
+    inside of it has the instance as its *scope*, and names written inside mean what is inside. So, with
+    `S = scopes.get(owner, "")` for the node in which a name is written:
+
+    - `relative_to: NAME`, and likewise what something is mounted on or ties together, is
+      `prefixes.get(S, "") + NAME`; `world` and no `relative_to` are the frame `anchors[S]` (the world where S is "");
+    - a material `NAME` is `S/NAME` (`NAME` where S is ""), and `/NAME` is `NAME` of the whole expansion;
+    - a collision group and a draw read in a template are likewise `S/NAME`.
+
+    Of a material, group or draw `A/B/NAME` the scope is `A/B`, except for the draws in `given`.
+
+    Attributes:
+        scopes: entity, frame, camera, constraint or light, as `qualified_name` has it → scope, for those inside an
+            instance.
+        prefixes: scope → what stands before the names of its entities and frames.
+        anchors: scope → the frame in which it stands.
+        given: draws that stand for what a `with` says → the scope in which the `with` is written.
+        used_materials: materials that are not to be reported as never used: a `with` names them, they are inside an
+            instance, or they may be named under other parameters.
+        wanted: draws that stand for parameters → what the parameter takes.
+    """
+
+    scopes: dict[str, str] = field(default_factory=dict[str, str])
+    prefixes: dict[str, str] = field(default_factory=dict[str, str])
+    anchors: dict[str, str] = field(default_factory=dict[str, str])
+    given: dict[str, str] = field(default_factory=dict[str, str])
+    used_materials: set[str] = field(default_factory=set[str])
+    wanted: dict[str, ParamType] = field(default_factory=dict[str, "ParamType"])
+
+    def parent(self, name: str, relative_to: str | None) -> str | None:
+        """What an entity or a frame stands relative to; None: the world.
+
+        Args:
+            name: of the entity or frame.
+            relative_to: as written in its pose.
+        """
+        scope = self.scopes.get(name, "")
+        if relative_to in (None, WORLD):
+            return self.anchors.get(scope) if scope else None
+        return self.prefixes.get(scope, "") + relative_to
+
+    def seen_by(self, name: str, names: Iterable[str]) -> Iterator[str]:
+        """The entities and frames that something may stand relative to, as it would write them."""
+        scope = self.scopes.get(name, "")
+        prefix = self.prefixes.get(scope, "")
+        return (
+            other[len(prefix) :]
+            for other in names
+            if other != name and self.scopes.get(other, "") == scope and other.startswith(prefix)
+        )
 
 
 _SLICE = re.compile(r"^\s*(-?[0-9]{0,9})\s*:\s*(-?[0-9]{0,9})\s*(?::\s*(-?[0-9]{0,9})\s*)?$")

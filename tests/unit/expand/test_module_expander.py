@@ -45,8 +45,8 @@ def test_everything_inside_has_the_instance_before_its_name(expanded: Expander) 
     assert data["collision_groups"] == {"left/legs": {"ignore": ["legs"]}}
     assert data["entities"]["left/leg"]["material"] == "oak"
     assert data["entities"]["left/leg"]["pose"]["relative_to"] == "foot"
-    assert expansion.scopes == {"left/leg": "left", "left/foot": "left"}
-    assert (expansion.prefixes, expansion.anchors) == ({"left": "left/"}, {"left": "left"})
+    assert expansion.names.scopes == {"left/leg": "left", "left/foot": "left"}
+    assert (expansion.names.prefixes, expansion.names.anchors) == ({"left": "left/"}, {"left": "left"})
 
 
 def test_what_is_written_is_found_again(expanded: Expander) -> None:
@@ -71,16 +71,16 @@ def test_prefixes(expanded: Expander) -> None:
         {"leg.yaml": LEG, "other.yaml": "entities: {it: {mass: 1}}"},
     )
     assert list(expansion.data["entities"]) == ["leg", "it", "c_leg"]
-    assert expansion.scopes["leg"] == "a"
-    assert expansion.scopes["c_foot"] == "c"
+    assert expansion.names.scopes["leg"] == "a"
+    assert expansion.names.scopes["c_foot"] == "c"
     assert set(expansion.data["materials"]) == {"a/oak", "c/oak"}
-    assert expansion.prefixes == {"a": "", "leg": "", "c": "c_"}
+    assert expansion.names.prefixes == {"a": "", "leg": "", "c": "c_"}
 
 
 def test_an_instance_may_be_called_like_what_is_in_it(expanded: Expander) -> None:
     expansion = expanded.good('entities: {leg: {use: leg.yaml, prefix: "", pose: [1, 0, 0]}}', {"leg.yaml": LEG})
     assert list(expansion.data["entities"]) == ["leg"]
-    assert expansion.anchors == {"leg": "leg/instance"}
+    assert expansion.names.anchors == {"leg": "leg/instance"}
     assert expansion.data["frames"]["leg/instance"] == {"pose": [1, 0, 0]}
     assert expansion.trace(Origin(None, ("frames", "leg/instance", "pose"))).path == ("entities", "leg", "pose")
 
@@ -105,8 +105,8 @@ def test_prefabs_in_prefabs(expanded: Expander) -> None:
         "desk/top": (0, 1),
         "desk": (0, 1),
     }
-    assert expansion.scopes["desk/l"] == "desk"
-    assert expansion.scopes["desk/l/leg"] == "desk/l"
+    assert expansion.names.scopes["desk/l"] == "desk"
+    assert expansion.names.scopes["desk/l/leg"] == "desk/l"
     assert expansion.trace(Origin(None, ("entities", "desk/l/leg"))).parent == Origin(
         str(expanded.folder / "sub/desk.yaml"),
         ("entities", "l", "use"),
@@ -129,7 +129,7 @@ def test_varying_arguments_are_one_draw_of_the_instance(expanded: Expander) -> N
     assert draws["b/length"] == Template("${u + 1}")
     assert draws["c/length"] == {"per_scene": {"1": 1, "3": {"choice": [2, 3]}, "default": 1}}
     assert draws["a/bend"] == {"uniform": [0, Template("${length}")]}
-    assert expansion.given == {"a/length": "", "b/length": "", "c/length": ""}
+    assert expansion.names.given == {"a/length": "", "b/length": "", "c/length": ""}
     traced = expansion.trace(Origin(None, ("draws", "c/length", "per_scene", "3", "choice")))
     assert traced.path == ("entities", "c", "with", "length", "per_scene", 1, "choice")
     default = expansion.trace(Origin(None, ("draws", "c/length", "per_scene", "default")))
@@ -177,7 +177,7 @@ entities:
     assert data["materials"]["b.with.finish"] == {"visual": {"base_color": [1, 0, 0]}}
     assert data["draws"]["c/finish"] == {"choice": ["/oak", "/pine"]}
     assert data["entities"]["d/l/leg"]["material"] == "/pine"
-    assert expansion.used_materials >= {"oak", "pine", "b.with.finish", "a/oak"}
+    assert expansion.names.used_materials >= {"oak", "pine", "b.with.finish", "a/oak"}
     traced = expansion.trace(Origin(None, ("materials", "b.with.finish", "visual")))
     assert traced.path == ("entities", "b", "with", "finish", "visual")
 
@@ -324,7 +324,7 @@ def test_a_pose_that_varies_is_the_frame_s(expanded: Expander) -> None:
         {"p.yaml": "entities: {it: {mass: 1}}"},
     )
     assert expansion.data["frames"]["a"] == {"pose": {"p": {"uniform": [[0, 0, 0], [1, 1, 1]]}, "relative_to": "f"}}
-    assert "a" not in expansion.scopes
+    assert "a" not in expansion.names.scopes
 
 
 def test_a_thousand_uses_read_a_prefab_once(expanded: Expander, monkeypatch: pytest.MonkeyPatch) -> None:
