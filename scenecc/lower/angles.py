@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.lower.field_types import FieldType, number, vector
 from scenecc.lower.key_reports import report_exclusive_keys
-from scenecc.lower.variation import VARYING, VariationLowerer, field_place
+from scenecc.lower.variation import VariationLowerer, field_place
 from scenecc.plan import Value, literal
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.forms import Choice, Cycle, DrawForm, PerScene, SceneMap, Vector, alternatives
-from scenecc.variation.nodes import NODE_TYPES, NODES, Radians
+from scenecc.variation.nodes import NODE_TYPES, Radians
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Path, Sink
@@ -96,13 +96,24 @@ def lower_angle(keys: Any, name: str, owner: Origin, leaves: FieldLowerer) -> Va
         return leaves.value(radians, number(name), owner, name)
     if degrees is None:
         return None
-    if degrees.__class__ not in VARYING:
-        return literal(math.radians(degrees))
-    place = field_place(owner.child(f"{name}_deg"))
-    reading = VariationLowerer(leaves, place.origin)
-    item = reading.item(degrees, _DEGREES, place)
-    made = Radians(item) if item.__class__ in NODE_TYPES else math.radians(item)
-    return leaves.finish(made, reading, number(name), place.origin)
+    return _lower_degrees(degrees, _DEGREES, number(name), owner.child(f"{name}_deg"), leaves)
+
+
+def _lower_degrees(written: Any, degrees: FieldType, radians: FieldType, origin: Origin, leaves: FieldLowerer) -> Value:
+    """An angle, or several, that are written in degrees [rad].
+
+    Args:
+        written: under the key in degrees.
+        degrees: what that key holds.
+        radians: what the field holds.
+        origin: of the key.
+        leaves: of the object.
+    """
+    reading = VariationLowerer(leaves, origin)
+    item = reading.item(written, degrees, field_place(origin))
+    if item.__class__ in NODE_TYPES:
+        return leaves.finish(Radians(item), reading, radians, origin)
+    return literal(tuple(map(math.radians, item)) if radians.shape else math.radians(item))
 
 
 _LIMITS = vector(2, "limits")
@@ -118,12 +129,7 @@ def lower_limits(keys: Any, origin: Origin, leaves: FieldLowerer) -> Value | Non
     """
     if keys.limits_deg is None:
         return leaves.given(keys.limits, _LIMITS, origin, "limits")
-    place = field_place(origin.child("limits_deg"))
-    reading = VariationLowerer(leaves, place.origin)
-    item = reading.item(keys.limits_deg, _LIMITS, place)
-    if item.__class__ in NODES:
-        return leaves.finish(Radians(item), reading, _LIMITS, place.origin)
-    return literal(tuple(map(math.radians, item)))
+    return _lower_degrees(keys.limits_deg, _LIMITS, _LIMITS, origin.child("limits_deg"), leaves)
 
 
 def check_limits_keys(keys: Any, type_: str, origin: Origin, sink: Sink) -> None:

@@ -18,7 +18,7 @@ from scenecc.spec.pose import PoseMapping
 from scenecc.variation.nodes import NODES
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Iterable, Sequence
     from typing import Literal
 
     from numpy.typing import NDArray
@@ -86,16 +86,34 @@ _TURNED = frozenset((*LYING_SOLIDS, "plane"))
 def _with_turn(pose: Value, turn: Quat, leaves: FieldLowerer, step: Vec3 = (0.0, 0.0, 0.0)) -> Value:
     """A pose with the same turn and step in every scene put before it."""
     if pose.is_constant:
-        return literal(turned(_seven_numbers(pose), turn, step))
+        return literal(turned(seven_numbers(pose), turn, step))
     if turn == IDENTITY and not any(step):
         return pose
+    import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-    return _with_turn_rows(pose, literal(turn), literal(step), leaves)
+    from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - likewise
+
+    rows = len(leaves.scenes)
+
+    def draw() -> NDArray[Any]:
+        parts = (np.broadcast_to(part, (rows, count)) for part, count in ((pose.data, 7), (turn, 4), (step, 3)))
+        return rotation_arrays.turned(*parts)
+
+    return _known_or_drawn(draw, (pose,), rows)
 
 
-def _seven_numbers(pose: Value) -> Pose7:
-    x, y, z, *q = pose.numbers()
-    a, b, c, d = q
+def _known_or_drawn(draw: Callable[[], NDArray[Any]], parts: Iterable[Value], rows: int) -> Value:
+    """Poses (B, 7) that are made of others: known where all of these are, and otherwise drawn when they are."""
+    if all(part.known for part in parts):
+        return per_scene(draw())
+    from scenecc.variation.bounds import UNKNOWN  # noqa: PLC0415 - loaded where something varies
+
+    return varying(draw, bounds=UNKNOWN, rows=rows)
+
+
+def seven_numbers(pose: Value) -> Pose7:
+    """A pose that is the same in every scene."""
+    x, y, z, a, b, c, d = pose.numbers()
     return (x, y, z, a, b, c, d)
 
 
@@ -155,24 +173,6 @@ def _varying_plane(shape: Any, pose: Value, origin: Origin, leaves: FieldLowerer
     return value
 
 
-def _with_turn_rows(pose: Value, turn: Value, step: Value, leaves: FieldLowerer) -> Value:
-    """A pose before which shapes are turned and moved, row by row; drawn later where the pose is."""
-    import numpy as np  # noqa: PLC0415 - loaded where something varies
-
-    from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - likewise
-    from scenecc.plan import per_scene  # noqa: PLC0415 - likewise
-    from scenecc.variation.bounds import UNKNOWN  # noqa: PLC0415 - likewise
-
-    def draw() -> NDArray[Any]:
-        rows = len(leaves.scenes)
-        poses = np.broadcast_to(pose.data, (rows, 7))
-        return rotation_arrays.turned(
-            poses, np.broadcast_to(turn.data, (rows, 4)), np.broadcast_to(step.data, (rows, 3))
-        )
-
-    return per_scene(draw()) if pose.known else varying(draw, bounds=UNKNOWN, rows=len(leaves.scenes))
-
-
 @frozen
 class PoseStep:
     """One pose of a chain.
@@ -213,11 +213,7 @@ def chain_poses(steps: Sequence[PoseStep], scenes: tuple[int, ...]) -> Value:
             poses = compose_rows(poses, _step_rows(step, scenes))
         return poses
 
-    if all(step.value.known for step in steps):
-        return per_scene(draw())
-    from scenecc.variation.bounds import UNKNOWN  # noqa: PLC0415 - loaded where something varies
-
-    return varying(draw, bounds=UNKNOWN, rows=len(scenes))
+    return _known_or_drawn(draw, [step.value for step in steps], len(scenes))
 
 
 def inverse_pose(pose: Pose7) -> Pose7:
@@ -259,8 +255,7 @@ def _steps_across(joint: Joint, scenes: tuple[int, ...]) -> list[PoseStep]:
 
 def _step_pose(step: PoseStep) -> Pose7:
     if step.kind == "pose":
-        x, y, z, a, b, c, d = step.value.numbers()
-        pose: Pose7 = (x, y, z, a, b, c, d)
+        pose = seven_numbers(step.value)
         return inverse_pose(pose) if step.back else pose
     (moved,) = step.value.numbers()
     moved = -moved if step.back else moved

@@ -81,20 +81,18 @@ def lower_render_objects(
         sink: takes the diagnostics.
     """
     environment: Environment | None = None
-    lights: list[Light | None] = []
-    cameras: list[Camera] = []
     if scene.environment is not None:
         environment = lower_environment(scene.environment, tables, of_all, origin.child("environment"))
     mounts = MountLookup(built, entities.places.unread, names, sink)
-    if scene.lights:
-        lowering = LightLowerer(mounts, entities.places, materials, sink)
-        for name, light in scene.lights.items():
-            leaves = entities.leaves(qualified_name("lights", name))
-            lights.append(lowering.lower(name, light, leaves, origin.child("lights", name)))
-    if scene.cameras:
-        seeing = CameraLowerer(mounts, entities.places, sink)
-        for name, camera in scene.cameras.items():
-            cameras.append(seeing.lower(name, camera, entities.leaves(name), origin.child("cameras", name)))
+    lowering = _RenderObjectLowerer(mounts, entities.places, materials, sink)
+    lights = [
+        lowering.light(name, light, entities.leaves(qualified_name("lights", name)), origin.child("lights", name))
+        for name, light in scene.lights.items()
+    ]
+    cameras = [
+        lowering.camera(name, camera, entities.leaves(name), origin.child("cameras", name))
+        for name, camera in scene.cameras.items()
+    ]
     return RenderObjects(environment, tuple(light for light in lights if light is not None), tuple(cameras))
 
 
@@ -151,8 +149,24 @@ _POINT_SHADOW_DEPTH = number("Camera.near")
 """Shadows of a light that stands somewhere begin in front of it."""
 
 
-class LightLowerer:
-    """Lowers the lights of a document.
+WIDTH, HEIGHT = 640, 480
+
+FOVY = radians(60)
+
+NEAR, FAR = 0.01, 100.0
+"""What is left out (LANGUAGE, cameras)."""
+
+_LENSES = ("fovy", "fovy_deg", "fovx", "fovx_deg", "intrinsic", "orthographic")
+
+_INTRINSIC = {name: number(name) for name in ("fx", "fy", "cx", "cy", "skew")}
+
+_TOP = number("top")
+
+_NEAR, _FAR = number("Camera.near"), number("Camera.far")
+
+
+class _RenderObjectLowerer:
+    """Lowers the lights and cameras of a document.
 
     Args:
         mounts: what they may be mounted on.
@@ -167,7 +181,7 @@ class LightLowerer:
         self._materials = materials
         self._sink = sink
 
-    def lower(self, name: str, light: Any, leaves: FieldLowerer, origin: Origin) -> Light | None:
+    def light(self, name: str, light: Any, leaves: FieldLowerer, origin: Origin) -> Light | None:
         """A light of the plan; None where what only its type has was reported.
 
         Args:
@@ -179,10 +193,9 @@ class LightLowerer:
         made = self._typed(light, leaves, origin)
         shadow = self._shadow(light, leaves, origin)
         color = leaves.value(light.color, LIGHT_COLOR, origin, "color")
-        mount: Mount | None = None
-        if light.mount is not None:
-            mount = self._mounts.find(light.mount, leaves.scope, leaves.scenes, origin.child("mount"))
-        pose = self._pose(name, light, leaves, origin)
+        mount = self._mount(light, leaves, origin)
+        stand = self._stand(light, leaves, origin)
+        pose = self._pose(qualified_name("lights", name), light, "a light", stand, leaves, origin)
         return made and Light(name, leaves.scenes, made, pose, color, mount, shadow, origin)
 
     def _typed(self, light: Any, leaves: FieldLowerer, origin: Origin) -> Any:
@@ -231,13 +244,6 @@ class LightLowerer:
             leaves.given(light.shadow_map_size, _MAP_SIZE, origin, "shadow_map_size"),
         )
 
-    def _pose(self, name: str, light: Any, leaves: FieldLowerer, origin: Origin) -> Value:
-        stand = self._stand(light, leaves, origin)
-        if light.mount is not None:
-            return mounted_pose(stand, "a light", origin, leaves)
-        key = qualified_name("lights", name)
-        return self._places.follow(key, stand.relative_to, stand.item, stand.reading, leaves, origin)
-
     def _stand(self, light: Any, leaves: FieldLowerer, origin: Origin) -> MountPose:
         given = [key for key in ("position", "direction") if getattr(light, key, None) is not None]
         if light.pose is not None:
@@ -251,53 +257,7 @@ class LightLowerer:
             self._sink.report("SC102", message, origin)
         return read_direction(getattr(light, "position", None), getattr(light, "direction", None), origin, leaves)
 
-
-def _missing_pose_keys(light: Any, given: list[str]) -> str | None:
-    """What a light lacks that stands nowhere or shines nowhere; None where it has what it needs."""
-    if light.mount is not None:
-        return None
-    match light.type:
-        case "directional":
-            return None if "direction" in given else "a `direction` or a `pose`"
-        case "point":
-            return None if "position" in given else "a `position` or a `pose`"
-        case "area":
-            return "a `pose`"
-        case _:
-            return None if len(given) == 2 else "a `position` and a `direction`, or a `pose`"
-
-
-WIDTH, HEIGHT = 640, 480
-
-FOVY = radians(60)
-
-NEAR, FAR = 0.01, 100.0
-"""What is left out (LANGUAGE, cameras)."""
-
-_LENSES = ("fovy", "fovy_deg", "fovx", "fovx_deg", "intrinsic", "orthographic")
-
-_INTRINSIC = {name: number(name) for name in ("fx", "fy", "cx", "cy", "skew")}
-
-_TOP = number("top")
-
-_NEAR, _FAR = number("Camera.near"), number("Camera.far")
-
-
-class CameraLowerer:
-    """Lowers the cameras of a document.
-
-    Args:
-        mounts: what they may be mounted on.
-        places: where entities and frames stand.
-        sink: takes the diagnostics.
-    """
-
-    def __init__(self, mounts: MountLookup, places: FrameGraph, sink: Sink) -> None:
-        self._mounts = mounts
-        self._places = places
-        self._sink = sink
-
-    def lower(self, name: str, camera: CameraKeys, leaves: FieldLowerer, origin: Origin) -> Camera:
+    def camera(self, name: str, camera: CameraKeys, leaves: FieldLowerer, origin: Origin) -> Camera:
         """A camera of the plan.
 
         Args:
@@ -308,13 +268,11 @@ class CameraLowerer:
         """
         width = WIDTH if camera.width is None else camera.width
         height = HEIGHT if camera.height is None else camera.height
-        mount: Mount | None = None
-        if camera.mount is not None:
-            mount = self._mounts.find(camera.mount, leaves.scope, leaves.scenes, origin.child("mount"))
+        mount = self._mount(camera, leaves, origin)
         return Camera(
             name=name,
             scene_idxs=leaves.scenes,
-            pose=self._pose(name, camera, leaves, origin),
+            pose=self._pose(name, camera, "a camera", read_pose(camera.pose, origin, leaves), leaves, origin),
             width=width,
             height=height,
             lens=self._lens(camera, (width, height), leaves, origin),
@@ -325,11 +283,16 @@ class CameraLowerer:
             origin=origin,
         )
 
-    def _pose(self, name: str, camera: CameraKeys, leaves: FieldLowerer, origin: Origin) -> Value:
-        stand = read_pose(camera.pose, origin, leaves)
-        if camera.mount is not None:
-            return mounted_pose(stand, "a camera", origin, leaves)
-        return self._places.follow(name, stand.relative_to, stand.item, stand.reading, leaves, origin)
+    def _mount(self, given: Any, leaves: FieldLowerer, origin: Origin) -> Mount | None:
+        if given.mount is None:
+            return None
+        return self._mounts.find(given.mount, leaves.scope, leaves.scenes, origin.child("mount"))
+
+    def _pose(self, key: str, given: Any, what: str, stand: MountPose, leaves: FieldLowerer, origin: Origin) -> Value:
+        """The pose of a light or a camera. `key`: what it is known as."""
+        if given.mount is not None:
+            return mounted_pose(stand, what, origin, leaves)
+        return self._places.follow(key, stand.relative_to, stand.item, stand.reading, leaves, origin)
 
     def _lens(
         self, camera: Any, size: tuple[int, int], leaves: FieldLowerer, origin: Origin
@@ -349,6 +312,21 @@ class CameraLowerer:
             return Perspective(fovx=fovx)
         fovy = lower_angle(camera, "fovy", origin, leaves) if given else None
         return Perspective(fovy=literal(FOVY) if fovy is None else fovy)
+
+
+def _missing_pose_keys(light: Any, given: list[str]) -> str | None:
+    """What a light lacks that stands nowhere or shines nowhere; None where it has what it needs."""
+    if light.mount is not None:
+        return None
+    match light.type:
+        case "directional":
+            return None if "direction" in given else "a `direction` or a `pose`"
+        case "point":
+            return None if "position" in given else "a `position` or a `pose`"
+        case "area":
+            return "a `pose`"
+        case _:
+            return None if len(given) == 2 else "a `position` and a `direction`, or a `pose`"
 
 
 def _intrinsic(given: Any, size: tuple[int, int], leaves: FieldLowerer, origin: Origin) -> Intrinsic:

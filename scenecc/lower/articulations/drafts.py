@@ -11,7 +11,7 @@ from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, shortest_from_x
 from scenecc.lower.angles import check_limits_keys, lower_limits, warn_limits_in_degrees
 from scenecc.lower.field_types import number, vector
 from scenecc.lower.key_reports import report_exclusive_keys, report_unused_key
-from scenecc.lower.local_poses import local_pose
+from scenecc.lower.local_poses import local_pose, seven_numbers
 from scenecc.lower.poses import POSE, direction, pose_item, turned
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import CollisionShape, Value, VisualShape, literal
@@ -273,8 +273,7 @@ class LinkTreeDrafter:
         if stands is None:
             return literal((0.0, 0.0, 0.0, *turn))
         if stands.is_constant:
-            x, y, z, a, b, c, d = stands.numbers()
-            return literal(turned((x, y, z, a, b, c, d), turn, (0.0, 0.0, 0.0)))
+            return literal(turned(seven_numbers(stands), turn))
         place = field_place(origin.child("origin"))
         reading = VariationLowerer(leaves, place.origin)
         item = Composed(pose_item(joint.origin, place, reading, leaves.sink), (0.0, 0.0, 0.0, *turn))
