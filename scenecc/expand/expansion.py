@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -223,6 +223,7 @@ class ObjectBudget:
         raise BudgetExhausted
 
 
+@dataclass(slots=True, eq=False)
 class ExpansionFrame:
     """One document as it is expanded in one place: for one use of it, and for one copy of what is repeated in it.
 
@@ -237,25 +238,14 @@ class ExpansionFrame:
         lists: of the lists with repeated items met so far, what their items stand for.
     """
 
-    __slots__ = ("copies", "failed", "file", "lists", "objects", "parent", "sink", "values")
-
-    def __init__(
-        self,
-        file: str | None,
-        parent: Origin | None,
-        values: dict[str, Any],
-        objects: ObjectBudget,
-        sink: Sink,
-        failed: AbstractSet[str] = frozenset(),
-    ) -> None:
-        self.file = file
-        self.parent = parent
-        self.values = values
-        self.failed = failed
-        self.objects = objects
-        self.sink = sink
-        self.copies: list[tuple[Loop, int]] = []
-        self.lists: dict[Path, tuple[ItemSpan, ...]] = {}
+    file: str | None
+    parent: Origin | None
+    values: dict[str, Any]
+    objects: ObjectBudget
+    sink: Sink
+    failed: AbstractSet[str] = frozenset()
+    copies: list[tuple[Loop, int]] = field(default_factory=list[tuple["Loop", int]])
+    lists: dict[Path, tuple[ItemSpan, ...]] = field(default_factory=dict["Path", tuple[ItemSpan, ...]])
 
     def mark(self, path: Path) -> SourceMark:
         """The place of a node of the document, in the copy at hand."""

@@ -41,9 +41,6 @@ def check_limits(
         return False
     shapes = {name: _entity_size(entity) for name, entity in scene.entities.items()}
     others = [*scene.constraints.values(), *scene.lights.values(), *scene.cameras.values()]
-    objects = sum(shapes.values()) + len(others)
-    if not _check_limit("SC604", "objects", objects, bounds.objects, origin.child("entities"), sink):
-        return False
     built = sum(
         shapes[name]
         * (len(selections[name]) if name in selections else count_scene_idxs(entity.scene_idxs, num_scenes))
@@ -51,8 +48,7 @@ def check_limits(
     )
     # Of an instance that is in some scenes only, what is fastened counts as if it were in all.
     built += sum(count_scene_idxs(other.scene_idxs, num_scenes) for other in others)
-    place = origin.child("num_scenes")
-    return _check_limit("SC606", "objects times scenes", built, bounds.objects_times_scenes, place, sink)
+    return _check_objects(sum(shapes.values()) + len(others), built, bounds, origin, sink)
 
 
 def check_built_limits(entities: Sequence[Entity], bounds: LoweringLimits, origin: Origin, sink: Sink) -> bool:
@@ -61,12 +57,16 @@ def check_built_limits(entities: Sequence[Entity], bounds: LoweringLimits, origi
         max(sum(1 + len(body.collisions) + len(body.visuals) for body in one.bodies) for one in entity.structures)
         for entity in entities
     ]
-    if not _check_limit("SC604", "objects", sum(counts), bounds.objects, origin.child("entities"), sink):
-        return False
     built = sum(count * len(entity.scene_idxs) for count, entity in zip(counts, entities, strict=True))
-    return _check_limit(
-        "SC606", "objects times scenes", built, bounds.objects_times_scenes, origin.child("num_scenes"), sink
-    )
+    return _check_objects(sum(counts), built, bounds, origin, sink)
+
+
+def _check_objects(objects: int, built: int, bounds: LoweringLimits, origin: Origin, sink: Sink) -> bool:
+    """The same of so many objects, of which so many are built in all scenes together."""
+    if not _check_limit("SC604", "objects", objects, bounds.objects, origin.child("entities"), sink):
+        return False
+    place = origin.child("num_scenes")
+    return _check_limit("SC606", "objects times scenes", built, bounds.objects_times_scenes, place, sink)
 
 
 class LimitedRobotReader:

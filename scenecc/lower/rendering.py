@@ -165,21 +165,21 @@ _TOP = number("top")
 _NEAR, _FAR = number("Camera.near"), number("Camera.far")
 
 
+@frozen
 class _RenderObjectLowerer:
     """Lowers the lights and cameras of a document.
 
-    Args:
+    Attributes:
         mounts: what they may be mounted on.
         places: where entities and frames stand.
         materials: of the document, for pictures.
         sink: takes the diagnostics.
     """
 
-    def __init__(self, mounts: MountLookup, places: FrameGraph, materials: MaterialLowerer, sink: Sink) -> None:
-        self._mounts = mounts
-        self._places = places
-        self._materials = materials
-        self._sink = sink
+    mounts: MountLookup
+    places: FrameGraph
+    materials: MaterialLowerer
+    sink: Sink
 
     def light(self, name: str, light: Any, leaves: FieldLowerer, origin: Origin) -> Light | None:
         """A light of the plan; None where what only its type has was reported.
@@ -212,7 +212,7 @@ class _RenderObjectLowerer:
             case "spot":
                 return SpotLight(*self._cone(light, leaves, origin))
             case _:
-                texture = self._materials.texture(light.texture, origin.child("texture"), leaves)
+                texture = self.materials.texture(light.texture, origin.child("texture"), leaves)
                 return texture and TexturedLight(*self._cone(light, leaves, origin), texture)
 
     def _cone(self, light: Any, leaves: FieldLowerer, origin: Origin) -> tuple[Value, Value]:
@@ -223,7 +223,7 @@ class _RenderObjectLowerer:
         found = lower_angle(light, name, origin, leaves)
         if found is None:
             message = f"a light of type {light.type} needs `{name}` [rad] or `{name}_deg`"
-            self._sink.report("SC102", message, origin)
+            self.sink.report("SC102", message, origin)
             return literal(1.0)
         return found
 
@@ -233,7 +233,7 @@ class _RenderObjectLowerer:
         if shadow is None or shadow is False:
             for key in given:
                 hint = "set shadow: true, or leave it out"
-                report_unused_key(key, "on a light without a shadow", origin, self._sink, hint=hint)
+                report_unused_key(key, "on a light without a shadow", origin, self.sink, hint=hint)
             return None
         depth = _SHADOW_DEPTH.get(light.type, _POINT_SHADOW_DEPTH)
         return Shadow(
@@ -249,12 +249,12 @@ class _RenderObjectLowerer:
         if light.pose is not None:
             for key in given:
                 message = f"`pose` says where the light is and shines to, and so does `{key}`"
-                report_exclusive_keys("pose", key, origin, self._sink, message=message, related="the pose")
+                report_exclusive_keys("pose", key, origin, self.sink, message=message, related="the pose")
             return read_pose(light.pose, origin, leaves)
         missing = _missing_pose_keys(light, given)
         if missing is not None:
             message = f"a light of type {light.type} needs {missing}, or a `mount`"
-            self._sink.report("SC102", message, origin)
+            self.sink.report("SC102", message, origin)
         return read_direction(getattr(light, "position", None), getattr(light, "direction", None), origin, leaves)
 
     def camera(self, name: str, camera: CameraKeys, leaves: FieldLowerer, origin: Origin) -> Camera:
@@ -286,13 +286,13 @@ class _RenderObjectLowerer:
     def _mount(self, given: Any, leaves: FieldLowerer, origin: Origin) -> Mount | None:
         if given.mount is None:
             return None
-        return self._mounts.find(given.mount, leaves.scope, leaves.scenes, origin.child("mount"))
+        return self.mounts.find(given.mount, leaves.scope, leaves.scenes, origin.child("mount"))
 
     def _pose(self, key: str, given: Any, what: str, stand: MountPose, leaves: FieldLowerer, origin: Origin) -> Value:
         """The pose of a light or a camera. `key`: what it is known as."""
         if given.mount is not None:
             return mounted_pose(stand, what, origin, leaves)
-        return self._places.follow(key, stand.relative_to, stand.item, stand.reading, leaves, origin)
+        return self.places.follow(key, stand.relative_to, stand.item, stand.reading, leaves, origin)
 
     def _lens(
         self, camera: Any, size: tuple[int, int], leaves: FieldLowerer, origin: Origin
@@ -302,7 +302,7 @@ class _RenderObjectLowerer:
         lenses = [key for key in given if key not in {f"{other}_deg" for other in given}]
         if len(lenses) > 1:
             message = f"a camera has one lens, and this has {len(lenses)}: {', '.join(f'`{key}`' for key in lenses)}"
-            report_exclusive_keys(lenses[0], lenses[1], origin, self._sink, message=message)
+            report_exclusive_keys(lenses[0], lenses[1], origin, self.sink, message=message)
         if camera.orthographic is not None:
             return Orthographic(leaves.value(camera.orthographic.top, _TOP, origin, "orthographic", "top"))
         if camera.intrinsic is not None:

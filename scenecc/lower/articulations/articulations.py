@@ -324,21 +324,17 @@ class ArticulationLowerer:
 
     def _body(self, body_type: BodyType, draft: ArticulationDraft, work: _ArticulationContext) -> BodyStructure:
         """A robot that is one body."""
-        entity, values, (link,) = work.entity, work.values, draft.links
+        values, (link,) = work.values, draft.links
         moves = body_type == "dynamic"
         # What is said of all that a file holds is said of those to which it does something.
-        layers = ((entity if moves else work.still, work.origin), *work.maps.layers("links", link.name))
+        layers = ((work.entity if moves else work.still, work.origin), *work.maps.layers("links", link.name))
         ignored = link.ignore_bits
         body = self._links.body(link, layers, self._id(work) if ignored else 0, 0, values)
         if not moves:
             return replace(
                 body, body_type=body_type, inertial=None if body.inertial is link.inertial else body.inertial
             )
-        found = {
-            key: work.leaves.given(getattr(entity, key), kind, work.origin, key, reset=key in _VELOCITIES)
-            for key, kind in (*_SOLVER.items(), *_VELOCITIES.items())
-        }
-        return replace(body, body_type=body_type, **found)
+        return replace(body, body_type=body_type, **self._of_the_whole(work, fixed=False))
 
     def _structure(self, draft: ArticulationDraft, work: _ArticulationContext) -> ArticulationStructure:
         entity, origin, maps, values = work.entity, work.origin, work.maps, work.values
@@ -372,7 +368,7 @@ class ArticulationLowerer:
             mimics=_mimics(joints),
             file=draft.file,
             origin=origin,
-            **self._of_the_whole(entity, origin, fixed=bool(draft.fixed), leaves=work.leaves),
+            **self._of_the_whole(work, fixed=bool(draft.fixed)),
         )
 
     def _starts(
@@ -391,13 +387,13 @@ class ArticulationLowerer:
         return dict(zip(order, zip(positions, velocities, strict=True), strict=True))
 
     @staticmethod
-    def _of_the_whole(entity: Any, origin: Origin, *, fixed: bool, leaves: FieldLowerer) -> dict[str, Value | None]:
-        found = {key: leaves.given(getattr(entity, key), kind, origin, key) for key, kind in _SOLVER.items()}
-        for key, kind in _VELOCITIES.items():
-            given = leaves.given(getattr(entity, key), kind, origin, key, reset=True)
-            # A root that is fixed in some scenes only has none in these.
-            found[key] = None if fixed else given
-        return found
+    def _of_the_whole(work: _ArticulationContext, *, fixed: bool) -> dict[str, Value | None]:
+        found = {
+            key: work.leaves.given(getattr(work.entity, key), kind, work.origin, key, reset=key in _VELOCITIES)
+            for key, kind in (*_SOLVER.items(), *_VELOCITIES.items())
+        }
+        # A root that is fixed in some scenes only has no velocity in these.
+        return {**found, **dict.fromkeys(_VELOCITIES)} if fixed else found
 
     def _id(self, work: _ArticulationContext) -> int:
         """The fourth collision integer, which keeps what one articulation ignores from the others."""

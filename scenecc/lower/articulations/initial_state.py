@@ -309,10 +309,11 @@ class JointValue:
     origin: Origin
 
 
+@dataclass(frozen=True, slots=True)
 class JointNumbers:
     """Takes apart what is written for the joints of an articulation.
 
-    Args:
+    Attributes:
         names: of the joints that move, in SAPIEN's order.
         others: names that joints of the entity's other structures have, and of its file's other robots.
         origin: of the articulation.
@@ -320,14 +321,11 @@ class JointNumbers:
         sink: takes the diagnostics.
     """
 
-    def __init__(
-        self, names: Sequence[str], others: Collection[str], origin: Origin, leaves: FieldLowerer, sink: Sink
-    ) -> None:
-        self._names = names
-        self._others = others
-        self._origin = origin
-        self._leaves = leaves
-        self._sink = sink
+    names: Sequence[str]
+    others: Collection[str]
+    origin: Origin
+    leaves: FieldLowerer
+    sink: Sink
 
     def of(self, written: Any, key: str) -> dict[int, JointValue]:
         """What is written, by the joint's number; what was reported is missing.
@@ -338,13 +336,13 @@ class JointNumbers:
         """
         if written is None:
             return {}
-        origin = self._origin.child(key)
+        origin = self.origin.child(key)
         if written.__class__ is dict:
             return self._by_name(written, origin)
         if self._misfit(written, key, origin):
             return {}
-        if not self._names:
-            report_unused_key(key, "here: no joint moves", self._origin, self._sink)
+        if not self.names:
+            report_unused_key(key, "here: no joint moves", self.origin, self.sink)
             return {}
         place = field_place(origin)
         if written.__class__ is forms.Vector or written.__class__ not in VARYING:
@@ -353,8 +351,8 @@ class JointNumbers:
                 number: self._one(item, FieldPlace(origin.child(number), place.path, number))
                 for number, item in enumerate(items)
             }
-        count = len(self._names)
-        reading = VariationLowerer(self._leaves, origin)
+        count = len(self.names)
+        reading = VariationLowerer(self.leaves, origin)
         kind = FieldType((count,), fallback=(0.0,) * count)
 
         def leaf(one: Any, around: FieldPlace, step: FormStep) -> Any:
@@ -371,11 +369,11 @@ class JointNumbers:
     def _one(self, item: Any, place: FieldPlace) -> JointValue:
         if item.__class__ not in VARYING:
             return JointValue(item, -1, None, place.origin)
-        reading = VariationLowerer(self._leaves, place.origin)
+        reading = VariationLowerer(self.leaves, place.origin)
         return JointValue(reading.item(item, _ONE, place), -1, reading, place.origin)
 
     def _by_name(self, written: dict[str, Any], origin: Origin) -> dict[int, JointValue]:
-        numbers = {name: number for number, name in enumerate(self._names) if name}
+        numbers = {name: number for number, name in enumerate(self.names) if name}
         found: dict[int, JointValue] = {}
         for name, item in written.items():
             if name.startswith(NOTE_PREFIX):
@@ -383,9 +381,9 @@ class JointNumbers:
             place = field_place(origin.child(name))
             if name in numbers:
                 found[numbers[name]] = self._one(item, place)
-            elif name not in self._others:
-                hint = names_hint(self._names, name)
-                self._sink.report("SC325", f"no joint `{cut(name)}` moves here", place.origin, at="key", hint=hint)
+            elif name not in self.others:
+                hint = names_hint(self.names, name)
+                self.sink.report("SC325", f"no joint `{cut(name)}` moves here", place.origin, at="key", hint=hint)
         return found
 
     def _misfit(self, written: Any, key: str, origin: Origin) -> bool:
@@ -394,20 +392,20 @@ class JointNumbers:
             if found.__class__ is dict:
                 message = f"alternatives of `{key}` are lists: names cannot stand for one"
                 hint = f"write the form for each joint: `{key}: {{JOINT: {{choice: [0, 1]}}}}`"
-                self._sink.report("SC321", message, origin.child(*place), hint=hint)
+                self.sink.report("SC321", message, origin.child(*place), hint=hint)
                 return True
-            if len(found) != len(self._names):
+            if len(found) != len(self.names):
                 self._miscounted(len(found), origin.child(*place))
                 return True
         return False
 
     def _miscounted(self, count: int, place: Origin) -> None:
-        joints = len(self._names)
+        joints = len(self.names)
         are = "joint moves" if joints == 1 else "joints move"
         values = "1 number" if count == 1 else f"{count} numbers"
-        names = ", ".join(f"`{cut(name)}`" for name in self._names[:_SHOWN_NAMES])
+        names = ", ".join(f"`{cut(name)}`" for name in self.names[:_SHOWN_NAMES])
         hint = f"in this order: {names}" + (" …" if joints > _SHOWN_NAMES else "") if joints else None
-        self._sink.report("SC325", f"{values}, where {joints} {are}", place, hint=hint)
+        self.sink.report("SC325", f"{values}, where {joints} {are}", place, hint=hint)
 
 
 _SHOWN_NAMES = 20
