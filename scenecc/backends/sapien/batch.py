@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.engine import sapien
     from scenecc.backends.sapien.rendering import EntityPoses, LightBatch, LightsAndCameras
     from scenecc.backends.sapien.state import AnyState
-    from scenecc.backends.sapien.state_io import ArticulationStateWriter, StateWriter
+    from scenecc.backends.sapien.state_io import StateWriter
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
 
@@ -209,7 +209,7 @@ class ObjectRegistry:
         found = {name: read_state(held, self._parked.get(name), scene_idxs) for name, held in self.held.items()}
         return SceneState.of(scene_idxs, found)
 
-    def placements(self, states: Mapping[str, AnyState]) -> list[StateWriter | ArticulationStateWriter]:
+    def placements(self, states: Mapping[str, AnyState]) -> list[StateWriter]:
         """What puts each where its state says, in build order; removed articulations have theirs when they are added.
 
         Args:

@@ -3,71 +3,55 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from scenecc.backends.sapien.engine import physx, sapien
 from scenecc.backends.sapien.objects import (
+    ComponentBatch,
     pad_rows,
     root_is_fixed,
-    select_scene_rows,
     spread_joint_values,
     spread_poses,
     spread_vectors,
 )
+from scenecc.backends.sapien.selection import check_scene_idxs
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Iterable, Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
     from scenecc.backends.sapien.objects import ArticulationObjects, BodyObjects
 
 
-class EntityBatch:
-    """One entity of the plan, in every scene that has it.
+class MovingBatch(ComponentBatch):
+    """One entity of the plan, in every scene that has it: what bodies and articulations have in common.
 
     Rows of every array are its scenes by ascending index. Poses are p [m] then q (wxyz), in the world
-    of their scene; velocities are in the world frame.
+    of their scene; velocities are in the world frame. Those of an articulation are its root's.
     """
 
-    def __init__(self, bodies: BodyObjects) -> None:
-        self._bodies = bodies
-        self._closed = False
+    _prefix: ClassVar[str] = ""
+    """Of the engine's setters and getters of poses and velocities."""
 
-    def __len__(self) -> int:
-        return len(self._bodies.scene_idxs)
-
-    def __repr__(self) -> str:
-        return f"EntityBatch({self._bodies.name!r}, scene_idxs={list(self._bodies.scene_idxs)})"
-
-    @property
-    def name(self) -> str:
-        """Its name in the plan; every `sapien.Entity` has the same."""
-        return self._bodies.name
-
-    @property
-    def objs(self) -> list[sapien.Entity]:
-        """The `sapien.Entity` of each scene. Raises RuntimeError once the batch is closed."""
-        self._check_open()
-        return self._bodies.objs
-
-    @property
-    def scene_idxs(self) -> tuple[int, ...]:
-        """Indices among all scenes of the plan: those of this batch that have the entity."""
-        return self._bodies.scene_idxs
+    def __init__(self, held: BodyObjects | ArticulationObjects) -> None:
+        super().__init__(held.name, held.scene_idxs, held.objs)
+        self._row_of = held.row_of
 
     @property
     def pose(self) -> NDArray[np.float32]:
         """(B, 7) float32. Raises RuntimeError once the batch is closed."""
-        self._check_open()
-        return np.array([entity.get_pose().__getstate__() for entity in self._bodies.objs], dtype=np.float32)
+        getter = f"get_{self._prefix}pose"
+        return np.array([getattr(obj, getter)().__getstate__() for obj in self.objs], dtype=np.float32)
 
     def set_pose(
         self, pose: ArrayLike | sapien.Pose | Sequence[sapien.Pose], scene_idxs: Sequence[int] | None = None
     ) -> None:
-        """Moves the entity at once, in all of its scenes or in those named; velocities stay.
+        """Moves it at once, in all of its scenes or in those named; velocities stay, and so do joints.
+
+        An articulation moves with all of its links, also one whose root is fixed.
 
         Args:
             pose: (7,) or (B, 7), a `sapien.Pose` or B of them; B is the number of scenes moved.
@@ -78,15 +62,14 @@ class EntityBatch:
             KeyError: the entity is in no such scene of this batch.
             RuntimeError: the batch is closed.
         """
-        self._check_open()
-        rows = self._rows(scene_idxs)
+        objs, rows = self.objs, self._rows(scene_idxs)
         for row, new in zip(rows, spread_poses(pose, len(rows)), strict=True):
-            self._bodies.objs[row].set_pose(new)
+            getattr(objs[row], f"set_{self._prefix}pose")(new)
 
     @property
     def linear_velocity(self) -> NDArray[np.float32]:
         """(B, 3) float32 [m/s]. Raises TypeError for a static body and for one without physics."""
-        return np.array([c.get_linear_velocity() for c in self._moving("velocity")], dtype=np.float32)
+        return self._velocity("linear")
 
     @linear_velocity.setter
     def linear_velocity(self, velocity: ArrayLike) -> None:
@@ -95,7 +78,7 @@ class EntityBatch:
     @property
     def angular_velocity(self) -> NDArray[np.float32]:
         """(B, 3) float32 [rad/s]. Raises TypeError for a static body and for one without physics."""
-        return np.array([c.get_angular_velocity() for c in self._moving("velocity")], dtype=np.float32)
+        return self._velocity("angular")
 
     @angular_velocity.setter
     def angular_velocity(self, velocity: ArrayLike) -> None:
@@ -105,82 +88,96 @@ class EntityBatch:
         """Sets (3,) or (B, 3) [m/s] in all of its scenes or in those named.
 
         Raises:
-            TypeError: not a dynamic body.
+            TypeError: not a dynamic body, or the root is fixed.
             ValueError: the shape does not fit or a number is not finite.
             KeyError: the entity is in no such scene of this batch.
             RuntimeError: the batch is closed.
         """
-        components, rows = self._driven(), self._rows(scene_idxs)
-        for row, new in zip(rows, spread_vectors(velocity, len(rows)), strict=True):
-            components[row].set_linear_velocity(new)
+        self._set_velocity("linear", velocity, scene_idxs)
 
     def set_angular_velocity(self, velocity: ArrayLike, scene_idxs: Sequence[int] | None = None) -> None:
         """Sets (3,) or (B, 3) [rad/s], otherwise as `set_linear_velocity`."""
-        components, rows = self._driven(), self._rows(scene_idxs)
+        self._set_velocity("angular", velocity, scene_idxs)
+
+    def _velocity(self, kind: str) -> NDArray[np.float32]:
+        getter = f"get_{self._prefix}{kind}_velocity"
+        return np.array([getattr(each, getter)() for each in self._moving()], dtype=np.float32)
+
+    def _set_velocity(self, kind: str, velocity: ArrayLike, scene_idxs: Sequence[int] | None) -> None:
+        moving, rows = self._free(scene_idxs)
         for row, new in zip(rows, spread_vectors(velocity, len(rows)), strict=True):
-            components[row].set_angular_velocity(new)
+            getattr(moving[row], f"set_{self._prefix}{kind}_velocity")(new)
 
     def _rows(self, scene_idxs: Sequence[int] | None) -> Sequence[int]:
-        return select_scene_rows(self._bodies, scene_idxs)
+        """The rows of the scenes that a user names, or all. Raises KeyError for one that has not the entity."""
+        if scene_idxs is None:
+            return range(len(self))
+        asked = check_scene_idxs(scene_idxs)
+        missing = [index for index in asked if index not in self._row_of]
+        if missing:
+            there = list(self.scene_idxs)
+            raise KeyError(f"'{self.name}' is not in scene {missing[0]} of this batch; it is in {there}")
+        return [self._row_of[index] for index in asked]
 
-    def _moving(self, what: str) -> list[Any]:
+    def _moving(self) -> list[Any]:
+        """What has a velocity in each scene."""
+        return self.objs
+
+    def _free(self, scene_idxs: Sequence[int] | None) -> tuple[list[Any], Sequence[int]]:
+        """What can be given a velocity in each scene, and the rows of the scenes that are named."""
+        raise NotImplementedError
+
+
+class EntityBatch(MovingBatch):
+    """One body of the plan, in every scene that has it, with what `MovingBatch` has."""
+
+    def __init__(self, bodies: BodyObjects) -> None:
+        super().__init__(bodies)
+        self._components = bodies.components
+
+    @property
+    def objs(self) -> list[sapien.Entity]:
+        """The `sapien.Entity` of each scene. Raises RuntimeError once the batch is closed."""
+        return super().objs
+
+    def _moving(self) -> list[Any]:
         self._check_open()
-        for component in self._bodies.components:
+        for component in self._components:
             if not isinstance(component, physx.PhysxRigidDynamicComponent):
                 kind = "has no physics" if component is None else "is static"
-                raise TypeError(f"'{self._bodies.name}' {kind}: it has no {what}")
-        return self._bodies.components
+                raise TypeError(f"'{self.name}' {kind}: it has no velocity")
+        return self._components
 
-    def _driven(self) -> list[Any]:
-        components = self._moving("velocity")
+    def _free(self, scene_idxs: Sequence[int] | None) -> tuple[list[Any], Sequence[int]]:
+        components = self._moving()
         if any(component.get_kinematic() for component in components):
             raise TypeError(f"'{self.name}' is kinematic: the engine moves it by its pose, and ignores a velocity")
-        return components
-
-    def _check_open(self) -> None:
-        if self._closed:
-            raise RuntimeError(f"the scenes of '{self._bodies.name}' are closed")
+        return components, self._rows(scene_idxs)
 
     def _close(self) -> None:
-        self._closed = True
-        self._bodies = replace(self._bodies, objs=[], components=[])
+        super()._close()
+        self._components = []
 
 
-_ArticulationClass = physx.PhysxArticulation
+class ArticulationBatch(MovingBatch):
+    """One articulation of the plan, in every scene that has it, with what `MovingBatch` has.
 
-_JointClass = physx.PhysxArticulationJoint
-
-
-class ArticulationBatch:
-    """One articulation of the plan, in every scene that has it.
-
-    Rows of every array are its scenes by ascending index. Columns are its joints that move, in the engine's order
-    (`active_joint_names`), which is level after level from the root and not always that of the file; numbers are [m]
-    of a prismatic joint and [rad] of others. Where scenes have articulations with different numbers of joints, columns
-    that one does not have are NaN, and what is set there is not looked at.
+    Columns are its joints that move, in the engine's order (`active_joint_names`), which is level after level from
+    the root and not always that of the file; numbers are [m] of a prismatic joint and [rad] of others. Where scenes
+    have articulations with different numbers of joints, columns that one does not have are NaN, and what is set there
+    is not looked at. Entities of links have their link's name.
     """
 
+    _prefix = "root_"
+
     def __init__(self, articulations: ArticulationObjects) -> None:
+        super().__init__(articulations)
         self._held = articulations
         self._dofs = list(map(len, articulations.joints))
         self._dof = articulations.dof
-        self._closed = False
-
-    def __len__(self) -> int:
-        return len(self._held.scene_idxs)
 
     def __repr__(self) -> str:
         return f"ArticulationBatch({self.name!r}, dof={self.dof}, scene_idxs={list(self.scene_idxs)})"
-
-    @property
-    def name(self) -> str:
-        """Its name in the plan; every `PhysxArticulation` has the same. Entities of links have their link's name."""
-        return self._held.name
-
-    @property
-    def scene_idxs(self) -> tuple[int, ...]:
-        """Indices among all scenes of the plan: those of this batch that have the articulation."""
-        return self._held.scene_idxs
 
     @property
     def dof(self) -> int:
@@ -190,8 +187,7 @@ class ArticulationBatch:
     @property
     def objs(self) -> list[sapien.physx.PhysxArticulation]:
         """The `PhysxArticulation` of each scene. Raises RuntimeError once the batch is closed."""
-        self._check_open()
-        return self._held.objs
+        return super().objs
 
     @property
     def links(self) -> dict[str, list[Any]]:
@@ -229,14 +225,12 @@ class ArticulationBatch:
     @property
     def qlimits(self) -> NDArray[np.float32]:
         """(B, dof, 2) lowest and highest positions; infinite where there is no limit."""
-        self._check_open()
-        return pad_rows([_read_rows(row, _JointClass.get_limits, (-1, 2)) for row in self._held.joints], self.dof)
+        return self._joint_values("limits", (-1, 2))
 
     @property
     def qpos(self) -> NDArray[np.float32]:
         """(B, dof) positions. Raises RuntimeError while it is removed and once the batch is closed."""
-        self._check_there()
-        return pad_rows([obj.get_qpos() for obj in self._held.objs], self.dof)
+        return self._values("qpos")
 
     @qpos.setter
     def qpos(self, qpos: ArrayLike) -> None:
@@ -254,13 +248,12 @@ class ArticulationBatch:
             KeyError: the articulation is in no such scene of this batch.
             RuntimeError: the batch is closed, or the articulation is removed in one of these scenes.
         """
-        self._tell_present(qpos, scene_idxs, "qpos", _ArticulationClass.set_qpos)
+        self._set_values("qpos", qpos, scene_idxs)
 
     @property
     def qvel(self) -> NDArray[np.float32]:
         """(B, dof) velocities [m/s, rad/s]. Raises RuntimeError while it is removed and once the batch is closed."""
-        self._check_there()
-        return pad_rows([obj.get_qvel() for obj in self._held.objs], self.dof)
+        return self._values("qvel")
 
     @qvel.setter
     def qvel(self, qvel: ArrayLike) -> None:
@@ -268,13 +261,12 @@ class ArticulationBatch:
 
     def set_qvel(self, qvel: ArrayLike, scene_idxs: Sequence[int] | None = None) -> None:
         """Sets (dof,) or (B, dof) velocities [m/s, rad/s], otherwise as `set_qpos`."""
-        self._tell_present(qvel, scene_idxs, "qvel", _ArticulationClass.set_qvel)
+        self._set_values("qvel", qvel, scene_idxs)
 
     @property
     def qf(self) -> NDArray[np.float32]:
         """(B, dof) forces [N, N·m] that were set on joints. Raises RuntimeError while it is removed and once closed."""
-        self._check_there()
-        return pad_rows([obj.get_qf() for obj in self._held.objs], self.dof)
+        return self._values("qf")
 
     @qf.setter
     def qf(self, qf: ArrayLike) -> None:
@@ -285,13 +277,12 @@ class ArticulationBatch:
 
         They act beside the drives in every step until others are set or a reset takes them off.
         """
-        self._tell_present(qf, scene_idxs, "qf", _ArticulationClass.set_qf)
+        self._set_values("qf", qf, scene_idxs)
 
     @property
     def drive_target(self) -> NDArray[np.float32]:
         """(B, dof) positions that the drives pull to. Raises RuntimeError once the batch is closed."""
-        self._check_open()
-        return pad_rows([_read_rows(row, _JointClass.get_drive_target, (-1,)) for row in self._held.joints], self.dof)
+        return self._joint_values("drive_target")
 
     @drive_target.setter
     def drive_target(self, target: ArrayLike) -> None:
@@ -299,15 +290,12 @@ class ArticulationBatch:
 
     def set_drive_target(self, target: ArrayLike, scene_idxs: Sequence[int] | None = None) -> None:
         """Sets (dof,) or (B, dof) positions that the drives pull to, otherwise as `set_qpos`."""
-        self._tell_joints(target, scene_idxs, "drive_target", _JointClass.set_drive_target)
+        self._set_joint_values("drive_target", target, scene_idxs)
 
     @property
     def drive_velocity_target(self) -> NDArray[np.float32]:
         """(B, dof) velocities that the drives pull to [m/s, rad/s]. Raises RuntimeError once the batch is closed."""
-        self._check_open()
-        return pad_rows(
-            [_read_rows(row, _JointClass.get_drive_velocity_target, (-1,)) for row in self._held.joints], self.dof
-        )
+        return self._joint_values("drive_velocity_target")
 
     @drive_velocity_target.setter
     def drive_velocity_target(self, target: ArrayLike) -> None:
@@ -315,104 +303,40 @@ class ArticulationBatch:
 
     def set_drive_velocity_target(self, target: ArrayLike, scene_idxs: Sequence[int] | None = None) -> None:
         """Sets (dof,) or (B, dof) velocities [m/s, rad/s] that the drives pull to, otherwise as `set_qpos`."""
-        self._tell_joints(target, scene_idxs, "drive_velocity_target", _JointClass.set_drive_velocity_target)
+        self._set_joint_values("drive_velocity_target", target, scene_idxs)
 
-    @property
-    def pose(self) -> NDArray[np.float32]:
-        """(B, 7) float32 of the root, p [m] then q (wxyz), in the world of its scene."""
+    def _values(self, what: str) -> NDArray[np.float32]:
+        """(B, dof) of what the engine holds of an articulation in its scene alone."""
+        self._check_there()
+        return pad_rows([getattr(obj, f"get_{what}")() for obj in self._held.objs], self.dof)
+
+    def _set_values(self, what: str, numbers: ArrayLike, scene_idxs: Sequence[int] | None) -> None:
         self._check_open()
-        return np.array([obj.get_root_pose().__getstate__() for obj in self._held.objs], np.float32)
-
-    def set_pose(
-        self, pose: ArrayLike | sapien.Pose | Sequence[sapien.Pose], scene_idxs: Sequence[int] | None = None
-    ) -> None:
-        """Moves the root, and with it all links, at once; also one that is fixed. Joints and velocities stay.
-
-        Args:
-            pose: (7,) or (B, 7), a `sapien.Pose` or B of them; B is the number of scenes moved.
-            scene_idxs: indices among all scenes of the plan.
-
-        Raises:
-            ValueError: the shape does not fit, a number is not finite or a quaternion not of unit length.
-            KeyError: the articulation is in no such scene of this batch.
-            RuntimeError: the batch is closed.
-        """
-        self._check_open()
-        rows = select_scene_rows(self._held, scene_idxs)
-        for row, new in zip(rows, spread_poses(pose, len(rows)), strict=True):
-            self._held.objs[row].set_root_pose(new)
-
-    @property
-    def linear_velocity(self) -> NDArray[np.float32]:
-        """(B, 3) float32 of the root [m/s], world frame."""
-        self._check_open()
-        return np.array([obj.get_root_linear_velocity() for obj in self._held.objs], np.float32)
-
-    @linear_velocity.setter
-    def linear_velocity(self, velocity: ArrayLike) -> None:
-        self.set_linear_velocity(velocity)
-
-    def set_linear_velocity(self, velocity: ArrayLike, scene_idxs: Sequence[int] | None = None) -> None:
-        """Sets (3,) or (B, 3) [m/s] of the root in all of its scenes or in those named.
-
-        Raises:
-            TypeError: the root is fixed.
-            ValueError: the shape does not fit or a number is not finite.
-            KeyError: the articulation is in no such scene of this batch.
-            RuntimeError: the batch is closed.
-        """
-        rows = self._free(scene_idxs)
-        for row, new in zip(rows, spread_vectors(velocity, len(rows)), strict=True):
-            self._held.objs[row].set_root_linear_velocity(new)
-
-    @property
-    def angular_velocity(self) -> NDArray[np.float32]:
-        """(B, 3) float32 of the root [rad/s], world frame."""
-        self._check_open()
-        return np.array([obj.get_root_angular_velocity() for obj in self._held.objs], np.float32)
-
-    @angular_velocity.setter
-    def angular_velocity(self, velocity: ArrayLike) -> None:
-        self.set_angular_velocity(velocity)
-
-    def set_angular_velocity(self, velocity: ArrayLike, scene_idxs: Sequence[int] | None = None) -> None:
-        """Sets (3,) or (B, 3) [rad/s] of the root, otherwise as `set_linear_velocity`."""
-        rows = self._free(scene_idxs)
-        for row, new in zip(rows, spread_vectors(velocity, len(rows)), strict=True):
-            self._held.objs[row].set_root_angular_velocity(new)
-
-    def _each(
-        self, numbers: ArrayLike, rows: Sequence[int], what: str, tell: Callable[[int, NDArray[np.float32]], None]
-    ) -> None:
-        told = spread_joint_values(numbers, [self._dofs[row] for row in rows], self.dof, what)
-        for row, new in zip(rows, told, strict=True):
-            tell(row, new)
-
-    def _tell_present(
-        self, numbers: ArrayLike, scene_idxs: Sequence[int] | None, what: str, setter: Callable[[Any, Any], None]
-    ) -> None:
-        """For what the engine holds of an articulation in its scene alone."""
-        self._check_open()
-        rows = select_scene_rows(self._held, scene_idxs)
+        rows = self._rows(scene_idxs)
         self._check_there(rows)
-        self._each(numbers, rows, what, lambda row, new: setter(self._held.objs[row], new))
+        for row, new in self._spread(what, numbers, rows):
+            getattr(self._held.objs[row], f"set_{what}")(new)
 
-    def _tell_joints(
-        self, numbers: ArrayLike, scene_idxs: Sequence[int] | None, what: str, setter: Callable[[Any, float], None]
-    ) -> None:
-        def tell(row: int, new: NDArray[np.float32]) -> None:
+    def _joint_values(self, what: str, shape: tuple[int, ...] = (-1,)) -> NDArray[np.float32]:
+        """(B, dof) or (B, dof, 2) of what joints have in and out of a scene. `shape`: of those of one articulation."""
+        self._check_open()
+        rows = [[getattr(joint, f"get_{what}")() for joint in joints] for joints in self._held.joints]
+        return pad_rows([np.array(row, np.float32).reshape(shape) for row in rows], self.dof)
+
+    def _set_joint_values(self, what: str, numbers: ArrayLike, scene_idxs: Sequence[int] | None) -> None:
+        self._check_open()
+        for row, new in self._spread(what, numbers, self._rows(scene_idxs)):
             for joint, number in zip(self._held.joints[row], new.tolist(), strict=True):
-                setter(joint, number)
+                getattr(joint, f"set_{what}")(number)
 
-        self._check_open()
-        self._each(numbers, select_scene_rows(self._held, scene_idxs), what, tell)
+    def _spread(self, what: str, numbers: ArrayLike, rows: Sequence[int]) -> Iterable[tuple[int, NDArray[np.float32]]]:
+        return zip(rows, spread_joint_values(numbers, [self._dofs[row] for row in rows], self.dof, what), strict=True)
 
-    def _free(self, scene_idxs: Sequence[int] | None) -> Sequence[int]:
-        self._check_open()
-        rows = select_scene_rows(self._held, scene_idxs)
+    def _free(self, scene_idxs: Sequence[int] | None) -> tuple[list[Any], Sequence[int]]:
+        objs, rows = self.objs, self._rows(scene_idxs)
         if any(root_is_fixed(self._held.links[row]) for row in rows):
             raise TypeError(f"the root of '{self.name}' is fixed: it has no velocity")
-        return rows
+        return objs, rows
 
     def _check_there(self, rows: Iterable[int] | None = None) -> None:
         self._check_open()
@@ -422,12 +346,8 @@ class ArticulationBatch:
             where = "" if len(gone) == len(self) else f" in scene {gone[0]}"
             raise RuntimeError(f"'{self.name}' is removed{where}: the engine knows nothing of its joints there")
 
-    def _check_open(self) -> None:
-        if self._closed:
-            raise RuntimeError(f"the scenes of '{self.name}' are closed")
-
     def _close(self) -> None:
-        self._closed = True
+        super()._close()
         self._held = replace(self._held, objs=[], entities=[], links=[])
 
 
@@ -438,8 +358,3 @@ def _index_by_name(rows: list[list[Any]]) -> dict[str, list[Any]]:
             if name := each.get_name():
                 found.setdefault(name, [None] * len(rows))[number] = each
     return found
-
-
-def _read_rows(joints: list[Any], getter: Callable[[Any], Any], shape: tuple[int, ...]) -> NDArray[np.float32]:
-    """One row a joint."""
-    return np.array([getter(joint) for joint in joints], np.float32).reshape(shape)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.backends.sapien.engine import physx, sapien
-from scenecc.backends.sapien.selection import check_scene_idxs
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -17,19 +16,18 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class BodyObjects:
-    """One entity's bodies, one for each scene of the batch that has it.
+class EntityObjects:
+    """What the engine has of one entity, once for each scene of the batch that has it.
 
     Attributes:
         scene_idxs: indices among all scenes of the plan, ascending.
-        objs, components: the `sapien.Entity` and its physical component (None where it has none) of each scene.
+        objs: the object of each scene.
         row_of: scene index → row of the above.
     """
 
     name: str
     scene_idxs: tuple[int, ...]
     objs: list[Any]
-    components: list[Any]
     row_of: dict[int, int] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -41,38 +39,48 @@ class BodyObjects:
 
 
 @dataclass(frozen=True, slots=True)
-class ArticulationObjects:
-    """One entity's articulations, one for each scene of the batch that has it; made while all are in their scenes.
+class BodyObjects(EntityObjects):
+    """One entity's bodies; `objs` are `sapien.Entity`s.
 
     Attributes:
-        scene_idxs, row_of: as of `BodyObjects`.
-        objs: the `PhysxArticulation` of each scene.
+        components: the physical component of each scene, None where it has none.
+    """
+
+    components: list[Any]
+
+    def parts(self, row: int) -> list[tuple[Any, Any]]:
+        """The `sapien.Entity` of a row with what the simulation has of it; none where that is nothing."""
+        component = self.components[row]
+        return [] if component is None else [(self.objs[row], component)]
+
+
+@dataclass(frozen=True, slots=True)
+class ArticulationObjects(EntityObjects):
+    """One entity's articulations; made while all are in their scenes. `objs` are `PhysxArticulation`s.
+
+    Attributes:
         entities, links: those of its links in each scene, in the order of the plan, in which they are added.
         joints: those that move, in the order of the engine's `qpos`. Outside of a scene it names none.
         columns: where in `qpos` each of them is that moves, in the order of the plan.
         dof: how many move, at most.
     """
 
-    name: str
-    scene_idxs: tuple[int, ...]
-    objs: list[Any]
     entities: list[list[Any]]
     links: list[list[Any]]
     joints: list[list[Any]] = field(init=False)
     columns: list[NDArray[np.intp]] = field(init=False)
     dof: int = field(init=False)
-    row_of: dict[int, int] = field(init=False)
 
     def __post_init__(self) -> None:
+        EntityObjects.__post_init__(self)
         joints = [obj.get_active_joints() for obj in self.objs]
-        object.__setattr__(self, "row_of", {index: row for row, index in enumerate(self.scene_idxs)})
         object.__setattr__(self, "joints", joints)
         object.__setattr__(self, "columns", list(map(_joint_columns, self.links)))
         object.__setattr__(self, "dof", max(map(len, joints), default=0))
 
-    def rows_in(self, scene_idxs: Iterable[int]) -> list[int]:
-        """The rows of those of the scenes that have it, in the order given."""
-        return [self.row_of[index] for index in scene_idxs if index in self.row_of]
+    def parts(self, row: int) -> list[tuple[Any, Any]]:
+        """The `sapien.Entity` of each link of a row, with the link, in the order in which they are added."""
+        return list(zip(self.entities[row], self.links[row], strict=True))
 
     def in_scene(self, row: int) -> bool:
         """Whether it is in its scene now."""
@@ -91,18 +99,6 @@ def iterate_entities(held: BodyObjects | ArticulationObjects) -> Iterator[tuple[
     else:
         for index, entities in zip(held.scene_idxs, held.entities, strict=True):
             yield from ((index, entity) for entity in entities)
-
-
-def select_scene_rows(held: BodyObjects | ArticulationObjects, scene_idxs: Sequence[int] | None) -> Sequence[int]:
-    """The rows of the scenes that a user names, or all. Raises KeyError for one that has not the entity."""
-    if scene_idxs is None:
-        return range(len(held.objs))
-    asked = check_scene_idxs(scene_idxs)
-    missing = [index for index in asked if index not in held.row_of]
-    if missing:
-        there = list(held.scene_idxs)
-        raise KeyError(f"'{held.name}' is not in scene {missing[0]} of this batch; it is in {there}")
-    return [held.row_of[index] for index in asked]
 
 
 def is_dynamic(component: Any) -> bool:
@@ -154,9 +150,12 @@ class ComponentBatch:
     @property
     def objs(self) -> list[Any]:
         """SAPIEN's component in each of these scenes. Raises RuntimeError once the batch is closed."""
+        self._check_open()
+        return self._objs
+
+    def _check_open(self) -> None:
         if self._closed:
             raise RuntimeError(f"the scenes of '{self._name}' are closed")
-        return self._objs
 
     def _close(self) -> None:
         self._closed = True

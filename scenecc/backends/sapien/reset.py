@@ -10,7 +10,7 @@ import numpy as np
 from scenecc.backends.sapien.objects import ArticulationObjects
 from scenecc.backends.sapien.preparation import group_by_structure, rows_in_scenes
 from scenecc.backends.sapien.properties import select_rows
-from scenecc.backends.sapien.state import articulations_at_rest, bodies_at_rest
+from scenecc.backends.sapien.state import ArticulationState, bodies_at_rest
 from scenecc.diagnostics.messages import cut
 from scenecc.plan import ArticulationStructure, BodyStructure
 from scenecc.plan.articulation import JOINT_STATE_FIELDS, VELOCITY_FIELDS
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from scenecc.backends.sapien.objects import BodyObjects
     from scenecc.backends.sapien.preparation import StructureRows
-    from scenecc.backends.sapien.state import AnyState, ArticulationState
+    from scenecc.backends.sapien.state import AnyState
     from scenecc.plan import Entity, ScenePlan, Value
     from scenecc.variation.nodes import Node
 
@@ -140,7 +140,7 @@ def _planned_state(
     """As the plan has it."""
     pose = np.broadcast_to(select_rows(entity.pose, rows), (len(rows), 7))
     if isinstance(held, ArticulationObjects):
-        whole = articulations_at_rest(scene_idxs, pose, held.dof)
+        whole = ArticulationState.at_rest(scene_idxs, pose, held.dof)
         for part in group_by_structure(entity, rows):
             if isinstance(part.structure, ArticulationStructure):
                 _fill_articulation_state(whole, part.structure, part, held)

@@ -15,6 +15,7 @@ once.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -32,7 +33,13 @@ from scenecc.backends.sapien.objects import (
     root_is_fixed,
 )
 from scenecc.backends.sapien.properties import to_poses
-from scenecc.backends.sapien.state import ARTICULATION_FIELDS, ArticulationState, EntityState, bodies_at_rest
+from scenecc.backends.sapien.state import (
+    JOINT_FIELDS,
+    ArticulationState,
+    EntityState,
+    MotionState,
+    bodies_at_rest,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -76,34 +83,55 @@ def read_articulations(held: ArticulationObjects, scene_idxs: Iterable[int]) -> 
     )
 
 
-class ArticulationStateWriter:
-    """One entity's articulations with the state that they are to have, as `Placement` of bodies."""
+class StateWriter(ABC):
+    """One entity with the state that it is to have in some scenes; everything is looked up before anything moves."""
 
-    def __init__(self, held: ArticulationObjects, state: ArticulationState) -> None:
-        self._held = held
-        self._state = state
+    def __init__(self, held: BodyObjects | ArticulationObjects, state: MotionState) -> None:
+        self._parts = held.parts
+        self._rows = held.row_of
         self._row_of = {index: row for row, index in enumerate(state.scene_idxs)}
         self._poses = to_poses(state.pose)
 
     def take_out(self, scene: int) -> None:
-        """Takes the articulation out of the simulation of a scene."""
+        """Takes the entity out of the simulation of a scene."""
         row = self._own(scene)
         if row is not None:
-            for entity, link in zip(reversed(self._held.entities[row]), reversed(self._held.links[row]), strict=True):
-                entity.remove_component(link)
+            for entity, component in reversed(self._parts(row)):
+                entity.remove_component(component)
+
+    def put_in(self, scene: int) -> None:
+        """Puts the entity into the simulation again."""
+        row = self._own(scene)
+        if row is not None:
+            for entity, component in self._parts(row):
+                entity.add_component(component)
+
+    @abstractmethod
+    def move(self, scene: int) -> None:
+        """Sets what can be set while the entity is outside of the simulation."""
+
+    @abstractmethod
+    def settle(self, scene: int) -> None:
+        """Sets what can be set once it is in the simulation again."""
+
+    def _own(self, scene: int) -> int | None:
+        """Its row, if it is in this scene."""
+        return self._rows.get(scene)
+
+
+class ArticulationStateWriter(StateWriter):
+    """One entity's articulations."""
+
+    def __init__(self, held: ArticulationObjects, state: ArticulationState) -> None:
+        super().__init__(held, state)
+        self._held = held
+        self._state = state
 
     def move(self, scene: int) -> None:
         """Sets where the root is; outside of the simulation there are no joints."""
         row = self._own(scene)
         if row is not None:
             self._held.entities[row][0].set_pose(self._poses[self._row_of[scene]])
-
-    def put_in(self, scene: int) -> None:
-        """Puts the articulation into the simulation again."""
-        row = self._own(scene)
-        if row is not None:
-            for entity, link in zip(self._held.entities[row], self._held.links[row], strict=True):
-                entity.add_component(link)
 
     def settle(self, scene: int) -> None:
         """Sets where the joints are, how all moves, and what pulls; and lets it rest or wakes it."""
@@ -133,7 +161,7 @@ class ArticulationStateWriter:
 
     def _own(self, scene: int) -> int | None:
         """Its row, if it is in this scene now. One that was removed has its state when it is added again."""
-        row = self._held.row_of.get(scene)
+        row = super()._own(scene)
         return row if row is not None and scene in self._row_of and self._held.in_scene(row) else None
 
 
@@ -163,13 +191,12 @@ def _kinematic_target(component: Any) -> Sequence[float]:
         return (np.nan,) * 7
 
 
-class StateWriter:
-    """One entity's bodies with the state that they are to have; everything is looked up before anything moves."""
+class BodyStateWriter(StateWriter):
+    """One entity's bodies."""
 
     def __init__(self, bodies: BodyObjects, state: EntityState) -> None:
+        super().__init__(bodies, state)
         self._bodies = bodies
-        self._row_of = {index: row for row, index in enumerate(state.scene_idxs)}
-        self._poses = to_poses(state.pose)
         self._linear = list(state.linear_velocity)
         self._angular = list(state.angular_velocity)
         components = [bodies.components[bodies.row_of[index]] for index in state.scene_idxs]
@@ -177,12 +204,6 @@ class StateWriter:
         self._asleep: list[bool] = (state.asleep & self._dynamic).tolist()
         aims = np.isfinite(state.kinematic_target).all(axis=1)
         self._targets = dict(zip(np.flatnonzero(aims).tolist(), to_poses(state.kinematic_target[aims]), strict=True))
-
-    def take_out(self, scene: int) -> None:
-        """Takes the entity's body out of the simulation of a scene."""
-        own = self._bodies.row_of.get(scene)
-        if own is not None and (component := self._bodies.components[own]) is not None:
-            self._bodies.objs[own].remove_component(component)
 
     def move(self, scene: int) -> None:
         """Sets where the body is and how it moves, while it is outside of the simulation."""
@@ -194,12 +215,6 @@ class StateWriter:
         if self._dynamic[row]:
             component.set_linear_velocity(self._linear[row])
             component.set_angular_velocity(self._angular[row])
-
-    def put_in(self, scene: int) -> None:
-        """Puts the body into the simulation again."""
-        own = self._bodies.row_of.get(scene)
-        if own is not None and (component := self._bodies.components[own]) is not None:
-            self._bodies.objs[own].add_component(component)
 
     def settle(self, scene: int) -> None:
         """Lets the body in the simulation rest, wakes it, or tells it where to go."""
@@ -216,18 +231,16 @@ class StateWriter:
             component.set_kinematic_target(self._targets[row])
 
 
-def make_state_writer(
-    held: BodyObjects | ArticulationObjects, state: AnyState
-) -> StateWriter | ArticulationStateWriter:
+def make_state_writer(held: BodyObjects | ArticulationObjects, state: AnyState) -> StateWriter:
     """Of whichever kind it is; the state is of the same."""
     if isinstance(held, ArticulationObjects):
         assert isinstance(state, ArticulationState)
         return ArticulationStateWriter(held, state)
     assert isinstance(state, EntityState)
-    return StateWriter(held, state)
+    return BodyStateWriter(held, state)
 
 
-def restore_scene(placements: Sequence[StateWriter | ArticulationStateWriter], scene: int) -> None:
+def restore_scene(placements: Sequence[StateWriter], scene: int) -> None:
     """Puts the bodies of a scene where their states say. `placements` in build order."""
     for placement in reversed(placements):
         placement.take_out(scene)
@@ -237,7 +250,7 @@ def restore_scene(placements: Sequence[StateWriter | ArticulationStateWriter], s
         placement.settle(scene)
 
 
-def restore_in_new_scene(placements: Sequence[StateWriter | ArticulationStateWriter], scene: int, old: Any) -> Any:
+def restore_in_new_scene(placements: Sequence[StateWriter], scene: int, old: Any) -> Any:
     """As `place`, in a new scene whose simulation has no past. It takes over all that the old one held."""
     new: Any = sapien.Scene(_copy_systems(old))
     new.set_timestep(old.get_timestep())
@@ -291,7 +304,7 @@ class RemovedArticulation:
     def change(self, state: AnyState) -> None:
         """Another state, of an articulation, in some of its scenes, which it gets when it is added again."""
         rows = np.searchsorted(self.state.scene_idxs, state.scene_idxs)
-        for name in ARTICULATION_FIELDS:
+        for name in self.state.WIDTHS:
             numbers: Any = getattr(self.state, name)
             numbers[rows] = getattr(state, name)
         self._changed.update(state.scene_idxs)
@@ -302,13 +315,6 @@ class RemovedArticulation:
             placement = ArticulationStateWriter(held, self.state)
             for index in self._changed:
                 placement.settle(index)
-
-
-_ROOT_FIELDS = ("pose", "linear_velocity", "angular_velocity")
-
-_JOINT_FIELDS = ("qpos", "qvel", "qf", "drive_target", "drive_velocity_target")
-
-_WIDTHS = {"pose": 7, "linear_velocity": 3, "angular_velocity": 3, "kinematic_target": 7}
 
 
 def validate_state(
@@ -337,11 +343,12 @@ def validate_state(
         if there is None or here is None or not saved:
             continue
         if isinstance(there, ArticulationState) and isinstance(here, ArticulationObjects):
-            _check_articulation_shapes(name, there, here.dof)
+            _check_shapes(name, there, here.dof)
             found[name] = part = there.rows([row_of[index] for index in saved])
-            _check_articulation_values(name, part, here)
+            _check_values(name, part, _present_joints(here, part.scene_idxs))
         elif isinstance(there, EntityState) and isinstance(here, BodyObjects):
-            _check_body_shapes(name, there)
+            _check_shapes(name, there)
+            _check_values(name, there)
             found[name] = part = there.rows([row_of[index] for index in saved])
             _check_body_types(name, part, here)
         else:
@@ -355,44 +362,32 @@ def validate_state(
     return found
 
 
-def _check_articulation_shapes(name: str, state: ArticulationState, dof: int) -> None:
-    count = len(state.scene_idxs)
-    widths = {field: _WIDTHS[field] for field in _ROOT_FIELDS} | dict.fromkeys(_JOINT_FIELDS, dof)
-    for field, width in widths.items():
-        if getattr(state, field).shape != (count, width):
-            raise ValueError(f"{field} of '{name}' must be ({count}, {width}), not {getattr(state, field).shape}")
-    if state.asleep.shape != (count,):
-        raise ValueError(f"asleep of '{name}' must be ({count},), not {state.asleep.shape}")
+def _check_shapes(name: str, state: MotionState, dof: int = 0) -> None:
+    for field, wanted in state.shapes(len(state.scene_idxs), dof).items():
+        if (found := getattr(state, field).shape) != wanted:
+            raise ValueError(f"{field} of '{name}' must be {wanted}, not {found}")
 
 
-def _check_articulation_values(name: str, state: ArticulationState, held: ArticulationObjects) -> None:
-    dofs = np.array([len(held.joints[held.row_of[index]]) for index in state.scene_idxs])
-    present = np.arange(held.dof) < dofs[:, None]
-    for field in (*_ROOT_FIELDS, *_JOINT_FIELDS):
-        numbers = getattr(state, field)
-        if not np.isfinite(numbers[present] if field in _JOINT_FIELDS else numbers).all():
-            raise ValueError(f"{field} of '{name}' must be finite")
-    _check_unit_quaternions(name, state.pose)
-
-
-def _check_unit_quaternions(name: str, pose: NDArray[np.float32]) -> None:
-    lengths = np.linalg.norm(pose[:, 3:].astype(np.float64), axis=1)
+def _check_values(name: str, state: MotionState, present: NDArray[np.bool_] | None = None) -> None:
+    """`present`: of an articulation, which columns of joints are looked at, a row a scene."""
+    for field in MotionState.WIDTHS:
+        _check_finite(name, field, getattr(state, field))
+    for field in () if present is None else JOINT_FIELDS:
+        _check_finite(name, field, getattr(state, field)[present])
+    lengths = np.linalg.norm(state.pose[:, 3:].astype(np.float64), axis=1)
     if (np.abs(lengths - 1) > UNIT_TOLERANCE).any():
         raise ValueError(f"the quaternions of '{name}' must be of unit length")
 
 
-def _check_body_shapes(name: str, state: EntityState) -> None:
-    count = len(state.scene_idxs)
-    for field, width in _WIDTHS.items():
-        if getattr(state, field).shape != (count, width):
-            raise ValueError(f"{field} of '{name}' must be ({count}, {width}), not {getattr(state, field).shape}")
-    for field in ("dynamic", "asleep"):
-        if getattr(state, field).shape != (count,):
-            raise ValueError(f"{field} of '{name}' must be ({count},), not {getattr(state, field).shape}")
-    for field in ("pose", "linear_velocity", "angular_velocity"):
-        if not np.isfinite(getattr(state, field)).all():
-            raise ValueError(f"{field} of '{name}' must be finite")
-    _check_unit_quaternions(name, state.pose)
+def _check_finite(name: str, field: str, numbers: NDArray[np.float32]) -> None:
+    if not np.isfinite(numbers).all():
+        raise ValueError(f"{field} of '{name}' must be finite")
+
+
+def _present_joints(held: ArticulationObjects, scene_idxs: Sequence[int]) -> NDArray[np.bool_]:
+    """(B, dof) which columns are joints of the articulation of a scene."""
+    dofs = np.array([len(held.joints[held.row_of[index]]) for index in scene_idxs])
+    return np.arange(held.dof) < dofs[:, None]
 
 
 def _check_body_types(name: str, state: EntityState, bodies: BodyObjects) -> None:
