@@ -12,7 +12,7 @@ from fidelity.compare import assert_same_scene, assert_same_trajectory
 from fidelity.hand import SCENES, Case, box_shape, built, by_hand, component, counts, plan_of
 from plugins.sample_plans import rubbing
 
-from scenecc.backends.sapien.geometry import COLLISION_MAKERS
+from scenecc.backends.sapien.geometry import COLLISION_SHAPES
 from scenecc.plan import (
     BodyStructure,
     Box,
@@ -189,4 +189,4 @@ def test_coacd_gives_the_parts_that_sapien_gives(
 def test_every_collision_geometry_has_a_case() -> None:
     """A new shape without a comparison against SAPIEN fails here."""
     covered = {Box, Sphere, Capsule, Cylinder, Plane, ConvexMesh, ConvexParts, TriangleMesh}
-    assert covered == set(COLLISION_MAKERS)
+    assert covered == set(COLLISION_SHAPES)

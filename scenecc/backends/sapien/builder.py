@@ -9,10 +9,9 @@ import numpy as np
 from scenecc.backends.sapien.assets import load_all_parts
 from scenecc.backends.sapien.engine import REFUSED_CODE, EngineFailure, physx, render, sapien
 from scenecc.backends.sapien.geometry import (
-    COLLISION_MAKERS,
-    VISUAL_MAKERS,
-    CollisionContext,
-    VisualContext,
+    COLLISION_SHAPES,
+    VISUAL_SHAPES,
+    ShapeContext,
     front_face_column,
 )
 from scenecc.backends.sapien.properties import (
@@ -154,7 +153,7 @@ def _prepare_collision(
 ) -> PreparedShape:
     material = resources.physical(shape.material, rows)
     try:
-        make = COLLISION_MAKERS[type(shape.geometry)](shape.geometry, CollisionContext(rows, material, resources))
+        make = COLLISION_SHAPES[type(shape.geometry)].make(shape.geometry, ShapeContext(rows, material, resources))
     except EngineFailure as failure:
         failure.origin = failure.origin or shape.origin
         raise
@@ -172,7 +171,7 @@ def _prepare_collision(
 def _prepare_visual(shape: VisualShape, rows: NDArray[np.intp], resources: Resources) -> PreparedShape:
     try:
         material = None if shape.material is None else resources.visual(shape.material, rows)
-        make = VISUAL_MAKERS[type(shape.geometry)](shape.geometry, VisualContext(rows, material, resources))
+        make = VISUAL_SHAPES[type(shape.geometry)].make(shape.geometry, ShapeContext(rows, material, resources))
     except EngineFailure as failure:
         failure.origin = failure.origin or shape.origin
         raise

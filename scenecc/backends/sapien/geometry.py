@@ -15,11 +15,9 @@ from scenecc.backends.sapien.properties import (
     Column,
     bind_columns,
     row_value,
-    scalar_column,
     select_rows,
-    to_scalars,
+    size_column,
     to_vectors,
-    vector_column,
 )
 from scenecc.plan import (
     Box,
@@ -44,54 +42,68 @@ if TYPE_CHECKING:
     from scenecc.plan import CollisionGeometry, Value, VisualGeometry
 
 
-class CollisionContext(NamedTuple):
-    """What a row of the table is given.
+@dataclass(frozen=True, slots=True)
+class ShapeContext:
+    """What a row of the tables is given.
 
     Attributes:
         rows: the entity's rows that are built.
-        material: a column of `PhysxMaterial`.
+        material: a column of `PhysxMaterial` or `RenderMaterial`; None: the plan names none of what is seen.
         resources: files and materials of the plan.
     """
 
     rows: NDArray[np.intp]
-    material: Column
+    material: Column | None
     resources: Resources
 
-
-def _collision_box(geometry: Box, build: CollisionContext) -> Callable[[int], Any]:
-    return bind_columns(physx.PhysxCollisionShapeBox, [vector_column(geometry.half_size, build.rows), build.material])
-
-
-def _collision_sphere(geometry: Sphere, build: CollisionContext) -> Callable[[int], Any]:
-    return bind_columns(physx.PhysxCollisionShapeSphere, [scalar_column(geometry.radius, build.rows), build.material])
+    def materials(self) -> Column:
+        """The material, or one new `RenderMaterial` for all rows of the shape."""
+        return [render.RenderMaterial()] if self.material is None else self.material
 
 
-def _collision_capsule(geometry: Capsule, build: CollisionContext) -> Callable[[int], Any]:
-    radius, half_length = scalar_column(geometry.radius, build.rows), scalar_column(geometry.half_length, build.rows)
-    return bind_columns(physx.PhysxCollisionShapeCapsule, [radius, half_length, build.material])
+Sizes = dict[str, Any]
 
 
-def _collision_cylinder(geometry: Cylinder, build: CollisionContext) -> Callable[[int], Any]:
-    radius, half_length = scalar_column(geometry.radius, build.rows), scalar_column(geometry.half_length, build.rows)
-    return bind_columns(physx.PhysxCollisionShapeCylinder, [radius, half_length, build.material])
+class ShapeType(NamedTuple):
+    """A geometry in SAPIEN, as it collides or as it is seen.
+
+    Attributes:
+        engine: SAPIEN's class.
+        make: from the geometry to a function from a row to a new shape (`ConvexParts`: to a list of shapes).
+        expected: the properties that the shape of an entity's row must have.
+        sizes: names of the numbers that `engine` takes, in their order; none of a mesh.
+    """
+
+    engine: Any
+    make: Callable[[Any, ShapeContext], Callable[[int], Any]]
+    expected: Callable[[Any, int], Sizes]
+    sizes: tuple[str, ...] = ()
 
 
-def _collision_plane(geometry: Plane, build: CollisionContext) -> Callable[[int], Any]:
-    del geometry
-    return bind_columns(physx.PhysxCollisionShapePlane, [build.material])
+def _sized_shape(engine: Any, *sizes: str) -> ShapeType:
+    """A class that takes its sizes, which geometry and engine call the same, and a material."""
+
+    def make(geometry: Any, build: ShapeContext) -> Callable[[int], Any]:
+        columns = [size_column(getattr(geometry, name), build.rows) for name in sizes]
+        return bind_columns(engine, [*columns, build.materials()])
+
+    def expected(geometry: Any, row: int) -> Sizes:
+        return {name: row_value(getattr(geometry, name), row) for name in sizes}
+
+    return ShapeType(engine, make, expected, sizes)
 
 
-def _convex_mesh(geometry: ConvexMesh, build: CollisionContext) -> Callable[[int], Any]:
-    return bind_columns(physx.PhysxCollisionShapeConvexMesh, [*_hull_arguments(geometry, build), build.material])
+def _convex_mesh(geometry: ConvexMesh, build: ShapeContext) -> Callable[[int], Any]:
+    return bind_columns(physx.PhysxCollisionShapeConvexMesh, [*_hull_arguments(geometry, build), build.materials()])
 
 
-def _convex_parts(geometry: ConvexParts, build: CollisionContext) -> Callable[[int], Any]:
+def _convex_parts(geometry: ConvexParts, build: ShapeContext) -> Callable[[int], Any]:
     return bind_columns(
-        physx.PhysxCollisionShapeConvexMesh.load_multiple, [*_hull_arguments(geometry, build), build.material]
+        physx.PhysxCollisionShapeConvexMesh.load_multiple, [*_hull_arguments(geometry, build), build.materials()]
     )
 
 
-def _hull_arguments(geometry: ConvexMesh | ConvexParts, build: CollisionContext) -> tuple[Column, Column]:
+def _hull_arguments(geometry: ConvexMesh | ConvexParts, build: ShapeContext) -> tuple[Column, Column]:
     """File and scale, which PhysX wants above 0."""
     file, scale = select_rows(geometry.file, build.rows), select_rows(geometry.scale, build.rows)
     if isinstance(geometry, ConvexParts):
@@ -101,74 +113,42 @@ def _hull_arguments(geometry: ConvexMesh | ConvexParts, build: CollisionContext)
     return mirror_meshes(meshes, scale, parts=isinstance(geometry, ConvexParts)), to_vectors(np.abs(scale))
 
 
-def _triangle_mesh(geometry: TriangleMesh, build: CollisionContext) -> Callable[[int], Any]:
+def _triangle_mesh(geometry: TriangleMesh, build: ShapeContext) -> Callable[[int], Any]:
     file = build.resources.meshes(select_rows(geometry.file, build.rows), "SC801")
     scale = to_vectors(select_rows(geometry.scale, build.rows))
-    return bind_columns(physx.PhysxCollisionShapeTriangleMesh, [file, scale, build.material, [geometry.sdf]])
+    return bind_columns(physx.PhysxCollisionShapeTriangleMesh, [file, scale, build.materials(), [geometry.sdf]])
 
 
-COLLISION_MAKERS: dict[type[CollisionGeometry], Callable[[Any, CollisionContext], Callable[[int], Any]]] = {
-    Box: _collision_box,
-    Sphere: _collision_sphere,
-    Capsule: _collision_capsule,
-    Cylinder: _collision_cylinder,
-    Plane: _collision_plane,
-    ConvexMesh: _convex_mesh,
-    ConvexParts: _convex_parts,
-    TriangleMesh: _triangle_mesh,
+def _mesh_sizes(geometry: TriangleMesh | Mesh, row: int) -> Sizes:
+    return {"scale": geometry.scale.row(row)}
+
+
+def _hull_sizes(geometry: ConvexMesh | ConvexParts, row: int) -> Sizes:
+    """A mirrored one has a file of its own."""
+    return {"scale": np.abs(geometry.scale.row(row))}
+
+
+COLLISION_SHAPES: dict[type[CollisionGeometry], ShapeType] = {
+    Box: _sized_shape(physx.PhysxCollisionShapeBox, "half_size"),
+    Sphere: _sized_shape(physx.PhysxCollisionShapeSphere, "radius"),
+    Capsule: _sized_shape(physx.PhysxCollisionShapeCapsule, "radius", "half_length"),
+    Cylinder: _sized_shape(physx.PhysxCollisionShapeCylinder, "radius", "half_length"),
+    Plane: _sized_shape(physx.PhysxCollisionShapePlane),
+    ConvexMesh: ShapeType(physx.PhysxCollisionShapeConvexMesh, _convex_mesh, _hull_sizes),
+    ConvexParts: ShapeType(physx.PhysxCollisionShapeConvexMesh, _convex_parts, _hull_sizes),
+    TriangleMesh: ShapeType(physx.PhysxCollisionShapeTriangleMesh, _triangle_mesh, _mesh_sizes),
 }
-"""Geometry to a function from a row to a new shape (`ConvexParts`: to a list of shapes)."""
+"""Geometry as it collides."""
 
 
-@dataclass(frozen=True, slots=True)
-class VisualContext:
-    """What a row of the table is given.
-
-    Attributes:
-        rows: the entity's rows that are built.
-        material: a column of `RenderMaterial`; None: the plan names none.
-        resources: files and materials of the plan.
-    """
-
-    rows: NDArray[np.intp]
-    material: Column | None
-    resources: Resources
-
-    def or_fresh(self) -> Column:
-        """The material, or one new `RenderMaterial` for all rows of the shape."""
-        return [render.RenderMaterial()] if self.material is None else self.material
-
-
-def _visual_box(geometry: Box, look: VisualContext) -> Callable[[int], Any]:
-    return bind_columns(
-        render.RenderShapeBox, [to_vectors(select_rows(geometry.half_size, look.rows)), look.or_fresh()]
-    )
-
-
-def _visual_sphere(geometry: Sphere, look: VisualContext) -> Callable[[int], Any]:
-    return bind_columns(
-        render.RenderShapeSphere, [to_scalars(select_rows(geometry.radius, look.rows)), look.or_fresh()]
-    )
-
-
-def _visual_capsule(geometry: Capsule, look: VisualContext) -> Callable[[int], Any]:
-    radius, half_length = select_rows(geometry.radius, look.rows), select_rows(geometry.half_length, look.rows)
-    return bind_columns(render.RenderShapeCapsule, [to_scalars(radius), to_scalars(half_length), look.or_fresh()])
-
-
-def _visual_cylinder(geometry: Cylinder, look: VisualContext) -> Callable[[int], Any]:
-    radius, half_length = select_rows(geometry.radius, look.rows), select_rows(geometry.half_length, look.rows)
-    return bind_columns(render.RenderShapeCylinder, [to_scalars(radius), to_scalars(half_length), look.or_fresh()])
-
-
-def _visual_plane(geometry: VisualPlane, look: VisualContext) -> Callable[[int], Any]:
+def _visual_plane(geometry: VisualPlane, look: ShapeContext) -> Callable[[int], Any]:
     half_size = select_rows(geometry.half_size, look.rows)
     # SAPIEN's own ground gives a plane the scale [10, y, z]; the first number shows nowhere.
     scale = np.insert(half_size, 0, 10.0, axis=1)
-    return bind_columns(render.RenderShapePlane, [to_vectors(scale), look.or_fresh()])
+    return bind_columns(render.RenderShapePlane, [to_vectors(scale), look.materials()])
 
 
-def _visual_mesh(geometry: Mesh, look: VisualContext) -> Callable[[int], Any]:
+def _visual_mesh(geometry: Mesh, look: ShapeContext) -> Callable[[int], Any]:
     file = look.resources.meshes(select_rows(geometry.file, look.rows), "SC807")
     material: Column = [None] if look.material is None else look.material
     return bind_columns(
@@ -176,28 +156,58 @@ def _visual_mesh(geometry: Mesh, look: VisualContext) -> Callable[[int], Any]:
     )
 
 
-def _visual_tiled_plane(geometry: TiledPlane, look: VisualContext) -> Callable[[int], Any]:
-    half_size, repeat = select_rows(geometry.half_size, look.rows), select_rows(geometry.texture_repeat, look.rows)
-    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=np.float64)
-    vertices = np.zeros((len(half_size), 4, 3))
-    vertices[:, :, :2] = half_size[:, None] * corners
-    uvs = 0.5 + corners / 2 * repeat[:, None]
+def _visual_tiled_plane(geometry: TiledPlane, look: ShapeContext) -> Callable[[int], Any]:
+    vertices, uvs = tiled_plane_vertices(
+        select_rows(geometry.half_size, look.rows), select_rows(geometry.texture_repeat, look.rows)
+    )
     triangles = np.array([[0, 1, 2], [0, 2, 3]], dtype=np.uint32)
     normals = np.tile(np.array([0, 0, 1], dtype=np.float32), (4, 1))
-    columns = [to_vectors(vertices), [triangles], [normals], to_vectors(uvs), look.or_fresh()]
+    columns = [to_vectors(vertices), [triangles], [normals], to_vectors(uvs), look.materials()]
     return bind_columns(render.RenderShapeTriangleMesh, columns)
 
 
-VISUAL_MAKERS: dict[type[VisualGeometry], Callable[[Any, VisualContext], Callable[[int], Any]]] = {
-    Box: _visual_box,
-    Sphere: _visual_sphere,
-    Capsule: _visual_capsule,
-    Cylinder: _visual_cylinder,
-    VisualPlane: _visual_plane,
-    Mesh: _visual_mesh,
-    TiledPlane: _visual_tiled_plane,
+def tiled_plane_vertices(
+    half_size: NDArray[np.float64], repeat: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Corners (B, 4, 3) and texture coordinates (·, 4, 2) of tiled planes, counterclockwise from -x, -y.
+
+    Args:
+        half_size: (B, 2) [m].
+        repeat: (·, 2) how often the texture is on them.
+    """
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=np.float64)
+    vertices = np.zeros((len(half_size), 4, 3))
+    vertices[:, :, :2] = half_size[:, None] * corners
+    return vertices, 0.5 + corners / 2 * repeat[:, None]
+
+
+def _visual_plane_sizes(geometry: VisualPlane, row: int) -> Sizes:
+    return {"scale": np.concatenate([[10.0], geometry.half_size.row(row)])}
+
+
+def _tiled_plane_sizes(geometry: TiledPlane, row: int) -> Sizes:
+    del geometry, row
+    return {"scale": np.ones(3)}
+
+
+VISUAL_SHAPES: dict[type[VisualGeometry], ShapeType] = {
+    Box: _sized_shape(render.RenderShapeBox, "half_size"),
+    Sphere: _sized_shape(render.RenderShapeSphere, "radius"),
+    Capsule: _sized_shape(render.RenderShapeCapsule, "radius", "half_length"),
+    Cylinder: _sized_shape(render.RenderShapeCylinder, "radius", "half_length"),
+    VisualPlane: ShapeType(render.RenderShapePlane, _visual_plane, _visual_plane_sizes),
+    Mesh: ShapeType(render.RenderShapeTriangleMesh, _visual_mesh, _mesh_sizes),
+    TiledPlane: ShapeType(render.RenderShapeTriangleMesh, _visual_tiled_plane, _tiled_plane_sizes),
 }
-"""Geometry to a function from a row to a new render shape."""
+"""Geometry as it is seen."""
+
+RENDER_SHAPES: dict[Any, ShapeType] = {
+    shape.engine: seen
+    for geometry, shape in COLLISION_SHAPES.items()
+    for other, seen in VISUAL_SHAPES.items()
+    if geometry is other
+}
+"""SAPIEN's classes of shapes that collide, to what is seen of the same form: those that sizes tell."""
 
 
 def front_face_column(geometry: VisualGeometry, given: str | None, rows: NDArray[np.intp]) -> Column | None:
@@ -215,74 +225,3 @@ def front_face_column(geometry: VisualGeometry, given: str | None, rows: NDArray
 
 def _is_mirrored(scale: Value, rows: NDArray[np.intp]) -> list[bool]:
     return (np.prod(select_rows(scale, rows), axis=1) < 0).tolist()
-
-
-Sizes = dict[str, Any]
-
-
-def _box_sizes(geometry: Box, row: int) -> Sizes:
-    return {"half_size": row_value(geometry.half_size, row)}
-
-
-def _sphere_sizes(geometry: Sphere, row: int) -> Sizes:
-    return {"radius": row_value(geometry.radius, row)}
-
-
-def _capsule_sizes(geometry: Capsule | Cylinder, row: int) -> Sizes:
-    return {"radius": row_value(geometry.radius, row), "half_length": row_value(geometry.half_length, row)}
-
-
-def _mesh_sizes(geometry: TriangleMesh | Mesh, row: int) -> Sizes:
-    return {"scale": geometry.scale.row(row)}
-
-
-def _hull_sizes(geometry: ConvexMesh | ConvexParts, row: int) -> Sizes:
-    """A mirrored one has a file of its own."""
-    return {"scale": np.abs(geometry.scale.row(row))}
-
-
-def _no_sizes(geometry: Plane, row: int) -> Sizes:
-    del geometry, row
-    return {}
-
-
-def _visual_plane_sizes(geometry: VisualPlane, row: int) -> Sizes:
-    return {"scale": np.concatenate([[10.0], geometry.half_size.row(row)])}
-
-
-def _tiled_plane_sizes(geometry: TiledPlane, row: int) -> Sizes:
-    del geometry, row
-    return {"scale": np.ones(3)}
-
-
-COLLISION_SIZES: dict[type[CollisionGeometry], tuple[Any, Callable[[Any, int], Sizes]]] = {
-    Box: (physx.PhysxCollisionShapeBox, _box_sizes),
-    Sphere: (physx.PhysxCollisionShapeSphere, _sphere_sizes),
-    Capsule: (physx.PhysxCollisionShapeCapsule, _capsule_sizes),
-    Cylinder: (physx.PhysxCollisionShapeCylinder, _capsule_sizes),
-    Plane: (physx.PhysxCollisionShapePlane, _no_sizes),
-    ConvexMesh: (physx.PhysxCollisionShapeConvexMesh, _hull_sizes),
-    ConvexParts: (physx.PhysxCollisionShapeConvexMesh, _hull_sizes),
-    TriangleMesh: (physx.PhysxCollisionShapeTriangleMesh, _mesh_sizes),
-}
-"""Geometry to the engine's type and to the properties that the entity's row must have."""
-
-VISUAL_SIZES: dict[type[VisualGeometry], tuple[Any, Callable[[Any, int], Sizes]]] = {
-    Box: (render.RenderShapeBox, _box_sizes),
-    Sphere: (render.RenderShapeSphere, _sphere_sizes),
-    Capsule: (render.RenderShapeCapsule, _capsule_sizes),
-    Cylinder: (render.RenderShapeCylinder, _capsule_sizes),
-    VisualPlane: (render.RenderShapePlane, _visual_plane_sizes),
-    Mesh: (render.RenderShapeTriangleMesh, _mesh_sizes),
-    TiledPlane: (render.RenderShapeTriangleMesh, _tiled_plane_sizes),
-}
-"""The same for what is seen."""
-
-
-def tiled_plane_vertices(geometry: TiledPlane, row: int) -> tuple[Any, Any]:
-    """Corners (4, 3) and texture coordinates (4, 2) of a tiled plane, counterclockwise from -x, -y."""
-    x, y = geometry.half_size.row(row).tolist()
-    u, v = (geometry.texture_repeat.row(row) / 2).tolist()
-    corners = [[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]]
-    uvs = [[0.5 - u, 0.5 - v], [0.5 + u, 0.5 - v], [0.5 + u, 0.5 + v], [0.5 - u, 0.5 + v]]
-    return np.array(corners), np.array(uvs)

@@ -11,7 +11,7 @@ import numpy as np
 
 from scenecc.backends.sapien.audit.reference import ReferenceMeshes, part_counts
 from scenecc.backends.sapien.engine import physx
-from scenecc.backends.sapien.geometry import COLLISION_SIZES
+from scenecc.backends.sapien.geometry import COLLISION_SHAPES
 from scenecc.plan import ConvexParts, MeshGeometry
 from scenecc.plan.articulation import ArticulationStructure
 from scenecc.plan.geometry import Solid
@@ -35,7 +35,9 @@ if TYPE_CHECKING:
     from scenecc.plan import BodyStructure, Entity, Joint
 
 
-_GEOMETRIES: Final = {made: geometry for geometry, (made, _) in COLLISION_SIZES.items() if geometry is not ConvexParts}
+_GEOMETRIES: Final = {
+    shape.engine: geometry for geometry, shape in COLLISION_SHAPES.items() if geometry is not ConvexParts
+}
 """SAPIEN's shapes to what they are in a plan; parts are convex meshes."""
 
 _SHAPE_NUMBERS: Final = (

@@ -72,16 +72,15 @@ def split_poses(data: NDArray[Any]) -> tuple[NDArray[np.float32], NDArray[np.flo
     return np.ascontiguousarray(rows[:, :3]), np.ascontiguousarray(rows[:, 3:])
 
 
-def scalar_column(value: Value, rows: NDArray[np.intp]) -> Column:
-    """Python numbers a row; no array is made where there is none."""
-    return value.data[rows].tolist() if value.varies else [value.as_drawn()[0]]
-
-
-def vector_column(value: Value, rows: NDArray[np.intp]) -> Column:
-    """Vectors a row: of what is built once, the plan's own tuple, which costs less than an array of it."""
-    if value.varies or len(rows) > 1:
-        return to_vectors(select_rows(value, rows))
-    return [value.as_drawn()]
+def size_column(value: Value, rows: NDArray[np.intp]) -> Column:
+    """Python numbers or vectors a row: of what is built once, the plan's own, which costs less than an array of it."""
+    if value.varies:
+        data = value.data[rows]
+        return to_vectors(data) if data.ndim > 1 else to_scalars(data)
+    first, *others = numbers = value.as_drawn()
+    if not others:
+        return [first]
+    return [numbers] if len(rows) == 1 else to_vectors(value.data)
 
 
 def zip_columns(columns: Sequence[Column]) -> list[tuple[Any, ...]]:

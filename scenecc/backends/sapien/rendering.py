@@ -26,6 +26,7 @@ from scenecc.backends.sapien.cameras import (
     to_pose,
 )
 from scenecc.backends.sapien.engine import EngineFailure, physx, render
+from scenecc.backends.sapien.geometry import RENDER_SHAPES
 from scenecc.plan import AreaLight, CubeMap, DirectionalLight, PointLight, SkyMap, SpotLight, TexturedLight, literal
 from scenecc.plan.rendering import (
     COLLISION_COLORS,
@@ -39,8 +40,6 @@ from scenecc.variation.evaluation import to_field_rows
 from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.preparation import EntityLookup
@@ -144,22 +143,14 @@ def _flat_shaded_mesh(shape: Any, material: Any) -> Any:
     )
 
 
-_RENDER_SHAPES: Final[dict[str, Callable[[Any, Any], Any]]] = {
-    "PhysxCollisionShapeBox": lambda shape, material: render.RenderShapeBox(shape.half_size, material),
-    "PhysxCollisionShapeSphere": lambda shape, material: render.RenderShapeSphere(shape.radius, material),
-    "PhysxCollisionShapeCapsule": lambda shape, material: render.RenderShapeCapsule(
-        shape.radius, shape.half_length, material
-    ),
-    "PhysxCollisionShapeCylinder": lambda shape, material: render.RenderShapeCylinder(
-        shape.radius, shape.half_length, material
-    ),
-    "PhysxCollisionShapePlane": lambda _shape, material: render.RenderShapePlane(
-        [1, PLANE_HALF_SIZE, PLANE_HALF_SIZE], material
-    ),
-    "PhysxCollisionShapeConvexMesh": _flat_shaded_mesh,
-    "PhysxCollisionShapeTriangleMesh": _flat_shaded_mesh,
-}
-"""SAPIEN's collision shapes by class: the render shape of the same form."""
+def _render_shape(shape: Any, material: Any) -> Any:
+    """The render shape of the form of one that collides."""
+    if isinstance(shape, physx.PhysxCollisionShapePlane):
+        return render.RenderShapePlane([1, PLANE_HALF_SIZE, PLANE_HALF_SIZE], material)
+    like = RENDER_SHAPES.get(type(shape))
+    if like is None:
+        return _flat_shaded_mesh(shape, material)
+    return like.engine(*(getattr(shape, name) for name in like.sizes), material)
 
 
 class CollisionView:
@@ -181,7 +172,7 @@ class CollisionView:
         body: Any = render.RenderBodyComponent()
         material = self._materials[_body_type(component)]
         for shape in component.collision_shapes:
-            drawn = _RENDER_SHAPES[type(shape).__name__](shape, material)
+            drawn = _render_shape(shape, material)
             drawn.local_pose = shape.local_pose
             body.attach(drawn)
         body.name = component.name

@@ -15,7 +15,7 @@ from sapien import physx
 from scenecc.backends.sapien import instantiate
 from scenecc.backends.sapien.assets import Resources
 from scenecc.backends.sapien.builder import BatchActorBuilder
-from scenecc.backends.sapien.geometry import COLLISION_MAKERS, COLLISION_SIZES, VISUAL_MAKERS, VISUAL_SIZES
+from scenecc.backends.sapien.geometry import COLLISION_SHAPES, VISUAL_SHAPES
 from scenecc.backends.sapien.properties import (
     BODY_PROPERTIES,
     COLLISION_GROUPS,
@@ -37,8 +37,8 @@ from scenecc.plan import (
 
 def test_tables_cover_every_geometry() -> None:
     """A new shape in the plan without a row in each table fails here."""
-    assert set(COLLISION_MAKERS) == set(COLLISION_SIZES) == set(get_args(CollisionGeometry))
-    assert set(VISUAL_MAKERS) == set(VISUAL_SIZES) == set(get_args(VisualGeometry))
+    assert set(COLLISION_SHAPES) == set(get_args(CollisionGeometry))
+    assert set(VISUAL_SHAPES) == set(get_args(VisualGeometry))
 
 
 def test_tables_cover_every_field() -> None:

@@ -28,7 +28,7 @@ from scenecc.backends.sapien.audit.reference import (
     wrong_mass_code,
 )
 from scenecc.backends.sapien.engine import physx, render
-from scenecc.backends.sapien.geometry import COLLISION_SIZES, VISUAL_SIZES, tiled_plane_vertices
+from scenecc.backends.sapien.geometry import COLLISION_SHAPES, VISUAL_SHAPES, tiled_plane_vertices
 from scenecc.backends.sapien.properties import (
     BODY_PROPERTIES,
     COLLISION_GROUPS,
@@ -76,17 +76,17 @@ class ShapeAudit:
     def _shape(
         self, structure: BodyStructure, shape: CollisionShape, parts: Sequence[Any], row: int, place: BodyLocation
     ) -> None:
-        kind, sizes = COLLISION_SIZES[type(shape.geometry)]
+        known = COLLISION_SHAPES[type(shape.geometry)]
         own = self._own(structure, shape, row)
         no_density = shape.density is None and isinstance(shape.geometry, Plane)
         defaults = self._defaults.plane if no_density else self._defaults.shape
         material = shape.material
         friction = self._defaults.friction if material is None else self._friction(int(material.row(row)), row)
         for number, part in enumerate(parts):
-            if type(part) is not kind:
-                self._sweep.tell(place, "type", kind.__name__, type(part).__name__)
+            if type(part) is not known.engine:
+                self._sweep.tell(place, "type", known.engine.__name__, type(part).__name__)
                 continue
-            for name, size in sizes(shape.geometry, row).items():
+            for name, size in known.expected(shape.geometry, row).items():
                 self._sweep.hold(name, size, part, place)
             if isinstance(shape.geometry, MeshGeometry):
                 self._mesh(shape.geometry, part, number, row, place)
@@ -172,11 +172,11 @@ class VisualAudit:
             self._shape(shape, made, row, place._replace(origin=shape.origin))
 
     def _shape(self, shape: VisualShape, found: Any, row: int, place: BodyLocation) -> None:
-        kind, sizes = VISUAL_SIZES[type(shape.geometry)]
-        if type(found) is not kind:
-            self._sweep.tell(place, "type", kind.__name__, type(found).__name__)
+        known = VISUAL_SHAPES[type(shape.geometry)]
+        if type(found) is not known.engine:
+            self._sweep.tell(place, "type", known.engine.__name__, type(found).__name__)
             return
-        expected = sizes(shape.geometry, row) | {
+        expected = known.expected(shape.geometry, row) | {
             "name": shape.name or "",
             "front_face": _expected_front_face(shape, row),
         }
@@ -185,7 +185,8 @@ class VisualAudit:
         self._compare(expected, found, place)
         compare_shape_pose(shape.pose, found, row, place, self._sweep, self._defaults)
         if isinstance(shape.geometry, TiledPlane):
-            corners, uvs = tiled_plane_vertices(shape.geometry, row)
+            half_size, repeat = shape.geometry.half_size.row(row), shape.geometry.texture_repeat.row(row)
+            (corners,), (uvs,) = tiled_plane_vertices(half_size[None], repeat[None])
             part = found.parts[0]
             for name, wanted, actual in (("vertices", corners, part.vertices), ("uvs", uvs, part.get_vertex_uv())):
                 if not is_same(wanted, actual):

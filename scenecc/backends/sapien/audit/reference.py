@@ -22,7 +22,7 @@ from scenecc.backends.sapien.audit.comparison import (
     round_to_float32,
 )
 from scenecc.backends.sapien.engine import physx, render, sapien
-from scenecc.backends.sapien.geometry import COLLISION_SIZES
+from scenecc.backends.sapien.geometry import COLLISION_SHAPES
 from scenecc.backends.sapien.properties import (
     ARTICULATION_PROPERTIES,
     BODY_PROPERTIES,
@@ -239,8 +239,8 @@ class ReferenceMeshes:
 
     def fresh(self, geometry: CollisionGeometry, row: int) -> list[Any]:
         """New shapes of an entity's row, of the engine's own density and without a pose."""
-        kind, sizes = COLLISION_SIZES[type(geometry)]
-        given: dict[str, Any] = {**sizes(geometry, row), "material": self._material}
+        shape = COLLISION_SHAPES[type(geometry)]
+        given: dict[str, Any] = {**shape.expected(geometry, row), "material": self._material}
         match geometry:
             case ConvexMesh(file=file, scale=scale):
                 given["filename"] = self._hull_path(int(file.row(row)), axis_signs(scale, row))
@@ -248,10 +248,10 @@ class ReferenceMeshes:
                 given |= {"filename": self._path(int(file.row(row))), "sdf": sdf}
             case ConvexParts(file=file, scale=scale, coacd=coacd):
                 path = self._parts_path(int(file.row(row)), coacd, axis_signs(scale, row))
-                return kind.load_multiple(filename=path, **given)
+                return shape.engine.load_multiple(filename=path, **given)
             case _:
                 pass
-        return [kind(**given)]
+        return [shape.engine(**given)]
 
     def hull_volume(self, file: int) -> float:
         """[m³] of the hull of a file, unscaled."""
