@@ -8,16 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.backends.maniskill.builders import build_actor, build_articulation, deduplicate_planes, unsupported_cameras
-from scenecc.backends.maniskill.compat import SimConfig
-from scenecc.backends.maniskill.loaded_scene import (
-    LoadedScene,
-    ManiSkillConstraints,
-    ManiSkillEntityLookup,
-    ManiSkillLights,
-)
+from scenecc.backends.maniskill.compat import UNSUPPORTED_CODE, SimConfig
+from scenecc.backends.maniskill.loaded_scene import LoadedScene, ManiSkillEntityLookup
 from scenecc.backends.sapien.assets import report_changed_files
+from scenecc.backends.sapien.constraints import ConstraintSet
 from scenecc.backends.sapien.engine import EngineFailure, engine_settings, physx, report_failure
 from scenecc.backends.sapien.preparation import PreparedArticulation, prepare_entities
+from scenecc.backends.sapien.rendering import LightSet
 from scenecc.diagnostics import Location
 from scenecc.diagnostics.collector import collector_paused
 from scenecc.plan.scene import Physics, process_wide_settings
@@ -183,13 +180,23 @@ def _fill_scene(plan: ScenePlan, turns: list[PreparedEntity], scene: Any, sink: 
                 actors[name] = build_actor(turn, scene)
         place = plan.origin
         standing = ManiSkillEntityLookup(tuple(range(plan.num_scenes)), _environment_scenes(scene), turns)
-        ties = ManiSkillConstraints(plan, standing, scene)
-        lights = ManiSkillLights(plan, _light_lookup(standing, scene, turns)) if scene.can_render() else None
+        _refuse_world_constraints(plan, scene)
+        ties = ConstraintSet(plan, standing)
+        lights = LightSet(plan, _light_lookup(standing, scene, turns), rendered=True) if scene.can_render() else None
     except EngineFailure as failure:
         report_failure(failure, sink, place)
         return None
     held = {turn.entity.name: turn.held() for turn in turns}
     return LoadedScene(plan, scene, actors, articulations, held, ties, lights)
+
+
+def _refuse_world_constraints(plan: ScenePlan, scene: Any) -> None:
+    """Raises EngineFailure where a constraint holds on to the world, and environments share one simulation."""
+    for constraint in plan.constraints if scene.gpu_sim_enabled and plan.num_scenes > 1 else ():
+        if constraint.parent is None:
+            message = f"'{constraint.name}' holds on to the world, which environments share on the GPU"
+            hint = "put a static or kinematic body there, and hold on to that"
+            raise EngineFailure(UNSUPPORTED_CODE, message, origin=constraint.origin, hint=hint)
 
 
 def _environment_scenes(scene: Any) -> list[Any]:

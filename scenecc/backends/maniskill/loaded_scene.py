@@ -11,14 +11,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from scenecc.backends.maniskill.builders import camera_configs, hidden_objects
-from scenecc.backends.maniskill.compat import UNSUPPORTED_CODE, Pose, torch
-from scenecc.backends.sapien.assets import Resources
-from scenecc.backends.sapien.constraints import PreparedConstraint, sample_targets
-from scenecc.backends.sapien.engine import EngineFailure
+from scenecc.backends.maniskill.compat import Pose, torch
 from scenecc.backends.sapien.objects import ArticulationObjects, is_dynamic, root_is_fixed
 from scenecc.backends.sapien.preparation import EntityLookup, PreparedArticulation
 from scenecc.backends.sapien.properties import to_poses
-from scenecc.backends.sapien.rendering import LightBatch, build_environment, build_light, sample_poses
 from scenecc.backends.sapien.reset import ResetSampler
 from scenecc.backends.sapien.selection import check_scene_idxs, check_seeds
 from scenecc.backends.sapien.state import ArticulationState
@@ -29,13 +25,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from scenecc.backends.sapien.constraints import TargetCalls
+    from scenecc.backends.sapien.constraints import ConstraintSet
     from scenecc.backends.sapien.objects import BodyObjects
-    from scenecc.backends.sapien.rendering import EntityPoses
+    from scenecc.backends.sapien.rendering import LightSet
     from scenecc.backends.sapien.state import AnyState, EntityState
-    from scenecc.plan import Light, ScenePlan
+    from scenecc.plan import ScenePlan
     from scenecc.plan.body import Mount
-    from scenecc.variation.evaluation import Batch
 
 
 class ManiSkillEntityLookup(EntityLookup):
@@ -50,51 +45,6 @@ class ManiSkillEntityLookup(EntityLookup):
         (part,) = (part for part in turn.parts if row in part.numbers)
         names = [link.name for link in part.structure.links]
         return turn.links[row][names.index(mount.link)]
-
-
-class ManiSkillConstraints:
-    """Constraints of the plan, built once all entities stand."""
-
-    def __init__(self, plan: ScenePlan, standing: EntityLookup, scene: Any) -> None:
-        """Builds them.
-
-        Raises:
-            EngineFailure: one holds on to the world where environments share one simulation.
-        """
-        self._built: list[tuple[PreparedConstraint, list[Any]]] = []
-        for constraint in plan.constraints:
-            if constraint.parent is None and scene.gpu_sim_enabled and plan.num_scenes > 1:
-                message = f"'{constraint.name}' holds on to the world, which environments share on the GPU"
-                hint = "put a static or kinematic body there, and hold on to that"
-                raise EngineFailure(UNSUPPORTED_CODE, message, origin=constraint.origin, hint=hint)
-            tie = PreparedConstraint(constraint, standing.scene_idxs)
-            self._built.append((tie, tie.build(standing)))
-
-    def again(self, batch: Batch) -> TargetCalls:
-        """The targets of drives at the start, drawn anew, not set yet. Raises ValueError as `sample_targets` does."""
-        return [step for tie, components in self._built for step in sample_targets(tie, components, batch)]
-
-
-class ManiSkillLights:
-    """Surroundings and lights of scenes that render."""
-
-    def __init__(self, plan: ScenePlan, standing: EntityLookup) -> None:
-        """Builds them.
-
-        Raises:
-            EngineFailure: the renderer cannot make one.
-        """
-        resources = Resources(plan)
-        if plan.environment is not None:
-            build_environment(plan.environment, standing, resources)
-        self._built: list[tuple[Light, LightBatch]] = []
-        for light in plan.lights:
-            where = tuple(index for index in standing.scene_idxs if index in light.scene_idxs)
-            self._built.append((light, LightBatch(light.name, where, build_light(light, standing, resources))))
-
-    def moves(self, batch: Batch) -> EntityPoses:
-        """Where those go that stand relative to what a reset draws anew. Raises ValueError as `sample_poses` does."""
-        return [move for light, found in self._built for move in sample_poses(light, found, batch)]
 
 
 def write_state_on_cpu(held: BodyObjects | ArticulationObjects, state: AnyState) -> None:
@@ -195,8 +145,8 @@ class LoadedScene:
         actors: Mapping[str, Any],
         articulations: Mapping[str, Any],
         held: Mapping[str, BodyObjects | ArticulationObjects],
-        ties: ManiSkillConstraints,
-        lights: ManiSkillLights | None,
+        ties: ConstraintSet,
+        lights: LightSet | None,
     ) -> None:
         self.plan = plan
         self.scene = scene

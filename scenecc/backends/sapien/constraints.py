@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scenecc.backends.sapien.audit.comparison import DifferenceGroups
 from scenecc.backends.sapien.engine import physx, sapien
 from scenecc.backends.sapien.objects import ComponentBatch
 from scenecc.backends.sapien.properties import Column, select_rows, to_poses, to_scalars, to_vectors, zip_columns
-from scenecc.diagnostics import Location
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import Connection, Distance, Drive, Gear, Weld, literal
 from scenecc.plan.constraint import WELD_SWING
@@ -202,8 +202,6 @@ def flatten_values(found: Any) -> list[Any]:
 TargetCalls = list[tuple[Any, str, tuple[Any, ...]]]
 """Components, what is set on them, and the arguments."""
 
-_AUDIT_CODE = "SC802"
-
 _ROTATION_TOLERANCE = 1e-6
 """How far a component of a rotation may be from what was set: PhysX normalises what frames it takes."""
 
@@ -242,18 +240,13 @@ class ConstraintSet:
 
         The limits of a distance and the scales of a drive SAPIEN gives nobody.
         """
-        good = True
+        told = DifferenceGroups(sink)
         for tie in self._ties:
-            wrong: dict[str, list[int]] = {}
+            who, place = f"constraint '{tie.constraint.name}'", tie.constraint.origin
             for number, component in enumerate(self.batches[tie.constraint.name].objs):
-                for what in _constraint_differences(tie, component, number):
-                    wrong.setdefault(what, []).append(tie.scene_idxs[number])
-            for what, scene_idxs in wrong.items():
-                more = f" (and in {len(scene_idxs) - 1} more)" if len(scene_idxs) > 1 else ""
-                message = f"constraint '{tie.constraint.name}' in scene {scene_idxs[0]}{more}: the engine holds {what}"
-                sink.report(_AUDIT_CODE, message, tie.constraint.origin or Location(None))
-                good = False
-        return good
+                for words in _constraint_differences(tie, component, number):
+                    told.add(who, words, tie.scene_idxs[number], place)
+        return told.report()
 
     @property
     def pulls(self) -> bool:

@@ -191,11 +191,57 @@ EntityPoses = list[tuple[Any, Any]]
 """Entities of lights and cameras, and where they go."""
 
 
-class LightsAndCameras:
+class LightSet:
+    """Surroundings and lights of scenes.
+
+    Attributes:
+        lights: by name, in the order of the plan.
+    """
+
+    def __init__(self, plan: ScenePlan, standing: EntityLookup, *, rendered: bool) -> None:
+        """Builds them, where the scenes render.
+
+        Raises:
+            EngineFailure: the renderer cannot make one.
+        """
+        self._plan = plan
+        self._standing: EntityLookup | None = standing
+        self._rendered = rendered
+        built: dict[str, list[Any]] = {}
+        if rendered:
+            resources = Resources(plan)
+            if plan.environment is not None:
+                build_environment(plan.environment, standing, resources)
+            built = {light.name: build_light(light, standing, resources) for light in plan.lights}
+        self.lights: dict[str, LightBatch] = {
+            light.name: LightBatch(light.name, self._present(light), built.get(light.name)) for light in plan.lights
+        }
+
+    def _present(self, held: Light | Camera) -> tuple[int, ...]:
+        assert self._standing is not None
+        having = frozenset(held.scene_idxs)
+        return tuple(index for index in self._standing.scene_idxs if index in having)
+
+    def _placed(self) -> list[tuple[Light | Camera, RenderComponentBatch]]:
+        return [(light, self.lights[light.name]) for light in self._plan.lights]
+
+    def moves(self, batch: Batch) -> EntityPoses:
+        """Where those go that stand relative to what a reset draws anew; nothing is moved yet.
+
+        Args:
+            batch: the scenes that are reset.
+
+        Raises:
+            ValueError: one would stand nowhere.
+        """
+        return [move for each, found in self._placed() for move in sample_poses(each, found, batch)]
+
+
+class LightsAndCameras(LightSet):
     """Lights and cameras of a batch.
 
     Attributes:
-        lights, cameras: by name, in the order of the plan.
+        cameras: by name, in the order of the plan.
     """
 
     def __init__(self, plan: ScenePlan, standing: EntityLookup, *, rendered: bool) -> None:
@@ -204,17 +250,8 @@ class LightsAndCameras:
         Raises:
             EngineFailure: the renderer cannot make one.
         """
-        self._plan = plan
-        self._standing: EntityLookup | None = standing
-        self._rendered = rendered
+        super().__init__(plan, standing, rendered=rendered)
         self._seen_by_people = [entity.name for entity in plan.entities if entity.hidden]
-        built: dict[str, list[Any]] = {}
-        if rendered:
-            resources = Resources(plan)
-            if plan.environment is not None:
-                build_environment(plan.environment, standing, resources)
-            built = {light.name: build_light(light, standing, resources) for light in plan.lights}
-        self.lights = {light.name: self._light(light, built.get(light.name)) for light in plan.lights}
         self._dark = set(standing.scene_idxs) if is_unlit(plan) else set[int]()
         self.cameras = {
             camera.name: self._camera(camera, build_camera(camera, standing) if rendered else None)
@@ -224,13 +261,8 @@ class LightsAndCameras:
         if not plan.cameras:
             self.cameras[DEFAULT_CAMERA] = self.framed()
 
-    def _present(self, held: Light | Camera) -> tuple[int, ...]:
-        assert self._standing is not None
-        having = frozenset(held.scene_idxs)
-        return tuple(index for index in self._standing.scene_idxs if index in having)
-
-    def _light(self, light: Light, objs: list[Any] | None) -> LightBatch:
-        return LightBatch(light.name, self._present(light), objs)
+    def _placed(self) -> list[tuple[Light | Camera, RenderComponentBatch]]:
+        return [*super()._placed(), *((camera, self.cameras[camera.name]) for camera in self._plan.cameras)]
 
     def _light_up(self, index: int) -> None:
         """Lights a scene for its first picture if nothing else does: without, every picture would be black.
@@ -325,20 +357,6 @@ class LightsAndCameras:
         """Whether a light or camera stands relative to what a reset draws anew."""
         held = (*self._plan.lights, *self._plan.cameras)
         return self._rendered and any(each.pose.recipe is not None for each in held)
-
-    def moves(self, batch: Batch) -> EntityPoses:
-        """Where lights and cameras go that stand relative to what a reset draws anew; nothing is moved yet.
-
-        Args:
-            batch: the scenes that are reset.
-
-        Raises:
-            ValueError: one would stand nowhere.
-        """
-        held: list[tuple[Light | Camera, RenderComponentBatch]] = []
-        held += [(light, self.lights[light.name]) for light in self._plan.lights]
-        held += [(camera, self.cameras[camera.name]) for camera in self._plan.cameras]
-        return [move for each, found in held for move in sample_poses(each, found, batch)]
 
     def close(self) -> None:
         """Lets go of everything."""

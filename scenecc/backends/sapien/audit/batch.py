@@ -15,8 +15,8 @@ from scenecc.backends.sapien.audit.comparison import (
     AUDIT_CODE,
     BatchComparison,
     BodyLocation,
+    DifferenceGroups,
     format_value,
-    report_difference,
 )
 from scenecc.backends.sapien.audit.reference import ReferenceMeshes, cooking_differences, scene_differences
 from scenecc.backends.sapien.engine import sapien
@@ -211,11 +211,13 @@ def audit_batch(
     """
     plan, scenes = batch.plan, batch.scenes
     defaults = present.asked(plan.physics)
+    told = DifferenceGroups(sink)
     settings = [(batch.scene_idxs[0], difference) for difference in cooking_differences(defaults)]
     for index, scene in zip(batch.scene_idxs, scenes if level == "full" else scenes[:1], strict=False):
         settings += [(index, difference) for difference in scene_differences(defaults, scene)]
     for index, difference in settings:
-        report_difference(sink, difference, "the scene", [index], plan.physics.origin or plan.origin)
+        origin = plan.physics.origin or plan.origin
+        told.add("the scene", difference.words, index, origin, key=(difference.what, index))
     sweep = BatchComparison()
     if turns:
         _compare_objects(batch, turns, defaults, sweep, level)
@@ -223,8 +225,8 @@ def audit_batch(
     for place, difference in sweep.differences():
         found.setdefault(place.turn.entity.name, []).append((place, difference))
     for turn in turns:
-        _report_entity(sink, turn, found.get(turn.entity.name, []))
-    return not settings and not found
+        _tell_entity(told, turn, found.get(turn.entity.name, []))
+    return told.report()
 
 
 def _compare_objects(
@@ -251,14 +253,19 @@ def _compare_objects(
                 compare_bodies(turn, part, components, meshes, sweep)
 
 
-def _report_entity(sink: Sink, turn: PreparedEntity, found: list[tuple[BodyLocation, EngineDifference]]) -> None:
-    """One diagnostic a property and place, however many scenes have it."""
-    groups: dict[tuple[str, Any, str | None], tuple[EngineDifference, list[int]]] = {}
+def _tell_entity(
+    told: DifferenceGroups, turn: PreparedEntity, found: list[tuple[BodyLocation, EngineDifference]]
+) -> None:
+    """One group a property and place."""
     # What follows from a mistake of the scene is not told beside it.
     causes = [(place, difference) for place, difference in found if difference.code != AUDIT_CODE]
     for place, difference in causes or found:
-        key = (difference.what, difference.origin, place.link)
-        groups.setdefault(key, (difference, []))[1].append(turn.scene_idxs[place.number])
-    for (_, _, link), (difference, scene_idxs) in groups.items():
-        who = f"'{turn.entity.name}'" if link is None else f"link '{link}' of '{turn.entity.name}'"
-        report_difference(sink, difference, who, sorted(set(scene_idxs)), turn.entity.origin)
+        who = f"'{turn.entity.name}'" if place.link is None else f"link '{place.link}' of '{turn.entity.name}'"
+        told.add(
+            who,
+            difference.words,
+            turn.scene_idxs[place.number],
+            difference.origin or turn.entity.origin,
+            key=(difference.what, difference.origin),
+            code=difference.code,
+        )

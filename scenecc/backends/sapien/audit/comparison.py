@@ -12,7 +12,7 @@ from scenecc.backends.sapien.engine import sapien
 from scenecc.diagnostics import Location
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Hashable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -43,26 +43,42 @@ class EngineDifference:
     origin: Origin | None = None
     code: str = AUDIT_CODE
 
+    @property
+    def words(self) -> str:
+        """What the engine holds, for people."""
+        return f"{self.what} = {self.found}, and the plan asks for {self.expected}"
 
-def report_difference(
-    sink: Sink, difference: EngineDifference, who: str, scene_idxs: Sequence[int], place: Origin | None
-) -> None:
-    """Reports what differs, at the node that asked or else at `place`.
 
-    Args:
-        sink: takes it.
-        difference: as seen in the first of the scenes.
-        who: has it, in words.
-        scene_idxs: where, ascending.
-        place: of what has it.
-    """
-    more = f" (and in {len(scene_idxs) - 1} more)" if len(scene_idxs) > 1 else ""
-    sink.report(
-        difference.code,
-        f"{who} in scene {scene_idxs[0]}{more}: the engine holds {difference.what} = {difference.found}, "
-        f"and the plan asks for {difference.expected}",
-        difference.origin or place or Location(None),
-    )
+class DifferenceGroups:
+    """Differences that become one diagnostic each, however many scenes have them."""
+
+    def __init__(self, sink: Sink) -> None:
+        self._sink = sink
+        self._groups: dict[Hashable, tuple[str, str, Origin | None, str, list[int]]] = {}
+
+    def add(
+        self, who: str, words: str, index: int, place: Origin | None, *, key: Hashable = None, code: str = AUDIT_CODE
+    ) -> None:
+        """One more.
+
+        Args:
+            who: has it, in words.
+            words: what the engine holds, as seen in the first of the scenes.
+            index: of the scene.
+            place: the node that asked.
+            key: tells differences of one thing apart; None: the words do.
+            code: of the diagnostic.
+        """
+        self._groups.setdefault((who, key or words), (who, words, place, code, []))[-1].append(index)
+
+    def report(self) -> bool:
+        """Reports them; whether there are none."""
+        for who, words, place, code, found in self._groups.values():
+            scene_idxs = sorted(set(found))
+            more = f" (and in {len(scene_idxs) - 1} more)" if len(scene_idxs) > 1 else ""
+            message = f"{who} in scene {scene_idxs[0]}{more}: the engine holds {words}"
+            self._sink.report(code, message, place or Location(None))
+        return not self._groups
 
 
 def round_to_float32(value: float) -> float:

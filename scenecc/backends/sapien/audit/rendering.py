@@ -5,44 +5,36 @@ What SAPIEN gives nobody is not looked at: the files of a map, and a camera's sh
 
 from __future__ import annotations
 
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from scenecc.backends.sapien.audit.bodies import expected_texture
-from scenecc.backends.sapien.audit.comparison import EngineDifference, format_value, is_same, report_difference
+from scenecc.backends.sapien.audit.comparison import DifferenceGroups, EngineDifference, format_value, is_same
 from scenecc.backends.sapien.engine import render
+from scenecc.backends.sapien.rendering import LIGHT_CLASSES
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import (
     AreaLight,
     Camera,
-    DirectionalLight,
     Intrinsic,
     Orthographic,
     Perspective,
-    PointLight,
     SpotLight,
     TexturedLight,
 )
 from scenecc.plan.rendering import shadow_parameters
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
     from scenecc.backends.sapien.cameras import RenderComponentBatch
     from scenecc.backends.sapien.preparation import EntityLookup
     from scenecc.backends.sapien.rendering import LightsAndCameras
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
     from scenecc.plan import Light, ScenePlan, Value
 
-
-_LIGHT_CLASSES: dict[type, Any] = {
-    DirectionalLight: render.RenderDirectionalLightComponent,
-    PointLight: render.RenderPointLightComponent,
-    SpotLight: render.RenderSpotLightComponent,
-    AreaLight: render.RenderParallelogramLightComponent,
-    TexturedLight: render.RenderTexturedLightComponent,
-}
 
 _ANGLE_TOLERANCE = 1e-6
 """Of an angle of view, relative: SAPIEN keeps the focal length that it makes of one."""
@@ -53,55 +45,33 @@ def audit_rendering(plan: ScenePlan, dress: LightsAndCameras, standing: EntityLo
 
     To be called before the first picture, which may bring lights and a camera of its own.
     """
-    told = _DifferenceGroups(sink)
+    told = DifferenceGroups(sink)
     for number, index in enumerate(standing.scene_idxs):
-        differences = _environment_differences(plan, standing.scenes[number], index)
-        told.add("the scene", plan.environment and plan.environment.origin, index, differences)
+        for each in _environment_differences(plan, standing.scenes[number], index):
+            told.add("the scene", each.words, index, plan.environment and plan.environment.origin, key=each.what)
     for held in (*plan.lights, *plan.cameras):
         found: RenderComponentBatch = (dress.cameras if isinstance(held, Camera) else dress.lights)[held.name]
         rows = {index: row for row, index in enumerate(held.scene_idxs)}
         for index, component in zip(found.scene_idxs, found.objs, strict=True):
             number, row = standing.scene_idxs.index(index), rows[index]
-            differences = [
-                *_placement_differences(held, component, row, standing, number),
-                *_component_differences(plan, held, component, row),
-            ]
-            told.add(f"'{held.name}'", held.origin, index, differences)
-    return told.all()
+            placement = _placement_differences(held, component, row, standing, number)
+            for each in chain(placement, _component_differences(plan, held, component, row)):
+                told.add(f"'{held.name}'", each.words, index, held.origin, key=each.what)
+    return told.report()
 
 
-class _DifferenceGroups:
-    """Differences that become one diagnostic each, however many scenes have them."""
-
-    def __init__(self, sink: Sink) -> None:
-        self._sink = sink
-        self._groups: dict[tuple[str, str], tuple[EngineDifference, Origin | None, list[int]]] = {}
-
-    def add(self, who: str, place: Origin | None, index: int, differences: Sequence[EngineDifference]) -> None:
-        for difference in differences:
-            self._groups.setdefault((who, difference.what), (difference, place, []))[2].append(index)
-
-    def all(self) -> bool:
-        """Reports them; whether there are none."""
-        for (who, _), (difference, place, scene_idxs) in self._groups.items():
-            report_difference(self._sink, difference, who, scene_idxs, place)
-        return not self._groups
-
-
-def _environment_differences(plan: ScenePlan, scene: Any, index: int) -> list[EngineDifference]:
+def _environment_differences(plan: ScenePlan, scene: Any, index: int) -> Iterator[EngineDifference]:
     """What differs in a scene as a whole, of an index among all of the plan."""
     system, environment = scene.render_system, plan.environment
     ambient: Any = (0.0, 0.0, 0.0)
     if environment is not None and environment.ambient_light is not None:
         ambient = environment.ambient_light.row(index)
     map_ = environment is not None and environment.map is not None
-    return list(
-        _property_differences(
-            ("ambient_light", ambient, system.ambient_light),
-            ("cubemap", _map_presence(there=map_), _map_presence(there=system.cubemap is not None)),
-            ("lights", sum(index in light.scene_idxs for light in plan.lights), len(system.lights)),
-            ("cameras", sum(index in camera.scene_idxs for camera in plan.cameras), len(system.cameras)),
-        )
+    return _property_differences(
+        ("ambient_light", ambient, system.ambient_light),
+        ("cubemap", _map_presence(there=map_), _map_presence(there=system.cubemap is not None)),
+        ("lights", sum(index in light.scene_idxs for light in plan.lights), len(system.lights)),
+        ("cameras", sum(index in camera.scene_idxs for camera in plan.cameras), len(system.cameras)),
     )
 
 
@@ -136,7 +106,7 @@ def _component_differences(
 
 
 def _light_differences(plan: ScenePlan, light: Light, component: Any, row: int) -> Iterator[EngineDifference]:
-    kind = _LIGHT_CLASSES[type(light.light)]
+    kind = getattr(render, LIGHT_CLASSES[type(light.light)])
     if type(component) is not kind:
         yield EngineDifference("type", kind.__name__, type(component).__name__)
         return
