@@ -17,15 +17,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.backends.sapien.builder import (
-    attach_shape,
-    cook_shapes,
-    make_render_component,
-    prepare_collisions,
-    prepare_mass,
-    prepare_visuals,
-)
-from scenecc.backends.sapien.engine import REFUSED_CODE, EngineFailure, sapien
+from scenecc.backends.sapien.builder import PreparedBody
+from scenecc.backends.sapien.engine import REFUSED_CODE, EngineFailure, engine_refusal, sapien
 from scenecc.backends.sapien.properties import (
     ARTICULATION_PROPERTIES,
     BODY_PROPERTIES,
@@ -37,7 +30,6 @@ from scenecc.backends.sapien.properties import (
     JOINT_PROPERTIES,
     LINK_CLASS,
     LINK_FIELDS,
-    RENDER_PROPERTIES,
     ROOT_PROPERTIES,
     Column,
     EngineProperty,
@@ -117,36 +109,17 @@ class PreparedLink:
 
     Attributes:
         parent: number of the link that it hangs on; None: it is the root.
+        body: its shapes and properties.
     """
 
-    __slots__ = (
-        "_collisions",
-        "_joint",
-        "_knobs",
-        "_look",
-        "_mass",
-        "_name",
-        "_origin",
-        "_visuals",
-        "parent",
-    )
+    __slots__ = ("_joint", "_origin", "body", "parent")
 
     def __init__(self, link: Link, rows: NDArray[np.intp], resources: Resources, *, rendered: bool) -> None:
-        body = link.body
-        _refuse_link_fields(body)
+        _refuse_link_fields(link.body)
         self.parent = link.parent
-        self._name = link.name
-        self._origin = body.origin
-        self._collisions = prepare_collisions(body, rows, resources)
-        self._visuals = prepare_visuals(body, rows, resources) if rendered else ()
-        self._mass = prepare_mass(body, rows)
-        self._knobs = split_setters(BODY_PROPERTIES.steps(body, rows))
-        self._look = split_setters(RENDER_PROPERTIES.steps(body, rows) if self._visuals else [])
+        self._origin = link.body.origin
+        self.body = PreparedBody(link.name, link.body, rows, resources, rendered=rendered)
         self._joint = None if link.joint is None else PreparedJoint(link.joint, rows)
-
-    def cook(self) -> list[EngineFailure]:
-        """Cooks every mesh once; what the engine refuses."""
-        return cook_shapes((*self._collisions, *self._visuals))
 
     def make(self, parent: Any, row: int) -> tuple[Any, Any]:
         """A new entity, not yet in a scene, and its link, which hangs on `parent`.
@@ -157,24 +130,16 @@ class PreparedLink:
         try:
             return self._make(parent, row)
         except (RuntimeError, TypeError, ValueError) as error:
-            words = str(error).partition("\n")[0]
-            raise EngineFailure(
-                REFUSED_CODE, f"the engine refuses the link '{self._name}': {words}", origin=self._origin
-            ) from error
+            raise engine_refusal(f"the link '{self.body.name}'", error, self._origin) from error
 
     def _make(self, parent: Any, row: int) -> tuple[Any, Any]:
         link = LINK_CLASS(parent)
-        for shape in self._collisions:
-            attach_shape(link, shape, row)
-        if self._mass is not None:
-            self._mass(link, row)
-        apply_setters(self._knobs, link, row)
-        link.set_name(self._name)
+        self.body.fill(link, row)
         entity = sapien.Entity()
         entity.add_component(link)
-        if self._visuals:
-            entity.add_component(make_render_component(self._visuals, self._look, self._name, row))
-        entity.set_name(self._name)
+        if self.body.visuals:
+            entity.add_component(self.body.make_render_component(row))
+        entity.set_name(self.body.name)
         if self._joint is not None:
             self._joint.apply(link.get_joint(), row)
         return entity, link
@@ -250,7 +215,7 @@ class BatchArticulationBuilder:
 
     def cook(self) -> list[EngineFailure]:
         """Cooks every mesh once; what the engine refuses."""
-        return [failure for link in self._links for failure in link.cook()]
+        return [failure for link in self._links for failure in link.body.cook()]
 
     def make(self, row: int) -> tuple[list[Any], list[Any]]:
         """New entities, not yet in a scene, and their links, in the order of the plan. The root is at its pose.
@@ -300,9 +265,7 @@ class BatchArticulationBuilder:
         try:
             yield
         except (RuntimeError, TypeError, ValueError) as error:
-            words = str(error).partition("\n")[0]
-            message = f"the engine refuses the articulation '{self._name}': {words}"
-            raise EngineFailure(REFUSED_CODE, message, origin=self._origin) from error
+            raise engine_refusal(f"the articulation '{self._name}'", error, self._origin) from error
 
     def _start(self, articulation: Any, links: list[Any], row: int) -> None:
         if self._qpos is None:

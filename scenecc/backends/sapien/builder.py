@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from scenecc.backends.sapien.assets import load_all_parts
-from scenecc.backends.sapien.engine import REFUSED_CODE, EngineFailure, physx, render, sapien
+from scenecc.backends.sapien.engine import REFUSED_CODE, EngineFailure, engine_refusal, physx, render, sapien
 from scenecc.backends.sapien.geometry import (
     COLLISION_SHAPES,
     VISUAL_SHAPES,
@@ -22,7 +22,6 @@ from scenecc.backends.sapien.properties import (
     SHAPE_PROPERTIES,
     VISUAL_POSE,
     FixedSetters,
-    PreparedSetters,
     SetterColumn,
     apply_setters,
     property_setters,
@@ -36,7 +35,7 @@ from scenecc.backends.sapien.properties import (
 from scenecc.plan import ConvexParts, MeshGeometry, Plane
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from numpy.typing import NDArray
 
@@ -98,12 +97,6 @@ def shape_failure(shape: PreparedShape, error: Exception) -> EngineFailure:
     return EngineFailure(shape.code, f"the engine cannot make this shape: {error}", origin=shape.origin)
 
 
-def cook_shapes(shapes: Sequence[PreparedShape]) -> list[EngineFailure]:
-    """Has the engine read and cook every file once, so that all that fail are known before any scene is built."""
-    tried = [_cooking_failure(shape, row) for shape in shapes for row in shape.samples]
-    return [failure for failure in tried if failure is not None]
-
-
 def _cooking_failure(shape: PreparedShape, row: int) -> EngineFailure | None:
     try:
         if shape.many:
@@ -113,39 +106,6 @@ def _cooking_failure(shape: PreparedShape, row: int) -> EngineFailure | None:
     except (RuntimeError, TypeError, ValueError) as error:
         return shape_failure(shape, error)
     return None
-
-
-def prepare_collisions(
-    structure: BodyStructure, rows: NDArray[np.intp], resources: Resources
-) -> tuple[PreparedShape, ...]:
-    """The colliding shapes of a body, in the order of the plan."""
-    groups = (
-        []
-        if structure.collision_groups is None
-        else property_setters(COLLISION_GROUPS, structure.collision_groups, rows)
-    )
-    return tuple(_prepare_collision(shape, groups, rows, resources) for shape in structure.collisions)
-
-
-def prepare_visuals(
-    structure: BodyStructure, rows: NDArray[np.intp], resources: Resources
-) -> tuple[PreparedShape, ...]:
-    """The visible shapes of a body, in the order of the plan."""
-    return tuple(_prepare_visual(shape, rows, resources) for shape in structure.visuals)
-
-
-def make_render_component(visuals: Sequence[PreparedShape], look: PreparedSetters, name: str, row: int) -> Any:
-    """What is seen of a body in a row.
-
-    Raises:
-        EngineFailure: the engine cannot make one of the shapes.
-    """
-    component = render.RenderBodyComponent()
-    for shape in visuals:
-        attach_shape(component, shape, row)
-    apply_setters(look, component, row)
-    component.set_name(name)
-    return component
 
 
 def _prepare_collision(
@@ -247,6 +207,55 @@ def _expand_column(column: list[Any], length: int) -> list[Any]:
     return column if len(column) == length else column * length
 
 
+class PreparedBody:
+    """A body or a link of the plan: its shapes, its mass and its properties, for each of its rows.
+
+    Attributes:
+        name: of its components.
+        visuals: what is seen of it, in the order of the plan; none where nothing renders.
+    """
+
+    def __init__(
+        self, name: str, structure: BodyStructure, rows: NDArray[np.intp], resources: Resources, *, rendered: bool
+    ) -> None:
+        self.name = name
+        given = structure.collision_groups
+        groups = [] if given is None else property_setters(COLLISION_GROUPS, given, rows)
+        self._collisions = tuple(_prepare_collision(shape, groups, rows, resources) for shape in structure.collisions)
+        seen = structure.visuals if rendered else ()
+        self.visuals = tuple(_prepare_visual(shape, rows, resources) for shape in seen)
+        self._set_mass = prepare_mass(structure, rows)
+        self._properties = split_setters(BODY_PROPERTIES.steps(structure, rows))
+        self._look = split_setters(RENDER_PROPERTIES.steps(structure, rows) if self.visuals else [])
+
+    def cook(self) -> list[EngineFailure]:
+        """Has the engine read and cook every file once, so that all that fail are known before any scene is built."""
+        tried = [_cooking_failure(shape, row) for shape in (*self._collisions, *self.visuals) for row in shape.samples]
+        return [failure for failure in tried if failure is not None]
+
+    def fill(self, component: Any, row: int) -> None:
+        """Gives a new physical component everything that it has in a row.
+
+        Raises:
+            EngineFailure: the engine cannot make one of the shapes.
+        """
+        for shape in self._collisions:
+            attach_shape(component, shape, row)
+        if self._set_mass is not None:
+            self._set_mass(component, row)
+        apply_setters(self._properties, component, row)
+        component.set_name(self.name)
+
+    def make_render_component(self, row: int) -> Any:
+        """What is seen of the body in a row. Raises EngineFailure as `fill` does."""
+        component = render.RenderBodyComponent()
+        for shape in self.visuals:
+            attach_shape(component, shape, row)
+        apply_setters(self._look, component, row)
+        component.set_name(self.name)
+        return component
+
+
 _COMPONENTS: dict[str, Any] = {
     "dynamic": physx.PhysxRigidDynamicComponent,
     "kinematic": physx.PhysxRigidDynamicComponent,
@@ -284,11 +293,7 @@ class BatchActorBuilder(sapien.ActorBuilder):
         self.row = 0
         self._origin = structure.origin
         self._component = _COMPONENTS[structure.body_type]
-        self._collisions = prepare_collisions(structure, rows, resources)
-        self._visuals = prepare_visuals(structure, rows, resources) if rendered else ()
-        self._mass_step = prepare_mass(structure, rows)
-        self._knobs = split_setters(BODY_PROPERTIES.steps(structure, rows))
-        self._look = split_setters(RENDER_PROPERTIES.steps(structure, rows) if self._visuals else [])
+        self._body = PreparedBody(entity.name, structure, rows, resources, rendered=rendered)
         self._only_pose: Any = None
         if entity.pose.varies:
             # One by one, when their turn comes: they are still in the processor's cache then.
@@ -299,7 +304,7 @@ class BatchActorBuilder(sapien.ActorBuilder):
 
     def cook(self) -> list[EngineFailure]:
         """Cooks every mesh once; what the engine refuses."""
-        return cook_shapes((*self._collisions, *self._visuals))
+        return self._body.cook()
 
     def make(self, row: int) -> tuple[Any, Any]:
         """A new entity, not yet in a scene, and its physical component (None where it has none).
@@ -310,14 +315,13 @@ class BatchActorBuilder(sapien.ActorBuilder):
         try:
             return self._make(row)
         except (RuntimeError, TypeError, ValueError) as error:
-            words = str(error).partition("\n")[0]
-            raise EngineFailure(REFUSED_CODE, f"the engine refuses this body: {words}", origin=self._origin) from error
+            raise engine_refusal("this body", error, self._origin) from error
 
     def _make(self, row: int) -> tuple[Any, Any]:
         entity = sapien.Entity()
         component = None
-        if self._visuals:
-            entity.add_component(make_render_component(self._visuals, self._look, self.name, row))
+        if self._body.visuals:
+            entity.add_component(self._body.make_render_component(row))
         if self._component is not None:
             component = self._make_physx_component(row)
             entity.add_component(component)
@@ -339,18 +343,13 @@ class BatchActorBuilder(sapien.ActorBuilder):
 
     def build_render_component(self) -> Any:
         """The render component of `row`."""
-        return make_render_component(self._visuals, self._look, self.name, self.row)
+        return self._body.make_render_component(self.row)
 
     def _make_physx_component(self, row: int) -> Any:
         component = self._component()
         if self.physx_body_type == "kinematic":
             component.set_kinematic(True)
-        for shape in self._collisions:
-            attach_shape(component, shape, row)
-        if self._mass_step is not None:
-            self._mass_step(component, row)
-        apply_setters(self._knobs, component, row)
-        component.set_name(self.name)
+        self._body.fill(component, row)
         return component
 
 

@@ -61,6 +61,12 @@ class EngineFailure(Exception):
         self.hint = hint
 
 
+def engine_refusal(what: str, error: Exception, origin: Origin | None) -> EngineFailure:
+    """That the engine refuses a thing, in the first line of its own words."""
+    words = str(error).partition("\n")[0]
+    return EngineFailure(REFUSED_CODE, f"the engine refuses {what}: {words}", origin=origin)
+
+
 def new_render_system() -> Any:
     """A `sapien.render.RenderSystem`. Raises RuntimeError where no device renders."""
     return render.RenderSystem()
