@@ -15,12 +15,11 @@ from scenecc.backends.sapien.audit.comparison import DifferenceGroups
 from scenecc.backends.sapien.engine import physx, sapien
 from scenecc.backends.sapien.objects import ComponentBatch
 from scenecc.backends.sapien.properties import Column, select_rows, to_poses, to_scalars, to_vectors, zip_columns
+from scenecc.backends.sapien.reset import check_finite, part_in_scenes, sample_value
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import Connection, Distance, Drive, Gear, Weld, literal
 from scenecc.plan.constraint import WELD_SWING
 from scenecc.plan.properties import FLOAT32_MAX
-from scenecc.variation.evaluation import to_field_rows
-from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Sequence
@@ -304,10 +303,9 @@ def sample_targets(
     """
     joint = tie.constraint.joint
     number_of = {index: number for number, index in enumerate(tie.scene_idxs)}
-    having = [number for number, index in enumerate(batch.scenes.tolist()) if index in number_of]
-    if not isinstance(joint, Drive) or not having:
+    part = part_in_scenes(batch, number_of)
+    if not isinstance(joint, Drive) or part is None:
         return
-    part = batch if len(having) == len(batch.scenes) else batch.only(np.array(having, dtype=np.intp))
     numbers = [number_of[index] for index in part.scenes.tolist()]
     rows = tie.rows[numbers]
     drawn = [
@@ -341,19 +339,8 @@ def _replace_targets(call: SetterCall, drawn: list[Any], count: int) -> SetterCa
 def _sample_target(tie: PreparedConstraint, what: str, value: Value, batch: Batch) -> Any:
     """(B, 7) or (B, 3) of what a reset draws."""
     assert value.recipe is not None
-    try:
-        found = np.asarray(to_field_rows(batch.evaluate(value.recipe)), np.float64)
-    except DrawError as error:
-        message = f"'{tie.constraint.name}' in scene {error.scene}: its {what} has no value: {error.message}"
-        raise ValueError(message) from None
-    with np.errstate(over="ignore"):
-        wrong = np.flatnonzero(~np.isfinite(found.astype(np.float32)).all(axis=1))
-    if wrong.size:
-        scene = int(batch.scenes[wrong[0]])
-        raise ValueError(
-            f"'{tie.constraint.name}' in scene {scene}: its {what} is drawn as {found[wrong[0]].tolist()}, and the "
-            "engine takes finite numbers in the range of float32 alone"
-        )
+    found = sample_value(batch, value.recipe, tie.constraint.name, what)
+    check_finite(found, batch, tie.constraint.name, what)
     return found
 
 

@@ -27,6 +27,7 @@ from scenecc.backends.sapien.cameras import (
 )
 from scenecc.backends.sapien.engine import EngineFailure, physx, render
 from scenecc.backends.sapien.geometry import RENDER_SHAPES
+from scenecc.backends.sapien.reset import part_in_scenes, sample_value
 from scenecc.plan import AreaLight, CubeMap, DirectionalLight, PointLight, SkyMap, SpotLight, TexturedLight, literal
 from scenecc.plan.rendering import (
     COLLISION_COLORS,
@@ -36,14 +37,10 @@ from scenecc.plan.rendering import (
     shadow_parameters,
 )
 from scenecc.plan.schema import PIXEL_BOUNDS
-from scenecc.variation.evaluation import to_field_rows
-from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from scenecc.backends.sapien.preparation import EntityLookup
-    from scenecc.plan import Camera, Environment, Light, ScenePlan
+    from scenecc.plan import Camera, Environment, Light, ScenePlan, Value
     from scenecc.variation.evaluation import Batch
 
 
@@ -63,13 +60,21 @@ def has_light(scene: Any) -> bool:
     return bool(system.get_lights()) or any(system.get_ambient_light()) or system.get_cubemap() is not None
 
 
+def light_values(light: Light) -> dict[str, Value]:
+    """What is set on a light's component, by SAPIEN's names of its properties, in order."""
+    found = {"color": light.color, **shadow_parameters(light)}
+    if isinstance(light.light, SpotLight | TexturedLight):
+        found |= {"inner_fov": light.light.inner_fov, "outer_fov": light.light.outer_fov}
+    return found
+
+
 def build_light(light: Light, standing: EntityLookup, resources: Resources) -> list[Any]:
     """The component of a light in each scene that has it, among those that are built.
 
     Raises:
         EngineFailure: its picture cannot be loaded.
     """
-    shadow = shadow_parameters(light)
+    values = light_values(light)
     rows = {index: row for row, index in enumerate(light.scene_idxs)}
     made: list[Any] = []
     for number, index in enumerate(standing.scene_idxs):
@@ -79,12 +84,9 @@ def build_light(light: Light, standing: EntityLookup, resources: Resources) -> l
         component = getattr(render, LIGHT_CLASSES[type(light.light)])()
         if isinstance(light.light, AreaLight):
             component.set_shape(float(light.light.half_width.row(row)), float(light.light.half_height.row(row)))
-        component.color = light.color.row(row)
-        for name, value in shadow.items():
-            setattr(component, name, value.row(row).item())
-        if isinstance(light.light, SpotLight | TexturedLight):
-            component.inner_fov = float(light.light.inner_fov.row(row))
-            component.outer_fov = float(light.light.outer_fov.row(row))
+        for name, value in values.items():
+            given = value.row(row)
+            setattr(component, name, given if given.ndim else given.item())
         if isinstance(light.light, TexturedLight):
             component.texture = resources.texture(light.light.texture, row)
         attach_component(component, light, row, standing, number)
@@ -369,15 +371,10 @@ def sample_poses(held: Light | Camera, found: RenderComponentBatch, batch: Batch
     """Where a light or camera goes in those of the scenes that have it. Raises ValueError if it would stand nowhere."""
     recipe = held.pose.recipe
     row_of = {index: row for row, index in enumerate(found.scene_idxs)}
-    having = [number for number, index in enumerate(batch.scenes.tolist()) if index in row_of]
-    if recipe is None or not having:
+    part = part_in_scenes(batch, row_of)
+    if recipe is None or part is None:
         return []
-    part = batch if len(having) == len(batch.scenes) else batch.only(np.array(having, dtype=np.intp))
-    try:
-        poses: NDArray[np.float64] = to_field_rows(part.evaluate(recipe))
-    except DrawError as error:
-        message = f"'{held.name}' in scene {error.scene}: its pose has no value: {error.message}"
-        raise ValueError(message) from None
+    poses = sample_value(part, recipe, held.name, "pose")
     rows: list[int] = [row_of[index] for index in part.scenes.tolist()]
     return [(found.objs[row].get_entity(), to_pose(pose)) for row, pose in zip(rows, poses, strict=True)]
 

@@ -22,7 +22,7 @@ from scenecc.variation.nodes import Computed, Rows
 from scenecc.variation.operations import DrawError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Container, Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -196,31 +196,55 @@ def _specified_fields(holder: object, fields: Sequence[str]) -> list[tuple[str, 
     return [(name, value) for name, value in found if value is not None]
 
 
-def _no_value_message(recipe: _SampledField, error: DrawError) -> str:
-    """What has no value, and in which expression of the file, which may be that of a shared draw."""
-    told = f"'{recipe.entity}' in scene {error.scene}: its {recipe.what} has no value: {error.message}"
-    return f"{told}, in {cut(error.node.template.text)!r}" if isinstance(error.node, Computed) else told
+def part_in_scenes(batch: Batch, scene_idxs: Container[int]) -> Batch | None:
+    """The part of a batch in those of its scenes that are among some; None where there are none."""
+    having = [number for number, index in enumerate(batch.scenes.tolist()) if index in scene_idxs]
+    if not having:
+        return None
+    return batch if len(having) == len(batch.scenes) else batch.only(np.array(having, dtype=np.intp))
+
+
+def sample_value(batch: Batch, node: Node, who: str, what: str, *, cite: bool = False) -> NDArray[np.float64]:
+    """What a reset draws, a row a scene.
+
+    Args:
+        batch: the scenes.
+        node: what is drawn.
+        who: has it: a name in the plan.
+        what: it is, in words.
+        cite: name the expression of the file that has no value, which may be that of a shared draw.
+
+    Raises:
+        ValueError: there is no value.
+    """
+    try:
+        return np.asarray(to_field_rows(batch.evaluate(node)), np.float64)
+    except DrawError as error:
+        told = f"'{who}' in scene {error.scene}: its {what} has no value: {error.message}"
+        if cite and isinstance(error.node, Computed):
+            told = f"{told}, in {cut(error.node.template.text)!r}"
+        raise ValueError(told) from None
+
+
+def check_finite(drawn: NDArray[np.float64], batch: Batch, who: str, what: str) -> None:
+    """Raises ValueError for what single precision does not hold. Arguments are those of `sample_value`."""
+    with np.errstate(over="ignore"):
+        wrong = np.flatnonzero(~np.isfinite(drawn.astype(np.float32)).reshape(len(drawn), -1).all(axis=1))
+    if wrong.size:
+        scene, shown = int(batch.scenes[wrong[0]]), drawn[wrong[0]].tolist()
+        raise ValueError(
+            f"'{who}' in scene {scene}: its {what} is drawn as {shown}, and the engine takes "
+            "finite numbers in the range of float32 alone"
+        )
 
 
 def _sample_field(recipe: _SampledField, batch: Batch, found: AnyState) -> None:
     """Fills the rows of `found` in those of the batch's scenes that have the field."""
-    having = [number for number, index in enumerate(batch.scenes.tolist()) if index in recipe.scene_idxs]
-    if not having:
+    part = part_in_scenes(batch, recipe.scene_idxs)
+    if part is None:
         return
-    part = batch if len(having) == len(batch.scenes) else batch.only(np.array(having, dtype=np.intp))
-    try:
-        drawn = to_field_rows(part.evaluate(recipe.node))
-    except DrawError as error:
-        raise ValueError(_no_value_message(recipe, error)) from None
-    with np.errstate(over="ignore"):
-        values = np.asarray(drawn, dtype=np.float64).astype(np.float32)
-    wrong = np.flatnonzero(~np.isfinite(values).reshape(len(values), -1).all(axis=1))
-    if wrong.size:
-        scene, shown = int(part.scenes[wrong[0]]), np.asarray(drawn)[wrong[0]].tolist()
-        raise ValueError(
-            f"'{recipe.entity}' in scene {scene}: its {recipe.what} is drawn as {shown}, and the engine takes "
-            "finite numbers in the range of float32 alone"
-        )
+    values = sample_value(part, recipe.node, recipe.entity, recipe.what, cite=True)
+    check_finite(values, part, recipe.entity, recipe.what)
     rows = np.searchsorted(found.scene_idxs, part.scenes)
     numbers = getattr(found, recipe.field)
     if recipe.column is None:

@@ -13,7 +13,7 @@ import numpy as np
 from scenecc.backends.sapien.audit.bodies import expected_texture
 from scenecc.backends.sapien.audit.comparison import DifferenceGroups, EngineDifference, format_value, is_same
 from scenecc.backends.sapien.engine import render
-from scenecc.backends.sapien.rendering import LIGHT_CLASSES
+from scenecc.backends.sapien.rendering import LIGHT_CLASSES, light_values
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import (
     AreaLight,
@@ -21,10 +21,8 @@ from scenecc.plan import (
     Intrinsic,
     Orthographic,
     Perspective,
-    SpotLight,
     TexturedLight,
 )
-from scenecc.plan.rendering import shadow_parameters
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -110,14 +108,9 @@ def _light_differences(plan: ScenePlan, light: Light, component: Any, row: int) 
     if type(component) is not kind:
         yield EngineDifference("type", kind.__name__, type(component).__name__)
         return
-    expected = {"color": light.color, **shadow_parameters(light)}
-    match light.light:
-        case SpotLight(inner, outer) | TexturedLight(inner, outer):
-            expected |= {"inner_fov": inner, "outer_fov": outer}
-        case AreaLight(width, height):
-            expected |= {"half_width": width, "half_height": height}
-        case _:
-            pass
+    expected = light_values(light)
+    if isinstance(light.light, AreaLight):
+        expected |= {"half_width": light.light.half_width, "half_height": light.light.half_height}
     yield from _value_differences(expected, component, row)
     if isinstance(light.light, TexturedLight):
         image = component.texture
