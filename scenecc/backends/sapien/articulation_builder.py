@@ -22,8 +22,8 @@ from scenecc.backends.sapien.engine import REFUSED_CODE, EngineFailure, engine_r
 from scenecc.backends.sapien.properties import (
     ARTICULATION_PROPERTIES,
     BODY_PROPERTIES,
-    DEFAULT_FORCE_LIMIT,
     DEFAULT_JOINT_LIMITS,
+    DRIVE_DEFAULTS,
     JOINT_CHILD_POSE,
     JOINT_LIMITS,
     JOINT_PARENT_POSE,
@@ -92,10 +92,9 @@ class PreparedJoint:
 
 def drive_properties(joint: Joint, rows: NDArray[np.intp]) -> list[tuple[Any, ...]]:
     """Stiffness, damping, force limit and mode, a row or one for all; SAPIEN's where nothing is said."""
-    given = (joint.stiffness, joint.damping, joint.force_limit)
     columns = [
-        [default] if value is None else to_scalars(select_rows(value, rows))
-        for value, default in zip(given, (0.0, 0.0, DEFAULT_FORCE_LIMIT), strict=True)
+        [default] if (value := getattr(joint, field)) is None else to_scalars(select_rows(value, rows))
+        for field, default in DRIVE_DEFAULTS.items()
     ]
     return zip_columns([*columns, [joint.drive_mode or "force"]])
 

@@ -12,6 +12,7 @@ import numpy as np
 from scenecc.backends.sapien.audit.reference import ReferenceMeshes, part_counts
 from scenecc.backends.sapien.engine import physx
 from scenecc.backends.sapien.geometry import COLLISION_SHAPES
+from scenecc.backends.sapien.properties import DRIVE_DEFAULTS, JOINT_PROPERTIES
 from scenecc.plan import ConvexParts, MeshGeometry
 from scenecc.plan.articulation import ArticulationStructure
 from scenecc.plan.geometry import Solid
@@ -40,16 +41,7 @@ _GEOMETRIES: Final = {
 }
 """SAPIEN's shapes to what they are in a plan; parts are convex meshes."""
 
-_SHAPE_NUMBERS: Final = (
-    "friction",
-    "armature",
-    "max_velocity",
-    "stiffness",
-    "damping",
-    "force_limit",
-    "drive_target",
-    "drive_velocity_target",
-)
+_JOINT_NUMBERS: Final = (*JOINT_PROPERTIES.by_field, *DRIVE_DEFAULTS)
 """Of `MeasuredJoint`; SAPIEN's names are the same."""
 
 
@@ -176,7 +168,7 @@ def _read_joint(plan: Joint, joint: Any, qpos: float, qvel: float) -> MeasuredJo
     moves = bool(joint.get_dof())
     low, high = _floats(joint.get_limits()[0]) if moves else (0.0, 0.0)
     # Of what a fixed joint has not, the engine gives empty arrays or anything.
-    numbers = {name: float(np.ravel(getattr(joint, name))[0]) if moves else 0.0 for name in _SHAPE_NUMBERS}
+    numbers = {name: float(np.ravel(getattr(joint, name))[0]) if moves else 0.0 for name in _JOINT_NUMBERS}
     return MeasuredJoint(
         joint=plan,
         type=joint.get_type(),

@@ -230,6 +230,9 @@ DEFAULT_JOINT_LIMITS = (-np.inf, np.inf)
 DEFAULT_FORCE_LIMIT = float(np.finfo(np.float32).max)
 """SAPIEN's, of a drive of which nothing is said."""
 
+DRIVE_DEFAULTS = {"stiffness": 0.0, "damping": 0.0, "force_limit": DEFAULT_FORCE_LIMIT}
+"""Fields of `Joint` that one setter takes, in its order and before the mode, and what stands where nothing is said."""
+
 
 def _to_axis_arrays(data: NDArray[Any]) -> Column:
     """float32 arrays of one number, which is how SAPIEN takes what a joint has for each of its degrees of freedom."""

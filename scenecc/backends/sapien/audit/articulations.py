@@ -12,8 +12,8 @@ from scenecc.backends.sapien.audit.comparison import BodyLocation, format_value,
 from scenecc.backends.sapien.preparation import StructureRows
 from scenecc.backends.sapien.properties import (
     ARTICULATION_PROPERTIES,
-    DEFAULT_FORCE_LIMIT,
     DEFAULT_JOINT_LIMITS,
+    DRIVE_DEFAULTS,
     JOINT_PROPERTIES,
     ROOT_PROPERTIES,
     row_value,
@@ -184,7 +184,7 @@ class ArticulationAudit:
             return
         limits = DEFAULT_JOINT_LIMITS if joint.limits is None else joint.limits.row(row)
         hold("limits", np.array(limits)[None], found, place)
-        for field, nothing_said in (("stiffness", 0.0), ("damping", 0.0), ("force_limit", DEFAULT_FORCE_LIMIT)):
+        for field, nothing_said in DRIVE_DEFAULTS.items():
             value: Value | None = getattr(joint, field)
             hold(f"joint.{field}", nothing_said if value is None else float(value.row(row)), found, place)
         hold("drive_mode", joint.drive_mode or "force", found, place)
