@@ -284,8 +284,8 @@ class _BoundsWalk:
         bounds = [bound for bound in map(interval_of, parts) if bound is not None]
         if len(bounds) < len(parts) or function.interval is None:
             return self._by_kind(parts, lambda values: function.apply(list(values), _ANYWHERE), node)
-        if name == "sqrt" and bounds[0][0] < 0:
-            self._fault("a negative number has no root", node, certain=bounds[0][1] < 0)
+        if (fault := function.fault(*bounds)) is not None:
+            self._fault(fault[0], node, certain=fault[1])
         low, high = function.interval(*bounds)
         return ExpressionBounds(low=low, high=high, whole=function.is_whole([part.is_whole for part in parts]))
 

@@ -597,6 +597,31 @@ def _root_interval(a: Interval) -> Interval:
     return _monotone(math.sqrt)((max(a[0], 0.0), max(a[1], 0.0)))
 
 
+def _negative_root(a: Interval) -> tuple[str, bool] | None:
+    return ("a negative number has no root", a[1] < 0) if a[0] < 0 else None
+
+
+def _hypot_interval(*sides: Interval) -> Interval:
+    lengths = [_absolute_interval(side) for side in sides]
+    return math.hypot(*(low for low, _ in lengths)), math.hypot(*(high for _, high in lengths))
+
+
+def _smoothstep(start: float, end: float, x: float) -> float:
+    """0 up to `start`, 1 from `end` on, and 3t² - 2t³ between; a step where they are one. Falls where `end` is below."""
+    # Halves: a difference of the largest numbers has no end otherwise.
+    width = end / 2 - start / 2
+    if width == 0:
+        return 0.0 if x < start else 1.0
+    t = min(max((x / 2 - start / 2) / width, 0.0), 1.0)
+    return t * t * (3.0 - 2.0 * t)
+
+
+def _smoothstep_interval(start: Interval, end: Interval, x: Interval) -> Interval:
+    if start[0] != start[1] or end[0] != end[1] or not all(map(math.isfinite, (*start, *end, *x))):
+        return (0.0, 1.0)
+    return _sorted(_smoothstep(start[0], end[0], x[0]), _smoothstep(start[0], end[0], x[1]))
+
+
 def _any_angle(_y: Interval, _x: Interval) -> Interval:
     return (-math.pi, math.pi)
 
@@ -658,6 +683,7 @@ class Function:
         interval: bounds it by the bounds of its arguments; None: its arguments are no numbers.
         most, fewest: how many arguments it takes.
         is_whole: gives whether its value is an integer in any case, of whether each argument is.
+        fault: says, by the bounds of its arguments, why it may have no value, and whether it has none in any case.
     """
 
     apply: Callable[[list[Any], Span], Any]
@@ -665,17 +691,20 @@ class Function:
     most: int = 1
     fewest: int = 1
     is_whole: Callable[[list[bool]], bool] = lambda _: False
+    fault: Callable[..., tuple[str, bool] | None] = lambda *_: None
 
 
 FUNCTIONS: dict[str, Function] = {
     "min": Function(_extreme("min", min), _extreme_interval(min), most=MAX_ARGUMENTS, is_whole=all),
     "max": Function(_extreme("max", max), _extreme_interval(max), most=MAX_ARGUMENTS, is_whole=all),
     "abs": Function(_number_function("abs", abs), _absolute_interval, is_whole=all),
-    "sqrt": Function(_number_function("sqrt", math.sqrt), _root_interval),
+    "sqrt": Function(_number_function("sqrt", math.sqrt), _root_interval, fault=_negative_root),
     "sin": Function(_number_function("sin", math.sin), _wave_interval(math.sin, math.pi / 2)),
     "cos": Function(_number_function("cos", math.cos), _wave_interval(math.cos, 0.0)),
     "tan": Function(_number_function("tan", math.tan), _tangent_interval),
     "atan2": Function(_number_function("atan2", math.atan2), _any_angle, most=2, fewest=2),
+    "hypot": Function(_number_function("hypot", math.hypot), _hypot_interval, most=3, fewest=2),
+    "smoothstep": Function(_number_function("smoothstep", _smoothstep), _smoothstep_interval, most=3, fewest=3),
     "radians": Function(_number_function("radians", math.radians), _monotone(math.radians)),
     "degrees": Function(_number_function("degrees", math.degrees), _monotone(math.degrees)),
     "floor": Function(_number_function("floor", math.floor), _monotone(math.floor), is_whole=_is_single),

@@ -171,6 +171,11 @@ def test_alternatives_that_are_few_are_all_known(node: Node, expected: tuple[Any
         (expression("round(u * 3)"), 0, 3, False),
         (expression("round(u, 1)"), -0.1, 1.1, False),
         (expression("atan2(u, 1)"), -math.pi, math.pi, False),
+        (expression("hypot(3 * u, 4)"), 4.0, 5.0, False),
+        (expression("hypot(u - 2, 0, 0)"), 1.0, 2.0, False),
+        (expression("smoothstep(0, 2, u)"), 0.0, 0.5, False),
+        (expression("smoothstep(2, 0, u)"), 0.5, 1.0, False),
+        (expression("smoothstep(u, 2, 1)"), 0.0, 1.0, False),
         (expression("degrees(u)"), 0, math.degrees(1), False),
         (expression("v[1] + v[0]"), -1, 4, False),
         (expression("[u, 1]", (2,)), (0, 1), (1, 1), True),
@@ -394,16 +399,16 @@ def test_one_expression_is_looked_into_once_for_each_of_its_readers() -> None:
 
 
 def test_a_function_of_expressions_is_one_row(monkeypatch: pytest.MonkeyPatch) -> None:
-    hypot = Function(
-        lambda arguments, _: math.hypot(*arguments),
+    made_up = Function(
+        lambda arguments, _: math.dist([0, 0], arguments),
         lambda a, b: (0.0, math.hypot(max(map(abs, a)), max(map(abs, b)))),
         most=2,
         fewest=2,
     )
-    monkeypatch.setitem(ROWS, "hypot", hypot)
-    assert Template("${hypot(3, 4)}").evaluate({}) == 5
+    monkeypatch.setitem(ROWS, "dist", made_up)
+    assert Template("${dist(3, 4)}").evaluate({}) == 5
     draws = {"u": Drawn("uniform", (-3.0, 2.0), (), key("u"))}
-    found = find_bounds(expression("hypot(u, 4)"), draws)
+    found = find_bounds(expression("dist(u, 4)"), draws)
     assert (found.low, found.high) == (0.0, 5.0)
-    with pytest.raises(ExpressionError, match="`hypot` takes 2 arguments, not 1"):
-        Template("${hypot(3)}")
+    with pytest.raises(ExpressionError, match="`dist` takes 2 arguments, not 1"):
+        Template("${dist(3)}")
