@@ -10,31 +10,20 @@ from scenecc.version import VERSION as __version__
 
 TYPE_CHECKING = False  # that of `typing` takes its time, and the command hears signals once this is loaded
 if TYPE_CHECKING:
-    from scenecc.backends.sapien import (
-        ArticulationState as ArticulationState,
-    )
-    from scenecc.backends.sapien import (
-        EntityBatch as EntityBatch,
-    )
-    from scenecc.backends.sapien import (
-        EntityState as EntityState,
-    )
-    from scenecc.backends.sapien import (
-        SceneBatch as SceneBatch,
-    )
-    from scenecc.backends.sapien import (
-        SceneState as SceneState,
-    )
-    from scenecc.backends.sapien.entity_batch import ArticulationBatch as ArticulationBatch
+    from scenecc.backends.sapien import ArticulationBatch as ArticulationBatch
+    from scenecc.backends.sapien import ArticulationState as ArticulationState
+    from scenecc.backends.sapien import EntityBatch as EntityBatch
+    from scenecc.backends.sapien import EntityState as EntityState
+    from scenecc.backends.sapien import SceneBatch as SceneBatch
+    from scenecc.backends.sapien import SceneState as SceneState
     from scenecc.diagnostics import Diagnostic as Diagnostic
     from scenecc.errors import SceneError as SceneError
     from scenecc.expand.listing import ParamRow as ParamRow
     from scenecc.expand.listing import PrefabRow as PrefabRow
-    from scenecc.export import emit_scene as emit_scene
-    from scenecc.export import export_scene as export_scene
+    from scenecc.export import Emitted as Emitted
     from scenecc.inspect import Item as Item
     from scenecc.inspect import SummaryRow as SummaryRow
-    from scenecc.inspect.inspection import inspect_scene as inspect_scene
+    from scenecc.inspect.inspection import Inspection as Inspection
     from scenecc.options import CompileOptions as CompileOptions
     from scenecc.plan import ScenePlan as ScenePlan
     from scenecc.plan.diff import Difference as Difference
@@ -42,39 +31,26 @@ if TYPE_CHECKING:
     from scenecc.render import Picture as Picture
     from scenecc.render import Rendering as Rendering
     from scenecc.render import render_scene as render_scene
-    from scenecc.scene import (
-        Build as Build,
-    )
-    from scenecc.scene import (
-        build_scene as build_scene,
-    )
-    from scenecc.scene import (
-        compare_scenes as compare_scenes,
-    )
-    from scenecc.scene import (
-        compile_scene as compile_scene,
-    )
-    from scenecc.scene import (
-        json_schema as json_schema,
-    )
-    from scenecc.scene import (
-        list_params as list_params,
-    )
-    from scenecc.scene import (
-        list_prefabs as list_prefabs,
-    )
-    from scenecc.scene import (
-        load_scene as load_scene,
-    )
-    from scenecc.scene import (
-        plan_text as plan_text,
-    )
-    from scenecc.scene import (
-        validate as validate,
-    )
+    from scenecc.scene import Build as Build
+    from scenecc.scene import Comparison as Comparison
+    from scenecc.scene import Scene as Scene
+    from scenecc.scene import build_scene as build_scene
+    from scenecc.scene import compare_scenes as compare_scenes
+    from scenecc.scene import compile_scene as compile_scene
+    from scenecc.scene import emit_scene as emit_scene
+    from scenecc.scene import export_page as export_page
+    from scenecc.scene import export_scene as export_scene
+    from scenecc.scene import inspect_scene as inspect_scene
+    from scenecc.scene import json_schema as json_schema
+    from scenecc.scene import list_params as list_params
+    from scenecc.scene import list_prefabs as list_prefabs
+    from scenecc.scene import load_scene as load_scene
+    from scenecc.scene import open_scene as open_scene
+    from scenecc.scene import plan_text as plan_text
+    from scenecc.scene import validate as validate
     from scenecc.viewer import PageAddress as PageAddress
+    from scenecc.viewer import ScenePage as ScenePage
     from scenecc.viewer import ViewOptions as ViewOptions
-    from scenecc.viewer import export_page as export_page
     from scenecc.viewer import view_scene as view_scene
 
 _MODULES = {
@@ -89,26 +65,33 @@ _MODULES = {
     "diagnostics": ("Diagnostic",),
     "errors": ("SceneError",),
     "expand.listing": ("ParamRow", "PrefabRow"),
-    "export": ("emit_scene", "export_scene"),
+    "export": ("Emitted",),
     "options": ("CompileOptions",),
     "plan": ("ScenePlan",),
     "plan.diff": ("Difference",),
     "render": ("LegendRow", "Picture", "Rendering", "render_scene"),
     "scene": (
         "Build",
+        "Comparison",
+        "Scene",
         "build_scene",
         "compare_scenes",
         "compile_scene",
+        "emit_scene",
+        "export_page",
+        "export_scene",
+        "inspect_scene",
         "json_schema",
         "list_params",
         "list_prefabs",
         "load_scene",
+        "open_scene",
         "plan_text",
         "validate",
     ),
     "inspect": ("Item", "SummaryRow"),
-    "inspect.inspection": ("inspect_scene",),
-    "viewer": ("ViewOptions", "PageAddress", "export_page", "view_scene"),
+    "inspect.inspection": ("Inspection",),
+    "viewer": ("PageAddress", "ScenePage", "ViewOptions", "view_scene"),
 }
 """The public names by their modules, which are loaded when somebody asks for one."""
 

@@ -6,19 +6,22 @@ Where numbers are needed that only an engine knows, the scene is built without a
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from importlib import import_module
-from typing import TYPE_CHECKING, Literal, TypeVar
+from typing import TYPE_CHECKING, Literal
 
-from typing_extensions import Unpack
+from typing_extensions import TypedDict, Unpack
 
 from scenecc.diagnostics import Location, Sink
+from scenecc.diagnostics.frozen import frozen
 from scenecc.emit import EMITTERS, EXPORTS, ExportOptions, emit, export
 from scenecc.errors import SceneError
+from scenecc.files import replace_set
 from scenecc.options import CompileOptions, Options, integer
 from scenecc.pipeline import Source, compiled, instantiated, select_scenes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection
+    from collections.abc import Collection
     from pathlib import Path
 
     from scenecc.diagnostics import Diagnostic
@@ -26,44 +29,99 @@ if TYPE_CHECKING:
     from scenecc.plan.snapshot import EngineSnapshot
 
 
-Written = TypeVar("Written", str, dict[str, bytes])
-
 _LONGEST_NAME = 60
 """Characters: no file system takes less of them, with a suffix and however they are encoded."""
 
 
-def emit_scene(
+@frozen
+class Emitted:
+    """A scene in another program's form.
+
+    Attributes:
+        files: by their paths relative to the folder that they lie in, or will lie in. The first is the file itself; the
+            others, which it refers to, lie in a folder beside it.
+        diagnostics: warnings and notes, among them one for everything that the target cannot hold.
+        paths: where they were written; empty where they were not.
+    """
+
+    files: dict[str, bytes]
+    diagnostics: list[Diagnostic]
+    paths: tuple[Path, ...] = ()
+
+    @property
+    def text(self) -> str:
+        """The file itself as text. Raises UnicodeDecodeError where it is none."""
+        return next(iter(self.files.values())).decode("utf-8")
+
+
+class FileChoices(TypedDict, total=False):
+    """What of a scene is written, and how.
+
+    Attributes:
+        scene: index of the scene to write; None: the first.
+        grid: write all scenes side by side in place of one (glb).
+        show: draw bodies as they are seen, or their colliding shapes (glb, usd).
+        entity: write this entity alone (urdf).
+        progress: called with (scenes done, scenes in all) while the engine builds.
+    """
+
+    scene: int | None
+    grid: bool
+    show: Literal["visual", "collision"]
+    entity: str | None
+    progress: Callable[[int, int], None] | None
+
+
+class EmitChoices(FileChoices, total=False):
+    """What of a scene is written, and how.
+
+    Attributes:
+        name: of the file without its suffix; None: the scene's own. What cannot stand in a file name is a `_` there.
+        folder: write each entity into a file of its own name (urdf).
+        binary: write the binary form of the file (usd).
+    """
+
+    name: str | None
+    folder: bool
+    binary: bool
+
+
+class ExportArguments(EmitChoices, CompileOptions, total=False):
+    """The arguments of `export_scene`."""
+
+
+SUFFIXES: dict[str, tuple[str, ...]] = {
+    "python": (".py",),
+    "json": (".json",),
+    "glb": (".glb",),
+    "mjcf": (".xml", ".mjcf"),
+    "urdf": (".urdf", ".xml"),
+    "usd": (".usda", ".usd", ".usdc"),
+}
+"""Target to the suffixes of its files."""
+
+BINARY_SUFFIXES = (".usd", ".usdc")
+"""Suffixes of USD's binary form."""
+
+
+def target_of(path: Path) -> str:
+    """The target that a file's suffix stands for; of `.xml`, MJCF.
+
+    Raises:
+        ValueError: it stands for none.
+    """
+    found = next((target for target, suffixes in SUFFIXES.items() if path.suffix.lower() in suffixes), None)
+    if found is None:
+        known = ", ".join(suffix for suffixes in SUFFIXES.values() for suffix in suffixes)
+        raise ValueError(f"{path.name} ends in none of {known}")
+    return found
+
+
+def emit_source(
     source: Source,
     target: str,
     *,
     base: Path | None = None,
-    found: list[Diagnostic] | None = None,
-    **options: Unpack[CompileOptions],
-) -> str:
-    """A scene as the text of another program's input: "python" or "json". Other arguments are those of `validate`.
-
-    Args:
-        source: as for `validate`.
-        target: a key of `scenecc.emit.EMITTERS`.
-        base: folder that the text will lie in, from which its relative paths then start; None: the scene's own.
-        found: takes the warnings and notes of a scene that was written.
-        options: those of `CompileOptions`.
-
-    Raises:
-        SceneError: the scene is at fault, or cannot be written so.
-        ValueError: there is no such target.
-    """
-    if target not in EMITTERS:
-        raise ValueError(f"there is no target {target!r}; there are {', '.join(EMITTERS)}")
-    sink = Sink()
-    asked = Options.of(**options)
-    return _written(emit(compiled(source, asked, sink).plan, target, sink, base=base), sink, found)
-
-
-def export_scene(
-    source: Source,
-    target: str,
-    *,
     name: str | None = None,
     scene: int | None = None,
     grid: bool = False,
@@ -71,29 +129,26 @@ def export_scene(
     entity: str | None = None,
     folder: bool = False,
     binary: bool = False,
-    found: list[Diagnostic] | None = None,
     progress: Callable[[int, int], None] | None = None,
     **options: Unpack[CompileOptions],
-) -> dict[str, bytes]:
-    """A scene as the files of another program, by their paths relative to the folder that they will lie in.
+) -> Emitted:
+    """A scene in another program's form, in memory.
 
-    The first is the file itself, the others, which it refers to, lie in a folder beside it. Numbers that only an engine
-    knows (masses, hulls of meshes, where links are) are those of SAPIEN, in which the scene is built for that, without
-    anything seen. Other arguments are those of `validate`.
+    Numbers that only an engine knows (masses, hulls of meshes, where links are) are those of SAPIEN, in which the scene
+    is built for that, without anything seen.
 
     Args:
-        source: as for `validate`.
-        target: a key of `scenecc.emit.EXPORTS`: "glb", "mjcf", "urdf" or "usd".
-        name: of the file without its suffix; None: the scene's own. What cannot stand in a file name is a `_` there.
-        scene: index of the scene to write; None: the first.
-        grid: write all scenes side by side in place of one (glb).
-        show: draw bodies as they are seen, or their colliding shapes (glb, usd).
-        entity: write this entity alone (urdf).
-        folder: write each entity into a file of its own name (urdf).
-        binary: write the binary form of the file (usd).
-        found: takes the warnings and notes of a scene that was written, among them one for everything that the target
-            cannot hold.
-        progress: called with (scenes done, scenes in all) while the engine builds.
+        source: whatever holds a scene.
+        target: a key of `SUFFIXES`.
+        base: folder that a text will lie in, from which its relative paths then start; None: the scene's own.
+        name: as of `EmitChoices`, like the arguments below.
+        scene: likewise.
+        grid: likewise.
+        show: likewise.
+        entity: likewise.
+        folder: likewise.
+        binary: likewise.
+        progress: likewise.
         options: those of `CompileOptions`.
 
     Raises:
@@ -104,12 +159,35 @@ def export_scene(
     asked |= {"entity": entity is not None, "folder": folder, "binary": binary}
     _check(target, show, [word for word, given in asked.items() if given])
     sink = Sink()
-    _need(target, sink)
-    asked = Options.of(**options)
-    plan = compiled(source, asked, sink).plan
-    chosen = None if grid else _one_scene(scene or 0, plan, sink)
-    choice = ExportOptions(_file_name(name or plan.name), show, grid, entity, folder, binary)
-    return _written(export(plan, _measured(plan, chosen, sink, progress), target, choice, sink), sink, found)
+    if target in EXPORTS:
+        _need(target, sink)
+    plan = compiled(source, Options.of(**options), sink).plan
+    stem = _file_name(name or plan.name)
+    if target in EMITTERS:
+        text = emit(plan, target, sink, base=base)
+        files = None if text is None else {f"{stem}{SUFFIXES[target][0]}": text.encode("utf-8")}
+    else:
+        chosen = None if grid else _one_scene(scene or 0, plan, sink)
+        choice = ExportOptions(stem, show, grid, entity, folder, binary)
+        files = export(plan, _measured(plan, chosen, sink, progress), target, choice, sink)
+    if files is None or sink.failed:
+        raise SceneError(sink.diagnostics())
+    return Emitted(files, sink.diagnostics())
+
+
+def write_emitted(made: Emitted, target: Path, *, folder: bool = False) -> Emitted:
+    """Writes what was made, all files or none.
+
+    Args:
+        made: the files.
+        target: the file that takes the first of them, whatever that is called; or the folder for all of them.
+        folder: whether `target` is a folder.
+
+    Raises:
+        OSError: they cannot be written.
+    """
+    paths = replace_set(target, made.files, folder=folder)
+    return Emitted(made.files, made.diagnostics, tuple(paths))
 
 
 def _file_name(name: str) -> str:
@@ -118,8 +196,8 @@ def _file_name(name: str) -> str:
 
 
 def _check(target: str, show: str, asked: Collection[str]) -> None:
-    if target not in EXPORTS:
-        raise ValueError(f"there is no target {target!r}; there are {', '.join(EXPORTS)}")
+    if target not in SUFFIXES:
+        raise ValueError(f"there is no target {target!r}; there are {', '.join(SUFFIXES)}")
     if show not in {"visual", "collision"}:
         raise ValueError(f"show is visual or collision, not {show!r}")
     check_choice(target, asked)
@@ -139,17 +217,8 @@ def _need(target: str, sink: Sink) -> None:
         raise SceneError(sink.diagnostics()) from error
 
 
-def _written(made: Written | None, sink: Sink, found: list[Diagnostic] | None) -> Written:
-    """A text or files, once it is clear that nothing stopped them."""
-    if made is None or sink.failed:
-        raise SceneError(sink.diagnostics())
-    if found is not None:
-        found += sink.diagnostics()
-    return made
-
-
 def check_choice(target: str, asked: Collection[str]) -> None:
-    """Whether arguments of `export_scene` can be given together.
+    """Whether arguments of `Scene.emit` can be given together.
 
     Args:
         target: as there, or a key of `scenecc.emit.EMITTERS`, which takes none of them.

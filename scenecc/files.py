@@ -43,6 +43,25 @@ def replace_all(files: Mapping[Path, bytes], folders: Sequence[Path] = ()) -> No
             undo.pop_all()
 
 
+def replace_set(target: Path, files: Mapping[str, bytes], *, folder: bool) -> list[Path]:
+    """Writes a file and those that lie beside it, all or none. Returns their paths.
+
+    Args:
+        target: the file that takes the first of `files`, whatever that is called; or the folder for all of them.
+        files: by their paths from the folder in which the file lies.
+        folder: whether `target` is a folder.
+
+    Raises:
+        OSError: one cannot be written; then everything is as it was.
+    """
+    top, names = Path(os.path.realpath(target)), list(files)
+    paths = [top / name for name in names] if folder else [top, *(top.parent / name for name in names[1:])]
+    folders = {top} if folder else set[Path]()
+    missing = [each for each in sorted(folders | {path.parent for path in paths}) if not each.exists()]
+    replace_all(dict(zip(paths, files.values(), strict=True)), missing)
+    return paths
+
+
 def _write(part: Path, data: bytes) -> None:
     """Writes a new file. It has no name until it is whole: of a process that is killed, nothing is left."""
     part.unlink(missing_ok=True)  # of a process that was killed, on a file system of the second kind

@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from scenecc.spec.document import SceneFile
 
 
-Source = Union[str, "PathLike[str]", IO[str], IO[bytes], Mapping[str, Any], "ScenePlan"]
-"""A path, an open stream, a mapping, a plan, or a plan's JSON."""
+Source = Union[str, "PathLike[str]", IO[str], IO[bytes], Mapping[str, Any], "ScenePlan", "CompiledSource"]
+"""A path, an open stream, a mapping, a plan, or a plan's JSON; or one of these that was compiled."""
 
 _PLAN_KEY = "scenecc_plan"
 _PLAN_TEXT = re.compile(r'\s*\{\s*"scenecc_plan"\s*:')
@@ -141,6 +141,26 @@ class Compiled:
     document: Document | None = None
 
 
+class CompiledSource:
+    """A source that was compiled, as a source again: whoever takes it compiles nothing, and tells of the same lines.
+
+    Args:
+        source: whatever holds a scene.
+        options: what overrides it, and what it may use.
+
+    Attributes:
+        compiled: the plan, and how it came about; None where the scene is at fault.
+        sink: what was found.
+
+    Raises:
+        TypeError: the source is nothing that can hold a scene.
+    """
+
+    def __init__(self, source: Source, options: Options) -> None:
+        self.sink = Sink()
+        self.compiled = compile_source(source, options, self.sink)
+
+
 class _Clock:
     """The seconds of each stage."""
 
@@ -171,6 +191,9 @@ def compile_source(
         TypeError: the source is nothing that can hold a scene.
         RuntimeError: there is neither a plan nor an error, which is a fault of scenecc.
     """
+    if isinstance(source, CompiledSource):
+        sink.take_over(source.sink)
+        return source.compiled
     compiled = _compiled(source, options, sink, drawn=drawn, memory=memory)
     if compiled is None and not sink.failed:
         raise RuntimeError("scenecc made no plan of this scene and found no error in it")

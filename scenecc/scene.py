@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 from typing_extensions import Unpack
@@ -17,10 +20,13 @@ from scenecc.options import CompileOptions, Options, indices
 from scenecc.pipeline import (
     Audit,
     Backend,
+    Compiled,
+    CompiledSource,
     Source,
     as_plan,
     compile_source,
     compiled,
+    compiled_params,
     instantiated,
     read_input,
     select_scenes,
@@ -28,16 +34,20 @@ from scenecc.pipeline import (
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
-    from os import PathLike
-    from pathlib import Path
 
     from scenecc.backends.maniskill import ManiSkillScene
     from scenecc.backends.maniskill.loaded_scene import LoadedScene
     from scenecc.backends.sapien import SceneBatch
     from scenecc.expand.listing import ParamRow, PrefabRow
-    from scenecc.inspect import SummaryRow
+    from scenecc.export import EmitChoices, Emitted, ExportArguments, FileChoices
+    from scenecc.inspect import Item, SummaryRow
+    from scenecc.inspect.inspection import InspectArguments, InspectChoices, Inspection
     from scenecc.plan import ScenePlan
     from scenecc.plan.diff import Difference
+    from scenecc.render import RenderChoices, Rendering
+    from scenecc.viewer import PageAddress, ScenePage, ViewOptions
+
+    Progress = Callable[[int, int], None]
 
 
 def validate(
@@ -227,46 +237,35 @@ def build_scene(
     return Build(found.plan, batch, chosen, sink.diagnostics(), timings, rows)
 
 
-def compare_scenes(
-    a: Source,
-    b: Source,
-    *,
-    found: list[Diagnostic] | None = None,
-    **options: Unpack[CompileOptions],
-) -> list[Difference]:
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Everything in which two scenes differ; false where they are the same.
+
+    Attributes:
+        differences: one a field.
+        diagnostics: warnings and notes of both.
+    """
+
+    differences: list[Difference]
+    diagnostics: list[Diagnostic]
+
+    def __bool__(self) -> bool:
+        return bool(self.differences)
+
+
+def compare_scenes(a: Source, b: Source, **options: Unpack[CompileOptions]) -> list[Difference]:
     """Everything in which two scenes differ, by their plans; empty where they are the same.
 
     A name that follows from a file's is no difference. Arguments are those of `validate`, for both scenes.
 
-    Args:
-        a: the first scene.
-        b: the second one.
-        found: takes the warnings and notes of both.
-        options: those of `CompileOptions`.
-
     Raises:
         SceneError: one of them, or each, is at fault.
     """
-    from scenecc.plan.diff import diff_plans
-
-    asked = Options.of(**options)
-    sinks = Sink(), Sink()
-    compiled = [compile_source(source, asked, sink) for source, sink in zip((a, b), sinks, strict=True)]
-    diagnostics = [diagnostic for sink in sinks for diagnostic in sink.diagnostics()]
-    first, second = compiled
-    if first is None or second is None:
-        raise SceneError(diagnostics)
-    if found is not None:
-        found += diagnostics
-    unnamed = [_stem(source) == done.plan.name for source, done in ((a, first), (b, second))]
-    return [one for one in diff_plans(first.plan, second.plan) if not (one.path == "name" and all(unnamed))]
+    return open_scene(a, **options).diff(open_scene(b, **options)).differences
 
 
 def _stem(source: Source) -> str:
     """The name of a scene that says none."""
-    from os import PathLike
-    from pathlib import Path
-
     return Path(source).stem if isinstance(source, str | PathLike) else "scene"
 
 
@@ -326,3 +325,265 @@ def plan_text(plan: ScenePlan, *, base: Path | None = None) -> str:
     from scenecc.plan.json_writer import plan_to_json
 
     return plan_to_json(plan, base=base)
+
+
+def emit_scene(source: Source, target: str, *, base: Path | None = None, **options: Unpack[CompileOptions]) -> str:
+    """A scene as the text of another program's input: "python" or "json". Other arguments are those of `validate`.
+
+    Args:
+        source: as for `validate`.
+        target: a key of `scenecc.emit.EMITTERS`.
+        base: folder that the text will lie in, from which its relative paths then start; None: the scene's own.
+        options: those of `CompileOptions`.
+
+    Raises:
+        SceneError: the scene is at fault, or cannot be written so.
+        ValueError: there is no such target.
+    """
+    from scenecc.emit import EMITTERS
+
+    if target not in EMITTERS:
+        raise ValueError(f"there is no target {target!r}; there are {', '.join(EMITTERS)}")
+    return open_scene(source, **options).emit(target, base=base).text
+
+
+def export_scene(source: Source, target: str, **given: Unpack[ExportArguments]) -> dict[str, bytes]:
+    """A scene as the files of another program, by their paths relative to the folder that they will lie in.
+
+    The first is the file itself; the others, which it refers to, lie in a folder beside it. `Scene.emit` gives the
+    warnings, too, among them one for everything that the target cannot hold.
+
+    Args:
+        source: as for `validate`.
+        target: a key of `scenecc.emit.EXPORTS`: "glb", "mjcf", "urdf" or "usd".
+        given: those of `EmitChoices` and of `CompileOptions`.
+
+    Raises:
+        SceneError: the scene, the engine or the machine is at fault, or nothing can be written so.
+        ValueError: there is no such target, it does not take an argument, or there is no such scene.
+    """
+    from scenecc.emit import EXPORTS
+    from scenecc.export import emit_source
+
+    if target not in EXPORTS:
+        raise ValueError(f"there is no target {target!r}; there are {', '.join(EXPORTS)}")
+    return emit_source(source, target, **given).files
+
+
+def inspect_scene(source: Source, **given: Unpack[InspectArguments]) -> Item:
+    """Everything that is said of a scene, as a tree; `Scene.inspect` gives the warnings, too.
+
+    Args:
+        source: as for `validate`.
+        given: those of `InspectChoices` and of `CompileOptions`.
+
+    Raises:
+        SceneError: the scene, the engine or the machine is at fault; there is no such scene or entity.
+        ValueError: an argument is out of its range.
+    """
+    from scenecc.inspect.inspection import inspect_source
+
+    return inspect_source(source, **given).item
+
+
+def export_page(
+    source: Source,
+    *,
+    look: ViewOptions | None = None,
+    steps: int = 0,
+    progress: Progress | None = None,
+    **options: Unpack[CompileOptions],
+) -> str:
+    """A scene as one page of HTML. Arguments and errors are those of `Scene.page`, others those of `validate`."""
+    return open_scene(source, **options).page(look=look, steps=steps, progress=progress).html
+
+
+def open_scene(source: Source, **options: Unpack[CompileOptions]) -> Scene:
+    """Opens a scene: it is compiled once, when something of it is first asked for.
+
+    Args:
+        source: as for `validate`.
+        options: those of `CompileOptions`.
+
+    Raises:
+        ValueError: an argument is out of its range.
+        TypeError: a number is no integer, or `params` or `draws` no mapping.
+    """
+    return Scene(source, options)
+
+
+class Scene:
+    """A scene that was opened by `open_scene`.
+
+    `diagnostics` never raises for a scene at fault; everything else raises `SceneError` then. Results of methods have
+    `diagnostics` of their own: those of the scene, and those of what was done with it.
+    """
+
+    def __init__(self, source: Source, options: CompileOptions) -> None:
+        self._source = source
+        self._given = options
+        self._options = Options.of(**options)
+
+    @cached_property
+    def _compiled(self) -> CompiledSource:
+        return CompiledSource(self._source, self._options)
+
+    def _done(self) -> Compiled:
+        if self._compiled.compiled is None:
+            raise SceneError(self.diagnostics)
+        return self._compiled.compiled
+
+    @property
+    def diagnostics(self) -> list[Diagnostic]:
+        """Everything that is found without an engine: errors, warnings and notes."""
+        return self._compiled.sink.diagnostics()
+
+    @property
+    def plan(self) -> ScenePlan:
+        """The plan."""
+        return self._done().plan
+
+    @property
+    def params(self) -> list[ParamRow]:
+        """The parameters of the scene and of what it includes, in order; none of a plan."""
+        return compiled_params(self._done(), self._options.limits)
+
+    def build(
+        self,
+        *,
+        scene_idxs: Iterable[int] | None = None,
+        device: Backend = "cpu",
+        render: bool | None = None,
+        audit: Audit = "fast",
+    ) -> SceneBatch:
+        """The live scenes. Arguments and errors are those of `load_scene`; `device` is where PhysX runs."""
+        return load_scene(
+            self._compiled, scene_idxs=scene_idxs, backend=device, render=render, audit=audit, **self._given
+        )
+
+    def emit(self, target: str, *, base: Path | None = None, **choices: Unpack[EmitChoices]) -> Emitted:
+        """The scene in another program's form, in memory.
+
+        Numbers that only an engine knows (masses, hulls of meshes, where links are) are those of SAPIEN, in which the
+        scene is built for that, without anything seen.
+
+        Args:
+            target: "python", "json", "glb", "mjcf", "urdf" or "usd".
+            base: folder that a text will lie in, from which its relative paths then start (python, json); None: the
+                scene's own.
+            choices: those of `EmitChoices`.
+
+        Raises:
+            SceneError: the scene, the engine or the machine is at fault, or nothing can be written so.
+            ValueError: there is no such target, it does not take an argument, or there is no such scene.
+        """
+        from scenecc.export import emit_source
+
+        return emit_source(self._compiled, target, base=base, **choices, **self._given)
+
+    def export(
+        self, path: str | PathLike[str], *, target: str | None = None, **choices: Unpack[FileChoices]
+    ) -> Emitted:
+        """Writes the scene for another program, all files or none. What the file refers to lies in a folder beside it.
+
+        Args:
+            path: of the file. Its suffix says what is written: `.py`, `.json`, `.glb`, `.xml` (MJCF), `.urdf`, `.usda`
+                or `.usd`.
+            target: as of `emit`, where the suffix stands for another (`.xml` of a URDF).
+            choices: those of `FileChoices`.
+
+        Raises:
+            SceneError: as of `emit`.
+            ValueError: as of `emit`, or the suffix stands for no target.
+            OSError: a file cannot be written.
+        """
+        from scenecc.emit import EMITTERS
+        from scenecc.export import BINARY_SUFFIXES, target_of, write_emitted
+
+        file = Path(path)
+        wanted = target or target_of(file)
+        binary = wanted == "usd" and file.suffix.lower() in BINARY_SUFFIXES
+        base = file.absolute().parent if wanted in EMITTERS else None
+        return write_emitted(self.emit(wanted, base=base, name=file.stem, binary=binary, **choices), file)
+
+    def render(self, path: str | PathLike[str] | None = None, **choices: Unpack[RenderChoices]) -> Rendering:
+        """Pictures of the scene.
+
+        Args:
+            path: where the picture, or the sheet, is written as a PNG; None: it is not.
+            choices: those of `RenderChoices`.
+
+        Raises:
+            SceneError: as of `render_scene`.
+            ValueError: an argument is out of its range.
+            OSError: the file cannot be written.
+        """
+        from scenecc.files import replace_all
+        from scenecc.render import render_scene
+
+        made = render_scene(self._compiled, **choices, **self._given)
+        if path is not None:
+            replace_all({Path(path): made.png()})
+        return made
+
+    def view(
+        self,
+        *,
+        look: ViewOptions | None = None,
+        place: PageAddress | None = None,
+        ready: Callable[[str], None] | None = None,
+    ) -> None:
+        """Shows the scene on a page in the browser until it is interrupted. For the rest see `view_scene`."""
+        from scenecc.viewer import view_scene
+
+        # A stream was read; a file is read anew whenever it changes.
+        source = self._compiled if hasattr(self._source, "read") else self._source
+        view_scene(source, look=look, place=place, ready=ready, **self._given)
+
+    def page(self, *, look: ViewOptions | None = None, steps: int = 0, progress: Progress | None = None) -> ScenePage:
+        """The scene as one page of HTML that needs nothing else, no network and no server.
+
+        Args:
+            look: what is shown.
+            steps: of the simulation, which the page plays; 0: the scene stands still.
+            progress: called with (scenes done, scenes in all) while the engine builds, and with steps after that.
+
+        Raises:
+            SceneError: the scene, the engine or the machine is at fault, or there is no such scene.
+            ValueError: an argument is out of its range.
+        """
+        from scenecc.viewer import page_of_source
+
+        return page_of_source(self._compiled, look=look, steps=steps, progress=progress, **self._given)
+
+    def inspect(self, **choices: Unpack[InspectChoices]) -> Inspection:
+        """Everything that is said of the scene, as a tree.
+
+        Args:
+            choices: those of `InspectChoices`.
+
+        Raises:
+            SceneError: the scene, the engine or the machine is at fault; there is no such scene or entity.
+            ValueError: an argument is out of its range.
+        """
+        from scenecc.inspect.inspection import inspect_source
+
+        return inspect_source(self._compiled, **choices, **self._given)
+
+    def diff(self, other: Scene) -> Comparison:
+        """Everything in which another scene differs from this one, by their plans.
+
+        A name that follows from a file's is no difference.
+
+        Raises:
+            SceneError: one of them, or each, is at fault.
+        """
+        from scenecc.plan.diff import diff_plans
+
+        both = (self, other)
+        diagnostics = [one for each in both for one in each.diagnostics]
+        if any(each._compiled.compiled is None for each in both):  # noqa: SLF001 - of this class
+            raise SceneError(diagnostics)
+        unnamed = all(_stem(each._source) == each.plan.name for each in both)  # noqa: SLF001 - of this class
+        found = diff_plans(self.plan, other.plan)
+        return Comparison([one for one in found if not (one.path == "name" and unnamed)], diagnostics)

@@ -17,7 +17,6 @@ from scenecc.cli.tables import plain
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scenecc.diagnostics import Diagnostic
     from scenecc.plan.diff import Difference
 
 
@@ -93,10 +92,11 @@ def diff(
     faults = [*path_faults(first, None), *path_faults(second, None)]
     if faults:
         end(faults, least=Status.usage)  # 1 is the status of scenes that differ
-    found: list[Diagnostic] = []
     with scene_errors(options, least=Status.usage):
-        differences = scenecc.compare_scenes(source_of(first), source_of(second), **options, found=found)
-    print_asides(found)
+        a, b = (scenecc.open_scene(source_of(name), **options) for name in (first, second))
+        comparison = a.diff(b)
+    differences = comparison.differences
+    print_asides(comparison.diagnostics)
     if form is TableFormat.json:
         print_json({"differences": [asdict(difference) for difference in differences]})
     else:

@@ -25,13 +25,12 @@ from scenecc.cli.output import (
     progress,
     scene_errors,
     usage_error,
-    write,
     write_files,
 )
 from scenecc.cli.paths import checked_source
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics import Diagnostic
+    pass
 
 
 class Target(str, Enum):
@@ -46,17 +45,6 @@ class Target(str, Enum):
 
 
 _TEXTS = (Target.python, Target.json)
-_SUFFIXES = {
-    Target.glb: (".glb",),
-    Target.mjcf: (".xml", ".mjcf"),
-    Target.urdf: (".urdf", ".xml"),
-    Target.usd: (".usda", ".usd", ".usdc"),
-}
-"""Of files that other programs tell by their names."""
-
-_BINARY = (".usd", ".usdc")
-"""Suffixes of USD's binary form."""
-
 SceneIndex = Annotated[
     int | None,
     typer.Option("--scene", metavar="K", parser=at_least(0), help="Which scene, for all but python and json."),
@@ -100,40 +88,37 @@ def emit(
       scenecc emit scenes/robot_arm.yaml --to usd -o arm.usda
     """
     import scenecc
+    from scenecc.export import BINARY_SUFFIXES, EmitChoices
 
     asked = {"scene": index, "grid": grid, "show": show is Show.collision, "entity": entity}
     folder = _check(target, output, asked)
     source = checked_source(scene, output, folder=folder)
-    found: list[Diagnostic] = []
-    with scene_errors(options):
-        if target in _TEXTS:
-            text = scenecc.emit_scene(source, target.value, base=base_folder(output), found=found, **options)
-            reason = write(output, text)
-        else:
-            options |= {"scene": index, "grid": grid, "show": show.value, "entity": entity, "folder": folder}
-            options["binary"] = target is Target.usd and Path(output).suffix.lower() in _BINARY
-            name = None if output == STDOUT else Path(output).stem
-            with progress("build") as told:
-                files = scenecc.export_scene(source, target.value, name=name, found=found, progress=told, **options)
-            reason = write_files(output, files, folder=folder)
-    print_asides(found)
+    choices: EmitChoices = {"scene": index, "grid": grid, "show": show.value, "entity": entity, "folder": folder}
+    with scene_errors(options), progress("build") as told:
+        name = None if output == STDOUT else Path(output).stem
+        binary = target is Target.usd and Path(output).suffix.lower() in BINARY_SUFFIXES
+        base = base_folder(output) if target in _TEXTS else None
+        choices |= {"name": name, "binary": binary, "progress": told}
+        made = scenecc.open_scene(source, **options).emit(target.value, base=base, **choices)
+    reason = write_files(output, made.files, folder=folder)
+    print_asides(made.diagnostics)
     if reason is not None:
         end([usage_error(*reason, file=output)])
 
 
 def _check(target: Target, output: str, asked: Mapping[str, Any]) -> bool:
     """Whether the output is a folder. Raises typer.BadParameter for options or a file that the target does not take."""
-    from scenecc.export import check_choice
+    from scenecc.export import SUFFIXES, check_choice
 
     given = [word for word, value in asked.items() if value is not None and value is not False]
     try:
         check_choice(target.value, given)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from None
-    suffix, suffixes = Path(output).suffix.lower(), _SUFFIXES.get(target)
+    suffix, suffixes = Path(output).suffix.lower(), None if target in _TEXTS else SUFFIXES[target.value]
     if output == STDOUT or suffixes is None or suffix in suffixes:
         return False
     several = target is Target.urdf and "entity" not in given
-    if not several or suffix in chain(*_SUFFIXES.values()):
+    if not several or suffix in chain(*(SUFFIXES[one.value] for one in Target if one not in _TEXTS)):
         raise typer.BadParameter(f"{shown(output)} does not end in {' or '.join(suffixes)}", param_hint="'-o'")
     return True

@@ -17,7 +17,7 @@ from scenecc.cli.output import print_asides, print_json, print_out, progress, sc
 from scenecc.cli.paths import checked_source
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics import Diagnostic
+    pass
 
 Scene = Annotated[
     int | None, typer.Option("--scene", metavar="K", parser=at_least(0), help="Tell what this one scene has.")
@@ -60,19 +60,12 @@ def inspect(
     import scenecc
 
     source = checked_source(scene)
-    warnings: list[Diagnostic] = []
     with scene_errors(options), progress("build") as show:
-        item = scenecc.inspect_scene(
-            source,
-            scene=index,
-            entity=entity,
-            depth=depth,
-            build=ask,
-            **options,
-            found=warnings,
-            progress=show,
+        inspection = scenecc.open_scene(source, **options).inspect(
+            scene=index, entity=entity, depth=depth, build=ask, progress=show
         )
-    print_asides(warnings)
+    item = inspection.item
+    print_asides(inspection.diagnostics)
     if form is TableFormat.json:
         print_json(item.data())
     else:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 import typer
 
 from scenecc.cli.options import Format
-from scenecc.files import replace_all
+from scenecc.files import replace_all, replace_set
 from scenecc.interrupt import undoing
 
 if TYPE_CHECKING:
@@ -138,12 +138,8 @@ def write_files(target: str, files: Mapping[str, bytes], *, folder: bool) -> Unw
         return write(target, files[names[0]])
     if target == STDOUT:
         return "SC904", f"standard output takes one file, and there are {len(names)}"
-    top = Path(os.path.realpath(target))
-    paths = [top / name for name in names] if folder else [top, *(top.parent / name for name in names[1:])]
-    folders = {top} if folder else set[Path]()
-    missing = [each for each in sorted(folders | {path.parent for path in paths}) if not each.exists()]
     try:
-        replace_all(dict(zip(paths, files.values(), strict=True)), missing)
+        replace_set(Path(target), files, folder=folder)
     except OSError as error:
         return _unwritten(error.filename or target, error)
     return None

@@ -125,10 +125,9 @@ def view(
                 **options,
             )
         else:
-            found: list[Diagnostic] = []
             with progress("view") as told:
-                page = scenecc.export_page(source, look=look, steps=steps, found=found, progress=told, **options)
-            _write(export, page, found)
+                page = scenecc.open_scene(source, **options).page(look=look, steps=steps, progress=told)
+            _write(export, page.html, page.diagnostics)
 
 
 def _check(export: str | None, steps: int, *, served: bool) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import TypeVar
 
 from scenecc.diagnostics.codes import CODES, Severity
 from scenecc.diagnostics.frozen import frozen
@@ -21,6 +22,9 @@ from scenecc.diagnostics.origin import (
     nowhere,
     within,
 )
+
+_Key = TypeVar("_Key")
+_Other = TypeVar("_Other")
 
 MAX_REPORTS = 1000
 """How many errors are told, and how many warnings: a file of nothing but errors must not fill the memory."""
@@ -260,6 +264,14 @@ class Sink:
         self._others.setdefault(key, {})[place.copy, place.parent] = None
         return True
 
+    def take_over(self, other: Sink) -> None:
+        """Goes on where another sink stands: with its findings, and its places."""
+        vars(self).update(vars(other))
+        self._reports, self._seen, self._told = [*other._reports], {*other._seen}, Counter(other._told)
+        self._misgiven, self._full, self._first = {**other._misgiven}, {*other._full}, {**other._first}
+        self._others, self._users = _copied(other._others), _copied(other._users)
+        self._alike = _copied(other._alike)
+
     def diagnostics(self) -> list[Diagnostic]:
         """All findings, in the order of their places in each file (errors of the engine last)."""
         found = [self._resolve(report) for report in self._reports]
@@ -316,6 +328,10 @@ class Sink:
         others = {(user.file, user.path): user for user in self._other_users(report)}
         too = [user for written, user in others.items() if written not in told]
         return [*places, *[("used from here too", user, "value") for user in too[:_USERS]]]
+
+
+def _copied(tables: dict[_Key, dict[_Other, None]]) -> dict[_Key, dict[_Other, None]]:
+    return {key: {**table} for key, table in tables.items()}
 
 
 def _chain_of(user: Origin | None) -> Iterator[Origin]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fnmatch import fnmatchcase
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any, Final
 
-from typing_extensions import Unpack
+from typing_extensions import TypedDict, Unpack
 
 from scenecc.diagnostics import Diagnostic, Location, Sink
+from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest
 from scenecc.errors import SceneError
 from scenecc.files import open_regular
@@ -21,7 +23,7 @@ from scenecc.plan import ArticulationStructure, Camera, Constraint, SkyMap, Text
 from scenecc.plan.schema import type_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from scenecc.expand.listing import ParamRow
@@ -267,28 +269,61 @@ def _size(count: int) -> str:
     return f"{number:.4g} {unit}"
 
 
-def inspect_scene(
+class InspectChoices(TypedDict, total=False):
+    """What of a scene is told.
+
+    Attributes:
+        scene: the one that is told; None: what all of them can be.
+        entity: the name of an entity, or a pattern of names (`*`, `?`, `[…]`): nothing else is told.
+        depth: how far below the scene the tree goes; None: to its end.
+        build: ask the engine for masses, and for sizes of meshes and articulations, in `scene` or else in the first
+            scene that each entity is in. No render device is needed. Otherwise they are told where the file says them.
+        progress: called with (scenes done, scenes in all) while the engine builds.
+    """
+
+    scene: int | None
+    entity: str | None
+    depth: int | None
+    build: bool
+    progress: Callable[[int, int], None] | None
+
+
+class InspectArguments(InspectChoices, CompileOptions, total=False):
+    """The arguments of `inspect_scene`."""
+
+
+@frozen
+class Inspection:
+    """Everything that is said of a scene.
+
+    Attributes:
+        item: the scene, as a tree.
+        diagnostics: warnings and notes.
+    """
+
+    item: Item
+    diagnostics: list[Diagnostic]
+
+
+def inspect_source(
     source: Source,
     *,
     scene: int | None = None,
     entity: str | None = None,
     depth: int | None = None,
     build: bool = True,
-    found: list[Diagnostic] | None = None,
     progress: Callable[[int, int], None] | None = None,
     **options: Unpack[CompileOptions],
-) -> Item:
-    """Everything that is said of a scene, as a tree; `scenecc inspect` prints this. Other arguments: as `validate`.
+) -> Inspection:
+    """Everything that is said of a scene, as a tree.
 
     Args:
-        source: as for `validate`.
-        scene: the one that is told; None: what all of them can be.
-        entity: the name of an entity, or a pattern of names (`*`, `?`, `[…]`): nothing else is told.
-        depth: how far below the scene the tree goes; None: to its end.
-        build: ask the engine for masses, and for sizes of meshes and articulations, in `scene` or else in the first
-            scene that each entity is in. No render device is needed. Otherwise they are told where the file says them.
-        found: takes the warnings and notes.
-        progress: called with (scenes done, scenes in all) while the engine builds.
+        source: whatever holds a scene.
+        scene: as of `InspectChoices`, like the arguments below.
+        entity: likewise.
+        depth: likewise.
+        build: likewise.
+        progress: likewise.
         options: those of `CompileOptions`.
 
     Raises:
@@ -306,9 +341,7 @@ def inspect_scene(
     else:
         listed, files = compiled_params(done, asked.limits), _files(done)
         item = scene_item(plan, scene=scene, made=made, params=listed, given=asked.params, files=files)
-    if found is not None:
-        found += sink.diagnostics()
-    return item if depth is None else item.cut(depth)
+    return Inspection(item if depth is None else item.cut(depth), sink.diagnostics())
 
 
 def _chosen(plan: ScenePlan, scene: int | None, entity: str | None, sink: Sink) -> list[Entity]:

@@ -9,7 +9,7 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from typing_extensions import Unpack
+from typing_extensions import TypedDict, Unpack
 
 from scenecc.diagnostics import Location, Sink
 from scenecc.diagnostics.messages import index_ranges, suggest
@@ -99,6 +99,39 @@ def raise_errors(sink: Sink) -> None:
     """Raises SceneError if anything went wrong so far."""
     if sink.failed:
         raise SceneError(sink.diagnostics())
+
+
+class RenderChoices(TypedDict, total=False):
+    """Which pictures are taken of a scene.
+
+    Attributes:
+        camera: a camera of the file; None: one that frames each scene as it stands at its first picture.
+        scenes: of which scenes, as `scene_idxs` of a file: `3`, `0:4`, `0,2`; None: the first that has the camera, or
+            all that have it for a `grid`.
+        grid: put the pictures on one sheet; so it is whenever there are several scenes.
+        size: width and height of each picture [px], in place of the camera's (640 × 480, on a sheet 320 × 240, of one
+            that frames the scene).
+        what: "color", "depth", "segmentation" or "normal".
+        steps: of the simulation, before the picture.
+        film: take one over these steps, "mp4" or "gif".
+        every: steps from one frame of the film to the next; None: as many as give about 30 a second. It plays as fast
+            as the simulation's time goes.
+        collision: show what collides, and not what is seen.
+        hidden: show what is `hidden` too; None: where the camera is none of the file.
+        progress: called with (scenes, steps, frames or pictures done, of how many) as one follows the other.
+    """
+
+    camera: str | None
+    scenes: str | None
+    grid: bool
+    size: tuple[int, int] | None
+    what: What
+    steps: int
+    film: Film | None
+    every: int | None
+    collision: bool
+    hidden: bool | None
+    progress: Callable[[int, int], None] | None
 
 
 def render_scene(

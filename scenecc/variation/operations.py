@@ -607,7 +607,7 @@ def _hypot_interval(*sides: Interval) -> Interval:
 
 
 def _smoothstep(start: float, end: float, x: float) -> float:
-    """0 up to `start`, 1 from `end` on, and 3t² - 2t³ between; a step where they are one. Falls where `end` is below."""
+    """0 up to `start`, 1 from `end` on, 3t² - 2t³ between; falling where `end` is below, a step where it is equal."""
     # Halves: a difference of the largest numbers has no end otherwise.
     width = end / 2 - start / 2
     if width == 0:

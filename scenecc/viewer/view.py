@@ -15,6 +15,7 @@ from urllib.parse import quote
 from typing_extensions import Unpack
 
 from scenecc.diagnostics import Location, Sink
+from scenecc.diagnostics.frozen import frozen
 from scenecc.errors import SceneError
 from scenecc.options import CompileOptions, Options, integer
 from scenecc.viewer.options import PageAddress, ViewOptions
@@ -69,22 +70,33 @@ def view_scene(
         session.serve(lambda: (ready or _untold)(address(place, server.get_port())))
 
 
-def export_page(
+@frozen
+class ScenePage:
+    """A scene as one page of HTML that needs nothing else, no network and no server.
+
+    Attributes:
+        html: the page.
+        diagnostics: warnings and notes.
+    """
+
+    html: str
+    diagnostics: list[Diagnostic]
+
+
+def page_of_source(
     source: Source,
     *,
     look: ViewOptions | None = None,
     steps: int = 0,
-    found: list[Diagnostic] | None = None,
     progress: Callable[[int, int], None] | None = None,
     **options: Unpack[CompileOptions],
-) -> str:
-    """A scene as one page of HTML that needs nothing else, no network and no server. Other arguments: as `validate`.
+) -> ScenePage:
+    """As `export_page`, with the diagnostics.
 
     Args:
         source: as for `validate`.
         look: what is shown.
         steps: of the simulation, which the page plays; 0: the scene stands still.
-        found: takes the warnings and notes.
         progress: called with (scenes done, scenes in all) while the engine builds, and with steps after that.
         options: those of `CompileOptions`.
 
@@ -109,9 +121,7 @@ def export_page(
             page = record(server, world, look, steps, progress)
     finally:
         world.close()
-    if found is not None:
-        found += loading.loaded.sink.diagnostics()
-    return page
+    return ScenePage(page, loading.loaded.sink.diagnostics())
 
 
 @contextmanager

@@ -13,7 +13,7 @@ import pytest
 import sapien
 
 import scenecc
-from scenecc import export_scene
+from scenecc import open_scene
 from scenecc.backends.sapien import SceneBatch
 from scenecc.diagnostics import Diagnostic
 from scenecc.plan.body import Mount
@@ -43,8 +43,8 @@ def _elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 def compiled(source: Any, folder: Path, **options: Any) -> tuple[Any, Any, list[Diagnostic]]:
     """MuJoCo's model and data of a scene, where it starts, and the warnings."""
-    found: list[Diagnostic] = []
-    files = export_scene(source, "mjcf", name="model", found=found, **options)
+    made = open_scene(source, **options).emit("mjcf", name="model")
+    files, found = made.files, made.diagnostics
     assert next(iter(files)) == "model.xml"
     for name, content in files.items():
         (folder / name).parent.mkdir(exist_ok=True)

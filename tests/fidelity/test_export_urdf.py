@@ -13,7 +13,7 @@ import sapien
 from sapien import physx
 
 import scenecc
-from scenecc import export_scene
+from scenecc import export_scene, open_scene
 from scenecc.diagnostics import Diagnostic
 
 ROOT = Path(__file__).parents[2]
@@ -23,8 +23,8 @@ TASKS = [("PickCube-v1", "panda"), ("RotateValveLevel2-v1", None), ("MS-Humanoid
 
 
 def written(source: Any, folder: Path, entity: str | None = None, **options: Any) -> tuple[Path, list[Diagnostic]]:
-    found: list[Diagnostic] = []
-    files = export_scene(source, "urdf", name="robot", entity=entity, found=found, **options)
+    made = open_scene(source, **options).emit("urdf", name="robot", entity=entity)
+    files, found = made.files, made.diagnostics
     for name, content in files.items():
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_bytes(content)

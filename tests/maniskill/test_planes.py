@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 
 from scenecc import compile_scene
-from scenecc.backends.maniskill.builders import deduplicate_planes
 from scenecc.backends.sapien.engine import EngineFailure
 
 PLANE = {"type": "plane"}
@@ -18,6 +17,8 @@ def once(ground: dict[str, Any], num_scenes: int = 3) -> Any:
     plan = compile_scene(
         {"scenecc": 1, "num_scenes": num_scenes, "entities": {"ground": {"body_type": "static", **ground}}}
     )
+    from scenecc.backends.maniskill.builders import deduplicate_planes  # needs ManiSkill
+
     return plan, deduplicate_planes(plan)
 
 

@@ -17,7 +17,7 @@ from plugins.plan_parts import ROOT
 from trimesh.exchange.gltf import validate
 
 import scenecc
-from scenecc import export_scene
+from scenecc import export_scene, open_scene
 from scenecc.backends.sapien import instantiate
 from scenecc.diagnostics import Diagnostic, Sink
 
@@ -30,10 +30,9 @@ Y_UP = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
 def emitted(
     source: Any, *, show: Literal["visual", "collision"] = "visual", grid: bool = False, outside: bool = False
 ) -> Emitted:
-    found: list[Diagnostic] = []
-    files = export_scene(source, "glb", name="out", show=show, grid=grid, allow_outside_assets=outside, found=found)
-    assert list(files) == ["out.glb"]
-    return files["out.glb"], found
+    made = open_scene(source, allow_outside_assets=outside).emit("glb", name="out", show=show, grid=grid)
+    assert list(made.files) == ["out.glb"]
+    return made.files["out.glb"], made.diagnostics
 
 
 def loaded(data: bytes) -> trimesh.Scene:

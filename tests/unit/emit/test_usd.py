@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 from plugins.plan_parts import ROOT
 
 import scenecc
-from scenecc import export_scene
+from scenecc import open_scene
 from scenecc.backends.sapien import instantiate
 from scenecc.diagnostics import Diagnostic, Sink
 
@@ -28,8 +28,9 @@ Emitted = tuple[dict[str, bytes], list[Diagnostic]]
 
 
 def emitted(source: Any, **options: Any) -> Emitted:
-    found: list[Diagnostic] = []
-    return export_scene(source, "usd", name="out", found=found, **options), found
+    choices = {name: options.pop(name) for name in ("show", "binary", "scene") if name in options}
+    made = open_scene(source, **options).emit("usd", name="out", **choices)
+    return made.files, made.diagnostics
 
 
 def opened(files: dict[str, bytes], folder: Path) -> Any:

@@ -20,7 +20,7 @@ import zstandard
 
 import scenecc
 from scenecc.options import Options
-from scenecc.viewer import PageAddress, ViewOptions, export_page, view_scene
+from scenecc.viewer import PageAddress, ViewOptions, page_of_source, view_scene
 from scenecc.viewer.nodes import Files, Frame, Mesh, Name
 from scenecc.viewer.world import Loading, World, check_scene, load
 
@@ -270,7 +270,7 @@ def recorded(page: str) -> tuple[float, list[tuple[float, dict[str, object]]]]:
 def test_a_page_holds_a_scene(tmp_path: Path) -> None:
     path = tmp_path / "balls.yaml"
     path.write_text(RECORDED_SCENE)
-    page = export_page(path)
+    page = page_of_source(path).html
     duration, messages = recorded(page)
     assert "<title>&lt;b&gt;balls&lt;/b&gt;</title>" in page
     assert duration == 0
@@ -282,7 +282,7 @@ def test_a_page_holds_a_scene(tmp_path: Path) -> None:
 def test_it_plays_the_simulation_in_its_own_time(tmp_path: Path) -> None:
     path = tmp_path / "balls.yaml"
     path.write_text(RECORDED_SCENE)
-    duration, messages = recorded(export_page(path, steps=50, look=ViewOptions(scene=1)))
+    duration, messages = recorded(page_of_source(path, steps=50, look=ViewOptions(scene=1)).html)
     assert duration == pytest.approx(0.5)
     falls = [
         (time, message["position"])
@@ -302,24 +302,24 @@ def test_a_scene_at_fault_gives_no_page(tmp_path: Path) -> None:
     path = tmp_path / "balls.yaml"
     path.write_text(RECORDED_SCENE.replace("sphere", "spere"))
     with pytest.raises(scenecc.SceneError) as caught:
-        export_page(path)
+        page_of_source(path)
     assert caught.value.at_fault == "scene"
     path.write_text(RECORDED_SCENE)
     with pytest.raises(scenecc.SceneError) as caught:
-        export_page(path, look=ViewOptions(scene=2))
+        page_of_source(path, look=ViewOptions(scene=2))
     assert caught.value.diagnostics[0].code == "SC908"
     with pytest.raises(ValueError, match="scene must be at least 0, not -1"):
-        export_page(path, look=ViewOptions(scene=-1))
+        page_of_source(path, look=ViewOptions(scene=-1))
     for port in (-1, 65536):
         with pytest.raises(ValueError, match=f"a port is 0 to 65535, not {port}"):
             PageAddress(port=port)
     with pytest.raises(ValueError, match="steps must be at least 0"):
-        export_page(path, steps=-1)
+        page_of_source(path, steps=-1)
 
 
 def test_missing_packages_are_named_with_the_way_to_get_them(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("scenecc.viewer.view.find_spec", lambda name: None)
-    for call in (export_page, view_scene):
+    for call in (page_of_source, view_scene):
         with pytest.raises(scenecc.SceneError) as caught:
             call({"scenecc": 1})
         (told,) = caught.value.diagnostics
@@ -332,7 +332,7 @@ def test_missing_packages_are_named_with_the_way_to_get_them(monkeypatch: pytest
 def test_a_simulation_that_diverges_gives_no_page(tmp_path: Path) -> None:
     path = tmp_path / "balls.yaml"
     path.write_text(f"physics: {{gravity: [0, 0, -1.0e+6], timestep: 1}}\n{RECORDED_SCENE}")
-    export_page(path)
+    page_of_source(path)
     with pytest.raises(scenecc.SceneError) as caught:
-        export_page(path, steps=20)
+        page_of_source(path, steps=20)
     assert ([found.code for found in caught.value.diagnostics], caught.value.at_fault) == (["SC820"], "scene")

@@ -1,0 +1,137 @@
+"""`open_scene`: a scene that is compiled once, and what can be made of it."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import scenecc
+from scenecc import SceneError, open_scene, pipeline
+from scenecc.export import FileChoices
+
+SCENE = """\
+scenecc: 1
+num_scenes: 2
+params: {size: {default: 0.1, min: 0.05, max: 1}}
+draws: {x: {uniform: [0, 1]}}
+entities:
+  ball: {pose: ["${x}", 0, 1], shapes: [{type: sphere, radius: "${size}"}]}
+"""
+BAD = "scenecc: 1\nentities:\n  ball: {shapes: [{type: sphere, radius: -1}]}\n"
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "scene.yaml"
+    path.write_text(SCENE)
+    return path
+
+
+def test_it_is_compiled_once(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled: list[object] = []
+    real = pipeline._compiled
+    monkeypatch.setattr(pipeline, "_compiled", lambda *a, **k: compiled.append(a) or real(*a, **k))
+    scene = open_scene(file, num_scenes=3, seed=5, params={"size": 0.2})
+    assert compiled == []  # nothing is done before it is asked for
+    assert scene.diagnostics == []
+    assert (scene.plan.num_scenes, scene.plan.seed) == (3, 5)
+    assert [row.name for row in scene.params] == ["size"]
+    with scene.build(render=False) as batch:
+        assert batch.entities["ball"].pose.shape == (3, 7)
+    assert scene.inspect(build=False).item.name == "scene"
+    assert scene.emit("json").text == scenecc.plan_text(scene.plan)
+    assert not scene.diff(scene)
+    assert len(compiled) == 1
+
+
+def test_what_is_at_fault_is_told_without_raising_and_raised_by_all_else(tmp_path: Path) -> None:
+    path = tmp_path / "bad.yaml"
+    path.write_text(BAD)
+    scene = open_scene(path)
+    assert [(one.code, one.line) for one in scene.diagnostics] == [("SC104", 3)]
+    uses = (
+        lambda: scene.plan,
+        lambda: scene.params,
+        lambda: scene.build(render=False),
+        lambda: scene.emit("json"),
+        lambda: scene.export(tmp_path / "bad.json"),
+        scene.inspect,
+        lambda: scene.diff(scene),
+    )
+    for use in uses:
+        with pytest.raises(SceneError) as error:
+            use()
+        assert [(one.code, one.line) for one in error.value.diagnostics][:1] == [("SC104", 3)]
+    assert not (tmp_path / "bad.json").exists()
+
+
+@pytest.mark.parametrize("options", [{"num_scenes": 0}, {"seed": -1}, {"limits": {"nothing": 1}}])
+def test_options_are_checked_at_once(file: Path, options: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match=next(iter(options))[:-1]):
+        open_scene(file, **options)
+
+
+def test_a_stream_is_read_once(file: Path) -> None:
+    scene = open_scene(io.StringIO(SCENE), num_scenes=2)
+    assert scene.plan == scene.plan
+    assert scene.emit("python").text.startswith("# A script of plain SAPIEN calls")
+    assert not scene.diff(open_scene(file, num_scenes=2))
+
+
+@pytest.mark.parametrize("name", ["scene.py", "scene.json", "scene.glb", "scene.xml", "scene.urdf"])
+def test_it_is_exported_by_the_suffix(file: Path, name: str) -> None:
+    scene, path = open_scene(file), file.parent / "out" / name
+    path.parent.mkdir()
+    choices: FileChoices = {"entity": "ball"} if path.suffix == ".urdf" else {}
+    made = scene.export(path, **choices)
+    assert made.paths[0] == path.resolve()
+    assert {one.read_bytes() for one in made.paths} == {*made.files.values()}
+    target = {".py": "python", ".xml": "mjcf"}.get(path.suffix, path.suffix[1:])
+    again = scene.emit(target, base=path.parent if target in {"python", "json"} else None, name="scene", **choices)
+    assert again.files == made.files
+
+
+def test_a_suffix_can_stand_for_another_target_and_must_stand_for_one(file: Path) -> None:
+    scene = open_scene(file)
+    assert b"<robot" in next(iter(scene.export(file.with_suffix(".xml"), target="urdf", entity="ball").files.values()))
+    with pytest.raises(ValueError, match=r"scene\.txt ends in none of \.py, \.json"):
+        scene.export(file.with_suffix(".txt"))
+    with pytest.raises(ValueError, match="glb takes no `entity`"):
+        scene.export(file.with_suffix(".glb"), entity="ball")
+
+
+def test_results_tell_what_the_scene_and_the_work_found(tmp_path: Path) -> None:
+    path = tmp_path / "warned.yaml"
+    path.write_text(SCENE + "materials: {oak: {visual: {base_color: [1, 0, 0]}}}\n")
+    scene = open_scene(path)
+    (unused,) = scene.diagnostics
+    assert unused.severity == "warning"
+    made = scene.emit("urdf", entity="ball")
+    assert unused in made.diagnostics
+    assert scene.inspect().diagnostics == [unused]
+    assert scene.diff(open_scene(path)).diagnostics == [unused, unused]
+    # What one use finds, no other tells.
+    assert scene.diagnostics == [unused]
+
+
+def test_an_engines_failure_is_told_at_its_line(file: Path) -> None:
+    scene = open_scene(file)
+    with pytest.raises(SceneError) as error:
+        scene.build(device="cuda", render=False)
+    assert error.value.diagnostics[0].code.startswith("SC8")
+    with pytest.raises(ValueError, match="scene_idxs"):
+        scene.build(scene_idxs=[7], render=False)
+
+
+def test_the_thin_functions_give_the_same(file: Path) -> None:
+    scene = open_scene(file)
+    assert scenecc.emit_scene(file, "json", base=file.parent) == scene.emit("json", base=file.parent).text
+    assert scenecc.export_scene(file, "mjcf", seed=3) == open_scene(file, seed=3).emit("mjcf").files
+    assert scenecc.inspect_scene(file, build=False) == scene.inspect(build=False).item
+    other = open_scene(file, seed=9)
+    assert scenecc.compare_scenes(scene.plan, other.plan) == scene.diff(other).differences
+    assert json.loads(scene.emit("json").text)["scenecc_plan"]
