@@ -53,17 +53,21 @@ def check_density_mass(body: BodyStructure, name: str, origin: Origin, sink: Sin
     for shape in body.collisions:
         if isinstance(shape.geometry, Solid):
             values += shape.geometry.values
-    corners = [tuple(map(lowest, values)), tuple(map(highest, values))]
     if is_deferred(values, drawn=drawn):
         if not drawn:
-            _warn_mass_may_fail(body, name, corners, origin, sink)
+            _warn_mass_may_fail(body, name, _corners(values), origin, sink)
         return
     found = rows(values)
-    for row in corners if found is None else found:
+    for row in _corners(values) if found is None else found:
         fault = _density_mass_fault(body, name, row, origin)
         if fault is not None:
             _report(fault, sink)
             return
+
+
+def _corners(values: Sequence[Value]) -> list[tuple[Row, ...]]:
+    """The least and the most that all of them can be."""
+    return [tuple(map(lowest, values)), tuple(map(highest, values))]
 
 
 def _warn_mass_may_fail(
@@ -97,7 +101,7 @@ def _density_mass_fault(body: BodyStructure, name: str, row: tuple[Row, ...], or
     for shape, (density,) in zip(body.collisions, row, strict=False):
         # What a mesh weighs is known once the engine has read it; the other shapes alone may weigh too much.
         solid = shape.geometry if isinstance(shape.geometry, Solid) else None
-        volume = 0 if solid is None else solid.volume(*chain.from_iterable(islice(sizes, len(solid.values))))
+        volume = 0 if solid is None else solid.volume(*chain.from_iterable(islice(sizes, len(solid.__slots__))))
         if density:
             dense = True
             complete = complete and solid is not None

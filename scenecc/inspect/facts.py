@@ -12,6 +12,7 @@ from scenecc.inspect.varying import COLOR_FIELDS, is_file, is_pose, pose_words, 
 from scenecc.plan import Texture, Value
 from scenecc.plan.body import Mount
 from scenecc.plan.display import field_path, format_color, format_item, name_suffix, slice_value_bounds
+from scenecc.plan.properties import PROPERTIES
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterator
@@ -114,20 +115,15 @@ def some_words(names: tuple[str, ...], most: int = 3) -> str:
 
 
 UNITS: Final = {
+    **{row.field: row.unit for row in PROPERTIES if row.unit},
     "half_size": "m",
     "radius": "m",
     "half_length": "m",
     "p": "m",
-    "mass": "kg",
     "inertia": "kg·m²",
-    "density": "kg/m³",
-    **dict.fromkeys(("contact_offset", "rest_offset", "patch_radius", "min_patch_radius"), "m"),
-    **dict.fromkeys(("linear_velocity", "max_linear_velocity", "linear_velocity_target"), "m/s"),
-    **dict.fromkeys(("angular_velocity", "max_angular_velocity", "angular_velocity_target"), "rad/s"),
-    **dict.fromkeys(("linear_damping", "angular_damping"), "1/s"),
-    **dict.fromkeys(("max_depenetration_velocity", "bounce_threshold"), "m/s"),
-    "max_contact_impulse": "N·s",
-    "sleep_threshold": "m²/s²",
+    "linear_velocity_target": "m/s",
+    "angular_velocity_target": "rad/s",
+    "bounce_threshold": "m/s",
     "timestep": "s",
     "gravity": "m/s²",
     **dict.fromkeys(("scene_spacing", "spacing", "near", "far", "top", "half_width", "half_height"), "m"),

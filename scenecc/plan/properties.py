@@ -78,6 +78,7 @@ class Property(NamedTuple):
         bounds, dtype, shape: of a row.
         untouched: what a fresh object of SAPIEN's has whatever its settings; None: it depends on them.
         reset: whether a reset may draw it anew.
+        unit: of its numbers; empty where they have none.
     """
 
     field: str
@@ -88,49 +89,52 @@ class Property(NamedTuple):
     shape: tuple[int, ...] = ()
     untouched: Any = None
     reset: bool = False
+    unit: str = ""
 
 
-def _same_key(field: str, part: Part, bounds: Bounds, dtype: Dtype = "float64", *, untouched: Any = None) -> Property:
+def _same_key(
+    field: str, part: Part, bounds: Bounds, unit: str = "", *, dtype: Dtype = "float64", untouched: Any = None
+) -> Property:
     """A number that is called the same everywhere."""
-    return Property(field, part, field, bounds, dtype, untouched=untouched)
+    return Property(field, part, field, bounds, dtype, untouched=untouched, unit=unit)
 
 
-def _velocity(field: str) -> Property:
-    return Property(field, "body", field, ANY, shape=(3,), untouched=(0.0, 0.0, 0.0), reset=True)
+def _velocity(field: str, unit: str) -> Property:
+    return Property(field, "body", field, ANY, shape=(3,), untouched=(0.0, 0.0, 0.0), reset=True, unit=unit)
 
 
 PROPERTIES: tuple[Property, ...] = (
-    _same_key("mass", "mass", POSITIVE),
+    _same_key("mass", "mass", POSITIVE, "kg"),
     Property("disable_gravity", "body", "gravity", ANY, "bool", untouched=False),
     Property("locked_motion_axes", "body", "locked_axes", ANY, "bool", (6,), untouched=(False,) * 6),
-    _same_key("linear_damping", "body", NON_NEGATIVE),
-    _same_key("angular_damping", "body", NON_NEGATIVE),
-    _same_key("max_linear_velocity", "body", POSITIVE),
-    _same_key("max_angular_velocity", "body", POSITIVE),
-    _same_key("max_depenetration_velocity", "body", POSITIVE),
-    _same_key("max_contact_impulse", "body", POSITIVE),
-    _same_key("sleep_threshold", "body", NON_NEGATIVE),
-    _same_key("solver_position_iterations", "body", POSITION_ITERATIONS, "int64"),
-    _same_key("solver_velocity_iterations", "body", VELOCITY_ITERATIONS, "int64"),
-    _velocity("linear_velocity"),
-    _velocity("angular_velocity"),
+    _same_key("linear_damping", "body", NON_NEGATIVE, "1/s"),
+    _same_key("angular_damping", "body", NON_NEGATIVE, "1/s"),
+    _same_key("max_linear_velocity", "body", POSITIVE, "m/s"),
+    _same_key("max_angular_velocity", "body", POSITIVE, "rad/s"),
+    _same_key("max_depenetration_velocity", "body", POSITIVE, "m/s"),
+    _same_key("max_contact_impulse", "body", POSITIVE, "N·s"),
+    _same_key("sleep_threshold", "body", NON_NEGATIVE, "m²/s²"),
+    _same_key("solver_position_iterations", "body", POSITION_ITERATIONS, dtype="int64"),
+    _same_key("solver_velocity_iterations", "body", VELOCITY_ITERATIONS, dtype="int64"),
+    _velocity("linear_velocity", "m/s"),
+    _velocity("angular_velocity", "rad/s"),
     Property("collision_groups", "groups", "collision_bits", Bounds(0, 2**32 - 1), "int64", (4,), (1, 1, 0, 0)),
     _same_key("visibility", "look", UNIT_INTERVAL),
-    _same_key("shading_mode", "look", Bounds(0, 255), "int64"),
-    _same_key("density", "shape", NON_NEGATIVE, untouched=1000.0),
-    _same_key("patch_radius", "shape", NON_NEGATIVE, untouched=0.0),
-    _same_key("min_patch_radius", "shape", NON_NEGATIVE, untouched=0.0),
-    _same_key("contact_offset", "shape", POSITIVE),
-    _same_key("rest_offset", "shape", ANY),
+    _same_key("shading_mode", "look", Bounds(0, 255), dtype="int64"),
+    _same_key("density", "shape", NON_NEGATIVE, "kg/m³", untouched=1000.0),
+    _same_key("patch_radius", "shape", NON_NEGATIVE, "m", untouched=0.0),
+    _same_key("min_patch_radius", "shape", NON_NEGATIVE, "m", untouched=0.0),
+    _same_key("contact_offset", "shape", POSITIVE, "m"),
+    _same_key("rest_offset", "shape", ANY, "m"),
 )
 """In the order in which they are set: a body's once its shapes and its mass are there."""
 
 
 def properties_of(*parts: Part) -> tuple[Property, ...]:
     """The rows of some parts, in the order of the table."""
-    return tuple(knob for knob in PROPERTIES if knob.part in parts)
+    return tuple(row for row in PROPERTIES if row.part in parts)
 
 
 def property_fields(*parts: Part) -> tuple[str, ...]:
     """The fields of some parts, in the order of the table."""
-    return tuple(knob.field for knob in properties_of(*parts))
+    return tuple(row.field for row in properties_of(*parts))

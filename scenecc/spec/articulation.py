@@ -22,7 +22,7 @@ from scenecc.spec.base import (
     custom_error,
     key,
 )
-from scenecc.spec.body import CollisionBits, EntityKeys
+from scenecc.spec.body import CollisionBits, EntityKeys, MotionKeys
 from scenecc.spec.material import MaterialRef
 from scenecc.spec.nodes import COMPONENTS, MAPPING, LazyType, union_by_kind
 from scenecc.spec.pose import Direction, Pose
@@ -79,24 +79,17 @@ JointNumbers = TypeAliasType(
 """One number for each joint that moves, in SAPIEN's order, or by their names."""
 
 
-class LinkKeys(SpecModel):
+class LinkKeys(MotionKeys):
     """What may be said of a link."""
 
     material: Maybe[MaterialRef] = key("Of its shapes.")
     density: Maybe[Leaf[NonNegative]] = key("Of its shapes [kg/m³].")
     patch_radius: Maybe[Leaf[NonNegative]] = key("Of its shapes, for torsional friction [m].", default=0)
     min_patch_radius: Maybe[Leaf[NonNegative]] = key("Of its shapes, likewise [m].", default=0)
-    gravity: Maybe[Leaf[bool]] = key("false: gravity does not pull it.", default=True)
     collision_group: Maybe[Fixed[Name]] = key("A name from `collision_groups`.")
     collision_bits: Maybe[Fixed[CollisionBits]] = key(
         "SAPIEN's four integers, as they are; not with `collision_group`.", default=[1, 1, 0, 0]
     )
-    linear_damping: Maybe[Leaf[NonNegative]] = key("[1/s]", default=0.05)
-    angular_damping: Maybe[Leaf[NonNegative]] = key("[1/s]", default=0.05)
-    max_linear_velocity: Maybe[Leaf[Positive]] = key("[m/s]")
-    max_angular_velocity: Maybe[Leaf[Positive]] = key("[rad/s]")
-    max_depenetration_velocity: Maybe[Leaf[Positive]] = key("Fastest way out of an overlap [m/s].")
-    max_contact_impulse: Maybe[Leaf[Positive]] = key("[N·s]")
     mass: Maybe[Leaf[Positive]] = key("Mass [kg]; scales the inertia that it has otherwise.")
     inertial: Maybe[InertialSpec] = key("Mass properties, given; not with `mass`.")
     visibility: Maybe[Leaf[Unit]] = key("Of the render body, 0 to 1.", default=1)

@@ -62,21 +62,26 @@ class EntityKeys(SpecModel):
     hidden: Fixed[bool] = Field(default=False, description="Whether only people see it, and no camera of the file.")
 
 
-class RigidBodyKeys(SpecModel):
-    """The knobs of a rigid body component."""
+class MotionKeys(SpecModel):
+    """What bodies and links have: pull, damping and the limits of their motion."""
 
     gravity: Maybe[Leaf[bool]] = key("false: gravity does not pull it.", default=True)
-    linear_damping: Maybe[Leaf[NonNegative]] = key("[1/s]", default=0)
+    linear_damping: Maybe[Leaf[NonNegative]] = key("[1/s]; left out: 0, of a link 0.05.")
     angular_damping: Maybe[Leaf[NonNegative]] = key("[1/s]", default=0.05)
+    max_linear_velocity: Maybe[Leaf[Positive]] = key("[m/s]")
+    max_angular_velocity: Maybe[Leaf[Positive]] = key("[rad/s]; left out: 100, of a link none.")
+    max_depenetration_velocity: Maybe[Leaf[Positive]] = key("Fastest way out of an overlap [m/s].")
+    max_contact_impulse: Maybe[Leaf[Positive]] = key("[N·s]")
+
+
+class RigidBodyKeys(MotionKeys):
+    """The properties of a rigid body component."""
+
     linear_velocity: Maybe[Leaf[Vec3]] = key("At the start, world frame [m/s].", default=[0, 0, 0])
     angular_velocity: Maybe[Leaf[Vec3]] = key("At the start, world frame [rad/s].", default=[0, 0, 0])
     locked_axes: Maybe[Fixed[list[Fixed[MotionAxis]]]] = key(
         "The axes along and about which it cannot move.", default=[]
     )
-    max_linear_velocity: Maybe[Leaf[Positive]] = key("[m/s]")
-    max_angular_velocity: Maybe[Leaf[Positive]] = key("[rad/s]", default=100)
-    max_depenetration_velocity: Maybe[Leaf[Positive]] = key("Fastest way out of an overlap [m/s].")
-    max_contact_impulse: Maybe[Leaf[Positive]] = key("[N·s]")
     sleep_threshold: Maybe[Leaf[NonNegative]] = key("Energy per mass below which it sleeps [m²/s²].", default=0.005)
     solver_position_iterations: Maybe[Leaf[Iterations]] = key("1 to 255.", default=10)
     solver_velocity_iterations: Maybe[Leaf[VelocityIterations]] = key("0 to 255.", default=1)

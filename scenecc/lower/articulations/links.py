@@ -17,7 +17,8 @@ from scenecc.lower.key_reports import report_exclusive_keys
 from scenecc.lower.materials import DENSITY, PLAIN_SURFACE
 from scenecc.lower.shapes import ShapeDefaults
 from scenecc.plan import BodyStructure, Inertial, Value, literal, varying
-from scenecc.plan.articulation import Joint
+from scenecc.plan.articulation import NON_LINK_FIELDS, Joint
+from scenecc.plan.properties import properties_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,15 +32,8 @@ if TYPE_CHECKING:
     from scenecc.lower.fields import FieldLowerer
 
 
-_LINK_KEYS = (
-    "gravity",
-    "linear_damping",
-    "angular_damping",
-    "max_linear_velocity",
-    "max_angular_velocity",
-    "max_depenetration_velocity",
-    "max_contact_impulse",
-)
+_LINK_KEYS = tuple(row.key for row in properties_of("body") if row.field not in NON_LINK_FIELDS)
+"""What a link may say of itself, of what SAPIEN keeps for any body."""
 _MASS_TYPE = BODY_FIELDS["mass"][1]
 _RADIUS_TYPE = number("patch_radius")
 
