@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     from scenecc.options import CompileOptions as CompileOptions
     from scenecc.plan import ScenePlan as ScenePlan
     from scenecc.plan.diff import Difference as Difference
-    from scenecc.render import LegendRow as LegendRow
-    from scenecc.render import Picture as Picture
-    from scenecc.render import Rendering as Rendering
     from scenecc.render import render_scene as render_scene
+    from scenecc.render.pictures import LegendRow as LegendRow
+    from scenecc.render.pictures import Picture as Picture
+    from scenecc.render.pictures import Rendering as Rendering
     from scenecc.scene import Build as Build
     from scenecc.scene import Comparison as Comparison
     from scenecc.scene import Scene as Scene

@@ -44,7 +44,8 @@ if TYPE_CHECKING:
     from scenecc.inspect.inspection import InspectArguments, InspectChoices, Inspection
     from scenecc.plan import ScenePlan
     from scenecc.plan.diff import Difference
-    from scenecc.render import RenderChoices, Rendering
+    from scenecc.render import RenderChoices
+    from scenecc.render.pictures import Rendering
     from scenecc.viewer import PageAddress, ScenePage, ViewOptions
 
     Progress = Callable[[int, int], None]

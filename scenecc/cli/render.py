@@ -37,8 +37,8 @@ from scenecc.diagnostics.messages import index_ranges
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scenecc import Rendering
     from scenecc.diagnostics import Diagnostic
+    from scenecc.render.pictures import Rendering
 
 _SIZE: Final = re.compile(r"([1-9][0-9]{0,4})x([1-9][0-9]{0,4})")
 

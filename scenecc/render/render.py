@@ -20,8 +20,7 @@ from scenecc.plan.camera import SHADERS_WITHOUT_NORMALS
 from scenecc.plan.rendering import resize_camera, restrict_to_camera
 from scenecc.plan.schema import PIXEL_BOUNDS
 from scenecc.render.images import INSTALL, WHATS, What, missing, sheet_size
-from scenecc.render.recorder import FrameRecorder
-from scenecc.render.results import Rendering
+from scenecc.render.pictures import FrameRecorder, Rendering
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     from scenecc.meshes.surface import SurfaceMaterial as Material
     from scenecc.viewer.options import ViewOptions
 
+
 Vec3 = tuple[float, float, float]
+
 Quaternion = tuple[float, float, float, float]
 
 Key = tuple[int, str, int]
@@ -50,7 +52,7 @@ class Frame:
 
 
 @frozen
-class Mesh:
+class SurfaceNode:
     """A surface of a body.
 
     Attributes:
@@ -65,7 +67,7 @@ class Mesh:
     scale: Vec3
     body: Key
 
-    def is_moved(self, before: Mesh) -> bool:
+    def is_moved(self, before: SurfaceNode) -> bool:
         """Whether it is the same surface of the same body, at another place perhaps."""
         return (self.digest, self.body) == (before.digest, before.body)
 
@@ -77,7 +79,7 @@ class Name:
     text: str
 
 
-Node = Frame | Mesh | Name
+Node = Frame | SurfaceNode | Name
 
 
 @frozen
@@ -211,7 +213,7 @@ class _Painter:
             # Parts of one shape: one path each.
             own = path if len(shape.parts) == 1 else f"{path}.{number}"
             digest = self._files.digest(part, turned=shape.turned)
-            self.nodes[own] = Mesh(digest, *place, shape.scale, key)
+            self.nodes[own] = SurfaceNode(digest, *place, shape.scale, key)
 
 
 def _bodies(root: str, scene: SceneMeshes, entity: EntityMeshes) -> Iterator[tuple[Key, str, str, BodyMeshes]]:

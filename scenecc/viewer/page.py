@@ -23,7 +23,7 @@ import websockets.asyncio.server as below
 
 from scenecc.interrupt import interrupts_wait
 from scenecc.plan.rendering import FRAMING_DIRECTION
-from scenecc.viewer.nodes import Frame, Mesh
+from scenecc.viewer.nodes import Frame, SurfaceNode
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Mapping, Sequence
@@ -175,7 +175,7 @@ class Page:
     @property
     def digests(self) -> set[str]:
         """Of the files that are shown."""
-        return {node.digest for node in self._nodes.values() if isinstance(node, Mesh)}
+        return {node.digest for node in self._nodes.values() if isinstance(node, SurfaceNode)}
 
     @interrupts_wait()
     def show(self, picture: PageContent, contents: Mapping[str, bytes]) -> None:
@@ -220,7 +220,7 @@ class Page:
             handle.position, handle.wxyz, handle.show_axes = node.position, node.wxyz, node.axes
         elif node == before:
             return
-        elif isinstance(node, Mesh) and isinstance(before, Mesh) and node.is_moved(before):
+        elif isinstance(node, SurfaceNode) and isinstance(before, SurfaceNode) and node.is_moved(before):
             handle.position, handle.wxyz, handle.scale = node.position, node.wxyz, node.scale
         else:
             handle = self._added(path, node, contents)
@@ -237,7 +237,7 @@ class Page:
                 position=node.position,
                 wxyz=node.wxyz,
             )
-        if not isinstance(node, Mesh):
+        if not isinstance(node, SurfaceNode):
             return scene.add_label(path, node.text)
         handle = scene.add_glb(path, contents[node.digest], scale=node.scale, position=node.position, wxyz=node.wxyz)
         if self._clicked is not None:

@@ -13,8 +13,9 @@ import sapien
 from PIL import Image, ImageSequence
 from plugins.films import decoded
 
-from scenecc import Rendering, SceneError, load_scene, render_scene
+from scenecc import SceneError, load_scene, render_scene
 from scenecc.render.images import BAR, ids_of
+from scenecc.render.pictures import Rendering
 
 pytestmark = [pytest.mark.render, pytest.mark.usefixtures("held_renderer")]
 

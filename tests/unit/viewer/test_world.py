@@ -21,7 +21,7 @@ import zstandard
 import scenecc
 from scenecc.options import Options
 from scenecc.viewer import PageAddress, ViewOptions, page_of_source, view_scene
-from scenecc.viewer.nodes import Files, Frame, Mesh, Name
+from scenecc.viewer.nodes import Files, Frame, Name, SurfaceNode
 from scenecc.viewer.world import Loading, World, check_scene, load
 
 BALL = {"type": "sphere", "radius": 0.1, "color": [1, 0, 0]}
@@ -77,7 +77,7 @@ def test_a_scene_is_shown_as_its_entities_say() -> None:
     ]
     ball, other = picture.nodes["/scene 1/ball"], picture.nodes["/scene 1/other/visual 0"]
     assert isinstance(ball, Frame)
-    assert isinstance(other, Mesh)
+    assert isinstance(other, SurfaceNode)
     assert ball.position == (0, 0, 1)
     assert (other.position, other.scale) == ((0, 0, 0.5), (0.1, 0.2, 0.3))
     assert picture.bodies[1, "arm", 1] == "/scene 1/arm/tip"
@@ -100,8 +100,8 @@ def test_what_is_shown_follows_the_look() -> None:
     assert set(both.nodes) - set(plain.nodes) == {path for path in both.nodes if "/collision" in path}
     assert set(colliding.nodes) == {path for path in both.nodes if "/visual" not in path}
     one, other = (each.nodes["/scene 0/ball/collision 0"] for each in (both, colliding))
-    assert isinstance(one, Mesh)
-    assert isinstance(other, Mesh)
+    assert isinstance(one, SurfaceNode)
+    assert isinstance(other, SurfaceNode)
     assert one.digest != other.digest, "over what is seen, it can be seen through"
     made.close()
 
@@ -131,7 +131,7 @@ def test_a_ground_takes_no_room_beside_what_stands_on_it() -> None:
     apart = made.picture(ViewOptions(grid=True), files)
     tiled = apart.nodes["/scene 1/ground/visual 0"]
     second = apart.nodes["/scene 1"]
-    assert isinstance(tiled, Mesh)
+    assert isinstance(tiled, SurfaceNode)
     assert isinstance(second, Frame)
     assert second.position[0] < 1
     assert tiled.scale[0] == tiled.scale[1] == second.position[0] / 2
@@ -140,7 +140,7 @@ def test_a_ground_takes_no_room_beside_what_stands_on_it() -> None:
     assert np.ptp(mesh.visual.uv, axis=0) == pytest.approx(2 * np.array(tiled.scale[:2]))
     whole = world(ViewOptions(), scene)
     alone = whole.picture(ViewOptions(), files).nodes["/scene 0/ground/visual 0"]
-    assert isinstance(alone, Mesh)
+    assert isinstance(alone, SurfaceNode)
     assert alone.scale == (8, 4, 1)
     for each in (made, whole):
         each.close()
@@ -223,7 +223,7 @@ def test_loading_tells_what_was_used_and_looked_for(tmp_path: Any) -> None:
 def test_files_are_forgotten_when_nothing_shows_them() -> None:
     made, files = world(), Files()
     picture = made.picture(ViewOptions(), files)
-    used = {node.digest for node in picture.nodes.values() if isinstance(node, Mesh)}
+    used = {node.digest for node in picture.nodes.values() if isinstance(node, SurfaceNode)}
     assert set(files.contents) == used
     files.keep(set())
     assert not files.contents
