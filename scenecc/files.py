@@ -7,7 +7,6 @@ import os
 import stat
 import threading
 from contextlib import ExitStack, suppress
-from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
@@ -143,6 +142,8 @@ def read_checked(path: str | os.PathLike[str], digest: str | None) -> bytes:
     Raises:
         OSError: it cannot be read; `ChangedError`: it holds something else now.
     """
+    from hashlib import sha256  # noqa: PLC0415 - few commands read what was checked
+
     with open_regular(path) as file:
         data = file.read()
     if digest is not None and sha256(data).hexdigest() != digest:

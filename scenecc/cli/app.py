@@ -7,38 +7,27 @@ import io
 import os
 import signal
 import sys
-from collections.abc import Callable
-from typing import Annotated, Any, Final
+from importlib import import_module
+from typing import Annotated, Final
 
 import typer
 
-from scenecc.cli.build import build
-from scenecc.cli.diff import diff
-from scenecc.cli.emit import emit
-from scenecc.cli.explain import explain
-from scenecc.cli.inspect import inspect
 from scenecc.cli.output import Status, print_err
-from scenecc.cli.params import params
-from scenecc.cli.prefabs import prefabs
-from scenecc.cli.render import render
-from scenecc.cli.schema import schema
-from scenecc.cli.validate import validate
-from scenecc.cli.view import view
 
-COMMANDS: Final[tuple[Callable[..., Any], ...]] = (
-    build,
-    validate,
-    inspect,
-    render,
-    view,
-    emit,
-    diff,
-    params,
-    prefabs,
-    schema,
-    explain,
+COMMANDS: Final = (
+    "build",
+    "validate",
+    "inspect",
+    "render",
+    "view",
+    "emit",
+    "diff",
+    "params",
+    "prefabs",
+    "schema",
+    "explain",
 )
-"""Every command, as `scenecc --help` lists them. A function's name is the command's."""
+"""Every command, as `scenecc --help` lists them: a function in the module of its name."""
 
 _EPILOG = "Exit status: 0 fine, 1 the scene is at fault, 2 wrong usage, 3 the engine or the machine is at fault."
 
@@ -78,8 +67,10 @@ def _application() -> typer.Typer:
     # Plain help: nothing to import, and the same wherever it is read.
     app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False)
     app.callback(epilog=_EPILOG)(_scenecc)
-    for function in COMMANDS:
-        app.command(function.__name__)(function)
+    # Who names a command pays for no other.
+    asked = sys.argv[1:2]
+    for name in asked if asked and asked[0] in COMMANDS else COMMANDS:
+        app.command(name)(getattr(import_module(f"scenecc.cli.{name}"), name))
     return app
 
 

@@ -15,7 +15,7 @@ from scenecc.cli import app
 from scenecc.cli.app import COMMANDS
 from scenecc.version import VERSION
 
-COMMAND_NAMES = [function.__name__ for function in COMMANDS]
+COMMAND_NAMES = list(COMMANDS)
 
 
 def test_version(run) -> None:
