@@ -1,4 +1,4 @@
-"""The daily commands, in the environment of README.md's test command: `nox --list`, `nox -s tests -- -k pose`."""
+"""The daily commands, in the environment at hand (`pip install -e ".[dev]"`): `nox -s tests -- -k pose`."""
 
 from pathlib import Path
 

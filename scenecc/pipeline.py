@@ -182,8 +182,8 @@ def compile_source(
 
     Args:
         source: whatever holds a scene.
-        options: what overrides it, and what it may use.
-        sink: takes the diagnostics.
+        options: what overrides it, and what it may use; of a `CompiledSource` those that it was compiled with hold.
+        sink: takes the diagnostics; of a `CompiledSource` it must have none yet.
         drawn: whether what expressions give in each scene is computed and checked; nothing is drawn otherwise.
         memory: takes what was looked up, for those who want to know it also where the source is at fault.
 

@@ -534,12 +534,16 @@ class Scene:
         place: PageAddress | None = None,
         ready: Callable[[str], None] | None = None,
     ) -> None:
-        """Shows the scene on a page in the browser until it is interrupted. For the rest see `view_scene`."""
+        """Shows the scene on a page in the browser until it is interrupted. For the rest see `view_scene`.
+
+        Raises:
+            TypeError: the scene was opened from a stream, which is read once; the page compiles it anew.
+        """
         from scenecc.viewer import view_scene
 
-        # A stream was read; a file is read anew whenever it changes.
-        source = self._compiled if hasattr(self._source, "read") else self._source
-        view_scene(source, look=look, place=place, ready=ready, **self._given)
+        if hasattr(self._source, "read"):
+            raise TypeError("a stream is read once: open the scene by its path, or give the stream to `view_scene`")
+        view_scene(self._source, look=look, place=place, ready=ready, **self._given)
 
     def page(self, *, look: ViewOptions | None = None, steps: int = 0, progress: Progress | None = None) -> ScenePage:
         """The scene as one page of HTML that needs nothing else, no network and no server.

@@ -87,6 +87,14 @@ def judged_pairs(a: Value, b: Value, *, drawn: bool) -> Sequence[tuple[float, fl
     return [(highest(a)[0], lowest(b)[0])] if found is None else [(x[0], y[0]) for x, y in found]
 
 
+def judged_limits(value: Value, *, drawn: bool) -> Sequence[Row]:
+    """Rows of two numbers by which a rule judges that the first is not above the second; none if `is_deferred`."""
+    if is_deferred([value], drawn=drawn):
+        return ()
+    found = alternatives(value)
+    return [(highest(value)[0], lowest(value)[1])] if found is None else found
+
+
 def _needs_drawn_rows(value: Value) -> bool:
     return not value.known and not value.bounds.exact
 
@@ -95,21 +103,13 @@ def _extreme_row(value: Value, *, high: bool) -> Row:
     if value.is_constant:
         return value.numbers()
     if value.known:
-        rows: list[list[float]] = value.data.reshape(len(value.data), -1).tolist()
-        return tuple(map(max if high else min, zip(*rows, strict=True)))
+        known: list[list[float]] = value.data.reshape(len(value.data), -1).tolist()
+        return tuple(map(max if high else min, zip(*known, strict=True)))
     return _as_row(value.bounds.high if high else value.bounds.low)
 
 
 def _as_row(item: Any) -> Row:
     return item if item.__class__ is tuple else (item,)
-
-
-def judged_limits(value: Value, *, drawn: bool) -> Sequence[Row]:
-    """The same of a value of two numbers."""
-    if is_deferred([value], drawn=drawn):
-        return ()
-    found = alternatives(value)
-    return [(highest(value)[0], lowest(value)[1])] if found is None else found
 
 
 def round_to_float32(number: float) -> float:

@@ -265,7 +265,8 @@ class Sink:
         return True
 
     def take_over(self, other: Sink) -> None:
-        """Goes on where another sink stands: with its findings, and its places."""
+        """Goes on where another sink stands: with its findings, and its places. This one must have none yet."""
+        assert not self._reports, "a sink with findings takes over no others"
         vars(self).update(vars(other))
         self._reports, self._seen, self._told = [*other._reports], {*other._seen}, Counter(other._told)
         self._misgiven, self._full, self._first = {**other._misgiven}, {*other._full}, {**other._first}

@@ -72,7 +72,7 @@ def find_group(groups: dict[str, GroupBits], name: str, place: Origin, scope: st
     """The four integers of a group; None, reported, where there is none of the name.
 
     Args:
-        groups: as `allot` gives them.
+        groups: as `assign_group_bits` gives them.
         name: as written.
         place: where it is written.
         scope: of the names there.

@@ -1,4 +1,4 @@
-"""Limits on what a document may ask for (LANGUAGE, Limits)."""
+"""Limits on what a document may ask for (docs/language.md, Limits)."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def _check_objects(objects: int, built: int, bounds: LoweringLimits, origin: Ori
 class LimitedRobotReader:
     """Reads robots' files until all that they hold, each counted as often as it is asked for, is too much.
 
-    What is built of them is counted exactly by `built_within`, which is late for a small file that asks for billions.
+    What is built of them is counted exactly once they are lowered: late for a small file that asks for billions.
 
     Attributes:
         exhausted: whether there was more than there may be, which was reported (SC604): nothing is read any more.

@@ -22,10 +22,11 @@ if TYPE_CHECKING:
 
 
 UNTOUCHED, NORMALISED = 1e-5, 1e-3
-"""How far from 1 a quaternion's length may be: to be passed on as it is, and to be used at all (LANGUAGE, Poses)."""
+"""How far from 1 a quaternion's length may be: to be passed on as it is, and to be used at all (see Poses in
+docs/language.md)."""
 
 RIGID = 1e-3
-"""How far a matrix may be from a rigid motion (LANGUAGE, Poses)."""
+"""How far a matrix may be from a rigid motion (docs/language.md, Poses)."""
 
 ROTATIONS = frozenset(("q", "rpy", "rpy_deg", "axis_angle", "look_at"))
 

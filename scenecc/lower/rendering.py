@@ -154,7 +154,7 @@ WIDTH, HEIGHT = 640, 480
 FOVY = radians(60)
 
 NEAR, FAR = 0.01, 100.0
-"""What is left out (LANGUAGE, cameras)."""
+"""What is left out (docs/language.md, cameras)."""
 
 _LENSES = ("fovy", "fovy_deg", "fovx", "fovx_deg", "intrinsic", "orthographic")
 

@@ -50,7 +50,7 @@ class MeshBuilder:
         """What is seen of a body in a row of its entity; nothing where its visibility is 0.
 
         Raises:
-            MeshProblem: a file cannot be shown, or a package is missing. `Drawer.at` is the shape that has it.
+            MeshProblem: a file cannot be shown, or a package is missing. `MeshBuilder.at` is the shape that has it.
         """
         visibility = 1.0 if body.visibility is None else float(body.visibility.row(row))
         if visibility == 0:
@@ -202,7 +202,7 @@ def build_scene_meshes(drawer: MeshBuilder, scene: MeasuredScene, show: Literal[
     """A scene's bodies as they are seen, or as they collide.
 
     Raises:
-        MeshProblem: a file cannot be shown, or a package is missing. `Drawer.at` is the shape that has it.
+        MeshProblem: a file cannot be shown, or a package is missing. `MeshBuilder.at` is the shape that has it.
     """
     entities: list[EntityMeshes] = []
     for entity in scene.entities:

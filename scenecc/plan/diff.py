@@ -499,7 +499,7 @@ def diff_plans(a: ScenePlan, b: ScenePlan) -> list[Difference]:
     """Everything in which two plans differ in what they build and reset, and in `name`, `description` and `seed`.
 
     Two recipes are the same if they give the same, to the bit, in every scene with each of some seeds
-    (`compare_resets`), whatever they are made of; shared draws count by what reads them.
+    (see the comparison of resets), whatever they are made of; shared draws count by what reads them.
 
     The order of the tables of files and materials and what nothing refers to in them are no difference. Files are one
     if their uris or their places are. Rows of values are compared scene by scene, in the scenes that both have;

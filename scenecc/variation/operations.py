@@ -437,7 +437,7 @@ def _order_comparison(symbol: str, apply: Callable[[Any, Any], bool]) -> Callabl
 
 
 @frozen
-class Comparison:
+class ComparisonOperator:
     """A comparison of two operands.
 
     Attributes:
@@ -453,15 +453,15 @@ class Comparison:
     flipped: str
 
 
-COMPARISONS: dict[str, Comparison] = {
-    "Eq": Comparison(equal, lambda a, b: a[0] == a[1] == b[0] == b[1], "NotEq", "Eq"),
-    "NotEq": Comparison(
+COMPARISONS: dict[str, ComparisonOperator] = {
+    "Eq": ComparisonOperator(equal, lambda a, b: a[0] == a[1] == b[0] == b[1], "NotEq", "Eq"),
+    "NotEq": ComparisonOperator(
         lambda a, b, span: not equal(a, b, span), lambda a, b: a[1] < b[0] or b[1] < a[0], "Eq", "NotEq"
     ),
-    "Lt": Comparison(_order_comparison("<", operator.lt), lambda a, b: a[1] < b[0], "GtE", "Gt"),
-    "LtE": Comparison(_order_comparison("<=", operator.le), lambda a, b: a[1] <= b[0], "Gt", "GtE"),
-    "Gt": Comparison(_order_comparison(">", operator.gt), lambda a, b: a[0] > b[1], "LtE", "Lt"),
-    "GtE": Comparison(_order_comparison(">=", operator.ge), lambda a, b: a[0] >= b[1], "Lt", "LtE"),
+    "Lt": ComparisonOperator(_order_comparison("<", operator.lt), lambda a, b: a[1] < b[0], "GtE", "Gt"),
+    "LtE": ComparisonOperator(_order_comparison("<=", operator.le), lambda a, b: a[1] <= b[0], "Gt", "GtE"),
+    "Gt": ComparisonOperator(_order_comparison(">", operator.gt), lambda a, b: a[0] > b[1], "LtE", "Lt"),
+    "GtE": ComparisonOperator(_order_comparison(">=", operator.ge), lambda a, b: a[0] >= b[1], "Lt", "LtE"),
 }
 """By the name of the node's type in Python's `ast`."""
 
