@@ -112,7 +112,7 @@ def target_of(path: Path) -> str:
     """
     found = next((target for target, suffixes in SUFFIXES.items() if path.suffix.lower() in suffixes), None)
     if found is None:
-        known = ", ".join(suffix for suffixes in SUFFIXES.values() for suffix in suffixes)
+        known = ", ".join(dict.fromkeys(suffix for suffixes in SUFFIXES.values() for suffix in suffixes))
         raise ValueError(f"{path.name} ends in none of {known}")
     return found
 

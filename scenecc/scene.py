@@ -422,8 +422,11 @@ class Scene:
 
     def __init__(self, source: Source, options: CompileOptions) -> None:
         self._source = source
-        self._given = options
-        self._options = Options.of(**options)
+        self._given: CompileOptions = {**options}
+        roots = options.get("asset_roots", ())
+        if not isinstance(roots, str | PathLike):
+            self._given["asset_roots"] = tuple(roots)  # it may give them once only
+        self._options = Options.of(**self._given)
 
     @cached_property
     def _compiled(self) -> CompiledSource:
@@ -458,6 +461,8 @@ class Scene:
         audit: Audit = "fast",
     ) -> SceneBatch:
         """The live scenes. Arguments and errors are those of `load_scene`; `device` is where PhysX runs."""
+        if device not in {"cpu", "cuda"}:
+            raise ValueError(f"device is one of cpu, cuda, not {device!r}")
         return load_scene(
             self._compiled, scene_idxs=scene_idxs, backend=device, render=render, audit=audit, **self._given
         )
@@ -585,6 +590,10 @@ class Scene:
         """
         from scenecc.plan.diff import diff_plans
 
+        if not isinstance(other, Scene):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise TypeError(
+                f"a scene is compared with a scene, as `open_scene` gives it, not with {type(other).__name__}"
+            )
         both = (self, other)
         diagnostics = [one for each in both for one in each.diagnostics]
         if any(each._compiled.compiled is None for each in both):  # noqa: SLF001 - of this class

@@ -213,15 +213,16 @@ def _drawn_misfit(form: str, value: dict[str, Any], wanted: ParamType) -> ParamI
     if not is_sequence(bounds):
         return None
     limits = _as_vector(wanted) or replace(wanted, kind="number")
-    if limits.kind == "vector" and all(map(is_number, bounds)):
+    edges = value.get(drawn.companion, ())
+    edges = edges if is_sequence(edges) else ()
+    if limits.kind == "vector" and all(map(is_number, (*bounds, *edges))):
         return "SC211", f"must be {PARAM_KINDS[wanted.kind][1]}: a bound of `{form}` must be a list of numbers"
     if drawn.companion is None:
         return _first_bound_misfit(bounds, limits, wanted)
     wrong = _first_bound_misfit(bounds, replace(limits, low=None, high=None), wanted)
     if wrong is None and drawn.companion not in value and limits.ranged:
         return "SC212", f"must stay in a range, which a {form} draw leaves: it needs `{drawn.companion}`"
-    edges = value.get(drawn.companion, ())
-    return wrong or _first_bound_misfit(edges if is_sequence(edges) else (), limits, wanted)
+    return wrong or _first_bound_misfit(edges, limits, wanted)
 
 
 def _first_bound_misfit(bounds: Any, limits: ParamType, wanted: ParamType) -> ParamIssue | None:

@@ -215,8 +215,9 @@ class Triangular(Distribution):
 
         low, mode, high = operands
         u, width = units(0), high - low
-        rising = low + np.sqrt(u * width * (mode - low))
-        falling = high - np.sqrt((1.0 - u) * width * (high - mode))
+        # Of each factor by itself: a product of two tiny numbers is 0.
+        rising = low + np.sqrt(u * width) * np.sqrt(mode - low)
+        falling = high - np.sqrt((1.0 - u) * width) * np.sqrt(high - mode)
         return np.where(u * width < mode - low, rising, falling).clip(low, high)
 
 
@@ -303,33 +304,53 @@ class TruncatedNormal(_Ranged):
 
         import numpy as np
 
-        mean, deviation, low, high = operands
         inverse = NormalDist().inv_cdf
-        given = ((low - mean) / deviation, (high - mean) / deviation, units(0))
-        columns = [each.ravel().tolist() for each in given]
-        found = [_within_normal(a, b, u, inverse) for a, b, u in zip(*columns, strict=True)]
-        normal = np.array(found, dtype=np.float64)
-        return (mean + deviation * normal.reshape(mean.shape)).clip(low, high)
+        columns = [each.ravel().tolist() for each in (*operands, units(0))]
+        found = [_within_normal(m, s, a, b, u, inverse) for m, s, a, b, u in zip(*columns, strict=True)]
+        mean, _, low, high = operands
+        return np.array(found, dtype=np.float64).reshape(mean.shape).clip(low, high)
 
 
 _FAR = 37.0
 """Standard deviations beyond which the tail of a normal distribution is no normal float."""
 
+_NARROW = 1e-4
+"""Standard deviations within which the logarithm of a normal density is a straight line to one part in 10⁹."""
 
-def _within_normal(low: float, high: float, u: float, inverse: Callable[[float], float]) -> float:
-    """The standard normal number between two bounds at the share `u` of the probability there.
 
-    `inverse` is that of the standard normal distribution function. The tail beyond `_FAR` is taken for exponential,
-    which it is to one part in `_FAR`².
+def _within_normal(
+    mean: float, deviation: float, low: float, high: float, u: float, inverse: Callable[[float], float]
+) -> float:
+    """The number between two edges below which the share `u` of the probability there lies.
+
+    Far from the mean, where the probability is no normal float, and between edges that are near to each other, the
+    density is taken for exponential, which it is to one part in `_FAR`² and in 10⁹. `inverse` is that of the standard
+    normal distribution function.
     """
-    if low > 0:
-        return -_within_normal(-high, -low, 1.0 - u, inverse)
-    if high < -_FAR:
-        share = min(u * -math.expm1((low - high) * -high), 1.0 - 2.0**-53)
-        return high + math.log1p(-share) / -high
-    first, last = (0.5 * math.erfc(-bound / math.sqrt(2.0)) for bound in (low, high))
-    share = first + u * (last - first)
-    return inverse(share) if 0.0 < share < 1.0 else (low if share <= 0.0 else high)
+    if low == high:
+        return low
+    # Any of these may be infinite.
+    first, last, width = (low - mean) / deviation, (high - mean) / deviation, (high - low) / deviation
+    if first > _FAR:
+        return low + (high - low) * _exponential_share(first * width, u)
+    if last < -_FAR:
+        return high - (high - low) * _exponential_share(-last * width, 1.0 - u)
+    if width < _NARROW:
+        return low + (high - low) * _exponential_share(width * (first + last) / 2, u)
+    side = -1.0 if first > 0 else 1.0  # in the lower tail numbers are exact
+    if side < 0:
+        first, last, u = -last, -first, 1.0 - u
+    bottom, top = (0.5 * math.erfc(-bound / math.sqrt(2.0)) for bound in (first, last))
+    share = bottom + u * (top - bottom)
+    found = inverse(share) if 0.0 < share < 1.0 else (first if share <= 0.0 else last)
+    return mean + deviation * side * found
+
+
+def _exponential_share(rate: float, u: float) -> float:
+    """How far, from 0 to 1, the share `u` of an exponential density of that rate over [0, 1] goes."""
+    if abs(rate) < 1e-9:
+        return u
+    return -math.log1p(min(u, 1.0 - 2.0**-53) * math.expm1(-rate)) / rate
 
 
 DISTRIBUTIONS: Final[dict[str, Distribution]] = {

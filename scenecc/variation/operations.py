@@ -608,18 +608,21 @@ def _hypot_interval(*sides: Interval) -> Interval:
 
 def _smoothstep(start: float, end: float, x: float) -> float:
     """0 up to `start`, 1 from `end` on, 3t² - 2t³ between; falling where `end` is below, a step where it is equal."""
-    # Halves: a difference of the largest numbers has no end otherwise.
-    width = end / 2 - start / 2
-    if width == 0:
+    if start == end:
         return 0.0 if x < start else 1.0
-    t = min(max((x / 2 - start / 2) / width, 0.0), 1.0)
+    way, width = x - start, end - start
+    if math.isinf(way) or math.isinf(width):  # of the largest numbers
+        way, width = x / 2 - start / 2, end / 2 - start / 2
+    t = min(max(way / width, 0.0), 1.0)
     return t * t * (3.0 - 2.0 * t)
 
 
 def _smoothstep_interval(start: Interval, end: Interval, x: Interval) -> Interval:
     if start[0] != start[1] or end[0] != end[1] or not all(map(math.isfinite, (*start, *end, *x))):
         return (0.0, 1.0)
-    return _sorted(_smoothstep(start[0], end[0], x[0]), _smoothstep(start[0], end[0], x[1]))
+    # Between two neighbours it may fall by its last bits.
+    low, high = _sorted(_smoothstep(start[0], end[0], x[0]), _smoothstep(start[0], end[0], x[1]))
+    return low * (1 - 1e-15), min(high * (1 + 1e-15), 1.0)
 
 
 def _any_angle(_y: Interval, _x: Interval) -> Interval:

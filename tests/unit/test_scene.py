@@ -127,6 +127,17 @@ def test_an_engines_failure_is_told_at_its_line(file: Path) -> None:
         scene.build(scene_idxs=[7], render=False)
 
 
+def test_what_it_is_given_wrongly_is_said(file: Path) -> None:
+    scene = open_scene(file, asset_roots=(root for root in [str(file.parent)]))
+    assert scene._given.get("asset_roots") == (str(file.parent),)
+    with pytest.raises(TypeError, match="as `open_scene` gives it, not with str"):
+        scene.diff(str(file))  # pyright: ignore[reportArgumentType]
+    with pytest.raises(ValueError, match="device is one of cpu, cuda, not 'gpu'"):
+        scene.build(device="gpu")  # pyright: ignore[reportArgumentType]
+    with pytest.raises(TypeError, match="a stream is read once"):
+        open_scene(io.StringIO(SCENE)).view()
+
+
 def test_the_thin_functions_give_the_same(file: Path) -> None:
     scene = open_scene(file)
     assert scenecc.emit_scene(file, "json", base=file.parent) == scene.emit("json", base=file.parent).text

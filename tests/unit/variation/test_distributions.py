@@ -95,6 +95,39 @@ def test_what_is_drawn_lies_within_the_bounds_that_are_told(kind: str) -> None:
     assert bounds.low <= found.min() <= found.max() <= bounds.high
 
 
+@pytest.mark.parametrize(
+    ("mean", "std", "low", "high", "nearest"),
+    [(1e10, 1e-300, 0.1, 1, 1), (5, 1e-310, -1, 1, 1), (1e17, 1, -1, 1, 1), (1e20, 1, 0, 1, 1), (-1e200, 1, 2, 3, 2)],
+)
+def test_a_mean_far_away_draws_the_nearest_edge(
+    mean: float, std: float, low: float, high: float, nearest: float
+) -> None:
+    found = drawn("truncated_normal", mean, std, low, high, count=200)
+    assert np.abs(found - nearest).max() < 1e-6
+
+
+@pytest.mark.parametrize(("mean", "std"), [(0, 1e17), (5, 1e17), (0, 1e5), (-3, 1e38), (1e38, 1e38)])
+def test_a_wide_deviation_draws_evenly(mean: float, std: float) -> None:
+    found = drawn("truncated_normal", mean, std, -1, 1)
+    assert found.mean() == pytest.approx(0, abs=0.01)
+    assert found.var() == pytest.approx(1 / 3, rel=0.02)
+    assert len(np.unique(found)) > 0.99 * MANY
+
+
+def test_the_ways_to_draw_a_truncated_normal_meet() -> None:
+    for first, second in ((36.999, 37.001), (-38.001, -37.999)):  # near the edge of the tail
+        a, b = (drawn("truncated_normal", 0, 1, low, low + 1, count=500) - low for low in (first, second))
+        assert np.abs(a - b).max() < 1e-3
+    a, b = (drawn("truncated_normal", 1, 1, 0, width, count=500) / width for width in (0.99e-4, 1.01e-4))
+    assert np.abs(a - b).max() < 1e-6
+
+
+@pytest.mark.parametrize("scale", [1e-170, 1e-300, 1.0, 1e199])
+def test_a_triangular_draw_is_as_good_at_any_scale(scale: float) -> None:
+    found = drawn("triangular", 0.0, scale, 2 * scale, count=5000) / scale
+    assert np.abs(found - drawn("triangular", 0.0, 1.0, 2.0, count=5000)).max() < 1e-12
+
+
 @pytest.mark.parametrize("kind", sorted(DISTRIBUTIONS))
 def test_equal_edges_leave_one_number(kind: str) -> None:
     operands = {"triangular": (2, 2, 2), "beta": (2, 3, 2, 2), "truncated_normal": (9, 2, 2, 2), "normal": (5, 1, 2, 2)}
@@ -118,6 +151,11 @@ def test_a_parameter_takes_them_within_its_range() -> None:
     assert [code for code, _ in codes(asked, params={"m": {"beta": [2, 2], "range": [0.1, 2]}})] == ["SC212"]
     assert [code for code, _ in codes(asked, params={"m": {"triangular": [0.5, 1, 3]}})] == ["SC212"]
     assert [code for code, _ in codes(asked, params={"m": {"truncated_normal": [1, 1]}})] == ["SC212"]
+    vector = {"v": {"type": "vector", "default": [0, 0, 0]}}
+    placed = {"scenecc": 1, "params": vector, "entities": {"ball": {"pose": "${v}", **BALL}}}
+    sized = {"beta": [2, 3], "range": [[0, 0, 0], [1, 1, 1]]}
+    assert codes(placed, params={"v": sized}) == []
+    assert [code for code, _ in codes(placed, params={"v": {"beta": [2, 3], "range": [0, 1]}})] == ["SC211"]
 
 
 @pytest.mark.parametrize("kind", sorted(DISTRIBUTIONS))

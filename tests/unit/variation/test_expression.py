@@ -84,6 +84,8 @@ def refused(text: str, **names: Any) -> ExpressionError:
         ("smoothstep(2, 2, 2)", 1.0),
         ("smoothstep(2, 2, 1)", 0.0),
         ("smoothstep(-1.7e308, 1.7e308, 0)", 0.5),
+        ("smoothstep(0, 5e-324, 0)", 0.0),
+        ("smoothstep(5e-324, 0, 0)", 1.0),
         ("sin(i) + cos(i) + tan(i)", math.sin(3) + math.cos(3) + math.tan(3)),
         ("degrees(radians(90))", math.degrees(math.radians(90))),
         ("[floor(1.5), ceil(1.5), floor(-0.5)]", [1, 2, -1]),
