@@ -213,8 +213,8 @@ def _drawn_misfit(form: str, value: dict[str, Any], wanted: ParamType) -> ParamI
     if not is_sequence(bounds):
         return None
     limits = _as_vector(wanted) or replace(wanted, kind="number")
-    edges = value.get(drawn.companion, ())
-    edges = edges if is_sequence(edges) else ()
+    beside: Any = value.get(str(drawn.companion))
+    edges = beside if is_sequence(beside) else ()
     if limits.kind == "vector" and all(map(is_number, (*bounds, *edges))):
         return "SC211", f"must be {PARAM_KINDS[wanted.kind][1]}: a bound of `{form}` must be a list of numbers"
     if drawn.companion is None:
