@@ -135,6 +135,8 @@ def _zero_density_fault(body: BodyStructure, name: str, origin: Origin) -> _Mass
 def check_explicit_mass(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
     """The engine holds a mass that is given, and what of the body is where."""
     if body.body_type not in DYNAMIC_TYPES:
+        if body.inertial is not None and not is_deferred([body.inertial.com], drawn=drawn):
+            _check_kinematic_center(body.inertial.com, name, origin, sink)
         return
     places = [shape.pose for shape in body.collisions if shape.pose is not None]
     given: list[Value] = [] if body.mass is None else [body.mass]
@@ -164,6 +166,14 @@ def check_explicit_mass(body: BodyStructure, name: str, origin: Origin, sink: Si
             f"the mass or a moment of inertia of `{name}` is {wrong[0]:.3g}, whose inverse the engine does not hold"
         )
         report(_MassFault("SC512", message, origin, "mend the mass or the inertia: they are in kg and kg·m²"), sink)
+
+
+def _check_kinematic_center(com: Value, name: str, origin: Origin, sink: Sink) -> None:
+    """What moves by its pose alone has a frame in its centre of mass, whose squares the engine computes."""
+    far = max((abs(number) for row in alternatives_or_extremes(com) for number in row[:3]), default=0)
+    if far**2 > FLOAT32_MAX:
+        message = f"the centre of mass of `{name}` is {far:.3g} m from its origin, which single precision does not hold"
+        _report(_MassFault("SC512", message, origin, "mend the coordinates: they are in metres"), sink)
 
 
 def _report(fault: _MassFault, sink: Sink) -> None:

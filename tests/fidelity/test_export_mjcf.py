@@ -13,9 +13,9 @@ import pytest
 import sapien
 
 import scenecc
-from scenecc import open_scene
 from scenecc.backends.sapien import SceneBatch
 from scenecc.diagnostics import Diagnostic
+from scenecc.export import emit_source
 from scenecc.plan.body import Mount
 
 mujoco = pytest.importorskip("mujoco", reason="mujoco is not installed")
@@ -43,7 +43,7 @@ def _elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 def compiled(source: Any, folder: Path, **options: Any) -> tuple[Any, Any, list[Diagnostic]]:
     """MuJoCo's model and data of a scene, where it starts, and the warnings."""
-    made = open_scene(source, **options).emit("mjcf", name="model")
+    made = emit_source(source, "mjcf", name="model", **options)
     files, found = made.files, made.diagnostics
     assert next(iter(files)) == "model.xml"
     for name, content in files.items():

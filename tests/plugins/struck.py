@@ -137,9 +137,9 @@ def _started(name: str, old: Collection[str] = ()) -> Iterator[tuple[subprocess.
 
 
 def _files(home: Path) -> frozenset[str]:
-    """Names of files but those that were given, and those in which Mesa keeps what it compiled."""
+    """Names of files but those that were given, and those that Mesa and scenecc keep whole for another time."""
     found = {str(path.relative_to(home)) for path in home.rglob("*") if path.is_file()}
-    return frozenset(name for name in found - _GIVEN if "mesa" not in name)
+    return frozenset(name for name in found - _GIVEN if "mesa" not in name and "scenecc/coacd" not in name)
 
 
 def hears(pid: int) -> bool:
