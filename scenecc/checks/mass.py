@@ -134,9 +134,9 @@ def _zero_density_fault(body: BodyStructure, name: str, origin: Origin) -> _Mass
 
 def check_explicit_mass(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
     """The engine holds a mass that is given, and what of the body is where."""
+    if body.body_type == "kinematic":
+        _check_kinematic_shapes(body, name, origin, sink, drawn=drawn)
     if body.body_type not in DYNAMIC_TYPES:
-        if body.inertial is not None and not is_deferred([body.inertial.com], drawn=drawn):
-            _check_kinematic_center(body.inertial.com, name, origin, sink)
         return
     places = [shape.pose for shape in body.collisions if shape.pose is not None]
     given: list[Value] = [] if body.mass is None else [body.mass]
@@ -168,11 +168,14 @@ def check_explicit_mass(body: BodyStructure, name: str, origin: Origin, sink: Si
         report(_MassFault("SC512", message, origin, "mend the mass or the inertia: they are in kg and kg·m²"), sink)
 
 
-def _check_kinematic_center(com: Value, name: str, origin: Origin, sink: Sink) -> None:
-    """What moves by its pose alone has a frame in its centre of mass, whose squares the engine computes."""
-    far = max((abs(number) for row in alternatives_or_extremes(com) for number in row[:3]), default=0)
+def _check_kinematic_shapes(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+    """The engine computes the inertia of a body that moves by its pose alone, too, from squares of these places."""
+    places = [shape.pose for shape in body.collisions if shape.pose is not None]
+    places = [place for place in places if not is_deferred([place], drawn=drawn)]
+    rows_of = chain.from_iterable(map(alternatives_or_extremes, places))
+    far = max((abs(number) for row in rows_of for number in row[:3]), default=0)
     if far**2 > FLOAT32_MAX:
-        message = f"the centre of mass of `{name}` is {far:.3g} m from its origin, which single precision does not hold"
+        message = f"a shape of `{name}` is {far:.3g} m from its origin, which single precision does not hold"
         _report(_MassFault("SC512", message, origin, "mend the coordinates: they are in metres"), sink)
 
 
