@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from operator import index
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from typing_extensions import TypedDict
 
 from scenecc.source import Limits, make_limits
 from scenecc.source.paths import asset_roots as search_path
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 
 class CompileOptions(TypedDict, total=False):
@@ -75,10 +72,17 @@ class Options:
             None if seed is None else integer(seed, "seed", 0),
             _by_name(params, "params"),
             _by_name(draws, "draws"),
-            search_path([asset_roots] if isinstance(asset_roots, str | PathLike) else asset_roots),
+            search_path(_folders(asset_roots)),
             allow_outside_assets,
-            make_limits(limits),
+            make_limits(_by_name(limits, "limits")),
         )
+
+
+def _folders(given: Any) -> list[str | PathLike[str]]:
+    several: list[Any] = [given] if isinstance(given, str | PathLike) or not isinstance(given, Iterable) else [*given]
+    if not all(isinstance(one, str | PathLike) for one in several):
+        raise TypeError(f"asset_roots must be folders, as paths, not {given!r}")
+    return several
 
 
 def _by_name(given: Mapping[str, Any] | None, name: str) -> dict[str, Any]:

@@ -474,13 +474,17 @@ def compiled_params(done: Compiled, limits: Limits) -> list[ParamRow]:
     """The parameters of a scene that was compiled, in order; none of a plan."""
     if done.document is None or not done.document.data:
         return []
+    found = document_params(done.document, done.scope, limits, Sink())
+    assert found is not None, "what was compiled has parameters that can be listed"
+    return found
+
+
+def document_params(document: Document, scope: AssetScope, limits: Limits, sink: Sink) -> list[ParamRow] | None:
+    """The parameters of a document and of what it includes, in order; None where an error was reported."""
     from scenecc.expand.documents import scene_loader
     from scenecc.expand.listing import list_params
 
-    load, sink = scene_loader(done.scope, limits, Sink()), Sink()
-    found = list_params(done.document, load=load, limits=limits, sink=sink)
-    assert found is not None, "what was compiled has parameters that can be listed"
-    return found
+    return list_params(document, load=scene_loader(scope, limits, sink), limits=limits, sink=sink)
 
 
 def select_scenes(scenes: str, num_scenes: int, sink: Sink, option: str = "--scenes") -> tuple[int, ...] | None:

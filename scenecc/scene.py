@@ -6,6 +6,7 @@ Stages below report into a sink and stop; here, and where a simulation diverges,
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
@@ -27,13 +28,14 @@ from scenecc.pipeline import (
     compile_source,
     compiled,
     compiled_params,
+    document_params,
     instantiated,
     read_input,
     select_scenes,
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Mapping
 
     from scenecc.backends.maniskill import ManiSkillScene
     from scenecc.backends.maniskill.loaded_scene import LoadedScene
@@ -284,8 +286,6 @@ def list_params(
     Raises:
         SceneError: one of these files is at fault.
     """
-    from scenecc.expand.documents import scene_loader
-    from scenecc.expand.listing import list_params as listed
     from scenecc.source.paths import AssetScope
 
     if as_plan(source) is not None:
@@ -300,8 +300,7 @@ def list_params(
         document = found.document
         root = document.path.parent if document.path else None
         scope = AssetScope(root, options.asset_roots, options.allow_outside_assets)
-        load = scene_loader(scope, options.limits, sink)
-        params = listed(document, load=load, limits=options.limits, sink=sink)
+        params = document_params(document, scope, options.limits, sink)
     if params is None:
         raise SceneError(sink.diagnostics())
     return params
@@ -424,7 +423,7 @@ class Scene:
         self._source = source
         self._given: CompileOptions = {**options}
         roots = options.get("asset_roots", ())
-        if not isinstance(roots, str | PathLike):
+        if not isinstance(roots, str | PathLike) and hasattr(roots, "__iter__"):
             self._given["asset_roots"] = tuple(roots)  # it may give them once only
         self._options = Options.of(**self._given)
 

@@ -335,7 +335,9 @@ def articulation_size(links: Iterable[Any]) -> Size | None:
 
 def _engine_bounds(shape: Any, pose: Any) -> NDArray[np.float64] | None:
     """The same of a shape of SAPIEN. `pose`: in the frame of the points."""
-    solid = SOLIDS.get(type(shape).__name__.removeprefix("PhysxCollisionShape").lower())
-    sizes = () if solid is None else solid.sizes_in_engine(shape)
+    from scenecc.backends.sapien.measure import read_geometry
+
+    geometry, sizes = read_geometry(shape)
+    solid = geometry if issubclass(geometry, Solid) else None
     vertices = np.asarray(shape.vertices * shape.scale, np.float64) if hasattr(shape, "vertices") else None
     return _bounds(solid, sizes, vertices, pose.to_transformation_matrix().astype(np.float64))

@@ -107,24 +107,28 @@ def lower(
     built = entities.lower(BodyLowerer(shapes, materials, groups, sink), articulations)
     if bounded.exhausted or not check_built_limits(entities.linked, bounds, origin, sink):
         return None
-    seen: RenderObjects | None = None
+    rendering: RenderObjects | None = None
     if scene.environment is not None or scene.lights or scene.cameras:
-        from scenecc.lower.rendering import lower_render_objects  # noqa: PLC0415 - loaded where there are any
+        from scenecc.lower.rendering import lower_render_objects as render  # noqa: PLC0415 - loaded where there are any
 
-        seen = lower_render_objects(scene, built, entities, names, tables, materials, drawing.leaves(), origin, sink)
+        rendering = render(scene, built, entities, names, tables, materials, drawing.leaves(), origin, sink)
     constraints = _lower_constraints(scene, built, entities, drawing, names, origin)
-    if sink.failed:
-        # A material may be unused only because its name was misspelt where it was meant.
-        return None
-    if drawing.foreseen.exhausted:
-        sink.report("SC609", drawing.foreseen.message, origin, hint=COMPUTE_LIMIT_HINT)
+    # A material may be unused only because its name was misspelt where it was meant.
+    if sink.failed or _is_exhausted(drawing, origin, sink):
         return None
     materials.report_unused(frozenset(names.used_materials), drawing.leaves())
     report_unused_draws(scene.draws, drawing, names, origin.child("draws"))
     if sink.failed:
         return None
-    plan = _make_plan(scene, name, built, constraints, seen, physics, tables, drawing, origin)
+    plan = _make_plan(scene, name, built, constraints, rendering, physics, tables, drawing, origin)
     return Lowered(plan, tables.file_origins, tables.material_origins, drawing, entities.places)
+
+
+def _is_exhausted(drawing: SamplingContext, origin: Origin, sink: Sink) -> bool:
+    """Whether the values that differ from scene to scene would take too long to compute, which is reported."""
+    if drawing.foreseen.exhausted:
+        sink.report("SC609", drawing.foreseen.message, origin, hint=COMPUTE_LIMIT_HINT)
+    return drawing.foreseen.exhausted
 
 
 def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:

@@ -248,7 +248,7 @@ class VariationLowerer:
             if role == "deviation" and one.pad is not None and _is_vector(items[i]):
                 # What is left out does not vary.
                 items[i] = (*items[i][:3], 0.0) if len(given.operands[i]) < len(items[i]) else items[i]
-        node = Drawn(given.kind, tuple(items), one.shape, self._key(place), place.word)
+        node = Drawn(given.kind, tuple(items), one.shape, self._key(place, drawn.cost), place.word)
         if not NODE_TYPES.isdisjoint(map(type, items)):
             # Bounds that vary may change places in some scene.
             self.risk(node, place.origin)
@@ -263,8 +263,8 @@ class VariationLowerer:
             return tuple(given) if made is None else made
         return given if kind.convert is None else self.plain(given, kind, place, step)
 
-    def _key(self, place: FieldPlace) -> Key:
-        self._leaves.drawing.foresee(form_cost(len(self._leaves.scenes)), place.origin)
+    def _key(self, place: FieldPlace, cost: int = 1) -> Key:
+        self._leaves.drawing.foresee(form_cost(cost * len(self._leaves.scenes)), place.origin)
         return Key(self._section, self._name, place.path)
 
 

@@ -33,13 +33,6 @@ class Primitive:
         """The numbers of all fields in a row of its entity."""
         return tuple(number for value in self.values for number in value.row(row).ravel().tolist())
 
-    @classmethod
-    def sizes_in_engine(cls, shape: Any) -> tuple[float, ...]:
-        """The same of a shape of SAPIEN, whose properties have the names of the fields."""
-        import numpy as np  # noqa: PLC0415 - loaded where there is an engine
-
-        return tuple(number for name in cls.__slots__ for number in np.ravel(getattr(shape, name)).tolist())
-
     @staticmethod
     def extent(rotation: NDArray[Any], *sizes: float) -> NDArray[Any]:
         """How far it reaches from its centre along the axes of a frame, (3,) [m]. `rotation`: (3, 3), in that frame."""

@@ -77,16 +77,6 @@ def colors(ids: NDArray[Any]) -> NDArray[np.uint8]:
     return found
 
 
-def ids_of(pixels: NDArray[np.uint8]) -> NDArray[np.int32]:
-    """The ids (…) whose `colors` these (…, 3) are."""
-    found = np.zeros(pixels.shape[:-1], np.int32)
-    for place in range(8):
-        for channel in range(3):
-            bit = (pixels[..., channel].astype(np.int32) >> (7 - place)) & 1
-            found |= bit << (3 * place + channel)
-    return found
-
-
 def _grey(depth: NDArray[Any]) -> NDArray[np.uint8]:
     """White at the lens, half as bright a metre away, a third at two, and so on; black where there is nothing."""
     grey = np.where(depth > 0, np.rint(255 / (1 + np.maximum(depth, 0))), 0).astype(np.uint8)

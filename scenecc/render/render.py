@@ -153,20 +153,17 @@ def render_scene(
 
     Args:
         source: as for `validate`.
-        camera: a camera of the file; None: one that frames each scene as it stands at its first picture.
-        scenes: of which scenes, as `scene_idxs` of a file: `3`, `0:4`, `0,2`; None: the first that has the camera, or
-            all that have it for a `grid`.
-        grid: put the pictures on one sheet; so it is whenever there are several scenes.
-        size: width and height of each picture [px], in place of the camera's (640 × 480, on a sheet 320 × 240, of one
-            that frames the scene).
-        what: "color", "depth", "segmentation" or "normal".
-        steps: of the simulation, before the picture.
-        film: take one over these steps, "mp4" or "gif".
-        every: steps from one frame of the film to the next; None: as many as give about 30 a second. It plays as fast
-            as the simulation's time goes.
-        collision: show what collides, and not what is seen.
-        hidden: show what is `hidden` too; None: where the camera is none of the file.
-        progress: called with (scenes, steps, frames or pictures done, of how many) as one follows the other.
+        camera: as of `RenderChoices`, like the arguments below.
+        scenes: likewise.
+        grid: likewise.
+        size: likewise.
+        what: likewise.
+        steps: likewise.
+        film: likewise.
+        every: likewise.
+        collision: likewise.
+        hidden: likewise.
+        progress: likewise.
         options: those of `CompileOptions`.
 
     Raises:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from scenecc.diagnostics import PathKey
-    from scenecc.variation.distributions import Distribution
+    from scenecc.variation.distributions import Condition, Distribution
 
     Loc = tuple[PathKey, ...]
     Validate = Callable[[Any], Any]
@@ -97,10 +97,11 @@ def read_distribution(
     if drawn.whole:
         operands = tuple(_convert_to_integers(reader, bound, (*at, i)) for i, bound in enumerate(operands))
     for condition in drawn.holding(len(operands)):
-        # Other roles have ranges of their own, which their operands were read in.
-        number = condition.greater
-        if number is not None and condition.less is None and drawn.roles[number] == "value":
-            _check_positive(reader, operands[number], condition.because, (*at, number))
+        if condition.greater is None or condition.less is None:
+            number = (condition.less if condition.greater is None else condition.greater) or 0
+            # Other roles have ranges of their own, which their operands were read in.
+            if drawn.roles[number] == "value":
+                _check_limit(reader, operands[number], condition, (*at, number))
     if not _check_equal_lengths(reader, (*operands, *edges), drawn.listed, at):
         return None
     for condition in drawn.holding(len(operands)):
@@ -235,9 +236,15 @@ def _convert_to_integers(reader: FormReader, bound: Any, loc: Loc) -> Any:
     return parts if is_sequence(bound) else forms.Vector(parts)
 
 
-def _check_positive(reader: FormReader, bound: Any, because: str, loc: Loc) -> None:
-    if any(_is_number(part) and part <= 0 for part in _bound_components(bound)):
-        reader.mistake("SC104", f"{VALUE_NAME} must be greater than 0{because}", bound, loc)
+def _check_limit(reader: FormReader, bound: Any, condition: Condition, loc: Loc) -> None:
+    """Reports an operand that a condition holds to a limit, on the wrong side of it."""
+    above = condition.greater is not None
+    words = ("at least", "greater than") if above else ("at most", "less than")
+    numbers = [part for part in _bound_components(bound) if _is_number(part)]
+    margins = [(part - condition.limit) * (1 if above else -1) for part in numbers]
+    if any(margin < 0 or (condition.strict and margin == 0) for margin in margins):
+        wanted = f"{words[condition.strict]} {condition.limit:g}{condition.because}"
+        reader.mistake("SC104", f"{VALUE_NAME} must be {wanted}", bound, loc)
 
 
 def _pair_components(low: Any, high: Any) -> Iterator[tuple[Any, Any]]:

@@ -68,6 +68,7 @@ class Distribution:
         conditions: what has to hold of the operands; of those that are there.
         between: the operands between which all that is drawn lies; None: there are none.
         whole: whether integers are drawn.
+        cost: how many uniform numbers are drawn in the time of one of these.
     """
 
     key: ClassVar[str]
@@ -82,6 +83,7 @@ class Distribution:
     conditions: ClassVar[tuple[Condition, ...]] = (Condition("the lower bound is above the upper one", 1, 0),)
     between: ClassVar[tuple[int, int] | None] = (0, 1)
     whole: ClassVar[bool] = False
+    cost: ClassVar[int] = 1
 
     def steps(self, count: int) -> list[tuple[str, int]]:
         """The keys that lead to each of so many operands from the mapping that holds the form."""
@@ -241,6 +243,7 @@ class Beta(_Ranged):
     members = ("a", "b")
     description = "[a, b]: a beta distribution with these shape parameters over `range`."
     listed = "a, b and range"
+    cost = 16
     conditions = (
         *(
             condition
@@ -296,6 +299,7 @@ class TruncatedNormal(_Ranged):
     members = ("mean", "std")
     description = "[mean, std]: a normal distribution within `range`, drawn inside and not put on the edges."
     listed = "mean, std and range"
+    cost = 5
     conditions = (Condition("the standard deviation is not positive", 1, strict=True), _Ranged.edges_crossed)
 
     def sample(self, units: Callable[[int], Floats], operands: Sequence[Floats]) -> NDArray[Any]:

@@ -12,9 +12,10 @@ import pytest
 import sapien
 from PIL import Image, ImageSequence
 from plugins.films import decoded
+from plugins.segmentation import ids_of
 
 from scenecc import SceneError, load_scene, render_scene
-from scenecc.render.images import BAR, ids_of
+from scenecc.render.images import BAR
 from scenecc.render.pictures import Rendering
 
 pytestmark = [pytest.mark.render, pytest.mark.usefixtures("held_renderer")]

@@ -19,10 +19,11 @@ ROOT = Path(__file__).parents[2]
 REGRESSIONS = sorted(path.parent for path in Path(__file__).with_name("regressions").glob("*/scene.yaml"))
 
 
-def run(*arguments: str | Path) -> None:
+def run(*arguments: str | Path) -> str:
     command = [sys.executable, "-m", "tests.fuzz", *map(str, arguments)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
 
 
 def test_what_failed_once() -> None:
@@ -82,4 +83,5 @@ def test_mutations_are_the_same_each_time_and_differ(target: str, tmp_path: Path
 @pytest.mark.fuzz
 @pytest.mark.timeout(600)
 def test_a_minute_of_mutated_files(tmp_path: Path) -> None:
-    run("--seconds", "60", "--seed", "0", "--out", tmp_path / "failures")
+    assert "cases" in run("--seconds", "60", "--seed", "0", "--out", tmp_path / "failures")
+    assert not (tmp_path / "failures").exists()

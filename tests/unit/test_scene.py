@@ -134,6 +134,9 @@ def test_what_it_is_given_wrongly_is_said(file: Path) -> None:
         scene.diff(str(file))  # pyright: ignore[reportArgumentType]
     with pytest.raises(ValueError, match="device is one of cpu, cuda, not 'gpu'"):
         scene.build(device="gpu")  # pyright: ignore[reportArgumentType]
+    for wrong in ({"limits": 3}, {"asset_roots": 3}, {"asset_roots": [3]}):
+        with pytest.raises(TypeError, match=f"{next(iter(wrong))} must be .*, not"):
+            open_scene(file, **wrong)  # pyright: ignore[reportArgumentType]
     with pytest.raises(TypeError, match="a stream is read once"):
         open_scene(io.StringIO(SCENE)).view()
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from scenecc.backends.sapien.batch import SceneBatch
     from scenecc.geometry.rotations import Pose7
-    from scenecc.plan import BodyStructure, Entity, Joint
+    from scenecc.plan import BodyStructure, CollisionGeometry, Entity, Joint
 
 
 _GEOMETRIES: Final = {
@@ -43,6 +43,13 @@ _GEOMETRIES: Final = {
 
 _JOINT_NUMBERS: Final = (*JOINT_PROPERTIES.by_field, *DRIVE_DEFAULTS)
 """Of `MeasuredJoint`; SAPIEN's names are the same."""
+
+
+def read_geometry(shape: Any) -> tuple[type[CollisionGeometry], tuple[float, ...]]:
+    """What a live colliding shape is in a plan, and the numbers of its fields, which SAPIEN calls the same."""
+    geometry = _GEOMETRIES[type(shape)]
+    names = geometry.__slots__ if issubclass(geometry, Solid) else ()
+    return geometry, tuple(number for name in names for number in np.ravel(getattr(shape, name)).tolist())
 
 
 def measure(batch: SceneBatch) -> EngineSnapshot:
@@ -114,14 +121,14 @@ class _BatchReader:
         shapes = [shape for shape, count in zip(structure.collisions, counts, strict=True) for _ in range(count)]
         found: list[MeasuredShape] = []
         for made, shape in zip(component.get_collision_shapes(), shapes, strict=True):
-            geometry = _GEOMETRIES[type(made)]
+            geometry, sizes = read_geometry(made)
             mesh = self._mesh(made) if issubclass(geometry, MeshGeometry) else None
             a, b, c, d = map(int, made.get_collision_groups())
             friction = made.get_physical_material()
             found.append(
                 MeasuredShape(
                     kind=type_name(geometry),
-                    sizes=geometry.sizes_in_engine(made) if issubclass(geometry, Solid) else (),
+                    sizes=sizes,
                     pose=_read_pose(made.get_local_pose()),
                     shape=shape,
                     mesh=mesh,

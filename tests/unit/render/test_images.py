@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image, ImageSequence
 from plugins.films import decoded
+from plugins.segmentation import ids_of
 
 from scenecc.render import images
 from scenecc.render.images import (
@@ -18,7 +19,6 @@ from scenecc.render.images import (
     encoded,
     gif,
     grid_of,
-    ids_of,
     mp4,
     png,
     png_of_ids,

@@ -13,7 +13,7 @@ import pytest
 from scenecc import CompileOptions, compile_scene, json_schema, plan_text, validate
 from scenecc.spec import forms as written_forms
 from scenecc.spec.forms import COMPANIONS
-from scenecc.variation.distributions import DISTRIBUTIONS
+from scenecc.variation.distributions import DISTRIBUTIONS, Condition, Uniform
 from scenecc.variation.evaluation import Batch
 from scenecc.variation.node_bounds import find_bounds
 from scenecc.variation.nodes import Drawn, Key
@@ -189,3 +189,23 @@ def test_the_schema_and_the_reader_know_it_by_its_class(kind: str) -> None:
         written_forms._OPERAND_WORDS
     )
     assert json.dumps(number_form)
+
+
+def test_what_takes_longer_to_draw_counts_for_more() -> None:
+    def told(form: dict[str, Any]) -> list[str]:
+        draws = {f"d{i}": form for i in range(200)}
+        return [code for code, _ in codes({"scenecc": 1, "num_scenes": 65_536, "draws": draws}) if code == "SC609"]
+
+    assert told({"uniform": [0, 1]}) == []
+    assert told({"beta": [2, 2], "range": [0, 1]}) == ["SC609"]
+
+
+def test_a_condition_of_a_new_distribution_is_read_as_it_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Above(Uniform):
+        key = "uniform"
+        conditions = (Condition("too low", 0, limit=2.0), Condition("too high", None, 1, limit=5.0, strict=True))
+
+    monkeypatch.setitem(DISTRIBUTIONS, "uniform", Above())
+    told = [one.message for one in validate(scene({"uniform": [1, 5]}))]
+    assert [text.partition("must be ")[2] for text in told] == ["at least 2", "less than 5"]
+    assert codes(scene({"uniform": [2, 4]})) == []
