@@ -22,15 +22,15 @@ if TYPE_CHECKING:
     from scenecc.expand.listing import PrefabRow as PrefabRow
     from scenecc.export import Emitted as Emitted
     from scenecc.inspect import Item as Item
-    from scenecc.inspect import SummaryRow as SummaryRow
+    from scenecc.inspect.entities import SummaryRow as SummaryRow
     from scenecc.inspect.inspection import Inspection as Inspection
     from scenecc.options import CompileOptions as CompileOptions
     from scenecc.plan import ScenePlan as ScenePlan
     from scenecc.plan.diff import Difference as Difference
     from scenecc.render import render_scene as render_scene
-    from scenecc.render.pictures import LegendRow as LegendRow
-    from scenecc.render.pictures import Picture as Picture
-    from scenecc.render.pictures import Rendering as Rendering
+    from scenecc.render.render import LegendRow as LegendRow
+    from scenecc.render.render import Picture as Picture
+    from scenecc.render.render import Rendering as Rendering
     from scenecc.scene import Build as Build
     from scenecc.scene import Comparison as Comparison
     from scenecc.scene import Scene as Scene

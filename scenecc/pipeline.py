@@ -311,7 +311,8 @@ def _is_included(place: Origin) -> bool:
 def _lowered(
     document: Document, scene: SceneFile, expansion: Expansion | None, options: Options, scope: AssetScope, sink: Sink
 ) -> Lowered | None:
-    from scenecc.lower import LoweringLimits, lower
+    from scenecc.lower import lower
+    from scenecc.lower.scene import LoweringLimits
     from scenecc.spec.references import NameScopes
 
     limits = options.limits

@@ -42,12 +42,13 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien import SceneBatch
     from scenecc.expand.listing import ParamRow, PrefabRow
     from scenecc.export import EmitChoices, Emitted, ExportArguments, FileChoices
-    from scenecc.inspect import Item, SummaryRow
+    from scenecc.inspect import Item
+    from scenecc.inspect.entities import SummaryRow
     from scenecc.inspect.inspection import InspectArguments, InspectChoices, Inspection
     from scenecc.plan import ScenePlan
     from scenecc.plan.diff import Difference
     from scenecc.render import RenderChoices
-    from scenecc.render.pictures import Rendering
+    from scenecc.render.render import Rendering
     from scenecc.viewer import PageAddress, ScenePage, ViewOptions
 
     Progress = Callable[[int, int], None]
@@ -219,7 +220,7 @@ def build_scene(
     Raises:
         SceneError: the scene, the engine or the machine is at fault.
     """
-    from scenecc.inspect import summarize
+    from scenecc.inspect.entities import summarize
 
     sink = Sink()
     asked = Options.of(**options)

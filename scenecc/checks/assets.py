@@ -15,8 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 from urllib.parse import unquote
 
-from scenecc.checks.image_jpeg import JpegBlockBudget
-from scenecc.checks.images import IMAGE_SUFFIXES, check_image, image_size
+from scenecc.checks.images import IMAGE_SUFFIXES, JpegBlockBudget, check_image, image_size
 from scenecc.checks.mesh_data import (
     AssetBudget,
     AssetBudgetError,
@@ -31,12 +30,14 @@ from scenecc.checks.meshes import MESH_SUFFIXES, VISUAL_ONLY_SUFFIXES, check_mes
 from scenecc.checks.value_queries import indices, rows
 from scenecc.diagnostics import Origin
 from scenecc.files import open_regular, state_of
-from scenecc.plan import ConvexMesh, ConvexParts, CubeMap, Mesh, MeshGeometry, NamedFile, TexturedLight, TriangleMesh
+from scenecc.plan import ConvexMesh, ConvexParts, Mesh, MeshGeometry, NamedFile, TriangleMesh
+from scenecc.plan.rendering import CubeMap, TexturedLight
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.files import State
-    from scenecc.plan import AssetFile, ScenePlan, SkyMap, VisualMaterial
+    from scenecc.plan import AssetFile, ScenePlan, VisualMaterial
+    from scenecc.plan.rendering import SkyMap
 
 
 _DIGEST_CHARS = 12

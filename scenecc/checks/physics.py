@@ -198,7 +198,7 @@ def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink:
     for entity in plan.entities:
         for structure in entity.structures:
             if not isinstance(structure, BodyStructure):
-                from scenecc.checks.articulations import check_articulation  # noqa: PLC0415 - loaded where there is one
+                from scenecc.checks.joints import check_articulation  # noqa: PLC0415 - loaded where there is one
 
                 check_articulation(
                     structure, entity.name, _structure_origin(structure, entity, plan), sink, drawn=drawn
@@ -219,7 +219,7 @@ def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink:
 def _check_optional_sections(plan: ScenePlan, sink: Sink, *, drawn: bool) -> None:
     """Constraints, lights and cameras, whose rules are loaded where there are any."""
     if plan.constraints:
-        from scenecc.checks.constraints import check_constraints  # noqa: PLC0415 - likewise
+        from scenecc.checks.joints import check_constraints  # noqa: PLC0415 - likewise
 
         check_constraints(plan, sink, drawn=drawn)
     if plan.lights or plan.cameras:

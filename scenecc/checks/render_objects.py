@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING
 
 from scenecc.checks.value_queries import judged_pairs, round_to_float32
 from scenecc.diagnostics import Origin
-from scenecc.plan import AreaLight, SpotLight, TexturedLight
-from scenecc.plan.camera import RAY_TRACING_SHADERS
-from scenecc.plan.rendering import shadow_parameters
+from scenecc.plan.rendering import RAY_TRACING_SHADERS, AreaLight, SpotLight, TexturedLight, shadow_parameters
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
-    from scenecc.plan import Light, ScenePlan, Value
+    from scenecc.plan import ScenePlan, Value
+    from scenecc.plan.rendering import Light
 
 
 def check_render_objects(plan: ScenePlan, sink: Sink, *, drawn: bool = False) -> None:

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scenecc.diagnostics import Diagnostic
-    from scenecc.render.pictures import Rendering
+    from scenecc.render.render import Rendering
 
 _SIZE: Final = re.compile(r"([1-9][0-9]{0,4})x([1-9][0-9]{0,4})")
 

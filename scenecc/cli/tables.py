@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from rich.text import Text
     from rich.tree import Tree
 
-    from scenecc import Item, SummaryRow
+    from scenecc import Item
+    from scenecc.inspect.entities import SummaryRow
 
 
 _BOLD: Final = "\x1b[1m{}\x1b[0m"

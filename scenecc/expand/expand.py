@@ -1,26 +1,421 @@
-"""The stage: a document and all that it uses, to the data of one scene file."""
+"""The expansion stage: a document and all that it uses, to the data of one scene file."""
 
 from __future__ import annotations
 
+import re
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics import Location, Origin, Sink
-from scenecc.diagnostics.messages import cut, suggest
-from scenecc.expand.arguments import ParamArgument, bind_params
-from scenecc.expand.documents import Load, SceneDocument, top_document
-from scenecc.expand.expansion import BudgetExhausted, ExpansionFrame, ExpansionWriter, ObjectBudget
-from scenecc.expand.module_compiler import CompiledModule, PrefabLibrary, compile_module
-from scenecc.expand.module_expander import ModuleExpander, ModuleScope, SceneSelections
+from scenecc.diagnostics.messages import cut, show, suggest
+from scenecc.expand.arguments import BoundParams, ParamArgument, bind_params, material_name
+from scenecc.expand.documents import FailedValue, Load, SceneDocument, is_varying, top_document
+from scenecc.expand.expansion import (
+    BudgetExhausted,
+    ExpansionFrame,
+    ExpansionWriter,
+    ObjectBudget,
+    SourceMark,
+    scoped_name,
+)
+from scenecc.expand.module_compiler import CompiledModule, PrefabLibrary, compile_module, find_named_materials
 from scenecc.expand.modules import ModuleLibrary
-from scenecc.expand.patterns import PatternCompiler
+from scenecc.expand.params import form_key
+from scenecc.expand.patterns import PatternCompiler, hoist_invariants
 from scenecc.source.plain_data import copy_mapping
+from scenecc.spec.base import NAME_PATTERN, PATTERN_HINTS, PREFIX_PATTERN
+from scenecc.spec.nodes import is_mapping, is_sequence
+from scenecc.spec.references import qualified_name, resolve_scene_idxs
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
+    from scenecc.diagnostics import Path
     from scenecc.expand.expansion import Expansion
+    from scenecc.expand.module_compiler import DocumentChain, NodeTemplate, UnitTemplate
+    from scenecc.expand.modules import ModulePart
+    from scenecc.expand.params import Param
     from scenecc.expand.patterns import NameMeaning
     from scenecc.source import Document, Limits
+
+
+@dataclass(slots=True)
+class ModuleScope:
+    """One use of a module.
+
+    Attributes:
+        compiled: the module.
+        name: full name of the instance; "" for the top.
+        prefix: what stands before the names of its entities and frames.
+        use: the `use`; None for the top.
+        selection: the scenes that the instance is in.
+        values: of parameters and constants.
+        failed: parameters without a value, which was reported.
+        chain: the modules that lead here, this one last.
+        hidden: whether only people see what is inside.
+    """
+
+    compiled: CompiledModule
+    name: str
+    prefix: str
+    use: Origin | None
+    selection: Selection
+    values: dict[str, Any]
+    failed: frozenset[str]
+    chain: DocumentChain
+    hidden: bool = False
+    expansion_frames: dict[int, ExpansionFrame] = field(default_factory=dict[int, ExpansionFrame])
+
+    def frame(self, part: ModulePart, objects: ObjectBudget, sink: Sink) -> ExpansionFrame:
+        """The frame of one of its documents."""
+        frame = self.expansion_frames.get(id(part))
+        if frame is None:
+            parent = part.parent(self.use)
+            frame = ExpansionFrame(part.document.name, parent, self.values, objects, sink, self.failed)
+            self.expansion_frames[id(part)] = frame
+        return frame
+
+
+_NO_POSE: dict[str, Any] = {"pose": [0, 0, 0]}
+"""The frame of an instance without a pose."""
+
+
+@dataclass(frozen=True, slots=True)
+class ModuleExpander:
+    """Expands modules.
+
+    Attributes:
+        output: what is written.
+        prefabs: finds them.
+        scenes: reads selections.
+        draws: the shared draws that are given from outside.
+        objects: how many entities and repeated shapes may be made.
+        instances: how many instances.
+        sink: takes the diagnostics.
+    """
+
+    output: ExpansionWriter
+    prefabs: PrefabLibrary
+    scenes: SceneSelections
+    draws: Collection[str]
+    objects: ObjectBudget
+    instances: ObjectBudget
+    sink: Sink
+
+    def bind(
+        self,
+        compiled: CompiledModule,
+        given: Mapping[str, ParamArgument],
+        *,
+        scope: str,
+        use: Origin | Location | None,
+        key: str = "",
+    ) -> BoundParams:
+        """The values of a module's parameters. `key`: what stands before the names of materials given as mappings."""
+
+        def material(param: Param, argument: ParamArgument) -> Any:
+            if argument.scope == scope and isinstance(argument.value, str):
+                return argument.value
+            return material_name(argument, f"{key}with.{param.name}", self.output, self.sink)
+
+        return bind_params(
+            compiled,
+            given,
+            {"num_scenes": self.scenes.count},
+            scope=scope,
+            use=use,
+            material=material,
+            objects=self.objects,
+            sink=self.sink,
+        )
+
+    def expand(self, scope: ModuleScope, bound: BoundParams) -> None:
+        """Writes all that a module has."""
+        self._varying(scope, bound)
+        self._shared_draws(scope)
+        compiled = scope.compiled
+        for section, nodes in (("materials", compiled.materials), ("collision_groups", compiled.groups)):
+            for name, made in nodes.items():
+                self._node(section, scoped_name(scope.name, name), made, scope)
+        # What one use of a prefab leaves unused another uses, and so it is with other parameters.
+        unsuspected = compiled.materials if scope.name else find_named_materials(compiled)
+        self.output.names.used_materials.update([scoped_name(scope.name, name) for name in unsuspected])
+        for name, made in compiled.frames.items():
+            self._placed("frames", scope.prefix + name, made, scope)
+        if not scope.name:
+            for section, nodes in compiled.settings.items():
+                for name, made in nodes.items():
+                    self._node(section, name, made, scope)
+        for unit in compiled.units:
+            self._unit(unit, scope)
+        for unit in compiled.fastened:
+            self._unit(unit, scope)
+
+    def _varying(self, scope: ModuleScope, bound: BoundParams) -> None:
+        """Parameters that differ from scene to scene become draws."""
+        for name, argument in bound.varying.items():
+            full = scoped_name(scope.name, name)
+            place = argument.place if isinstance(argument.place, SourceMark) else SourceMark(argument.place.file, ())
+            self.output.add("draws", full, argument.value, place, by_scene=argument.by_scene)
+            if argument.scope != scope.name:
+                self.output.names.given[full] = argument.scope
+            if argument.wanted is not None:
+                self.output.names.wanted[full] = argument.wanted
+
+    def _shared_draws(self, scope: ModuleScope) -> None:
+        for name, made in scope.compiled.draws.items():
+            frame = scope.frame(made.part, self.objects, self.sink)
+            value = made.make(frame)
+            full = scoped_name(scope.name, name)
+            if is_varying(value) or full in self.draws:
+                self.output.add("draws", full, value, frame.mark(made.path))
+            else:
+                # The same in every scene: whatever reads it is the same too, and need not be computed for each.
+                scope.values[name] = value
+
+    def _node(self, section: str, name: str, made: NodeTemplate, scope: ModuleScope) -> bool:
+        frame = scope.frame(made.part, self.objects, self.sink)
+        frame.lists = {}
+        node = made.make(frame)
+        return self.output.add(section, name, node, frame.mark(made.path), frame.lists)
+
+    def _placed(self, section: str, name: str, made: NodeTemplate, scope: ModuleScope) -> None:
+        if self._node(section, name, made, scope) and scope.name:
+            self.output.names.scopes[name] = scope.name
+            if scope.selection is not None:
+                # What it reads of a `with` may have a value in these scenes alone.
+                self.output.selections[name] = scope.selection
+
+    def _unit(self, unit: UnitTemplate, scope: ModuleScope) -> None:
+        frame = scope.frame(unit.body.part, self.objects, self.sink)
+        if unit.axes is None:
+            self._one(unit, unit.name, scope, frame)
+            return
+        loop = unit.axes.loop(frame)
+        if loop is None:
+            return
+        budget = self.objects if unit.use is None else self.instances
+        budget.take(loop.count * unit.weight, frame, unit.axes.path)
+        pattern = unit.body.pattern
+        if pattern is not None and loop.count > 1:
+            unit = replace(unit, body=replace(unit.body, pattern=hoist_invariants(pattern, loop.names)))
+        for number in frame.each_copy(loop):
+            self._one(unit, f"{unit.name}_{number}", scope, frame)
+
+    def _one(self, unit: UnitTemplate, name: str, scope: ModuleScope, frame: ExpansionFrame) -> None:
+        """One entity, instance, constraint, light or camera. `name`: what it is called without a `name` of its own."""
+        if unit.condition is not None and not self._holds(unit.condition, frame):
+            return
+        if unit.namer is not None and unit.axes is not None:
+            name = _checked_name(unit.namer, "name", NAME_PATTERN, frame) or name
+        if unit.use is not None:
+            self._instance(unit, name, scope, frame)
+            return
+        full = scope.prefix + name
+        selection = self._selection(unit, scope, frame)
+        if selection is not None and not selection:
+            return
+        frame.lists = {}
+        node = unit.body.make(frame)
+        if selection is not None:
+            self.output.selections[qualified_name(unit.section, full)] = selection
+            if "scene_idxs" in node:
+                node = {key: item for key, item in node.items() if key != "scene_idxs"}
+        if scope.hidden and unit.section == "entities":
+            node = {**node, "hidden": True}
+        if self.output.add(unit.section, full, node, frame.mark(unit.body.path), frame.lists) and scope.name:
+            self.output.names.scopes[qualified_name(unit.section, full)] = scope.name
+
+    def _selection(self, unit: UnitTemplate, scope: ModuleScope, frame: ExpansionFrame) -> Selection:
+        """The scenes of what is inside an instance that narrows them; None where none does."""
+        if scope.selection is None or unit.selection is None:
+            return scope.selection
+        return self.scenes.narrowed(unit.selection.make(frame), scope.selection, frame.origin(unit.selection.path))
+
+    @staticmethod
+    def _holds(condition: NodeTemplate, frame: ExpansionFrame) -> bool:
+        value = condition.make(frame)
+        if type(value) is bool:
+            return value
+        _refuse(value, condition, "if", "SC223", f"`if` must be true or false, not {show(value)}", frame)
+        return False
+
+    def _instance(self, unit: UnitTemplate, name: str, scope: ModuleScope, frame: ExpansionFrame) -> None:
+        use = unit.use
+        assert use is not None
+        if unit.axes is None:
+            self.instances.take(unit.weight, frame, unit.body.path)
+        place = frame.origin(use.reference.path)
+        reference = use.reference.make(frame)
+        if not isinstance(reference, str) or isinstance(reference, FailedValue):
+            message = f"`use` must be a text, not {show(reference)}"
+            _refuse(reference, use.reference, "use", "SC103", message, frame)
+            return
+        compiled = self.prefabs.find(reference, unit.body.part.document, place, scope.chain)
+        selection = scope.selection
+        if unit.selection is not None:
+            given = unit.selection.make(frame)
+            selection = self.scenes.narrowed(given, scope.selection, frame.origin(unit.selection.path))
+        if compiled is None or (selection is not None and not selection):
+            return
+        self.objects.take(compiled.weight, frame, unit.body.path)
+        full = scope.prefix + name
+        arguments = {param: self._argument(made, selection, scope, frame) for param, made in use.given.items()}
+        bound = self.bind(compiled, arguments, scope=full, use=place, key=f"{name}.")
+        prefix = f"{full}/"
+        if use.prefix is not None:
+            prefix = scope.prefix + (_checked_name(use.prefix, "prefix", PREFIX_PATTERN, frame) or "")
+        chain = (*scope.chain, compiled.module.main.document)
+        body = unit.body.make(frame)
+        hidden = scope.hidden or body.get("hidden") is True
+        inner = ModuleScope(compiled, full, prefix, place, selection, dict(bound.values), bound.failed, chain, hidden)
+        self.output.names.prefixes[full] = prefix
+        mark = frame.mark(unit.body.path)
+        self.expand(inner, bound)
+        self._anchor(full, body, mark, selection, scope)
+
+    def _argument(
+        self, made: NodeTemplate, selection: Selection, scope: ModuleScope, frame: ExpansionFrame
+    ) -> ParamArgument:
+        value = made.make(frame)
+        turned: dict[Path, tuple[int, ...]] = {}
+        if selection is not None and is_varying(value):
+            value, wrong = self.scenes.by_scene(value, selection, (), turned)
+            if wrong is not None:
+                message = f"`per_scene` must have {len(selection)} values, one for each scene of the instance"
+                frame.report("SC106", message, (*made.path, *wrong))
+        return ParamArgument(value, frame.mark(made.path), made.part.document, scope.name, turned)
+
+    def _anchor(
+        self, full: str, body: dict[str, Any], mark: SourceMark, selection: Selection, scope: ModuleScope
+    ) -> None:
+        """The frame in which an instance stands."""
+        output = self.output
+        # A prefab without a prefix may hold an entity of the instance's own name, which then has it.
+        is_taken = full in output.sections["entities"] and output.names.scopes.get(full, scope.name) != scope.name
+        anchor = f"{full}/instance" if is_taken else full
+        output.names.anchors[full] = anchor
+        node = {"pose": body["pose"]} if "pose" in body else _NO_POSE
+        if not output.add("frames", anchor, node, mark):
+            return
+        if scope.name:
+            output.names.scopes[anchor] = scope.name
+        if selection is not None:
+            output.selections[anchor] = selection
+
+
+def _checked_name(made: NodeTemplate, key: str, pattern: str, frame: ExpansionFrame) -> str | None:
+    """A text that must fit a pattern; None where it was reported. `key`: where it is written."""
+    text = made.make(frame)
+    if isinstance(text, str) and re.fullmatch(pattern, text):
+        return text
+    _refuse(text, made, key, "SC107", f"{show(text)} is not a name", frame, hint=PATTERN_HINTS[pattern])
+    return None
+
+
+def _refuse(
+    value: Any, made: NodeTemplate, key: str, code: str, message: str, frame: ExpansionFrame, hint: str | None = None
+) -> None:
+    """Reports a value that cannot decide about structure; nothing more is said of one that was reported."""
+    if is_varying(value):
+        frame.report("SC203", f"`{key}` cannot read what differs from scene to scene", made.path)
+    elif not isinstance(value, FailedValue):
+        frame.report(code, message, made.path, hint=hint)
+
+
+Selection = tuple[int, ...] | None
+"""Scene indices, ascending; None for every scene."""
+
+_INDEX_TYPES = (int, str)
+
+
+class SceneSelections:
+    """Selections, each read once.
+
+    Args:
+        count: how many scenes there are.
+        most: how many may be selected in all, each selection counted once.
+        sink: takes the diagnostics.
+    """
+
+    def __init__(self, count: int, most: int, sink: Sink) -> None:
+        self.count = count
+        self._sink = sink
+        self._known: dict[str, tuple[int, ...]] = {}
+        self._narrowed: dict[tuple[str, int], tuple[tuple[int, ...], tuple[int, ...]]] = {}
+        self._most = self._left = most
+
+    def narrowed(self, given: Any, outer: Selection, place: Origin) -> Selection:
+        """The scenes of what selects some inside of what is in others. Empty where the selection was reported.
+
+        Raises:
+            BudgetExhausted: all that was selected comes to more than may be; that is reported.
+        """
+        key = repr(given)
+        if key not in self._known:
+            self._known[key] = self._counted(self._select(given, place) or (), place)
+        chosen = self._known[key]
+        if outer is None or not chosen:
+            return chosen
+        # By identity: what is in one instance is narrowed by the same scenes, which are kept.
+        found = self._narrowed.get((key, id(outer)))
+        if found is None:
+            among = frozenset(outer)
+            narrowed = self._counted(tuple(scene for scene in chosen if scene in among), place)
+            found = self._narrowed[key, id(outer)] = (outer, narrowed)
+        return found[1]
+
+    def _counted(self, selection: tuple[int, ...], place: Origin) -> tuple[int, ...]:
+        self._left -= len(selection)
+        if self._left < 0:
+            message = f"what instances select comes to more than {self._most} scenes in all"
+            hint = "raise the limit with --limit objects_times_scenes=N or limits={'objects_times_scenes': N}"
+            self._sink.report("SC606", message, place, hint=hint)
+            raise BudgetExhausted
+        return selection
+
+    def _select(self, given: Any, place: Origin) -> Selection:
+        # An expression may have given anything.
+        if isinstance(given, str) or (is_sequence(given) and all(type(item) in _INDEX_TYPES for item in given)):
+            return resolve_scene_idxs(given if isinstance(given, str) else list(given), self.count, place, self._sink)
+        message = f'`scene_idxs` must be a list of indices, or a slice such as "0:8", not {show(given)}'
+        self._sink.report("SC103", message, place)
+        return None
+
+    def by_scene(
+        self, value: Any, selection: tuple[int, ...], path: Path, turned: dict[Path, tuple[int, ...]]
+    ) -> tuple[Any, Path | None]:
+        """A value with its `per_scene` lists, one item for each selected scene, as mappings by scene index.
+
+        Args:
+            value: plain, or a form.
+            selection: the scenes.
+            path: of the value.
+            turned: takes the scenes of each such list, by its path.
+
+        Returns:
+            The value, and where a list of another length is; None where none is.
+        """
+        form = form_key(value)
+        if form is None:
+            return value, None
+        items = value[form]
+        if form == "per_scene" and is_sequence(items) and len(items) != len(selection):
+            return value, (*path, form)
+        pairs = items.items() if is_mapping(items) else enumerate(items) if is_sequence(items) else ()
+        changed: dict[Any, Any] = {}
+        for key, item in pairs:
+            changed[key], wrong = self.by_scene(item, selection, (*path, form, key), turned)
+            if wrong is not None:
+                return value, wrong
+        if form == "per_scene" and is_sequence(items):
+            # The draw exists in every scene, though it is read in the selected ones alone.
+            turned[(*path, form)] = selection
+            rows = {str(scene): changed[index] for index, scene in enumerate(selection)}
+            return {**value, form: {**rows, "default": changed[0]}}, None
+        kept: Any = changed if is_mapping(items) else list(changed.values()) if is_sequence(items) else items
+        return {**value, form: kept}, None
+
 
 PARAMS = "params"
 """What diagnostics about arguments of the API or the command line name as their file."""

@@ -14,12 +14,12 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest
 from scenecc.errors import SceneError
 from scenecc.files import open_regular
-from scenecc.inspect.entities import entity_item, scene_facts, used_materials
+from scenecc.inspect.entities import entity_item, scene_facts, summarize, used_materials
 from scenecc.inspect.facts import Fact, Facts, Item, fact, mount_words, some_words
-from scenecc.inspect.summary import summarize
 from scenecc.options import CompileOptions, Options, integer
 from scenecc.pipeline import Compiled, Source, compiled, compiled_params, instantiated, select_scenes
-from scenecc.plan import ArticulationStructure, Camera, Constraint, SkyMap, Texture, Value
+from scenecc.plan import ArticulationStructure, Constraint, Texture, Value
+from scenecc.plan.rendering import Camera, SkyMap
 from scenecc.plan.schema import type_name
 
 if TYPE_CHECKING:
@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from scenecc.expand.listing import ParamRow
     from scenecc.inspect.entities import Made
     from scenecc.inspect.varying import VaryingField
-    from scenecc.plan import Entity, Light, ScenePlan
+    from scenecc.plan import Entity, ScenePlan
+    from scenecc.plan.rendering import Light
     from scenecc.source.paths import FileReference
 
 

@@ -34,7 +34,8 @@ from scenecc.variation.bounds import ValueBounds, union_bounds
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from scenecc.plan import BodyStructure, Camera, Constraint, Entity, Environment, Light, ScenePlan
+    from scenecc.plan import BodyStructure, Constraint, Entity, ScenePlan
+    from scenecc.plan.rendering import Camera, Environment, Light
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,13 +6,19 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.lower.collision_groups import find_group
-from scenecc.lower.field_types import COLOR, FieldType, number, opposite, vector
+from scenecc.lower.field_types import (
+    COLOR,
+    FieldType,
+    number,
+    opposite,
+    report_exclusive_keys,
+    report_unused_key,
+    vector,
+)
 from scenecc.lower.frames import FrameGraph
-from scenecc.lower.key_reports import report_exclusive_keys, report_unused_key
 from scenecc.lower.local_poses import local_pose
 from scenecc.lower.materials import DENSITY
-from scenecc.lower.shapes import ShapeDefaults
+from scenecc.lower.shapes import ShapeDefaults, find_group
 from scenecc.plan import BodyStructure, Entity, Inertial, literal
 from scenecc.plan.properties import properties_of
 from scenecc.spec.body import MOTION_AXES, BodySpec
@@ -24,10 +30,9 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.articulations.articulations import ArticulationLowerer, LoweredArticulation
-    from scenecc.lower.collision_groups import GroupBits
     from scenecc.lower.fields import FieldLowerer, SamplingContext
     from scenecc.lower.materials import LoweredMaterial, MaterialChoice, MaterialLowerer
-    from scenecc.lower.shapes import ShapeLowerer
+    from scenecc.lower.shapes import GroupBits, ShapeLowerer
     from scenecc.plan import ArticulationStructure, Value
     from scenecc.plan.properties import Property
     from scenecc.spec.document import SceneFile

@@ -1,4 +1,4 @@
-"""What a field's row holds, and how what is written becomes it."""
+"""What a field's row holds, how a written value becomes it, and reports of keys without effect."""
 
 from __future__ import annotations
 
@@ -13,7 +13,41 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
     from scenecc.plan.properties import Bounds
 
+
+def report_exclusive_keys(
+    first: str, second: str, origin: Origin, sink: Sink, *, message: str = "", related: str = "the first"
+) -> None:
+    """Reports the second of two keys that exclude each other (SC111).
+
+    Args:
+        first: key of the node.
+        second: key of the node, at which it is told.
+        origin: of the node.
+        sink: takes the diagnostic.
+        message: in place of the usual one.
+        related: what the first one is called.
+    """
+    message = message or f"`{first}` and `{second}` exclude each other"
+    place = origin.child(second)
+    sink.report("SC111", message, place, at="key", related=[(related, origin.child(first), "key")])
+
+
+def report_unused_key(key: str, where: str, origin: Origin, sink: Sink, *, hint: str = "") -> None:
+    """Reports a key that does nothing (SC115).
+
+    Args:
+        key: of the node.
+        where: it does nothing: "on a light without a shadow".
+        origin: of the node.
+        sink: takes the diagnostic.
+        hint: in place of the usual one, to leave the key out.
+    """
+    hint = hint or f"leave `{key}` out"
+    sink.report("SC115", f"`{key}` does nothing {where}", origin.child(key), at="key", hint=hint)
+
+
 Dtype = Literal["float64", "int64", "bool"]
+
 Convert = Callable[[Any], Any]
 
 
@@ -119,12 +153,16 @@ def _are_numbers(given: Any) -> bool:
 
 _NUMBERS = frozenset((int, float))
 
-
 COLOR = FieldType((4,), quantity="base_color", convert=read_color, fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)
+
 EMISSION = FieldType((4,), quantity="emission", convert=read_color, fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)
+
 LIGHT_COLOR = FieldType((3,), quantity="color", convert=read_light_color, fallback=(0.0, 0.0, 0.0))
+
 SCALE = FieldType((3,), quantity="scale", convert=read_scale, fallback=(1.0, 1.0, 1.0), wide=True)
+
 MIRROR_SCALE = FieldType((3,), quantity="Mesh.scale", convert=read_scale, fallback=(1.0, 1.0, 1.0), wide=True)
+
 POSITION = vector(3, "")
 
 COMPONENT_TYPES: dict[Dtype, FieldType] = {dtype: FieldType(dtype=dtype) for dtype in ("float64", "int64", "bool")}

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc.diagnostics.frozen import frozen
 from scenecc.geometry import rotations
 from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, Pose7, Quat, Vec3, shortest_from_x
-from scenecc.lower.field_types import FieldType, vector
-from scenecc.lower.key_reports import report_unused_key
+from scenecc.lower.field_types import FieldType, report_unused_key, vector
 from scenecc.lower.poses import POSE, compose, direction, lower_pose, pose_item, pose_varies, turned
 from scenecc.lower.variation import VARYING, VariationLowerer, field_place
 from scenecc.plan import Value, literal, per_scene, varying

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.geometry.rotations import IDENTITY, shortest_from_x
-from scenecc.lower.field_types import POSITION, FieldType
-from scenecc.lower.key_reports import report_unused_key
+from scenecc.lower.field_types import POSITION, FieldType, report_unused_key
 from scenecc.lower.poses import POSE, pose_item
 from scenecc.lower.variation import FieldPlace, VariationLowerer, field_place
 from scenecc.plan import ArticulationStructure, Value, literal

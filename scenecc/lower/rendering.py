@@ -6,11 +6,11 @@ from math import radians
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.lower.angles import lower_angle
-from scenecc.lower.field_types import LIGHT_COLOR, FieldType, number
-from scenecc.lower.key_reports import report_exclusive_keys, report_unused_key
+from scenecc.lower.field_types import LIGHT_COLOR, FieldType, number, report_exclusive_keys, report_unused_key
 from scenecc.lower.mounts import MountLookup, mounted_pose, read_direction, read_pose
-from scenecc.plan import (
+from scenecc.lower.poses import lower_angle
+from scenecc.plan import Value, literal
+from scenecc.plan.rendering import (
     AreaLight,
     Camera,
     CubeMap,
@@ -25,8 +25,6 @@ from scenecc.plan import (
     SkyMap,
     SpotLight,
     TexturedLight,
-    Value,
-    literal,
 )
 from scenecc.spec.references import qualified_name
 from scenecc.variation.forms import alternative_values

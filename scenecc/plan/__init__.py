@@ -32,7 +32,6 @@ from scenecc.plan.value import Value, constant, literal, per_scene, recalled, va
 
 if TYPE_CHECKING:
     from scenecc.plan.articulation import ArticulationStructure, DriveMode, Joint, JointType, Link, Mimic
-    from scenecc.plan.camera import Camera, Intrinsic, Orthographic, Perspective
     from scenecc.plan.constraint import (
         AxisDrive,
         AxisLimit,
@@ -45,12 +44,16 @@ if TYPE_CHECKING:
         LimitAxis,
         Weld,
     )
-    from scenecc.plan.light import (
+    from scenecc.plan.rendering import (
         AreaLight,
+        Camera,
         CubeMap,
         DirectionalLight,
         Environment,
+        Intrinsic,
         Light,
+        Orthographic,
+        Perspective,
         PointLight,
         Shadow,
         SkyMap,
@@ -133,10 +136,10 @@ _LATER = {
     name: module
     for module, names in {
         "articulation": "ArticulationStructure DriveMode Joint JointType Link Mimic",
-        "camera": "Camera Intrinsic Orthographic Perspective",
         "constraint": "AxisDrive AxisLimit Connection Constraint Distance Drive DriveAxis Gear LimitAxis Weld",
-        "light": (
-            "AreaLight CubeMap DirectionalLight Environment Light PointLight Shadow SkyMap SpotLight TexturedLight"
+        "rendering": (
+            "AreaLight Camera CubeMap DirectionalLight Environment Intrinsic Light Orthographic Perspective PointLight "
+            "Shadow SkyMap SpotLight TexturedLight"
         ),
     }.items()
     for name in names.split()

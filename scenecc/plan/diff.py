@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from scenecc.plan.articulation import Link, Mimic
-from scenecc.plan.camera import Camera
 from scenecc.plan.constraint import AxisDrive, AxisLimit, Constraint
 from scenecc.plan.display import (
     field_path,
@@ -24,7 +23,7 @@ from scenecc.plan.display import (
     name_suffix,
     truncate,
 )
-from scenecc.plan.light import Environment, Light
+from scenecc.plan.rendering import Camera, Environment, Light
 from scenecc.plan.scene import Entity, ScenePlan, structure_type
 from scenecc.plan.schema import FieldKind, ListKind, ObjectKind, Quantity, ScalarKind, UnionKind, plan_fields, type_name
 from scenecc.plan.value import Value

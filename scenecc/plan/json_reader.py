@@ -13,9 +13,10 @@ from scenecc.diagnostics import Location, Origin, Sink
 from scenecc.diagnostics import Path as Keys
 from scenecc.plan.articulation import ArticulationStructure, Joint, Link, Mimic
 from scenecc.plan.body import BodyStructure, CollisionShape, VisualShape
-from scenecc.plan.camera import Camera
 from scenecc.plan.constraint import Constraint, Drive
-from scenecc.plan.json_rules import (
+from scenecc.plan.json_values import (
+    JsonProblem,
+    RepeatedKeyError,
     check_articulation,
     check_axes,
     check_joint,
@@ -26,21 +27,17 @@ from scenecc.plan.json_rules import (
     check_pick,
     check_structures,
     count_objects,
-    read_selection,
-)
-from scenecc.plan.json_values import (
-    JsonProblem,
-    RepeatedKeyError,
     describe_json,
     is_list,
     is_object,
     read_number,
     read_rows,
+    read_selection,
     reject_repeated_keys,
 )
 from scenecc.plan.json_writer import PLAN_VERSION
-from scenecc.plan.light import Environment, Light
 from scenecc.plan.material import AssetFile
+from scenecc.plan.rendering import Camera, Environment, Light
 from scenecc.plan.scene import Entity, Physics, ScenePlan
 from scenecc.plan.schema import (
     ChoiceKind,

@@ -1,22 +1,41 @@
-"""Reads numbers from a plan's JSON and checks their types, shapes and ranges."""
+"""Reads values of a plan's JSON and checks them, alone and over several fields.
+
+Alone: types, shapes and ranges. Over several: link trees, names, mounts, scene selections and material rows.
+"""
 
 from __future__ import annotations
 
 import json
+import re
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain
+from itertools import chain, pairwise
 from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
+from scenecc.plan.articulation import (
+    MAX_LINKS,
+    MOVING_JOINT_FIELDS,
+    NON_LINK_FIELDS,
+    ArticulationStructure,
+    Joint,
+    Link,
+    Mimic,
+)
 from scenecc.plan.properties import FLOAT32_MAX
 from scenecc.plan.value import Value
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
     from numpy.typing import NDArray
 
+    from scenecc.plan.body import Mount
+    from scenecc.plan.material import PhysicalMaterial, VisualMaterial
     from scenecc.plan.properties import Bounds
+    from scenecc.plan.scene import Entity, ScenePlan
     from scenecc.plan.schema import Quantity, ScalarKind
 
 
@@ -171,3 +190,257 @@ def reject_repeated_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         seen: set[str] = set()
         raise RepeatedKeyError(next(repr(key[:80]) for key, _ in pairs if key in seen or seen.add(key)))
     return found
+
+
+"""Fields of a body that the articulation has in its links' place, or nothing has."""
+"""Fields of the degree of freedom that a fixed joint has not."""
+
+
+def check_joint(read: dict[str, Any]) -> Iterator[JsonProblem]:
+    """What is wrong with the fields of a joint."""
+    if read["type"] == "fixed":
+        for name in MOVING_JOINT_FIELDS:
+            if read.get(name) is not None:
+                yield JsonProblem("SC703", f"a fixed joint has no `{name}`", (name,))
+
+
+def check_link(read: dict[str, Any]) -> Iterator[JsonProblem]:
+    """What is wrong with the fields of a link."""
+    body = read["body"]
+    if body.body_type != "link":
+        yield JsonProblem(
+            "SC705", f'the body of a link is of type "link", not "{body.body_type}"', ("body", "body_type")
+        )
+    for name in NON_LINK_FIELDS:
+        if getattr(body, name) is not None:
+            yield JsonProblem("SC703", f"a link has no `{name}`", ("body", name))
+
+
+def check_articulation(read: dict[str, Any]) -> Iterator[JsonProblem]:
+    """What is wrong with the fields of an articulation: its links in a tree, the names of its joints."""
+    links: tuple[Link, ...] = read["links"]
+    if not links:
+        yield JsonProblem("SC706", "an articulation has one link at least", ("links",))
+    if len(links) > MAX_LINKS:
+        message = f"an articulation has {MAX_LINKS} links at most, as PhysX counts them on the CPU, not {len(links)}"
+        yield JsonProblem("SC706", message, ("links",))
+    for index, link in enumerate(links):
+        yield from _check_tree(index, link)
+    joints = [(index, link.joint) for index, link in enumerate(links) if link.joint is not None]
+    yield from _check_unique("links", "name", ((index, link.name) for index, link in enumerate(links)))
+    yield from _check_unique("links", "joint.name", ((index, joint.name) for index, joint in joints if joint.name))
+    yield from _check_mimics(read.get("mimics", ()), [joint for _, joint in joints])
+
+
+def _check_tree(index: int, link: Link) -> Iterator[JsonProblem]:
+    place = ("links", index)
+    if index == 0:
+        for name in ("parent", "joint"):
+            if getattr(link, name) is not None:
+                yield JsonProblem("SC714", f"the first link is the root, which has no `{name}`", (*place, name))
+    elif link.parent is None or link.joint is None:
+        name = "parent" if link.parent is None else "joint"
+        yield JsonProblem("SC714", f"every link but the first has a `{name}`", place)
+    elif link.parent >= index:
+        message = f"a parent stands before its child, and link {link.parent} does not stand before link {index}"
+        yield JsonProblem("SC714", message, (*place, "parent"))
+
+
+def _check_mimics(mimics: tuple[Mimic, ...], joints: list[Joint]) -> Iterator[JsonProblem]:
+    moving = {joint.name for joint in joints if joint.type != "fixed" and joint.name}
+    for index, mimic in enumerate(mimics):
+        for name in ("joint", "source"):
+            wanted = getattr(mimic, name)
+            if wanted not in moving:
+                message = f"no joint that moves is called {describe_json(wanted)}"
+                yield JsonProblem("SC715", message, ("mimics", index, name))
+        if mimic.joint == mimic.source:
+            yield JsonProblem("SC715", "a joint cannot follow itself", ("mimics", index, "source"))
+    yield from _check_unique("mimics", "joint", ((index, mimic.joint) for index, mimic in enumerate(mimics)))
+
+
+def check_structures(read: dict[str, Any]) -> Iterator[JsonProblem]:
+    """What is wrong with the structures of an entity: all are bodies or all are articulations, and none is a link."""
+    structures = read["structures"]
+    if not structures:
+        yield JsonProblem("SC706", "an entity has one structure at least", ("structures",))
+    if len({isinstance(structure, ArticulationStructure) for structure in structures}) > 1:
+        yield JsonProblem("SC705", "the structures of an entity are all bodies or all articulations", ("structures",))
+    for index, structure in enumerate(structures):
+        if not isinstance(structure, ArticulationStructure) and structure.body_type == "link":
+            yield JsonProblem("SC705", "a link is part of an articulation", ("structures", index, "body_type"))
+
+
+def check_axes(read: dict[str, Any]) -> Iterator[JsonProblem]:
+    """What is wrong with the axes of a drive between two bodies: each has its limits and its drive once."""
+    for name in ("limits", "drives"):
+        yield from _check_unique(name, "axis", ((index, item.axis) for index, item in enumerate(read.get(name, ()))))
+
+
+def _check_unique(above: str, key: str, names: Iterable[tuple[int, str]]) -> Iterator[JsonProblem]:
+    seen: dict[str, int] = {}
+    for index, name in names:
+        if seen.setdefault(name, index) != index:
+            message = f"{describe_json(name)} stands twice: {above} {seen[name]} and {index}"
+            yield JsonProblem("SC710", message, (above, index, *key.split(".")))
+
+
+NAMESPACES = (("entities", "cameras"), ("constraints",), ("lights",))
+"""Sections whose objects have different names."""
+
+_MOUNT_KEYS = (("constraints", "child"), ("constraints", "parent"), ("lights", "mount"), ("cameras", "mount"))
+"""Sections whose objects hold on to something, and under which key."""
+
+
+def check_names(data: dict[str, Any]) -> Iterator[JsonProblem]:
+    """Names that stand twice, in plain data."""
+    for sections in NAMESPACES:
+        seen: dict[str, tuple[str, int]] = {}
+        for section in sections:
+            items: object = data.get(section)
+            for index, item in enumerate(items if is_list(items) else ()):
+                name: object = item.get("name") if is_object(item) else None
+                if not isinstance(name, str):
+                    continue
+                first = seen.setdefault(name, (section, index))
+                if first != (section, index):
+                    before = f"{first[0]} {first[1]} and {'' if section == first[0] else f'{section} '}{index}"
+                    yield JsonProblem(
+                        "SC710", f"the name {describe_json(name)} stands twice: {before}", (section, index, "name")
+                    )
+
+
+def check_mounts(plan: ScenePlan) -> Iterator[JsonProblem]:
+    """What constraints, lights and cameras hold on to and is not there."""
+    entities = {entity.name: entity for entity in plan.entities}
+    for section, key in _MOUNT_KEYS:
+        for index, holder in enumerate(getattr(plan, section)):
+            mount: Mount | None = getattr(holder, key)
+            if mount is not None:
+                for fault in _check_mount(mount, entities, holder.scene_idxs):
+                    yield JsonProblem(fault.code, fault.message, (section, index, key, *fault.keys))
+
+
+def _check_mount(mount: Mount, entities: dict[str, Entity], scene_idxs: tuple[int, ...]) -> Iterator[JsonProblem]:
+    entity = entities.get(mount.entity)
+    if entity is None:
+        yield JsonProblem("SC715", f"no entity is called {describe_json(mount.entity)}", ("entity",))
+        return
+    if scene_idxs != entity.scene_idxs and not set(scene_idxs) <= set(entity.scene_idxs):
+        missing = min(set(scene_idxs) - set(entity.scene_idxs))
+        yield JsonProblem("SC709", f"{describe_json(mount.entity)} is not in scene {missing}", ("entity",))
+    for structure in entity.structures:
+        if not isinstance(structure, ArticulationStructure):
+            if mount.link is not None:
+                yield JsonProblem("SC715", f"{describe_json(mount.entity)} is a body and has no links", ("link",))
+                return
+        elif mount.link is None:
+            yield JsonProblem("SC704", f"{describe_json(mount.entity)} is an articulation: the key `link` is missing")
+            return
+        elif all(link.name != mount.link for link in structure.links):
+            yield JsonProblem(
+                "SC715", f"no link of {describe_json(mount.entity)} is called {describe_json(mount.link)}", ("link",)
+            )
+            return
+
+
+_SLICE_PATTERN = re.compile(r"(\d{1,9}):(\d{1,9})(?::(\d{1,9}))?")
+
+
+def read_selection(data: object, limit: int) -> Sequence[int] | JsonProblem:
+    """Ascending scene indices below `limit`."""
+    if isinstance(data, str):
+        return _read_slice(data, limit)
+    if not is_list(data) or not set(map(type, data)) <= {int}:
+        return JsonProblem("SC705", 'a list of scene indices or a slice such as "0:8" is wanted here')
+    if not data:
+        return JsonProblem("SC709", "the entity is in no scene")
+    if any(a >= b for a, b in pairwise(data)):
+        return JsonProblem("SC709", "scene indices ascend, without repetition")
+    if data[0] < 0 or data[-1] >= limit:
+        return JsonProblem(
+            "SC709", f"there is no scene {describe_json(data[0] if data[0] < 0 else data[-1])}: there are {limit}"
+        )
+    return data
+
+
+def _read_slice(text: str, limit: int) -> range | JsonProblem:
+    match = _SLICE_PATTERN.fullmatch(text)
+    if match is None:
+        return JsonProblem("SC705", f'{describe_json(text)} is no slice such as "0:8" or "0:8:2"')
+    start, stop, step = int(match[1]), int(match[2]), int(match[3] or 1)
+    if not step or not start < stop <= limit:
+        return JsonProblem("SC709", f"{describe_json(text)} selects no scenes out of {limit}")
+    return range(start, stop, step)
+
+
+def count_objects(entity: dict[str, Any], rows: int) -> int:
+    """The entity's shapes (one where it has none) summed over its scenes; what is malformed counts once.
+
+    A shape that collides and is seen is two here and one in a scene file, whose plan must not be above its limit.
+    """
+    structures, pick = entity.get("structures"), entity.get("pick", 0)
+    shapes = [_count_shapes(structure) for structure in (structures if is_list(structures) else [])]
+    picked: object = pick.get("per_scene") if is_object(pick) else None
+    if is_list(picked):
+        return sum(_picked_shape_count(shapes, item) for item in picked)
+    return rows * _picked_shape_count(shapes, pick)
+
+
+def _count_shapes(structure: object) -> int:
+    """Of a body, or of an articulation's links."""
+    links: object = structure.get("links") if is_object(structure) else None
+    bodies = [link.get("body") if is_object(link) else None for link in links] if is_list(links) else [structure]
+    return max(1, sum(max(1, _list_length(body, "collisions"), _list_length(body, "visuals")) for body in bodies))
+
+
+def _picked_shape_count(shapes: list[int], pick: object) -> int:
+    return shapes[pick] if type(pick) is int and 0 <= pick < len(shapes) else 1
+
+
+def _list_length(body: object, key: str) -> int:
+    shapes: object = body.get(key) if is_object(body) else None
+    return len(shapes) if is_list(shapes) else 0
+
+
+def check_pick(pick: Value, count: int) -> JsonProblem | None:
+    """Whether there are `count` structures to pick from; keys lead to the row."""
+    wrong = np.flatnonzero(pick.data >= count)
+    if not wrong.size:
+        return None
+    message = f"there is no structure {pick.data[wrong[0]]}: the entity has {count}"
+    return JsonProblem("SC708", message, (int(wrong[0]),))
+
+
+def check_materials(plan: ScenePlan) -> tuple[JsonProblem, tuple[str | int, ...]] | None:
+    """Whether materials that differ from scene to scene have a row for each scene of the entities that have them."""
+    counts = {
+        "physical_materials": [_row_counts(material) for material in plan.physical_materials],
+        "visual_materials": [_row_counts(material) for material in plan.visual_materials],
+    }
+    if not any(map(any, counts.values())):
+        return None
+    for (i, rows), table, index, path in _used_materials(plan):
+        wrong = counts[table][index] - {rows}
+        if wrong:
+            message = f"entry {index} of `{table}` has {max(wrong)} rows, and the entity is in {rows} scenes"
+            return JsonProblem("SC706", message), ("entities", i, "structures", *path, "material")
+    return None
+
+
+def _used_materials(plan: ScenePlan) -> Iterator[tuple[tuple[int, int], str, int, tuple[str | int, ...]]]:
+    """The entity's number and count of scenes, the table, the index and the path of the shape in the entity."""
+    for i, entity in enumerate(plan.entities):
+        owner = i, len(entity.scene_idxs)
+        for j, structure in enumerate(entity.structures):
+            linked = isinstance(structure, ArticulationStructure)
+            for number, body in enumerate(structure.bodies):
+                place = (j, "links", number, "body") if linked else (j,)
+                for side, table in (("collisions", "physical_materials"), ("visuals", "visual_materials")):
+                    for k, shape in enumerate(getattr(body, side)):
+                        for index in () if shape.material is None else np.unique(shape.material.data):
+                            yield owner, table, int(index), (*place, side, k)
+
+
+def _row_counts(material: PhysicalMaterial | VisualMaterial) -> set[int]:
+    return {len(value.data) for value in material.values()} - {1}

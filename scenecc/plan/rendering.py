@@ -1,22 +1,224 @@
-"""How a plan is rendered: the plan for one camera, default lights for an unlit plan, and the shadow defaults of
-SAPIEN.
-"""
+"""Lights and cameras of a plan, and how it is rendered: one camera, default lights, SAPIEN's shadow defaults."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from dataclasses import field, replace
+from typing import TYPE_CHECKING, Final, Literal
 
+from scenecc.diagnostics.frozen import frozen
 from scenecc.plan.body import BodyStructure
-from scenecc.plan.camera import Intrinsic
-from scenecc.plan.light import AreaLight, DirectionalLight, Light
 from scenecc.plan.value import literal, per_scene
 
 if TYPE_CHECKING:
+    from scenecc.diagnostics import Origin
     from scenecc.plan.articulation import ArticulationStructure
-    from scenecc.plan.camera import Camera
+    from scenecc.plan.body import Mount
+    from scenecc.plan.material import Texture
     from scenecc.plan.scene import Entity, ScenePlan
     from scenecc.plan.value import Value
+
+
+@frozen
+class Shadow:
+    """How a light's shadow is made.
+
+    Attributes:
+        on: (·,) flag, whether it throws one.
+        near, far: (·,) [m]. half_size: (·,) [m], of a directional light. map_size: (·,) integer [px].
+    """
+
+    on: Value
+    near: Value | None = None
+    far: Value | None = None
+    half_size: Value | None = None
+    map_size: Value | None = None
+
+
+@frozen
+class DirectionalLight:
+    """Parallel light along x of its pose."""
+
+
+@frozen
+class PointLight:
+    """Light in all directions from the origin of its pose."""
+
+
+@frozen
+class SpotLight:
+    """A cone of light along x of its pose.
+
+    Attributes:
+        inner_fov, outer_fov: (·,) [rad].
+    """
+
+    inner_fov: Value
+    outer_fov: Value
+
+
+@frozen
+class AreaLight:
+    """A parallelogram that shines along x of its pose; only ray tracing shows it.
+
+    Attributes:
+        half_width, half_height: (·,) [m].
+    """
+
+    half_width: Value
+    half_height: Value
+
+
+@frozen
+class TexturedLight:
+    """A spot light that throws a picture.
+
+    Attributes:
+        inner_fov, outer_fov: (·,) [rad].
+        texture: the picture.
+    """
+
+    inner_fov: Value
+    outer_fov: Value
+    texture: Texture
+
+
+@frozen
+class Light:
+    """One light in each of its scenes.
+
+    Attributes:
+        name: unique among the lights of the plan.
+        scene_idxs: as of an entity.
+        light: type and what only that has.
+        pose: (·, 7) in the world, or in the frame of what it is mounted on; it shines along x. Its recipe follows what
+            it stands relative to.
+        color: (·, 3) linear, any brightness.
+        mount: None: it stands in the world.
+        shadow: None: it throws none.
+    """
+
+    name: str
+    scene_idxs: tuple[int, ...]
+    light: DirectionalLight | PointLight | SpotLight | AreaLight | TexturedLight
+    pose: Value
+    color: Value
+    mount: Mount | None = None
+    shadow: Shadow | None = None
+    origin: Origin | None = field(default=None, compare=False)
+
+
+@frozen
+class CubeMap:
+    """Six pictures around the scene, (·,) indices into `ScenePlan.files`."""
+
+    px: Value
+    nx: Value
+    py: Value
+    ny: Value
+    pz: Value
+    nz: Value
+
+
+@frozen
+class SkyMap:
+    """One file around the scene.
+
+    Attributes:
+        file: (·,) index into `ScenePlan.files`.
+    """
+
+    file: Value
+
+
+@frozen
+class Environment:
+    """What surrounds every scene.
+
+    Attributes:
+        ambient_light: (·, 3), a row a scene of the batch.
+        map: what is seen far away, and lights the scene; likewise.
+    """
+
+    ambient_light: Value | None = None
+    map: SkyMap | CubeMap | None = None
+    origin: Origin | None = field(default=None, compare=False)
+
+
+ShaderName = Literal["default", "minimal", "trivial", "rt", "shadow_catcher"]
+"""SAPIEN's shader packs that make pictures of everything that a scene holds; the language has the same."""
+
+RAY_TRACING_SHADERS: Final = frozenset(("rt", "shadow_catcher"))
+"""Those that trace rays, which not every device can."""
+
+SHADERS_WITHOUT_NORMALS: Final = frozenset(("minimal", "trivial"))
+"""Those that have no picture of normals."""
+
+
+@frozen
+class Perspective:
+    """A camera with a field of view.
+
+    Attributes:
+        fovx, fovy: (·,) [rad]. One is given at least; the other follows from square pixels.
+    """
+
+    fovx: Value | None = None
+    fovy: Value | None = None
+
+
+@frozen
+class Intrinsic:
+    """A camera with a matrix, in pixels.
+
+    Attributes:
+        fx, fy, cx, cy, skew: (·,).
+    """
+
+    fx: Value
+    fy: Value
+    cx: Value
+    cy: Value
+    skew: Value
+
+
+@frozen
+class Orthographic:
+    """A camera without perspective.
+
+    Attributes:
+        top: (·,) half of the height that it sees [m]; the width follows from square pixels.
+    """
+
+    top: Value
+
+
+@frozen
+class Camera:
+    """One camera in each of its scenes. It looks along x, z is up.
+
+    Attributes:
+        name: unique among the cameras, entities and frames of the file.
+        scene_idxs: as of an entity.
+        pose: (·, 7) in the world, or in the frame of what it is mounted on. Its recipe follows what it stands relative
+            to.
+        width, height: [px], the same in every scene.
+        lens: how it projects.
+        near, far: (·,) [m].
+        mount: None: it stands in the world.
+        shader: SAPIEN's name of a shader pack; None: its default.
+    """
+
+    name: str
+    scene_idxs: tuple[int, ...]
+    pose: Value
+    width: int
+    height: int
+    lens: Perspective | Intrinsic | Orthographic
+    near: Value
+    far: Value
+    mount: Mount | None = None
+    shader: ShaderName | None = None
+    origin: Origin | None = field(default=None, compare=False)
 
 
 COLLISION_COLORS: Final = {

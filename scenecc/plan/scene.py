@@ -13,10 +13,9 @@ from scenecc.plan.body import BodyStructure
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin
     from scenecc.plan.articulation import ArticulationStructure
-    from scenecc.plan.camera import Camera
     from scenecc.plan.constraint import Constraint
-    from scenecc.plan.light import Environment, Light
     from scenecc.plan.material import AssetFile, Friction, PhysicalMaterial, VisualMaterial
+    from scenecc.plan.rendering import Camera, Environment, Light
     from scenecc.plan.value import Value
     from scenecc.variation.nodes import Node
 

@@ -1,6 +1,5 @@
 """Pictures and films of a scene, as `scenecc render` writes them: build, simulate, look."""
 
-from scenecc.render.pictures import LegendRow, Picture, Rendering
-from scenecc.render.render import RenderChoices, render_scene
+from scenecc.render.render import LegendRow, Picture, RenderChoices, Rendering, render_scene
 
 __all__ = ["LegendRow", "Picture", "RenderChoices", "Rendering", "render_scene"]

@@ -2,11 +2,11 @@
 
 What the loader takes as it is and what is left to others:
 
-- Its `scale` and `collision_is_visual` act here. `load_multiple_collisions_from_file`, the decomposition, materials,
-  densities and patch radii are of what is built from a description, and `fix_root_link` is the scene's to say.
-- `package_dir` is looked in first (SAPIEN's loader takes it and looks elsewhere only).
-- `effort`, `velocity` and `friction`, which the loader drops, are in the description; so is `mimic`, by URDF's meaning.
-- A link below a floating joint is a robot of its own; the loader knows this of single links only.
+- Its `scale` and `collision_is_visual` act here. `load_multiple_collisions_from_file`, the decomposition,
+materials, densities and patch radii are of what is built from a description, and `fix_root_link` is the scene's to
+say. - `package_dir` is looked in first (SAPIEN's loader takes it and looks elsewhere only). - `effort`, `velocity`
+and `friction`, which the loader drops, are in the description; so is `mimic`, by URDF's meaning. - A link below a
+floating joint is a robot of its own; the loader knows this of single links only.
 """
 
 from __future__ import annotations
@@ -14,8 +14,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.plan.geometry import LYING_SOLIDS, SOLIDS
 from scenecc.robots.description import (
     DescribedCollision,
     DescribedJoint,
@@ -25,7 +27,6 @@ from scenecc.robots.description import (
     RobotDescription,
 )
 from scenecc.robots.files import FileReport, ReadBudget, RobotFiles, read_robot_bytes
-from scenecc.robots.srdf import IgnoredPair, assign_ignore_bits, read_srdf
 from scenecc.robots.urdf_joints import (
     LinkTree,
     build_link_trees,
@@ -35,17 +36,240 @@ from scenecc.robots.urdf_joints import (
     scale_mimics,
 )
 from scenecc.robots.urdf_links import UrdfMaterials, read_geometry, read_inertial, read_origin
-from scenecc.robots.urdf_schema import check_urdf_schema
 from scenecc.robots.xml import XmlBounds, parse_xml, read_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from pathlib import Path
     from typing import Literal
 
     from scenecc.diagnostics import Location, Origin, Sink
     from scenecc.robots.description import Geometry, PoseNumbers
     from scenecc.robots.xml import SourceElement
     from scenecc.source.paths import AssetScope, Refusal, ResolvedFile
+
+
+@frozen
+class _ElementSchema:
+    """What an element may hold.
+
+    Attributes:
+        attributes: names.
+        left: names of attributes that other programs have there, and that mean nothing here.
+        single: children of which only the first is read.
+        many: children that may be repeated.
+        skipped: children that mean nothing to a simulation of bodies, whatever they hold.
+    """
+
+    attributes: tuple[str, ...] = ()
+    single: tuple[str, ...] = ()
+    many: tuple[str, ...] = ()
+    skipped: tuple[str, ...] = ()
+    left: tuple[str, ...] = ()
+
+
+_ELEMENT_SCHEMAS: dict[str, _ElementSchema] = {
+    "robot": _ElementSchema(
+        ("name", "version"),
+        many=("link", "joint", "material"),
+        skipped=("transmission", "gazebo", "sensor", "mujoco"),
+    ),
+    "link": _ElementSchema(("name", "type"), ("inertial",), ("visual", "collision")),
+    "inertial": _ElementSchema((), ("origin", "mass", "inertia")),
+    "visual": _ElementSchema(("name",), ("origin", "geometry", "material")),
+    "collision": _ElementSchema(("name",), ("origin", "geometry")),
+    "origin": _ElementSchema(("xyz", "rpy")),
+    "mass": _ElementSchema(("value",)),
+    "inertia": _ElementSchema(("ixx", "ixy", "ixz", "iyy", "iyz", "izz")),
+    "geometry": _ElementSchema(many=(*SOLIDS, "mesh")),
+    "box": _ElementSchema(("size",)),
+    "sphere": _ElementSchema(("radius",)),
+    **dict.fromkeys(LYING_SOLIDS, _ElementSchema(("radius", "length"))),
+    "mesh": _ElementSchema(("filename", "scale")),
+    "material": _ElementSchema(("name",), ("color", "texture")),
+    "color": _ElementSchema(("rgba",)),
+    "texture": _ElementSchema(("filename",)),
+    "joint": _ElementSchema(
+        ("name", "type"),
+        ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
+        skipped=("safety_controller", "calibration", "hardwareInterface"),
+    ),
+    "parent": _ElementSchema(("link",)),
+    "child": _ElementSchema(("link",)),
+    "axis": _ElementSchema(("xyz",)),
+    "limit": _ElementSchema(("lower", "upper", "effort", "velocity")),
+    "dynamics": _ElementSchema(("damping", "friction"), left=("D", "K", "mu_coulomb", "mu_viscous")),
+    "mimic": _ElementSchema(("joint", "multiplier", "offset")),
+}
+
+
+def check_urdf_schema(robot: SourceElement, findings: FileReport) -> None:
+    """Warns of every kind of element and attribute that a URDF does not have (SC454), and of sensors (SC470)."""
+    stack = [robot]
+    while stack:
+        element = stack.pop()
+        kind = _ELEMENT_SCHEMAS[element.tag]
+        for name in element.attributes:
+            if name not in kind.attributes + kind.left and ":" not in name and name != "xmlns":
+                _report_unknown(element, name, kind, findings)
+        seen: set[str] = set()
+        for child in element.children:
+            if child.tag in kind.single or child.tag in kind.many:
+                if child.tag in seen and child.tag in kind.single:
+                    what = f"a second <{child.tag}> in <{element.tag}> is not read"
+                    findings.report_once("SC454", f"second {element.tag}/{child.tag}", what, child.location)
+                    continue
+                seen.add(child.tag)
+                stack.append(child)
+            elif child.tag in kind.skipped:
+                _check_sensor(child, findings)
+            else:
+                known = kind.single + kind.many + kind.skipped
+                near = findings.guess("SC454", f"{element.tag}/{child.tag}", child.tag, known)
+                hint = _XACRO_HINT if child.tag.startswith("xacro:") else near and f"did you mean <{near}>?"
+                findings.report_once(
+                    "SC454",
+                    f"{element.tag}/{child.tag}",
+                    f"<{cut(child.tag)}> in <{element.tag}> is not known and not read",
+                    child.location,
+                    hint,
+                )
+
+
+_XACRO_HINT = "the file is a xacro: make it a URDF by `xacro robot.urdf.xacro > robot.urdf`"
+
+
+def _report_unknown(element: SourceElement, name: str, kind: _ElementSchema, findings: FileReport) -> None:
+    near = findings.guess("SC454", f"{element.tag}@{name}", name, kind.attributes)
+    findings.report_once(
+        "SC454",
+        f"{element.tag}@{name}",
+        f"`{cut(name)}` of <{element.tag}> is not known and not read",
+        element.at(name),
+        near and f"did you mean `{near}`?",
+    )
+
+
+def _check_sensor(element: SourceElement, findings: FileReport) -> None:
+    """Warns of a camera, of which SAPIEN's loader makes one, at the top or for Gazebo."""
+    sensors = [element] if element.tag == "sensor" else list(element.all("sensor"))
+    for sensor in sensors:
+        if sensor.find("camera") is not None:
+            findings.report_once(
+                "SC470",
+                "camera",
+                "cameras of a URDF are not built",
+                sensor.location,
+                "declare it under `cameras` of the scene, with `mount: ROBOT/LINK`",
+            )
+
+
+MAX_IGNORED_PAIRS = 31
+"""How many bits SAPIEN's loader gives away."""
+
+
+@frozen
+class IgnoredPair:
+    """Two links that do not collide, by name."""
+
+    first: str
+    second: str
+    location: Location
+
+
+def read_srdf(path: Path, file: str, links: Iterable[str], findings: FileReport) -> tuple[IgnoredPair, ...]:
+    """The pairs that SAPIEN's loader heeds: those whose reason is `Default`.
+
+    Of others nothing is told where they are neighbours (`Adjacent`) or cannot meet (`Never`), since these make no
+    difference; any other reason is SC474.
+
+    Args:
+        path: of the SRDF.
+        file: its name as shown to people.
+        links: names of the robot's links; a pair of another is SC471.
+        findings: where faults are reported.
+    """
+    data = read_robot_bytes(path, file, findings, XmlBounds().size)
+    root = None if data is None else parse_xml(data, file, findings)
+    if root is None:
+        return ()
+    if root.tag != "robot":
+        findings.report("SC453", f"an SRDF is a <robot>, and this is a <{cut(root.tag)}>", root.location)
+        return ()
+    known = dict.fromkeys(links)
+    pairs: list[IgnoredPair] = []
+    others: list[SourceElement] = []
+    for element in root.all("disable_collisions"):
+        reason = element.attributes.get("reason", "").lower()
+        if reason != "default":
+            if reason not in {"adjacent", "never"}:
+                others.append(element)
+        elif (pair := _read_pair(element, known, findings)) is not None:
+            pairs.append(pair)
+    if others:
+        findings.report(
+            "SC474",
+            f"pairs not to collide with another reason than `Default`: {len(others)}, and SAPIEN heeds none of them",
+            others[0].location,
+            hint='write reason="Default" where a pair is not to collide',
+        )
+    return tuple(pairs)
+
+
+def _read_pair(element: SourceElement, links: Mapping[str, None], findings: FileReport) -> IgnoredPair | None:
+    names = [read_text(element, attribute, findings) for attribute in ("link1", "link2")]
+    is_good = True
+    for attribute, name in zip(("link1", "link2"), names, strict=True):
+        if name is not None and name not in links:
+            is_good = False
+            findings.report(
+                "SC471",
+                f"the robot has no link `{cut(name)}`",
+                element.at(attribute),
+                hint=findings.near(name, links),
+            )
+    first, second = names
+    if first is None or second is None or not is_good:
+        return None
+    if first == second:
+        findings.report("SC471", f"the link `{cut(first)}` is paired with itself", element.at("link2"))
+        return None
+    return IgnoredPair(first, second, element.location)
+
+
+def assign_ignore_bits(
+    links: Sequence[str], parents: Sequence[int | None], pairs: Iterable[IgnoredPair], findings: FileReport
+) -> tuple[list[int], tuple[Location, ...]]:
+    """The bits of each link of one robot, and for each bit its pair.
+
+    Each pair takes the next bit, except parent and child, which never collide.
+
+    Args:
+        links: names, in build order.
+        parents: number of each one's parent.
+        pairs: of the whole file; one of another robot's links is not looked at.
+        findings: takes SC473, for more pairs than there are bits.
+    """
+    numbers = {name: index for index, name in enumerate(links)}
+    bits = [0] * len(links)
+    found: list[Location] = []
+    for pair in pairs:
+        first, second = numbers.get(pair.first), numbers.get(pair.second)
+        if first is None or second is None or parents[first] == second or parents[second] == first:
+            continue
+        if len(found) == MAX_IGNORED_PAIRS:
+            findings.report(
+                "SC473",
+                f"more than {MAX_IGNORED_PAIRS} pairs of links are not to collide, and there is a bit for so many",
+                pair.location,
+                hint="leave out pairs that never meet, or say `disable_self_collisions: true`",
+            )
+            break
+        bits[first] |= 1 << len(found)
+        bits[second] |= 1 << len(found)
+        found.append(pair.location)
+    return bits, tuple(found)
+
 
 MAX_LINKS = 255
 """How many links PhysX counts on the CPU: 257 of them have 0 degrees of freedom."""

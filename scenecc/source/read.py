@@ -17,7 +17,6 @@ import yaml
 from scenecc.diagnostics import Location
 from scenecc.diagnostics import Path as KeyPath
 from scenecc.diagnostics.collector import collector_paused
-from scenecc.source.anchors import AnchorTable, Container, MergeKeys, abort_at_depth
 from scenecc.source.document import Document, find_duplicate_keys
 from scenecc.source.events import (
     RESERVED_CHARACTER,
@@ -45,7 +44,15 @@ from scenecc.source.events import (
 from scenecc.source.fast_reader import read_fast
 from scenecc.source.limits import Limits
 from scenecc.source.plain_data import copy_mapping
-from scenecc.source.syntax_errors import ReadAborted, SourceReporter, report_syntax
+from scenecc.source.syntax_errors import (
+    AnchorTable,
+    Container,
+    MergeKeys,
+    ReadAborted,
+    SourceReporter,
+    abort_at_depth,
+    report_syntax,
+)
 from scenecc.source.text import TextLines, check_value_count, decode_text, read_bytes
 
 if TYPE_CHECKING:

@@ -9,7 +9,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from scenecc.cli.tables import built, index_ranges, plain, planned, stage_times
-from scenecc.inspect import SummaryRow, VaryingField
+from scenecc.inspect import VaryingField
+from scenecc.inspect.entities import SummaryRow
 
 
 @pytest.mark.parametrize(

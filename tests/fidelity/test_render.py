@@ -16,7 +16,7 @@ from plugins.segmentation import ids_of
 
 from scenecc import SceneError, load_scene, render_scene
 from scenecc.render.images import BAR
-from scenecc.render.pictures import Rendering
+from scenecc.render.render import Rendering
 
 pytestmark = [pytest.mark.render, pytest.mark.usefixtures("held_renderer")]
 

@@ -19,12 +19,10 @@ from scenecc.plan import (
     ArticulationStructure,
     AssetFile,
     BodyStructure,
-    Camera,
     Constraint,
     Drive,
     Entity,
     Joint,
-    Light,
     Link,
     Mimic,
     NamedFile,
@@ -35,6 +33,7 @@ from scenecc.plan import (
 from scenecc.plan.articulation import MOVING_JOINT_FIELDS, NON_LINK_FIELDS
 from scenecc.plan.body import Mount
 from scenecc.plan.properties import ANY, Bounds
+from scenecc.plan.rendering import Camera, Light
 from scenecc.plan.schema import (
     ChoiceKind,
     FieldKind,

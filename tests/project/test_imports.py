@@ -13,10 +13,10 @@ HEAVY = ("sapien", "trimesh", "numpy", "coacd", "mani_skill", "jsonschema")
 """None of these is needed to check a scene without meshes: an engine, a mesh library, arrays."""
 
 _SECTIONS = {
-    "plan": "articulation camera constraint light tendons json_reader",
+    "plan": "articulation constraint rendering json_reader",
     "robots": "urdf mjcf",
     "lower": "articulations constraints mounts rendering resets",
-    "checks": "articulations constraints render_objects",
+    "checks": "joints render_objects",
     "spec": "articulation constraint rendering",
     "expand": "expand",
     "backends": "sapien maniskill",
@@ -87,7 +87,7 @@ def test_what_a_scene_has_is_loaded(tmp_path: Path) -> None:
     file.write_text(SCENE + "cameras: {eye: {width: 4, height: 4, fovy: 1, pose: [0, 0, 1]}}\n")
     code = "import sys, scenecc\nfound = scenecc.validate(sys.argv[1])\nassert not found, found"
     found = loaded(code, str(file), among=NOT_HERE)
-    assert found >= {"scenecc.spec.rendering", "scenecc.plan.camera", "scenecc.lower.rendering"}
+    assert found >= {"scenecc.spec.rendering", "scenecc.plan.rendering", "scenecc.lower.rendering"}
     assert not found & {"scenecc.lower.constraints", "scenecc.lower.articulations"}
 
 

@@ -21,7 +21,8 @@ from scenecc.backends.maniskill.compat import (
 )
 from scenecc.backends.sapien.engine import EngineFailure
 from scenecc.backends.sapien.properties import select_rows
-from scenecc.plan import ArticulationStructure, BodyStructure, Entity, Intrinsic, Perspective, Plane, Value
+from scenecc.plan import ArticulationStructure, BodyStructure, Entity, Plane, Value
+from scenecc.plan.rendering import Intrinsic, Perspective
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -29,7 +30,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.preparation import PreparedActor, PreparedArticulation, PreparedEntity
-    from scenecc.plan import Camera, CollisionShape, Orthographic, ScenePlan
+    from scenecc.plan import CollisionShape, ScenePlan
+    from scenecc.plan.rendering import Camera, Orthographic
 
 
 _PLANE_HINT = "environments share one simulation on the GPU: put a box there, or the same plane in all of them"

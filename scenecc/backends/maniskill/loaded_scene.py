@@ -17,8 +17,7 @@ from scenecc.backends.sapien.preparation import EntityLookup, PreparedArticulati
 from scenecc.backends.sapien.properties import to_poses
 from scenecc.backends.sapien.reset import ResetSampler
 from scenecc.backends.sapien.selection import check_scene_idxs, check_seeds
-from scenecc.backends.sapien.state import ArticulationState
-from scenecc.backends.sapien.state_io import ArticulationStateWriter
+from scenecc.backends.sapien.state import ArticulationState, ArticulationStateWriter
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Mapping, Sequence

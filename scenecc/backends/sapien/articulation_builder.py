@@ -42,8 +42,7 @@ from scenecc.backends.sapien.properties import (
     to_scalars,
     zip_columns,
 )
-from scenecc.plan.articulation import MAX_LINKS
-from scenecc.plan.tendons import TENDON_STIFFNESS, tendon_coefficients, tendon_links, tendon_pull
+from scenecc.plan.articulation import MAX_LINKS, TENDON_STIFFNESS, tendon_coefficients, tendon_links, tendon_pull
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator

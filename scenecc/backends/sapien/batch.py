@@ -12,9 +12,9 @@ from scenecc.backends.sapien.entity_batch import ArticulationBatch, EntityBatch
 from scenecc.backends.sapien.objects import ArticulationObjects, BodyObjects, is_dynamic, iterate_entities
 from scenecc.backends.sapien.reset import ResetSampler
 from scenecc.backends.sapien.selection import check_scene_idxs, check_seeds
-from scenecc.backends.sapien.state import SceneState
-from scenecc.backends.sapien.state_io import (
+from scenecc.backends.sapien.state import (
     RemovedArticulation,
+    SceneState,
     make_state_writer,
     read_articulations,
     read_state,
@@ -37,8 +37,7 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.constraints import ConstraintBatch, ConstraintSet, TargetCalls
     from scenecc.backends.sapien.engine import sapien
     from scenecc.backends.sapien.rendering import EntityPoses, LightBatch, LightsAndCameras
-    from scenecc.backends.sapien.state import AnyState
-    from scenecc.backends.sapien.state_io import StateWriter
+    from scenecc.backends.sapien.state import AnyState, StateWriter
     from scenecc.diagnostics import Sink
     from scenecc.plan import ScenePlan
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 from scenecc.backends.sapien.assets import report_changed_files
-from scenecc.backends.sapien.audit.batch import audit_batch
+from scenecc.backends.sapien.audit.batch import audit_batch, audit_rendering
 from scenecc.backends.sapien.audit.reference import read_defaults
-from scenecc.backends.sapien.audit.rendering import audit_rendering
 from scenecc.backends.sapien.batch import SceneBatch
 from scenecc.backends.sapien.constraints import ConstraintSet
 from scenecc.backends.sapien.engine import (

@@ -15,9 +15,16 @@ from scenecc.backends.sapien.properties import to_poses
 from scenecc.backends.sapien.selection import check_scene_idxs
 from scenecc.geometry import rotation_arrays
 from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.plan import Camera, Intrinsic, Orthographic, Perspective, literal
-from scenecc.plan.camera import RAY_TRACING_SHADERS
-from scenecc.plan.rendering import FLAT_THICKNESS, FRAMING_DIRECTION
+from scenecc.plan import literal
+from scenecc.plan.rendering import (
+    FLAT_THICKNESS,
+    FRAMING_DIRECTION,
+    RAY_TRACING_SHADERS,
+    Camera,
+    Intrinsic,
+    Orthographic,
+    Perspective,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable, Sequence
@@ -25,7 +32,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.preparation import EntityLookup
-    from scenecc.plan import Light
+    from scenecc.plan.rendering import Light
 
 
 MILLIMETRES = 1000.0

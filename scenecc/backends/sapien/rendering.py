@@ -28,11 +28,18 @@ from scenecc.backends.sapien.cameras import (
 from scenecc.backends.sapien.engine import EngineFailure, physx, render
 from scenecc.backends.sapien.geometry import RENDER_SHAPES
 from scenecc.backends.sapien.reset import part_in_scenes, sample_value
-from scenecc.plan import AreaLight, CubeMap, DirectionalLight, PointLight, SkyMap, SpotLight, TexturedLight, literal
+from scenecc.plan import literal
 from scenecc.plan.rendering import (
     COLLISION_COLORS,
     DEFAULT_AMBIENT_LIGHT,
     DEFAULT_LIGHT_DIRECTIONS,
+    AreaLight,
+    CubeMap,
+    DirectionalLight,
+    PointLight,
+    SkyMap,
+    SpotLight,
+    TexturedLight,
     is_unlit,
     shadow_parameters,
 )
@@ -40,7 +47,8 @@ from scenecc.plan.schema import PIXEL_BOUNDS
 
 if TYPE_CHECKING:
     from scenecc.backends.sapien.preparation import EntityLookup
-    from scenecc.plan import Camera, Environment, Light, ScenePlan, Value
+    from scenecc.plan import ScenePlan, Value
+    from scenecc.plan.rendering import Camera, Environment, Light
     from scenecc.variation.evaluation import Batch
 
 

@@ -1,17 +1,46 @@
-"""Where the bodies of a batch are and how they move, as plain data. Imports no engine."""
+"""Reads states from engine objects, validates saved ones and restores them.
+
+To restore a body is to take it out of the simulation and add it again, in build order. Setting poses and velocities
+alone would keep the engine's memory of contacts, with the impulses that the solver starts from, pending forces, and
+targets of kinematic bodies. Links are taken out from the last to the root and added in build order; the engine then
+makes the articulation anew, and `qpos` can be set once all links are in. Three differences from a new scene remain:
+
+- The engine reuses contact numbers in the order in which they were freed, and solves in that order. Bodies that
+touch nothing, or the ground and one another in pairs, move as in a new scene to the bit; a heap may differ in the
+last bit, and then more. A new simulation (`restore_in_new_scene`) has no such history. - How long a body has been
+slow cannot be read, so a body that is awake gets the time that a new body has. - A pose is that of the entity,
+while the engine keeps that of the centre of mass: converting from one to the other and back may round the last bit,
+once.
+"""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
+from scenecc.backends.sapien.articulation_builder import set_joint_positions as place_joints
+from scenecc.backends.sapien.engine import physx, sapien
+from scenecc.backends.sapien.objects import (
+    UNIT_TOLERANCE,
+    ArticulationObjects,
+    BodyObjects,
+    is_dynamic,
+    is_kinematic,
+    pad_rows,
+    root_is_fixed,
+)
+from scenecc.backends.sapien.properties import to_poses
+
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from numpy.typing import NDArray
     from typing_extensions import Self
+
 
 DOF: Final = -1
 """In place of a width: as many numbers a row as the articulation has joints that move."""
@@ -153,3 +182,351 @@ def bodies_at_rest(scene_idxs: tuple[int, ...], pose: NDArray[Any], dynamic: NDA
 
 def _same_bits(a: NDArray[Any], b: NDArray[Any]) -> bool:
     return a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
+
+
+def read_articulations(held: ArticulationObjects, scene_idxs: Iterable[int]) -> ArticulationState:
+    """The state of an articulation in those of the scenes that have it.
+
+    Raises:
+        RuntimeError: the engine knows none of an articulation that is not in a scene.
+    """
+    rows = held.rows_in(scene_idxs)
+    objs, joints = [held.objs[row] for row in rows], [held.joints[row] for row in rows]
+    roots = [held.links[row][0] for row in rows]
+    dof = held.dof
+
+    def root(name: str, width: int) -> Any:
+        return np.array([getattr(obj, name) for obj in objs], np.float32).reshape(-1, width)
+
+    def numbers(name: str) -> Any:
+        return pad_rows([getattr(obj, name) for obj in objs], dof)
+
+    def targets(name: str) -> Any:
+        return pad_rows([np.array([getattr(joint, name)[0] for joint in row], np.float32) for row in joints], dof)
+
+    return ArticulationState(
+        tuple(held.scene_idxs[row] for row in rows),
+        np.array([obj.get_root_pose().__getstate__() for obj in objs], np.float32).reshape(-1, 7),
+        root("root_linear_velocity", 3),
+        root("root_angular_velocity", 3),
+        numbers("qpos"),
+        numbers("qvel"),
+        numbers("qf"),
+        targets("drive_target"),
+        targets("drive_velocity_target"),
+        np.array([link.sleeping for link in roots], np.bool_),
+    )
+
+
+class StateWriter(ABC):
+    """One entity with the state that it is to have in some scenes; everything is looked up before anything moves."""
+
+    def __init__(self, held: BodyObjects | ArticulationObjects, state: MotionState) -> None:
+        self._parts = held.parts
+        self._rows = held.row_of
+        self._row_of = {index: row for row, index in enumerate(state.scene_idxs)}
+        self._poses = to_poses(state.pose)
+
+    def take_out(self, scene: int) -> None:
+        """Takes the entity out of the simulation of a scene."""
+        row = self._own(scene)
+        if row is not None:
+            for entity, component in reversed(self._parts(row)):
+                entity.remove_component(component)
+
+    def put_in(self, scene: int) -> None:
+        """Puts the entity into the simulation again."""
+        row = self._own(scene)
+        if row is not None:
+            for entity, component in self._parts(row):
+                entity.add_component(component)
+
+    @abstractmethod
+    def move(self, scene: int) -> None:
+        """Sets what can be set while the entity is outside of the simulation."""
+
+    @abstractmethod
+    def settle(self, scene: int) -> None:
+        """Sets what can be set once it is in the simulation again."""
+
+    def _own(self, scene: int) -> int | None:
+        """Its row, if it is in this scene."""
+        return self._rows.get(scene)
+
+
+class ArticulationStateWriter(StateWriter):
+    """One entity's articulations."""
+
+    def __init__(self, held: ArticulationObjects, state: ArticulationState) -> None:
+        super().__init__(held, state)
+        self._held = held
+        self._state = state
+
+    def move(self, scene: int) -> None:
+        """Sets where the root is; outside of the simulation there are no joints."""
+        row = self._own(scene)
+        if row is not None:
+            self._held.entities[row][0].set_pose(self._poses[self._row_of[scene]])
+
+    def settle(self, scene: int) -> None:
+        """Sets where the joints are, how all moves, and what pulls; and lets it rest or wakes it."""
+        row = self._own(scene)
+        if row is None:
+            return
+        number, state = self._row_of[scene], self._state
+        obj, joints = self._held.objs[row], self._held.joints[row]
+        dof = len(joints)
+        obj.set_root_pose(self._poses[number])
+        if not root_is_fixed(self._held.links[row]):
+            obj.set_root_linear_velocity(state.linear_velocity[number])
+            obj.set_root_angular_velocity(state.angular_velocity[number])
+        place_joints(obj, state.qpos[number, :dof])
+        if dof:
+            obj.set_qvel(state.qvel[number, :dof])
+            # Also where it is 0, for nothing has taken it off an articulation that only moved to another scene.
+            obj.set_qf(state.qf[number, :dof])
+        numbers = zip(state.drive_target[number].tolist(), state.drive_velocity_target[number].tolist(), strict=True)
+        for joint, (target, velocity) in zip(joints, numbers, strict=False):
+            joint.set_drive_target(target)
+            joint.set_drive_velocity_target(velocity)
+        if state.asleep[number]:
+            self._held.links[row][0].put_to_sleep()
+        else:
+            self._held.links[row][0].wake_up()
+
+    def _own(self, scene: int) -> int | None:
+        """Its row, if it is in this scene now. One that was removed has its state when it is added again."""
+        row = super()._own(scene)
+        return row if row is not None and scene in self._row_of and self._held.in_scene(row) else None
+
+
+def read_bodies(bodies: BodyObjects, scene_idxs: Iterable[int]) -> EntityState:
+    """The state of an entity in those of the scenes that have it."""
+    rows = bodies.rows_in(scene_idxs)
+    objs, components = [bodies.objs[row] for row in rows], [bodies.components[row] for row in rows]
+    pose = np.array([obj.get_pose().__getstate__() for obj in objs], np.float32).reshape(-1, 7)
+    dynamic = np.array([is_dynamic(component) for component in components], np.bool_)
+    state = bodies_at_rest(tuple(bodies.scene_idxs[row] for row in rows), pose, dynamic)
+    for number in np.flatnonzero(dynamic).tolist():
+        component = components[number]
+        state.linear_velocity[number] = component.get_linear_velocity()
+        state.angular_velocity[number] = component.get_angular_velocity()
+        # Outside of a scene the engine calls everything asleep.
+        state.asleep[number] = objs[number].get_scene() is not None and component.is_sleeping
+    for number in np.flatnonzero(~dynamic).tolist():
+        if is_kinematic(components[number]):
+            state.kinematic_target[number] = _kinematic_target(components[number])
+    return state
+
+
+def _kinematic_target(component: Any) -> Sequence[float]:
+    try:
+        return component.get_kinematic_target().__getstate__()
+    except RuntimeError:  # there is none
+        return (np.nan,) * 7
+
+
+class BodyStateWriter(StateWriter):
+    """One entity's bodies."""
+
+    def __init__(self, bodies: BodyObjects, state: EntityState) -> None:
+        super().__init__(bodies, state)
+        self._bodies = bodies
+        self._linear = list(state.linear_velocity)
+        self._angular = list(state.angular_velocity)
+        components = [bodies.components[bodies.row_of[index]] for index in state.scene_idxs]
+        self._dynamic = list(map(is_dynamic, components))
+        self._asleep: list[bool] = (state.asleep & self._dynamic).tolist()
+        aims = np.isfinite(state.kinematic_target).all(axis=1)
+        self._targets = dict(zip(np.flatnonzero(aims).tolist(), to_poses(state.kinematic_target[aims]), strict=True))
+
+    def move(self, scene: int) -> None:
+        """Sets where the body is and how it moves, while it is outside of the simulation."""
+        own = self._bodies.row_of.get(scene)
+        if own is None:
+            return
+        row, component = self._row_of[scene], self._bodies.components[own]
+        self._bodies.objs[own].set_pose(self._poses[row])
+        if self._dynamic[row]:
+            component.set_linear_velocity(self._linear[row])
+            component.set_angular_velocity(self._angular[row])
+
+    def settle(self, scene: int) -> None:
+        """Lets the body in the simulation rest, wakes it, or tells it where to go."""
+        own = self._bodies.row_of.get(scene)
+        # Of a body outside of a scene the engine knows no rest, and crashes when it is asked.
+        if own is None or self._bodies.objs[own].get_scene() is None:
+            return
+        row, component = self._row_of[scene], self._bodies.components[own]
+        if self._asleep[row]:
+            component.put_to_sleep()
+        elif self._dynamic[row]:
+            component.wake_up()  # and the time that it may be slow before it rests starts again, as for a new body
+        elif row in self._targets:
+            component.set_kinematic_target(self._targets[row])
+
+
+def make_state_writer(held: BodyObjects | ArticulationObjects, state: AnyState) -> StateWriter:
+    """Of whichever kind it is; the state is of the same."""
+    if isinstance(held, ArticulationObjects):
+        assert isinstance(state, ArticulationState)
+        return ArticulationStateWriter(held, state)
+    assert isinstance(state, EntityState)
+    return BodyStateWriter(held, state)
+
+
+def restore_scene(placements: Sequence[StateWriter], scene: int) -> None:
+    """Puts the bodies of a scene where their states say. `placements` in build order."""
+    for placement in reversed(placements):
+        placement.take_out(scene)
+    for placement in placements:
+        placement.move(scene)
+        placement.put_in(scene)
+        placement.settle(scene)
+
+
+def restore_in_new_scene(placements: Sequence[StateWriter], scene: int, old: Any) -> Any:
+    """As `place`, in a new scene whose simulation has no past. It takes over all that the old one held."""
+    new: Any = sapien.Scene(_copy_systems(old))
+    new.set_timestep(old.get_timestep())
+    entities = old.entities
+    for entity in entities:
+        old.remove_entity(entity)
+    for placement in placements:
+        placement.move(scene)
+    for entity in entities:
+        new.add_entity(entity)
+    for placement in placements:
+        placement.settle(scene)
+    return new
+
+
+def _copy_systems(scene: Any) -> list[Any]:
+    """A new system for the simulation, with the settings of the scene's, and its own one for rendering."""
+    present = physx.get_scene_config()
+    physx.set_scene_config(scene.physx_system.config)
+    try:
+        systems = [physx.PhysxCpuSystem()]
+    finally:
+        physx.set_scene_config(present)
+    with suppress(RuntimeError):  # there is none
+        systems.append(scene.render_system)
+    return systems
+
+
+def read_state(
+    held: BodyObjects | ArticulationObjects, parked: RemovedArticulation | None, scene_idxs: Iterable[int]
+) -> AnyState:
+    """The state of what is in these scenes, or was when it was removed."""
+    if isinstance(held, BodyObjects):
+        return read_bodies(held, scene_idxs)
+    if parked is not None:
+        return parked.state.rows(held.rows_in(scene_idxs))
+    return read_articulations(held, scene_idxs)
+
+
+class RemovedArticulation:
+    """The state of a removed articulation, which it had when it was removed or was given since.
+
+    Attributes:
+        state: of all its scenes.
+    """
+
+    def __init__(self, state: ArticulationState) -> None:
+        self.state = state
+        self._changed: set[int] = set()
+
+    def change(self, state: AnyState) -> None:
+        """Another state, of an articulation, in some of its scenes, which it gets when it is added again."""
+        rows = np.searchsorted(self.state.scene_idxs, state.scene_idxs)
+        for name in self.state.WIDTHS:
+            numbers: Any = getattr(self.state, name)
+            numbers[rows] = getattr(state, name)
+        self._changed.update(state.scene_idxs)
+
+    def put_back(self, held: ArticulationObjects) -> None:
+        """To be called once its entities are in their scenes again, where the engine gives it what it had there."""
+        if self._changed:
+            placement = ArticulationStateWriter(held, self.state)
+            for index in self._changed:
+                placement.settle(index)
+
+
+def validate_state(
+    state: SceneState, bodies: Mapping[str, BodyObjects | ArticulationObjects], scene_idxs: Sequence[int]
+) -> dict[str, AnyState]:
+    """The part of a state that is in some scenes.
+
+    Raises:
+        ValueError: the state has not these scenes, entities or kinds of bodies, or holds what the engine cannot.
+    """
+    if missing := [index for index in scene_idxs if index not in state.scene_idxs]:
+        raise ValueError(f"the state has no scene {missing[0]}; it has {list(state.scene_idxs)}")
+    chosen = sorted(scene_idxs)
+    found: dict[str, AnyState] = {}
+    states = state.all
+    for name in {**bodies, **states}:
+        there, here = states.get(name), bodies.get(name)
+        row_of = {} if there is None else {index: row for row, index in enumerate(there.scene_idxs)}
+        saved = [index for index in chosen if index in row_of]
+        present = [] if here is None else [index for index in chosen if index in here.row_of]
+        if saved != present:
+            raise ValueError(
+                f"the state is of another plan: '{name}' is in the scenes {saved or 'none'} there, and in "
+                f"{present or 'none'} here"
+            )
+        if there is None or here is None or not saved:
+            continue
+        if isinstance(there, ArticulationState) and isinstance(here, ArticulationObjects):
+            _check_shapes(name, there, here.dof)
+            found[name] = part = there.rows([row_of[index] for index in saved])
+            _check_values(name, part, _present_joints(here, part.scene_idxs))
+        elif isinstance(there, EntityState) and isinstance(here, BodyObjects):
+            _check_shapes(name, there)
+            _check_values(name, there)
+            found[name] = part = there.rows([row_of[index] for index in saved])
+            _check_body_types(name, part, here)
+        else:
+            kinds = (
+                ("a body", "an articulation")
+                if isinstance(here, ArticulationObjects)
+                else ("an articulation", "a body")
+            )
+            message = f"the state is of another plan: '{name}' is {kinds[0]} there, and {kinds[1]} here"
+            raise ValueError(message)  # noqa: TRY004 - it is not the argument's type that is wrong
+    return found
+
+
+def _check_shapes(name: str, state: MotionState, dof: int = 0) -> None:
+    for attribute, wanted in state.shapes(len(state.scene_idxs), dof).items():
+        if (found := getattr(state, attribute).shape) != wanted:
+            raise ValueError(f"{attribute} of '{name}' must be {wanted}, not {found}")
+
+
+def _check_values(name: str, state: MotionState, present: NDArray[np.bool_] | None = None) -> None:
+    """`present`: of an articulation, which columns of joints are looked at, a row a scene."""
+    for attribute in MotionState.WIDTHS:
+        _check_finite(name, attribute, getattr(state, attribute))
+    for attribute in () if present is None else JOINT_FIELDS:
+        _check_finite(name, attribute, getattr(state, attribute)[present])
+    lengths = np.linalg.norm(state.pose[:, 3:].astype(np.float64), axis=1)
+    if (np.abs(lengths - 1) > UNIT_TOLERANCE).any():
+        raise ValueError(f"the quaternions of '{name}' must be of unit length")
+
+
+def _check_finite(name: str, field: str, numbers: NDArray[np.float32]) -> None:
+    if not np.isfinite(numbers).all():
+        raise ValueError(f"{field} of '{name}' must be finite")
+
+
+def _present_joints(held: ArticulationObjects, scene_idxs: Sequence[int]) -> NDArray[np.bool_]:
+    """(B, dof) which columns are joints of the articulation of a scene."""
+    dofs = np.array([len(held.joints[held.row_of[index]]) for index in scene_idxs])
+    return np.arange(held.dof) < dofs[:, None]
+
+
+def _check_body_types(name: str, state: EntityState, bodies: BodyObjects) -> None:
+    for index, dynamic in zip(state.scene_idxs, state.dynamic.tolist(), strict=True):
+        if dynamic != is_dynamic(bodies.components[bodies.row_of[index]]):
+            kinds = ("dynamic", "not dynamic") if dynamic else ("not dynamic", "dynamic")
+            raise ValueError(f"the state has '{name}' {kinds[0]} in scene {index}, where it is {kinds[1]} here")

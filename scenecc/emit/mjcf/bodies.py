@@ -6,8 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from scenecc.emit import xml
-from scenecc.emit.mjcf.geoms import pose_attributes, write_collisions, write_visuals
-from scenecc.emit.mjcf.model import InitialState, ModelBody
+from scenecc.emit.mjcf.model import InitialState, ModelBody, pose_attributes, write_collisions, write_visuals
 from scenecc.emit.unsupported import unsupported_fields
 from scenecc.emit.xml import MAX_LIMIT, UNLIMITED
 from scenecc.plan import ArticulationStructure, BodyStructure

@@ -7,7 +7,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 from scenecc.emit import xml
-from scenecc.emit.mjcf.geoms import pose_attributes
+from scenecc.emit.mjcf.model import pose_attributes
 from scenecc.emit.xml import UNLIMITED
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.plan import Connection, Distance, Drive, Gear, Weld

@@ -1,21 +1,35 @@
-"""The model that is being written: its sections, its names, the files beside it."""
+"""The MuJoCo model that is being written: sections, names, files, and geoms with their materials.
+
+Collision geoms are in group 3, visual geoms in group 0.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.emit.xml import UniqueNames, XmlElement
+from scenecc.emit import xml
+from scenecc.emit.unsupported import unsupported_fields
+from scenecc.emit.xml import Z_TO_X, UniqueNames, XmlElement, format_obj
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
+from scenecc.meshes.builder import bake_scale
+from scenecc.meshes.surface import encode_png
+from scenecc.plan import CollisionShape, VisualPlane
+from scenecc.plan.geometry import LYING_SOLIDS, Solid
+from scenecc.plan.schema import type_name
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from scenecc.emit.unsupported import UnsupportedFeatures
     from scenecc.emit.xml import AssetFolder
-    from scenecc.geometry.rotations import Pose7
+    from scenecc.meshes import Image
     from scenecc.meshes.builder import MeshBuilder
-    from scenecc.meshes.surface import SurfaceMaterial
-    from scenecc.plan import ScenePlan
+    from scenecc.meshes.surface import MeshShape, SurfaceMaterial
+    from scenecc.plan import BodyStructure, ScenePlan, VisualGeometry
     from scenecc.plan.body import Mount
-    from scenecc.plan.snapshot import MeasuredBody, MeasuredScene
+    from scenecc.plan.snapshot import MeasuredBody, MeasuredMesh, MeasuredScene, MeasuredShape
+
 
 SECTIONS = ("asset", "worldbody", "contact", "equality", "tendon", "actuator", "keyframe")
 
@@ -106,3 +120,182 @@ class MjcfModel:
             if each.tag == tag:
                 return each
         return self.root.add(tag)
+
+
+_UNSUPPORTED_IMAGES: Final = (
+    "normal_image",
+    "roughness_image",
+    "metallic_image",
+    "emission_image",
+    "transmission_image",
+)
+
+
+def write_material(model: MjcfModel, look: SurfaceMaterial, shape: MeshShape, name: str) -> str:
+    """The material of a look, its name; looks that are the same share one. `name`: of what has it first."""
+    if look not in model.looks:
+        _report_material(model, look, shape, name)
+        emission = _emission(model, look, shape, name)
+        image = look.base_color_image
+        model.looks[look] = model.name("material", f"{name}_material")
+        model.sections["asset"].add(
+            "material",
+            name=model.looks[look],
+            texture=None if image is None else _texture(model, image),
+            rgba=look.tint,
+            emission=emission or None,
+            specular=look.specular,
+            shininess=1 - look.roughness,
+            metallic=look.metallic,
+            roughness=look.roughness,
+        )
+    return model.looks[look]
+
+
+def _emission(model: MjcfModel, look: SurfaceMaterial, shape: MeshShape, name: str) -> float:
+    """What multiplies the colour of a material that shines: MuJoCo has one number."""
+    strongest, brightest = max(look.emission), max(look.tint[:3])
+    if strongest == 0:
+        return 0.0
+    if brightest == 0:
+        model.unsupported.leave_out(name, "`emission` of a black material", shape.origin)
+        return 0.0
+    strength = strongest / brightest
+    if any(abs(strength * own - shines) > 1e-6 for own, shines in zip(look.tint, look.emission, strict=False)):
+        model.unsupported.change(name, "`emission` has the colour of the material, as in MuJoCo", shape.origin)
+    return strength
+
+
+def _report_material(model: MjcfModel, look: SurfaceMaterial, shape: MeshShape, name: str) -> None:
+    for image in _UNSUPPORTED_IMAGES:
+        if getattr(look, image) is not None:
+            model.unsupported.leave_out(name, f"`{image.replace('_image', '_texture')}`", shape.origin)
+    if look.transmission:
+        model.unsupported.leave_out(name, "`transmission`", shape.origin)
+
+
+def _texture(model: MjcfModel, image: Image) -> str:
+    """The texture of an image, its name: a PNG, which is what MuJoCo reads."""
+    if image.digest not in model.textures:
+        data = image.data if image.suffix == ".png" else encode_png(image.pixels)
+        file = model.assets.add(image.name or "texture", ".png", data)
+        name = model.textures[image.digest] = model.name("texture", file.removesuffix(".png"))
+        model.sections["asset"].add("texture", name=name, type="2d", file=file)
+    return model.textures[image.digest]
+
+
+COLLISION_GROUP, VISUAL_GROUP = 3, 0
+
+_GRID_SPACING = 1.0
+"""Distance of the lines that a plane is drawn with [m]."""
+
+_UNSUPPORTED_SHAPE_FIELDS = unsupported_fields(CollisionShape, "pose", "material", "density")
+
+
+def write_collisions(model: MjcfModel, name: str, body: MeasuredBody, element: XmlElement) -> None:
+    """A geom for each colliding shape of the engine, without a mass of its own."""
+    for shape in body.shapes:
+        pose, attributes = _collision_geom(model, name, shape)
+        bits, mask, _, _ = map(_to_int32, shape.groups)
+        element.add(
+            "geom",
+            name=model.name("geom", f"{element.attributes['name']}/collision"),
+            **attributes,
+            **pose_attributes(pose),
+            contype=None if bits == 1 else bits,
+            conaffinity=None if mask == 1 else mask,
+            friction=(shape.dynamic_friction,),
+            group=COLLISION_GROUP,
+        )
+        _report_shape(model, name, shape)
+
+
+def _collision_geom(model: MjcfModel, name: str, shape: MeasuredShape) -> tuple[Pose7, dict[str, Any]]:
+    """The pose of a geom and what it is."""
+    upright = xml.compose_poses(shape.pose, Z_TO_X)
+    if shape.kind == "plane":
+        return upright, {"type": "plane", "size": (0, 0, _GRID_SPACING)}
+    if shape.mesh is None:
+        return upright if shape.kind in LYING_SOLIDS else shape.pose, {"type": shape.kind, "size": shape.sizes}
+    if shape.kind == "triangle_mesh":
+        words = "a triangle mesh collides as its convex hull, as all meshes in MuJoCo"
+        model.unsupported.change(name, words, shape.shape.origin)
+    return shape.pose, {"type": "mesh", "mesh": cooked_mesh_asset(model, name, shape.mesh)}
+
+
+def cooked_mesh_asset(model: MjcfModel, name: str, mesh: MeasuredMesh) -> str:
+    """The mesh asset of a cooked mesh."""
+    return _mesh_asset(model, f"{name}_collision", format_obj(mesh.vertices, mesh.triangles))
+
+
+def _report_shape(model: MjcfModel, name: str, shape: MeasuredShape) -> None:
+    plan, unsupported = shape.shape, model.unsupported
+    unsupported.fields(name, plan, _UNSUPPORTED_SHAPE_FIELDS, plan.origin, " of a shape")
+    if plan.material is None:
+        return
+    if shape.static_friction != shape.dynamic_friction:
+        words = "`static_friction` is that of movement: MuJoCo has one coefficient"
+        unsupported.change(name, words, plan.origin)
+    if shape.restitution:
+        unsupported.leave_out(name, "`restitution` of a shape", plan.origin)
+
+
+def write_visuals(
+    model: MjcfModel, name: str, row: int, body: BodyStructure, element: XmlElement, *, is_fixed: bool
+) -> None:
+    """Geoms for all that is seen of a body. `is_fixed`: whether nothing moves it. Raises MeshError."""
+    for shape, plan in zip(model.drawer.visuals(body, row), body.visuals, strict=False):
+        parts = bake_scale(shape)
+        native = None if parts[0].look.base_color_image else _primitive_geom(plan.geometry, row, is_fixed=is_fixed)
+        pose = shape.pose if native is None else xml.compose_poses(shape.pose, native[0])
+        for part in parts if native is None else parts[:1]:
+            if native is None:
+                data = format_obj(part.vertices, part.faces, part.uvs if part.look.base_color_image else None)
+                attributes: dict[str, Any] = {"type": "mesh", "mesh": _mesh_asset(model, shape.name or name, data)}
+            else:
+                attributes = native[1]
+            element.add(
+                "geom",
+                name=model.name("geom", shape.name) if shape.name else None,
+                **attributes,
+                **pose_attributes(pose),
+                contype=0,
+                conaffinity=0,
+                group=VISUAL_GROUP,
+                material=write_material(model, part.look, shape, name),
+            )
+
+
+def _primitive_geom(geometry: VisualGeometry, row: int, *, is_fixed: bool) -> tuple[Pose7, dict[str, Any]] | None:
+    """A geom's own type for what is seen, and how it is turned there; None: it is drawn of triangles."""
+    match geometry:
+        case Solid():
+            kind = type_name(type(geometry))
+            return Z_TO_X if kind in LYING_SOLIDS else IDENTITY_POSE, {"type": kind, "size": geometry.sizes(row)}
+        case VisualPlane(half_size=size) if is_fixed:  # MuJoCo has planes on what does not move alone
+            return Z_TO_X, {"type": "plane", "size": (*size.row(row), _GRID_SPACING)}
+        case _:
+            return None
+
+
+def _mesh_asset(model: MjcfModel, stem: str, data: bytes) -> str:
+    """The asset of a mesh's file; of files that hold the same, one. Its inertia is asked of nobody."""
+    file = model.assets.add(stem, ".obj", data)
+    name = file.removesuffix(".obj")
+    if name not in model.meshes:
+        model.meshes.add(name)
+        model.sections["asset"].add("mesh", name=name, file=file, inertia="shell")
+    return name
+
+
+def pose_attributes(pose: Pose7) -> dict[str, Sequence[float] | None]:
+    """A pose as attributes, those of the identity left out."""
+    return {
+        "pos": None if pose[:3] == IDENTITY_POSE[:3] else pose[:3],
+        "quat": None if pose[3:] == IDENTITY_POSE[3:] else pose[3:],
+    }
+
+
+def _to_int32(bits: int) -> int:
+    """32 bits as MuJoCo reads them."""
+    return bits - (1 << 32) if bits >= 1 << 31 else bits

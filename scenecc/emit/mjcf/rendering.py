@@ -6,9 +6,9 @@ from math import degrees, tan
 from typing import TYPE_CHECKING, Any, Final
 
 from scenecc.emit import xml
-from scenecc.emit.mjcf.geoms import pose_attributes
+from scenecc.emit.mjcf.model import pose_attributes
 from scenecc.emit.unsupported import unsupported_fields
-from scenecc.plan import (
+from scenecc.plan.rendering import (
     AreaLight,
     DirectionalLight,
     Intrinsic,
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from scenecc.emit.mjcf.model import MjcfModel
     from scenecc.emit.xml import XmlElement
     from scenecc.geometry.rotations import Pose7
-    from scenecc.plan import Camera, Light
+    from scenecc.plan.rendering import Camera, Light
 
 
 _CAMERA_TO_MUJOCO: Final[Pose7] = (0.0, 0.0, 0.0, 0.5, 0.5, -0.5, -0.5)

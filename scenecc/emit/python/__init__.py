@@ -11,17 +11,15 @@ from typing import TYPE_CHECKING
 from scenecc.diagnostics import Location
 from scenecc.emit.python.articulations import ROOT_PROPERTIES
 from scenecc.emit.python.bodies import BODY_PROPERTIES, RENDER_PROPERTIES
-from scenecc.emit.python.context import MountTargets, ScriptContext, ScriptMaterials
+from scenecc.emit.python.context import MountTargets, ScriptContext, ScriptMaterials, number_literal, present_fields
 from scenecc.emit.python.entities import RepeatedEntity, fold_repeats, write_entity, write_repeated_entity
 from scenecc.emit.python.files import ScriptFiles, plan_values, unused_files
 from scenecc.emit.python.rendering import write_sections
 from scenecc.emit.python.source import Group, Identifiers, SourceNode, SourceWriter, call, list_of
-from scenecc.emit.python.values import number_literal, present_fields
 from scenecc.plan import ArticulationStructure
-from scenecc.plan.articulation import MAX_LINKS, NON_LINK_FIELDS
+from scenecc.plan.articulation import MAX_LINKS, NON_LINK_FIELDS, tendon_links
 from scenecc.plan.material import rebase_file
 from scenecc.plan.scene import SCENE_CONFIG_FIELDS, process_wide_settings
-from scenecc.plan.tendons import tendon_links
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

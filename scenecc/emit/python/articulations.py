@@ -21,9 +21,8 @@ from scenecc.emit.python.bodies import (
     write_render_properties,
     write_shapes,
 )
-from scenecc.emit.python.context import MountTargets
-from scenecc.emit.python.source import SourceNode, call, list_of, string
-from scenecc.emit.python.values import (
+from scenecc.emit.python.context import (
+    MountTargets,
     NameLookup,
     StatementWriter,
     frame_expression,
@@ -35,18 +34,23 @@ from scenecc.emit.python.values import (
     write_property,
     write_shared_statements,
 )
+from scenecc.emit.python.source import SourceNode, call, list_of, string
 from scenecc.plan import constant
-from scenecc.plan.articulation import breadth_first_order
-from scenecc.plan.tendons import TENDON_STIFFNESS, tendon_coefficients, tendon_links, tendon_pull
+from scenecc.plan.articulation import (
+    TENDON_STIFFNESS,
+    breadth_first_order,
+    tendon_coefficients,
+    tendon_links,
+    tendon_pull,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from scenecc.emit.python.context import ScriptContext
+    from scenecc.emit.python.context import SceneValues, ScriptContext
     from scenecc.emit.python.source import SourceWriter
-    from scenecc.emit.python.values import SceneValues
     from scenecc.plan import ArticulationStructure, Entity, Joint, Link
 
 

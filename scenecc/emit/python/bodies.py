@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.emit.python.context import MountTargets
-from scenecc.emit.python.source import SourceNode, SourceWriter, call, string
-from scenecc.emit.python.values import (
+from scenecc.emit.python.context import (
     IDENTITY_ROW,
+    MountTargets,
     SceneValues,
     number_literal,
     numbers_literal,
@@ -19,6 +18,7 @@ from scenecc.emit.python.values import (
     present_fields,
     write_properties,
 )
+from scenecc.emit.python.source import SourceNode, SourceWriter, call, string
 from scenecc.plan import (
     BodyStructure,
     Box,

@@ -12,14 +12,14 @@ import numpy as np
 
 from scenecc.emit.python.articulations import ArticulationScript, write_articulation
 from scenecc.emit.python.bodies import BodyScript, write_body
-from scenecc.emit.python.source import SourceNode, SourceWriter, list_of, string
-from scenecc.emit.python.values import (
+from scenecc.emit.python.context import (
     SceneValues,
     append_in_scenes,
     scene_loop_header,
     scene_selection,
     structure_variants,
 )
+from scenecc.emit.python.source import SourceNode, SourceWriter, list_of, string
 from scenecc.plan import ArticulationStructure, CollisionShape, Entity, Value, VisualShape, literal
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
+from scenecc.emit.python.context import number_literal
 from scenecc.emit.python.source import WIDTH, SourceNode, SourceWriter, call, list_of, string
-from scenecc.emit.python.values import number_literal
 from scenecc.files import read_checked
 from scenecc.plan import ArticulationStructure, CoacdParams, Value
 from scenecc.plan.schema import ListKind, ObjectKind, Quantity, UnionKind, plan_fields

@@ -4,37 +4,39 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.emit.python.context import texture_call
+from scenecc.emit.python.context import (
+    frame_expression,
+    number_literal,
+    pose_call,
+    scene_block,
+    texture_call,
+    write_properties,
+)
 from scenecc.emit.python.source import SourceNode, call, string
-from scenecc.emit.python.values import frame_expression, number_literal, pose_call, scene_block, write_properties
-from scenecc.plan import (
+from scenecc.plan import Connection, Distance, Drive, Gear, Weld
+from scenecc.plan.constraint import WELD_SWING
+from scenecc.plan.rendering import (
     AreaLight,
-    Connection,
     CubeMap,
     DirectionalLight,
-    Distance,
-    Drive,
     Environment,
-    Gear,
     Intrinsic,
     Orthographic,
     Perspective,
     PointLight,
     SpotLight,
     TexturedLight,
-    Weld,
+    shadow_parameters,
 )
-from scenecc.plan.constraint import WELD_SWING
-from scenecc.plan.rendering import shadow_parameters
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from scenecc.emit.python.context import ScriptContext
+    from scenecc.emit.python.context import SceneValues, ScriptContext
     from scenecc.emit.python.source import SourceWriter
-    from scenecc.emit.python.values import SceneValues
-    from scenecc.plan import Camera, Constraint, Light, ScenePlan, Value
+    from scenecc.plan import Constraint, ScenePlan, Value
     from scenecc.plan.body import Mount
+    from scenecc.plan.rendering import Camera, Light
 
     ObjectWriter = Callable[[SourceWriter, Any, SceneValues, ScriptContext], None]
     """Writes what is run of an object in each of its scenes."""

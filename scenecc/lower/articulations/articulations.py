@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.lower.articulations.alternatives import read_alternatives
-from scenecc.lower.articulations.drafts import LinkTreeDrafter
+from scenecc.lower.articulations.drafts import LinkTreeDrafter, read_alternatives
 from scenecc.lower.articulations.initial_state import InitialStateLowerer, JointNumbers
 from scenecc.lower.articulations.links import DriveTargetCheck, LinkLowerer, lower_joint, with_overrides
 from scenecc.lower.articulations.robots import (
@@ -18,10 +17,9 @@ from scenecc.lower.articulations.robots import (
     RobotDrafter,
     nearest_override,
 )
-from scenecc.lower.collision_groups import warn_ignored_pairs_collide
-from scenecc.lower.field_types import FieldType, number, vector
-from scenecc.lower.key_reports import report_unused_key
+from scenecc.lower.field_types import FieldType, number, report_unused_key, vector
 from scenecc.lower.references import RobotRequest
+from scenecc.lower.shapes import warn_ignored_pairs_collide
 from scenecc.plan.articulation import ArticulationStructure, Link, Mimic
 from scenecc.plan.body import COLLISION_ID_BITS
 
@@ -29,13 +27,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.lower.articulations.alternatives import Alternative
-    from scenecc.lower.articulations.drafts import ArticulationDraft, DraftJoint
-    from scenecc.lower.collision_groups import GroupBits
+    from scenecc.lower.articulations.drafts import Alternative, ArticulationDraft, DraftJoint
     from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.materials import MaterialLowerer
     from scenecc.lower.references import PlanTables, RobotReader
-    from scenecc.lower.shapes import ShapeLowerer
+    from scenecc.lower.shapes import GroupBits, ShapeLowerer
     from scenecc.plan import AssetFile, BodyStructure, Value
     from scenecc.plan.body import BodyType
     from scenecc.robots.description import DescribedRobot, PoseNumbers, RobotDescription

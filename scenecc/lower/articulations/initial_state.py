@@ -7,12 +7,11 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut
-from scenecc.lower.angles import suspect_degrees, warn_large_angle
 from scenecc.lower.articulations.links import first_outside, widest
 from scenecc.lower.articulations.robots import names_hint
 from scenecc.lower.deferred_checks import MimicRelation, ResettableValue
-from scenecc.lower.field_types import FieldType, number
-from scenecc.lower.key_reports import report_unused_key
+from scenecc.lower.field_types import FieldType, number, report_unused_key
+from scenecc.lower.poses import suspect_degrees, warn_large_angle
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import literal, per_scene, varying
 from scenecc.spec.base import FLOAT32_MAX, NOTE_PREFIX

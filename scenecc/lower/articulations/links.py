@@ -7,15 +7,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut
-from scenecc.lower.angles import check_limits_keys, warn_limits_in_degrees
 from scenecc.lower.articulations.drafts import ContactDefaults
 from scenecc.lower.articulations.robots import nearest_override
-from scenecc.lower.collision_groups import DEFAULT_BITS, find_group
 from scenecc.lower.entities import BODY_FIELDS, lower_inertial
-from scenecc.lower.field_types import number
-from scenecc.lower.key_reports import report_exclusive_keys
+from scenecc.lower.field_types import number, report_exclusive_keys
 from scenecc.lower.materials import DENSITY, PLAIN_SURFACE
-from scenecc.lower.shapes import ShapeDefaults
+from scenecc.lower.poses import check_limits_keys, warn_limits_in_degrees
+from scenecc.lower.shapes import DEFAULT_BITS, ShapeDefaults, find_group
 from scenecc.plan import BodyStructure, Inertial, Value, literal, varying
 from scenecc.plan.articulation import NON_LINK_FIELDS, Joint
 from scenecc.plan.properties import properties_of
@@ -28,8 +26,8 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
     from scenecc.lower.articulations.drafts import DraftJoint, DraftLink, Layer
     from scenecc.lower.articulations.robots import OverrideValues
-    from scenecc.lower.collision_groups import GroupBits
     from scenecc.lower.fields import FieldLowerer
+    from scenecc.lower.shapes import GroupBits
 
 
 _LINK_KEYS = tuple(row.key for row in properties_of("body") if row.field not in NON_LINK_FIELDS)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 from scenecc import plan
 from scenecc.diagnostics.messages import cut, nearest
 from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.lower.angles import lower_limits
 from scenecc.lower.articulations.drafts import ArticulationDraft, ContactDefaults, DraftJoint, DraftLink, DraftMimic
 from scenecc.lower.materials import LoweredMaterial, MaterialChoice
+from scenecc.lower.poses import lower_limits
 from scenecc.lower.references import select_per_scene
 from scenecc.lower.shapes import SAPIEN_DENSITY, coacd_params
 from scenecc.plan import (

@@ -21,9 +21,9 @@ from plugins.structures import body_of
 from scenecc.diagnostics import Sink
 from scenecc.emit import EMITTERS, emit
 from scenecc.emit.python.bodies import BODY_PROPERTIES, COLLISIONS, RENDER_PROPERTIES, VISUALS
+from scenecc.emit.python.context import number_literal
 from scenecc.emit.python.files import COACD_DEFAULTS
 from scenecc.emit.python.source import WIDTH, Identifiers, SourceWriter, call, list_of, string
-from scenecc.emit.python.values import number_literal
 from scenecc.plan import (
     AssetFile,
     BodyStructure,

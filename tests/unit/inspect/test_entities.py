@@ -16,19 +16,14 @@ from plugins.sample_plans import SAMPLES
 import scenecc
 from scenecc.backends.sapien import instantiate
 from scenecc.diagnostics import Sink
-from scenecc.inspect import SummaryRow, summarize
+from scenecc.inspect.entities import SummaryRow, summarize
 from scenecc.plan import (
     AssetFile,
     AxisDrive,
     AxisLimit,
-    Camera,
     Constraint,
     Drive,
     Entity,
-    Environment,
-    Light,
-    Perspective,
-    PointLight,
     ScenePlan,
     Sphere,
     constant,
@@ -37,6 +32,7 @@ from scenecc.plan import (
     recalled,
 )
 from scenecc.plan.body import Mount
+from scenecc.plan.rendering import Camera, Environment, Light, Perspective, PointLight
 from scenecc.variation.nodes import Drawn, Key
 
 

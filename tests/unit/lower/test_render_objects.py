@@ -13,7 +13,9 @@ import numpy as np
 import pytest
 
 from scenecc import compile_scene, validate
-from scenecc.plan import (
+from scenecc.plan import ScenePlan, Value
+from scenecc.plan.body import Mount
+from scenecc.plan.rendering import (
     AreaLight,
     Camera,
     CubeMap,
@@ -23,14 +25,11 @@ from scenecc.plan import (
     Orthographic,
     Perspective,
     PointLight,
-    ScenePlan,
     SkyMap,
     SpotLight,
     TexturedLight,
-    Value,
+    shadow_parameters,
 )
-from scenecc.plan.body import Mount
-from scenecc.plan.rendering import shadow_parameters
 
 PICTURE = Path(__file__).parents[2] / "scenes" / "good" / "assets" / "checker.png"
 FACES = ("px", "nx", "py", "ny", "pz", "nz")

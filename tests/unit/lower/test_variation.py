@@ -13,7 +13,7 @@ from unit.lower.scenes import BALL, codes, compiled, entity, scene
 
 from scenecc import compile_scene, validate
 from scenecc.plan import Value
-from scenecc.variation import generator
+from scenecc.variation import evaluation
 from scenecc.variation.nodes import Key
 
 BOX: dict[str, Any] = {"type": "box", "half_size": [0.1, 0.2, 0.3]}
@@ -203,7 +203,7 @@ def test_validation_draws_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: Any, **__: Any) -> Any:
         raise AssertionError("something was drawn")
 
-    monkeypatch.setattr(generator, "words", refuse)
+    monkeypatch.setattr(evaluation, "words", refuse)
     document = scene(
         {
             "pose": {"p": {"uniform": [[0, 0, 0], [1, 1, 1]]}, "q": "uniform"},
@@ -268,13 +268,13 @@ def draw_all(item: Any) -> None:
 def keys(monkeypatch: pytest.MonkeyPatch) -> Any:
     """The keys that compiling a document draws with."""
     drawn: set[str] = set()
-    key_of = generator.philox_key
+    key_of = evaluation.philox_key
 
     def noted(seed: int, key: Key) -> tuple[int, int]:
         drawn.add(f"{key.section} {key.name} {key.path}".rstrip())
         return key_of(seed, key)
 
-    monkeypatch.setattr(generator, "philox_key", noted)
+    monkeypatch.setattr(evaluation, "philox_key", noted)
 
     def run(document: Any, **options: Any) -> set[str]:
         draw_all(compile_scene({"scenecc": 1, "num_scenes": 3, **document}, **options))

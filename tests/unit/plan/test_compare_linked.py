@@ -16,20 +16,14 @@ from scenecc.plan import (
     AxisDrive,
     AxisLimit,
     Box,
-    Camera,
     CollisionShape,
     Constraint,
     Drive,
     Entity,
-    Environment,
     Joint,
-    Light,
     Link,
-    Perspective,
-    PointLight,
     ScenePlan,
     Sphere,
-    SpotLight,
     VisualShape,
     Weld,
     constant,
@@ -39,6 +33,7 @@ from scenecc.plan import (
 )
 from scenecc.plan.body import Mount
 from scenecc.plan.diff import Difference, diff_plans
+from scenecc.plan.rendering import Camera, Environment, Light, Perspective, PointLight, SpotLight
 from scenecc.plan.scene import Physics
 from scenecc.variation.nodes import Drawn, Key
 

@@ -16,20 +16,15 @@ from scenecc.plan import (
     AxisLimit,
     BodyStructure,
     Box,
-    Camera,
     CollisionShape,
     Constraint,
     Distance,
     Drive,
     Entity,
-    Environment,
     Joint,
-    Light,
     Link,
     Mimic,
-    Perspective,
     PhysicalMaterial,
-    PointLight,
     ScenePlan,
     Sphere,
     constant,
@@ -39,6 +34,7 @@ from scenecc.plan import (
 from scenecc.plan.body import Mount
 from scenecc.plan.json_reader import PlanLimits, plan_from_json
 from scenecc.plan.json_writer import plan_to_json
+from scenecc.plan.rendering import Camera, Environment, Light, Perspective, PointLight
 from scenecc.plan.scene import Physics
 
 INF = float("inf")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from scenecc.plan import ArticulationStructure, BodyStructure, Joint, Link, Mimic, constant
-from scenecc.plan.tendons import TendonPull, tendon_coefficients, tendon_links, tendon_pull
+from scenecc.plan.articulation import TendonPull, tendon_coefficients, tendon_links, tendon_pull
 
 
 def tree(*links: tuple[str, int | None, str]) -> ArticulationStructure:

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from scenecc.diagnostics import Sink
-from scenecc.robots.srdf import MAX_IGNORED_PAIRS
-from scenecc.robots.urdf import read_urdf
+from scenecc.robots.urdf import MAX_IGNORED_PAIRS, read_urdf
 from scenecc.source.paths import AssetScope, ResolvedFile
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenecc.variation import generator
+from scenecc.variation import evaluation
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.evaluation import Batch
 from scenecc.variation.nodes import Chosen, Drawn, Key, Node, RandomRotated
@@ -86,12 +86,14 @@ def test_words_are_those_of_the_written_algorithm(
 ) -> None:
     example = written()
     key = example["key_of"](seed, "draws", name, "")
-    found = generator.words(seed, Key("draws", name, ""), np.array(scenes), first, 3, lane)
+    found = evaluation.words(seed, Key("draws", name, ""), np.array(scenes), first, 3, lane)
     assert found.tolist() == [[example["word"](key, scene, first + j, lane) for j in range(3)] for scene in scenes]
 
 
 def test_golden_words() -> None:
-    found = generator.words(0, Key("materials", "leg_0_1/öl", "physical.static_friction"), np.array([0, 1, 4095]), 3, 3)
+    found = evaluation.words(
+        0, Key("materials", "leg_0_1/öl", "physical.static_friction"), np.array([0, 1, 4095]), 3, 3
+    )
     assert [[f"{word:016x}" for word in row] for row in found.tolist()] == GOLDEN_WORDS
 
 
@@ -162,7 +164,7 @@ def test_every_part_of_the_key_and_the_seed_count() -> None:
 
 def test_words_of_scenes_components_and_lanes_are_all_different() -> None:
     scenes = np.arange(500)
-    words = [generator.words(3, KEY, scenes, 0, 9, lane).ravel() for lane in (0, 1)]
+    words = [evaluation.words(3, KEY, scenes, 0, 9, lane).ravel() for lane in (0, 1)]
     assert len(np.unique(np.concatenate(words))) == 2 * 500 * 9
 
 
@@ -194,7 +196,7 @@ def test_normal_numbers_and_rotations_are_spread_as_they_should_be() -> None:
 
 
 def test_bounds_are_kept_at_the_ends_of_the_words() -> None:
-    ends = generator.units(np.array([[0], [2**64 - 1]], dtype=np.uint64))
+    ends = evaluation.units(np.array([[0], [2**64 - 1]], dtype=np.uint64))
     assert ends.tolist() == [[0.0], [1 - 2.0**-53]]
     low, high = np.array([[0.1]] * 2), np.array([[0.3]] * 2)
 
@@ -209,8 +211,8 @@ def test_bounds_are_kept_at_the_ends_of_the_words() -> None:
     assert logarithmic.min() >= 0.1
     assert logarithmic.max() <= 0.3
     assert np.isfinite(at_ends("normal", low, high)).all()
-    assert generator.choice(ends[:, 0], 3, None).tolist() == [0, 2]
-    assert generator.choice(ends[:, 0], 4, (0, 1e-300, 1, 0)).tolist() == [1, 2]
+    assert evaluation.choice(ends[:, 0], 3, None).tolist() == [0, 2]
+    assert evaluation.choice(ends[:, 0], 4, (0, 1e-300, 1, 0)).tolist() == [1, 2]
 
 
 def test_each_scene_may_have_a_seed_of_its_own() -> None:
