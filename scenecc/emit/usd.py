@@ -19,6 +19,7 @@ from scenecc.meshes.builder import MeshBuilder, bake_scale
 from scenecc.meshes.surface import MeshError, report_mesh_error
 from scenecc.plan import ArticulationStructure, BodyStructure, CollisionShape, Connection, Distance, Drive, Weld
 from scenecc.plan.articulation import VELOCITY_FIELDS
+from scenecc.plan.properties import property_fields
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -369,7 +370,7 @@ class UsdBodyWriter:
         return made
 
 
-_UNSUPPORTED_JOINT_FIELDS: Final = ("friction", "armature", "max_velocity", "qvel")
+_UNSUPPORTED_JOINT_FIELDS: Final = (*property_fields("joint"), "qvel")
 
 _UNSUPPORTED_ARTICULATION_FIELDS: Final = unsupported_fields(ArticulationStructure, "file")
 

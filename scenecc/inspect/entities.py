@@ -16,6 +16,7 @@ from scenecc.inspect.varying import Fields, VaryingField, entity_fields, object_
 from scenecc.plan import ArticulationStructure, BodyStructure, Constraint, Plane, VisualPlane
 from scenecc.plan.display import link_shape_path, shape_path
 from scenecc.plan.geometry import SOLIDS, Primitive, Solid
+from scenecc.plan.properties import JOINT_PROPERTIES
 from scenecc.plan.rendering import Camera, Environment, Light
 from scenecc.plan.scene import structure_type
 from scenecc.plan.schema import type_name
@@ -104,8 +105,8 @@ def _extents(bounds: Sequence[NDArray[np.float64] | None]) -> Size | None:
 
 
 _TURNING: Final = {
-    **dict.fromkeys(("limits", "qpos", "drive_target", "offset"), "rad"),
-    **dict.fromkeys(("qvel", "max_velocity", "drive_velocity_target"), "rad/s"),
+    **{row.field: row.unit for row in JOINT_PROPERTIES if row.unit},
+    **dict.fromkeys(("limits", "offset"), "rad"),
 }
 
 _SLIDING: Final = {name: unit.replace("rad", "m") for name, unit in _TURNING.items()}

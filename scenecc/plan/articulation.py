@@ -6,6 +6,7 @@ from dataclasses import field
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.plan.properties import property_fields
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -109,7 +110,7 @@ MAX_LINKS = 255
 VELOCITY_FIELDS = ("linear_velocity", "angular_velocity")
 """Fields of a body and of an articulation, of which a reset sets what they say anew."""
 
-JOINT_STATE_FIELDS = ("qpos", "qvel", "drive_target", "drive_velocity_target")
+JOINT_STATE_FIELDS = property_fields("joint_state")
 """Fields of a joint, likewise."""
 
 
@@ -247,15 +248,7 @@ NON_LINK_FIELDS: Final = (
 
 MOVING_JOINT_FIELDS: Final = (
     "limits",
-    "friction",
-    "armature",
-    "max_velocity",
-    "stiffness",
-    "damping",
-    "force_limit",
+    *property_fields("joint", "drive"),
     "drive_mode",
-    "qpos",
-    "qvel",
-    "drive_target",
-    "drive_velocity_target",
+    *JOINT_STATE_FIELDS,
 )

@@ -1,4 +1,4 @@
-"""Properties of a body and of a collision shape beyond the geometry, one row a field, and the ranges of numbers.
+"""Properties of bodies, collision shapes and joints beyond the geometry, one row a field, and the ranges of numbers.
 
 The language's keys, the rules, the backends and the emitters read this table, so that a new field is a row here, a
 field of the dataclass and a key of the language.
@@ -10,7 +10,7 @@ from math import inf
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 if TYPE_CHECKING:
-    Part = Literal["mass", "body", "groups", "look", "shape"]
+    Part = Literal["mass", "body", "groups", "look", "shape", "joint", "drive", "joint_state"]
     Dtype = Literal["float64", "int64", "bool"]
 
 
@@ -70,15 +70,16 @@ class Property(NamedTuple):
     """One field that holds a `Value`.
 
     Attributes:
-        field: of `BodyStructure` or `CollisionShape`.
+        field: of `BodyStructure`, `CollisionShape` or `Joint`.
         part: what of SAPIEN has it: "body", a property of a rigid dynamic component, which does nothing unless PhysX
             moves it; "mass", likewise; "groups", every colliding shape of a body; "look", a render component; "shape",
-            a colliding shape.
+            a colliding shape; "joint", a joint that moves; "drive", its drive; "joint_state", where it starts and
+            what its drive pulls to.
         key: in a scene file.
         bounds, dtype, shape: of a row.
         untouched: what a fresh object of SAPIEN's has whatever its settings; None: it depends on them.
         reset: whether a reset may draw it anew.
-        unit: of its numbers; empty where they have none.
+        unit: of its numbers, of a joint that turns; empty where they have none.
     """
 
     field: str
@@ -127,12 +128,31 @@ PROPERTIES: tuple[Property, ...] = (
     _same_key("contact_offset", "shape", POSITIVE, "m"),
     _same_key("rest_offset", "shape", ANY, "m"),
 )
-"""In the order in which they are set: a body's once its shapes and its mass are there."""
+"""Of bodies and shapes, in the order in which they are set: a body's once its shapes and its mass are there."""
+
+
+def _joint_state(field: str, key: str, unit: str) -> Property:
+    return Property(field, "joint_state", key, ANY, reset=True, unit=unit)
+
+
+JOINT_PROPERTIES: tuple[Property, ...] = (
+    _same_key("friction", "joint", NON_NEGATIVE),
+    _same_key("armature", "joint", NON_NEGATIVE),
+    _same_key("max_velocity", "joint", POSITIVE, "rad/s"),
+    _same_key("stiffness", "drive", NON_NEGATIVE, untouched=0.0),
+    _same_key("damping", "drive", NON_NEGATIVE, untouched=0.0),
+    _same_key("force_limit", "drive", NON_NEGATIVE, untouched=FLOAT32_MAX),
+    _joint_state("qpos", "qpos", "rad"),
+    _joint_state("qvel", "qvel", "rad/s"),
+    _joint_state("drive_target", "target", "rad"),
+    _joint_state("drive_velocity_target", "velocity_target", "rad/s"),
+)
+"""Of joints, in the order in which they are set."""
 
 
 def properties_of(*parts: Part) -> tuple[Property, ...]:
-    """The rows of some parts, in the order of the table."""
-    return tuple(row for row in PROPERTIES if row.part in parts)
+    """The rows of some parts, in the order of the tables."""
+    return tuple(row for row in (*PROPERTIES, *JOINT_PROPERTIES) if row.part in parts)
 
 
 def property_fields(*parts: Part) -> tuple[str, ...]:

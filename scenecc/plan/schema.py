@@ -25,6 +25,7 @@ from scenecc.plan.properties import (
     COUNT,
     FLOAT32_MAX,
     FLOAT32_MIN,
+    JOINT_PROPERTIES,
     NON_NEGATIVE,
     POSITION_ITERATIONS,
     POSITIVE,
@@ -154,14 +155,15 @@ _UNIT = Quantity(bounds=UNIT_INTERVAL)
 
 _FILE = Quantity(np.int64, table="files")
 
-_RESET = Quantity(reset=True)
-
 _ANGLE = Quantity(bounds=Bounds(FLOAT32_MIN, pi))
 
 _DTYPES: dict[str, Dtype] = {"float64": np.float64, "int64": np.int64, "bool": np.bool_}
 
 QUANTITIES: dict[str, Quantity] = {
-    **{knob.field: Quantity(_DTYPES[knob.dtype], knob.shape, knob.bounds, reset=knob.reset) for knob in PROPERTIES},
+    **{
+        row.field: Quantity(_DTYPES[row.dtype], row.shape, row.bounds, reset=row.reset)
+        for row in (*PROPERTIES, *JOINT_PROPERTIES)
+    },
     "pose": _POSE,
     "Entity.pose": Quantity(shape=(7,), pose=True, reset=True),
     "Camera.pose": Quantity(shape=(7,), pose=True, reset=True),
@@ -171,16 +173,6 @@ QUANTITIES: dict[str, Quantity] = {
     "pose_in_child": _POSE,
     "limits": Quantity(shape=(2,), bounds=Bounds(), infinite=True),
     "Distance.limits": Quantity(shape=(2,), bounds=Bounds(0), infinite=True),
-    "friction": _NON_NEGATIVE,
-    "armature": _NON_NEGATIVE,
-    "max_velocity": _POSITIVE,
-    "stiffness": _NON_NEGATIVE,
-    "damping": _NON_NEGATIVE,
-    "force_limit": _NON_NEGATIVE,
-    "qpos": _RESET,
-    "qvel": _RESET,
-    "drive_target": _RESET,
-    "drive_velocity_target": _RESET,
     "multiplier": Quantity(bounds=Bounds(-FLOAT32_MAX, FLOAT32_MAX, nonzero=True)),
     "offset": _NUMBER,
     "ratio": Quantity(bounds=Bounds(-FLOAT32_MAX, FLOAT32_MAX, nonzero=True)),

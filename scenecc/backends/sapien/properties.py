@@ -15,7 +15,7 @@ import numpy as np
 
 from scenecc.backends.sapien.engine import physx, render, sapien
 from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.plan.properties import properties_of
+from scenecc.plan.properties import properties_of, property_fields
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -227,10 +227,7 @@ _JointClass = physx.PhysxArticulationJoint
 DEFAULT_JOINT_LIMITS = (-np.inf, np.inf)
 """What SAPIEN's builder gives a joint of which nothing is said; a fresh joint of the engine cannot move."""
 
-DEFAULT_FORCE_LIMIT = float(np.finfo(np.float32).max)
-"""SAPIEN's, of a drive of which nothing is said."""
-
-DRIVE_DEFAULTS = {"stiffness": 0.0, "damping": 0.0, "force_limit": DEFAULT_FORCE_LIMIT}
+DRIVE_DEFAULTS = {row.field: row.untouched for row in properties_of("drive")}
 """Fields of `Joint` that one setter takes, in its order and before the mode, and what stands where nothing is said."""
 
 
@@ -252,13 +249,10 @@ JOINT_LIMITS = EngineProperty(_JointClass.set_limits, "limits", to_limit_arrays,
 
 JOINT_PROPERTIES = PropertyTable(
     {
-        "friction": EngineProperty(_JointClass.set_friction, "friction", to_scalars),
-        "armature": EngineProperty(_JointClass.set_armature, "armature", _to_axis_arrays),
-        "max_velocity": EngineProperty(_JointClass.set_max_velocity, "max_velocity", to_scalars),
-        "drive_target": EngineProperty(_JointClass.set_drive_target, "drive_target", to_scalars),
-        "drive_velocity_target": EngineProperty(
-            _JointClass.set_drive_velocity_target, "drive_velocity_target", to_scalars
-        ),
+        field: EngineProperty(
+            getattr(_JointClass, f"set_{field}"), field, _to_axis_arrays if field == "armature" else to_scalars
+        )
+        for field in (*property_fields("joint"), "drive_target", "drive_velocity_target")
     }
 )
 """Fields of `Joint` that a user sets once SAPIEN's builder is done, in the order in which they are set."""

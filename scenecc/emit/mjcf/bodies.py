@@ -11,6 +11,7 @@ from scenecc.emit.unsupported import unsupported_fields
 from scenecc.emit.xml import MAX_LIMIT, UNLIMITED
 from scenecc.plan import ArticulationStructure, BodyStructure
 from scenecc.plan.articulation import VELOCITY_FIELDS
+from scenecc.plan.properties import property_fields
 
 if TYPE_CHECKING:
     from scenecc.emit.mjcf.model import MjcfModel
@@ -85,7 +86,7 @@ def _write_drive(model: MjcfModel, entity: str, name: str, joint: MeasuredJoint)
 
 def _report_joint(model: MjcfModel, entity: str, joint: MeasuredJoint) -> None:
     unsupported, plan = model.unsupported, joint.joint
-    unsupported.fields(entity, plan, ("max_velocity",), plan.origin, " of a joint")
+    unsupported.fields(entity, plan, _UNSUPPORTED_JOINT_FIELDS, plan.origin, " of a joint")
     if plan.friction is not None and joint.friction:
         words = "`friction` of a joint is written as `frictionloss`, a force; PhysX's grows with the joint's load"
         unsupported.change(entity, words, plan.origin)
@@ -105,6 +106,8 @@ def write_mimics(model: MjcfModel, measured: MeasuredEntity, structure: Articula
             polycoef=(apart, multiplier, 0, 0, 0),
         )
 
+
+_UNSUPPORTED_JOINT_FIELDS = tuple(name for name in property_fields("joint") if name not in {"friction", "armature"})
 
 _UNSUPPORTED_BODY_FIELDS = unsupported_fields(
     BodyStructure,

@@ -43,6 +43,7 @@ from scenecc.plan.articulation import (
     tendon_links,
     tendon_pull,
 )
+from scenecc.plan.properties import property_fields
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -86,7 +87,7 @@ _TARGETS = ("drive_target", "drive_velocity_target")
 MIN_LOOP_JOINTS = 3
 """How many joints make a loop that is worth reading."""
 
-JOINT_PROPERTIES = ("friction", "armature", "max_velocity")
+JOINT_PROPERTIES = property_fields("joint")
 """Properties of a joint by the plan's names."""
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import product, zip_longest
 from typing import TYPE_CHECKING, Any
 
@@ -84,6 +84,7 @@ class DraftJoint:
     """The joint between a link and its parent, as the plan has it, but for what patterns and the start say.
 
     Attributes:
+        properties: values by field of `Joint`; what the file leaves out is missing.
         effort: the most that a drive exerts where that says nothing; None: likewise unknown.
         limits_origin: where its limits are written, where that is a place of their own.
     """
@@ -95,10 +96,7 @@ class DraftJoint:
     pose_in_child: Value | None = None
     limits: Value | None = None
     limits_origin: Origin | None = None
-    friction: Value | None = None
-    damping: Value | None = None
-    armature: Value | None = None
-    max_velocity: Value | None = None
+    properties: dict[str, Any] = field(default_factory=dict[str, Any])
     effort: Value | None = None
     mimic: DraftMimic | None = None
 
@@ -237,7 +235,11 @@ class LinkTreeDrafter:
                     report_unused_key(key, "on a fixed joint", origin, self._sink)
             return DraftJoint("fixed", name, origin, in_parent, in_child)
         type_: JointType = "revolute" if joint.type == "continuous" else joint.type
-        numbers = {key: leaves.given(getattr(joint, key), number(key), origin, key) for key in _JOINT_NUMBERS}
+        properties = {
+            key: value
+            for key in _JOINT_NUMBERS
+            if (value := leaves.given(getattr(joint, key), number(key), origin, key)) is not None
+        }
         mimic = None
         if joint.mimic is not None:
             place = origin.child("mimic")
@@ -250,7 +252,7 @@ class LinkTreeDrafter:
         limits = lower_limits(joint, origin, leaves) or literal(_NO_LIMITS)
         warn_limits_in_degrees(joint, joint.type, origin, self._sink)
         place = origin.child("limits" if joint.limits_deg is None else "limits_deg")
-        return DraftJoint(type_, name, origin, in_parent, in_child, limits, place, **numbers, mimic=mimic)
+        return DraftJoint(type_, name, origin, in_parent, in_child, limits, place, properties, mimic=mimic)
 
     def _one_way(self, joint: TreeJoint, origin: Origin) -> None:
         """A joint is placed in URDF's way or in SAPIEN's, and its limits are written once."""

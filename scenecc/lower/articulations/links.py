@@ -16,7 +16,7 @@ from scenecc.lower.poses import check_limits_keys, warn_limits_in_degrees
 from scenecc.lower.shapes import DEFAULT_BITS, ShapeDefaults, find_group
 from scenecc.plan import BodyStructure, Inertial, Value, literal, varying
 from scenecc.plan.articulation import NON_LINK_FIELDS, Joint
-from scenecc.plan.properties import properties_of
+from scenecc.plan.properties import JOINT_PROPERTIES, properties_of, property_fields
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -175,17 +175,17 @@ def _scaled_inertial(inertial: Inertial, mass: Value, values: OverrideValues) ->
     return Inertial(mass, inertial.com, varying(draw, bounds=support, rows=rows))
 
 
-_JOINT_KEYS = ("friction", "armature", "max_velocity")
-_JOINT_TYPES = {key: number(key) for key in (*_JOINT_KEYS, "stiffness", "damping", "force_limit")}
-_TARGET, _VELOCITY = number("drive_target"), number("drive_velocity_target")
+_JOINT_FIELDS = property_fields("joint")
+_JOINT_TYPES = {row.field: number(row.field) for row in JOINT_PROPERTIES}
 
 
 def with_overrides(joint: DraftJoint, layers: Sequence[Layer], values: OverrideValues) -> DraftJoint:
     """A joint with what `joints` says of it."""
     if not joint.moves or not layers:
         return joint
+    overrides = {field: values.value(layers, field, _JOINT_TYPES[field]) for field in _JOINT_FIELDS}
     changed: dict[str, Any] = {
-        key: found for key in _JOINT_KEYS if (found := values.value(layers, key, _JOINT_TYPES[key])) is not None
+        "properties": joint.properties | {field: value for field, value in overrides.items() if value is not None}
     }
     limits = nearest_override(layers, "limits", "limits_deg")
     if limits is not None:
@@ -194,7 +194,7 @@ def with_overrides(joint: DraftJoint, layers: Sequence[Layer], values: OverrideV
         warn_limits_in_degrees(keys, joint.type, origin, values.leaves.sink)
         changed["limits"] = values.limits(limits)
         changed["limits_origin"] = origin.child("limits" if keys.limits_deg is None else "limits_deg")
-    return replace(joint, **changed) if changed else joint
+    return replace(joint, **changed)
 
 
 def lower_joint(
@@ -222,20 +222,17 @@ def lower_joint(
         pose_in_parent=joint.pose_in_parent,
         pose_in_child=joint.pose_in_child,
         limits=joint.limits,
-        friction=joint.friction,
-        armature=joint.armature,
-        max_velocity=joint.max_velocity,
-        damping=joint.damping,
         qpos=qpos,
         qvel=qvel,
         origin=joint.origin,
         limits_origin=joint.limits_origin,
+        **joint.properties,
     )
     if not drives:
         return made
     aimed, target = nearest_override(drives, "target"), None
     if aimed is not None:
-        target = values.of(aimed, "target", _TARGET, reset=True)
+        target = values.of(aimed, "target", _JOINT_TYPES["drive_target"], reset=True)
         targets.judge(joint, target, aimed[1].child("target"))
     mode = nearest_override(drives, "mode")
     force_limit = values.value(drives, "force_limit", _JOINT_TYPES["force_limit"])
@@ -246,7 +243,9 @@ def lower_joint(
         force_limit=joint.effort if force_limit is None else force_limit,
         drive_mode=None if mode is None else mode[0].mode,
         drive_target=qpos if target is None else target,
-        drive_velocity_target=values.value(drives, "velocity_target", _VELOCITY, reset=True),
+        drive_velocity_target=values.value(
+            drives, "velocity_target", _JOINT_TYPES["drive_velocity_target"], reset=True
+        ),
     )
 
 

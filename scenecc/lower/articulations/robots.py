@@ -225,21 +225,23 @@ def _joint(joint: DescribedJoint, origin: Origin) -> DraftJoint:
         pose_in_parent=_pose(joint.pose_in_parent),
         pose_in_child=_pose(joint.pose_in_child),
         limits=None if joint.limits is None else literal(joint.limits),
-        friction=_number(joint.friction),
-        damping=_number(joint.damping or None),
-        armature=_number(joint.armature),
-        max_velocity=_number(joint.velocity),
-        effort=_number(joint.effort),
+        properties={
+            name: literal(float(number))
+            for name, number in (
+                ("friction", joint.friction),
+                ("damping", joint.damping or None),
+                ("armature", joint.armature),
+                ("max_velocity", joint.velocity),
+            )
+            if number is not None
+        },
+        effort=None if joint.effort is None else literal(float(joint.effort)),
         mimic=None
         if mimic is None
         else DraftMimic(
             mimic.source, literal(mimic.multiplier), literal(mimic.offset), origin.into(mimic.location, "mimic")
         ),
     )
-
-
-def _number(given: float | None) -> Value | None:
-    return None if given is None else literal(float(given))
 
 
 def _pose(pose: robots.PoseNumbers) -> Value | None:

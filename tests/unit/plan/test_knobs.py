@@ -6,8 +6,8 @@ import dataclasses
 
 import pytest
 
-from scenecc.plan import BodyStructure, CollisionShape
-from scenecc.plan.properties import PROPERTIES, Property, property_fields
+from scenecc.plan import BodyStructure, CollisionShape, Joint
+from scenecc.plan.properties import JOINT_PROPERTIES, PROPERTIES, Property, property_fields
 from scenecc.plan.schema import Quantity, plan_fields
 
 
@@ -16,17 +16,21 @@ from scenecc.plan.schema import Quantity, plan_fields
     [
         (BodyStructure, ("mass", "body", "groups", "look"), set[str]()),
         (CollisionShape, ("shape",), {"pose", "material"}),
+        (Joint, ("joint", "drive", "joint_state"), {"pose_in_parent", "pose_in_child", "limits"}),
     ],
 )
-def test_each_value_of_a_body_and_a_shape_is_a_row(cls: type, parts: tuple[str, ...], others: set[str]) -> None:
+def test_each_value_of_a_body_a_shape_and_a_joint_is_a_row(cls: type, parts: tuple[str, ...], others: set[str]) -> None:
     values = {slot.name for slot in plan_fields(cls) if isinstance(slot.kind, Quantity)}
     assert values == set(property_fields(*parts)) | others  # pyright: ignore[reportArgumentType]
 
 
-@pytest.mark.parametrize("knob", PROPERTIES, ids=lambda knob: knob.field)
+@pytest.mark.parametrize("knob", [*PROPERTIES, *JOINT_PROPERTIES], ids=lambda knob: knob.field)
 def test_what_is_untouched_is_a_row_of_its_kind(knob: Property) -> None:
     kind = next(
-        slot.kind for cls in (BodyStructure, CollisionShape) for slot in plan_fields(cls) if slot.name == knob.field
+        slot.kind
+        for cls in (BodyStructure, CollisionShape, Joint)
+        for slot in plan_fields(cls)
+        if slot.name == knob.field
     )
     assert isinstance(kind, Quantity)
     assert (kind.shape, kind.bounds, kind.reset) == (knob.shape, knob.bounds, knob.reset)
