@@ -7,8 +7,6 @@ of the sticking one), so a rule that one is part of is judged by rows, once ther
 
 from __future__ import annotations
 
-import math
-import struct
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -110,11 +108,3 @@ def _extreme_row(value: Value, *, high: bool) -> Row:
 
 def _as_row(item: Any) -> Row:
     return item if item.__class__ is tuple else (item,)
-
-
-def round_to_float32(number: float) -> float:
-    """Rounded to single precision, in which the engine computes."""
-    try:
-        return struct.unpack("f", struct.pack("f", number))[0]
-    except OverflowError:
-        return math.copysign(math.inf, number)

@@ -12,8 +12,9 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from scenecc.geometry import rotation_arrays
-from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, normalized, rotate
+from scenecc.geometry.rotations import compose as compose_poses
+from scenecc.geometry.rotations import invert as invert_pose
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -126,33 +127,14 @@ Z_TO_X: Final[Pose7] = (0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.5)
 """Turns z to x, x to y and y to z: from a frame in which things lie along z to one in which they lie along x."""
 
 
-def compose_poses(outer: Pose7, inner: Pose7) -> Pose7:
-    """`inner`, given in the frame of `outer`, in the frame that `outer` is given in."""
-    return to_pose(rotation_arrays.compose(np.array([outer]), np.array([inner]))[0])
-
-
-def invert_pose(pose: Pose7) -> Pose7:
-    """The pose that undoes it."""
-    w, x, y, z = pose[3:]
-    back = (w, -x, -y, -z)
-    a, b, c = rotate_vector(back, (pose[0], pose[1], pose[2]))
-    return (-a, -b, -c, *back)
-
-
 def relative_pose(outer: Pose7, inner: Pose7) -> Pose7:
     """`inner` in the frame of `outer`, both in one frame."""
     return compose_poses(invert_pose(outer), inner)
 
 
-def rotate_vector(q: tuple[float, float, float, float], vector: Vec3) -> Vec3:
-    """A vector turned by a quaternion of unit length."""
-    x, y, z = map(float, rotation_arrays.rotate(rotation_arrays.normalized(np.array([q])), np.array([vector]))[0])
-    return x, y, z
-
-
 def transform_direction(pose: Pose7, vector: Vec3) -> Vec3:
     """A vector of a pose's frame in the frame that the pose is given in."""
-    return rotate_vector(pose[3:], vector)
+    return rotate(normalized(pose[3:]), vector)
 
 
 def pose_in_row(value: Value | None, row: int) -> Pose7:

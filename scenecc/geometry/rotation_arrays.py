@@ -125,8 +125,7 @@ def looking(forward: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     up = np.broadcast_to(np.array((0.0, 0.0, 1.0)), x.shape)
     y = cross(up, x)
     across = hypot(y)
-    # Below this the direction of y is rounding noise.
-    known &= across >= 1e-6
+    known &= across >= rotations.MIN_HORIZONTAL
     x, y = np.where(known[:, None], x, (1.0, 0.0, 0.0)), np.where(known[:, None], y, (0.0, 1.0, 0.0))
     y = y / np.where(known, across, 1.0)[:, None]
     return from_matrix(np.stack((x, y, cross(x, y)), axis=2)), known
@@ -157,6 +156,12 @@ def compose(outer: Floats, inner: Floats) -> Floats:
     composed = np.concatenate((p, np.where(_unturned(inner), outer[:, 3:], turned)), axis=1)
     still = (outer == _IDENTITY_POSE).all(axis=1)
     return np.where(still[:, None], inner, composed)
+
+
+def invert(poses: Floats) -> Floats:
+    """The poses that undo some."""
+    back = poses[:, 3:] * (1, -1, -1, -1)
+    return np.concatenate((-rotate(normalized(back), poses[:, :3]), back), axis=1)
 
 
 def turned(pose: Floats, rotation: Floats, step: Floats) -> Floats:

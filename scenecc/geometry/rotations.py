@@ -32,6 +32,16 @@ Pose7 = tuple[float, float, float, float, float, float, float]
 
 IDENTITY_POSE: Final[Pose7] = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
+EXACT_UNIT_TOLERANCE, UNIT_TOLERANCE = 1e-5, 1e-3
+"""How far from 1 a quaternion's length may be: to be passed on as it is, and to be used at all (docs/language.md,
+Poses)."""
+
+RIGID_TOLERANCE = 1e-3
+"""How far a matrix may be from a rigid motion (docs/language.md, Poses)."""
+
+MIN_HORIZONTAL = 1e-6
+"""Below this length of what is horizontal of a direction, where it points is rounding noise."""
+
 
 def multiply(a: Quat, b: Quat) -> Quat:
     """The Hamilton product: first b, then a."""
@@ -125,8 +135,7 @@ def looking(forward: Vec3) -> Quat | None:
     x = (forward[0] / length, forward[1] / length, forward[2] / length)
     y = cross((0.0, 0.0, 1.0), x)
     across = math.hypot(*y)
-    # Below this the direction of y is rounding noise.
-    if across < 1e-6:
+    if across < MIN_HORIZONTAL:
         return None
     y = (y[0] / across, y[1] / across, y[2] / across)
     z = cross(x, y)
@@ -136,6 +145,44 @@ def looking(forward: Vec3) -> Quat | None:
 def cross(a: Vec3, b: Vec3) -> Vec3:
     """The cross product."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def compose(outer: Pose7, inner: Pose7) -> Pose7:
+    """`inner`, given in the frame of `outer`, in the frame that `outer` is given in.
+
+    A pose that does not turn passes the other's rotation on untouched.
+    """
+    if outer == IDENTITY_POSE:
+        return inner
+    p, q = outer[:3], normalized(outer[3:])
+    moved = rotate(q, inner[:3])
+    if inner[3:] == IDENTITY:
+        turned = outer[3:]
+    elif outer[3:] == IDENTITY:
+        turned = inner[3:]
+    else:
+        turned = normalized(multiply(q, inner[3:]))
+    return (p[0] + moved[0], p[1] + moved[1], p[2] + moved[2], *turned)
+
+
+def turned(pose: Pose7, rotation: Quat, step: Vec3 = (0.0, 0.0, 0.0)) -> Pose7:
+    """A pose with a rotation and a step, both in its own frame, put before it.
+
+    A pose that does not turn passes the rotation on untouched, and the other way round.
+    """
+    if rotation == IDENTITY and not any(step):
+        return pose
+    if pose[3:] == IDENTITY:
+        return (pose[0] + step[0], pose[1] + step[1], pose[2] + step[2], *rotation)
+    return compose(pose, (*step, *rotation))
+
+
+def invert(pose: Pose7) -> Pose7:
+    """The pose that undoes one."""
+    w, x, y, z = pose[3:]
+    back = (w, -x, -y, -z)
+    p = rotate(normalized(back), pose[:3])
+    return (-p[0], -p[1], -p[2], *back)
 
 
 def rigidity(m: Sequence[Sequence[float]]) -> float:

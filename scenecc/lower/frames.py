@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest_name
-from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
-from scenecc.lower.poses import POSE, compose, lower_pose, pose_item, pose_varies
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, compose
+from scenecc.lower.poses import POSE, lower_pose, pose_item, pose_varies
 from scenecc.lower.variation import FieldPlace, VariationLowerer
 from scenecc.plan import Value, literal
 from scenecc.plan.scene import MAX_COMPOSED_POSES, shared_pose_name

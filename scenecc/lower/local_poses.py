@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.geometry import rotations
-from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, Pose7, Quat, Vec3, shortest_from_x
+from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, Pose7, Quat, Vec3, compose, shortest_from_x, turned
 from scenecc.lower.field_types import FieldType, report_unused_key, vector
-from scenecc.lower.poses import POSE, compose, direction, lower_pose, pose_item, pose_varies, turned
+from scenecc.lower.poses import POSE, direction, lower_pose, pose_item, pose_varies
 from scenecc.lower.variation import VARYING, VariationLowerer, field_place
 from scenecc.plan import Value, literal, per_scene, varying
 from scenecc.plan.geometry import LYING_SOLIDS

@@ -10,7 +10,16 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from scenecc.geometry import rotations
-from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, Pose7, Quat, Vec3
+from scenecc.geometry.rotations import (
+    EXACT_UNIT_TOLERANCE,
+    IDENTITY,
+    IDENTITY_POSE,
+    RIGID_TOLERANCE,
+    UNIT_TOLERANCE,
+    Pose7,
+    Quat,
+    Vec3,
+)
 from scenecc.lower.field_types import POSITION, FieldType, number, report_exclusive_keys, vector
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import Value, literal
@@ -167,13 +176,6 @@ def warn_limits_in_degrees(keys: Any, type_: str, origin: Origin, sink: Sink) ->
         warn_probable_degrees(keys.limits, "limits", origin, ("limits",), sink, more=", for several turns too")
 
 
-UNTOUCHED, NORMALISED = 1e-5, 1e-3
-"""How far from 1 a quaternion's length may be: to be passed on as it is, and to be used at all (see Poses in
-docs/language.md)."""
-
-RIGID = 1e-3
-"""How far a matrix may be from a rigid motion (docs/language.md, Poses)."""
-
 ROTATIONS = frozenset(("q", "rpy", "rpy_deg", "axis_angle", "look_at"))
 
 
@@ -225,36 +227,6 @@ def rotation_of(pose: PoseMapping, owner: Origin, at: Path, sink: Sink) -> tuple
     return None, True
 
 
-def compose(outer: Pose7, inner: Pose7) -> Pose7:
-    """`inner`, given in the frame of `outer`, in the frame that `outer` is given in.
-
-    A pose that does not turn passes the other's rotation on untouched.
-    """
-    if outer == IDENTITY_POSE:
-        return inner
-    p, q = outer[:3], rotations.normalized(outer[3:])
-    moved = rotations.rotate(q, inner[:3])
-    if inner[3:] == IDENTITY:
-        turned = outer[3:]
-    elif outer[3:] == IDENTITY:
-        turned = inner[3:]
-    else:
-        turned = rotations.normalized(rotations.multiply(q, inner[3:]))
-    return (p[0] + moved[0], p[1] + moved[1], p[2] + moved[2], *turned)
-
-
-def turned(pose: Pose7, rotation: Quat, step: Vec3 = (0.0, 0.0, 0.0)) -> Pose7:
-    """A pose with a rotation and a step, both in its own frame, put before it.
-
-    A pose that does not turn passes the rotation on untouched, and the other way round.
-    """
-    if rotation == IDENTITY and not any(step):
-        return pose
-    if pose[3:] == IDENTITY:
-        return (pose[0] + step[0], pose[1] + step[1], pose[2] + step[2], *rotation)
-    return compose(pose, (*step, *rotation))
-
-
 def direction(axis: str | Vec3) -> Vec3:
     """The axis of a name, or the vector itself."""
     return AXES[axis] if isinstance(axis, str) else axis
@@ -279,9 +251,9 @@ def _fixed_rotation(pose: Any, form: str, p: Vec3, owner: Origin, at: Path, sink
 def lower_quaternion(q: Quat, owner: Origin, at: Path, sink: Sink) -> Quat | None:
     """A quaternion of length 1, or one that is near enough to be made so; None where it was reported."""
     off = abs(math.hypot(*q) - 1)
-    if off <= UNTOUCHED:
+    if off <= EXACT_UNIT_TOLERANCE:
         return q
-    if off <= NORMALISED:
+    if off <= UNIT_TOLERANCE:
         return rotations.normalized(q)
     sink.report(
         "SC112",
@@ -329,7 +301,7 @@ def _fixed_look_at(target: Vec3, p: Vec3, origin: Origin, sink: Sink) -> Quat | 
 
 
 def _fixed_matrix(matrix: Any, origin: Origin, sink: Sink) -> Pose7:
-    if (off := rotations.rigidity(matrix)) > RIGID:
+    if (off := rotations.rigidity(matrix)) > RIGID_TOLERANCE:
         sink.report(
             "SC113",
             f"the matrix is no rigid motion: it is off by {off:.3g}",

@@ -23,6 +23,7 @@ from scenecc.lower.references import qualified, scope_of, select_per_scene
 from scenecc.plan import CollisionShape, Mesh, Plane, Value, VisualShape, literal
 from scenecc.plan import VisualMaterial as SeenMaterial
 from scenecc.plan.body import groups_collide
+from scenecc.plan.properties import DEFAULT_DENSITY
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -259,9 +260,6 @@ _LEFT_OUT = (None,) * len(_CONTACT_TYPES)
 _SHAPE_LISTS = ("shapes", "collisions", "visuals")
 """Keys of the lists of shapes: of those that collide and are seen, and of those that do one of these."""
 
-SAPIEN_DENSITY = 1000.0
-"""Of what gives none, but for a plane, which has none [kg/m³]."""
-
 
 @frozen
 class ShapeDefaults:
@@ -359,7 +357,7 @@ class ShapeLowerer:
         pick, rows = surfaces.pick, len(leaves.scenes)
         physicals = [surface.physical for surface in surfaces.each]
         physical = _select_or_default(physicals, self._materials.default(), pick, rows)
-        left_out = literal(0.0 if isinstance(geometry, Plane) else SAPIEN_DENSITY)
+        left_out = literal(0.0 if isinstance(geometry, Plane) else DEFAULT_DENSITY)
         densities = [default.density if surface.density is None else surface.density for surface in surfaces.each]
         return physical, _select_or_default(densities, left_out, pick, rows)
 

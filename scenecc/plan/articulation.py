@@ -105,7 +105,7 @@ JointType = Literal["fixed", "revolute", "revolute_unwrapped", "prismatic"]
 DriveMode = Literal["force", "acceleration"]
 
 MAX_LINKS = 255
-"""Of an articulation on the CPU, where PhysX counts links in eight bits: with 257 it counts none."""
+"""Of an articulation on the CPU, where PhysX counts links in eight bits: 257 of them have 0 degrees of freedom."""
 
 VELOCITY_FIELDS = ("linear_velocity", "angular_velocity")
 """Fields of a body and of an articulation, of which a reset sets what they say anew."""

@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
+from scenecc.geometry.float32 import FLOAT32_MAX
+from scenecc.geometry.rotations import UNIT_TOLERANCE
 from scenecc.plan.articulation import (
     MAX_LINKS,
     MOVING_JOINT_FIELDS,
@@ -24,7 +26,6 @@ from scenecc.plan.articulation import (
     Link,
     Mimic,
 )
-from scenecc.plan.properties import FLOAT32_MAX
 from scenecc.plan.value import Value
 
 if TYPE_CHECKING:
@@ -142,7 +143,7 @@ def _out_of_bounds(bounds: Bounds, flat: NDArray[Any]) -> NDArray[np.bool_]:
 def _check_rotation(data: NDArray[Any]) -> JsonProblem | None:
     # Poses are composed by now, so that rounding of several rotations may have added up.
     with np.errstate(over="ignore"):
-        wrong = np.flatnonzero(np.abs(np.linalg.norm(data[:, 3:], axis=1) - 1) > 1e-3)
+        wrong = np.flatnonzero(np.abs(np.linalg.norm(data[:, 3:], axis=1) - 1) > UNIT_TOLERANCE)
     if not wrong.size:
         return None
     return JsonProblem("SC707", "the rotation [w, x, y, z] is not of length 1", (int(wrong[0]),))

@@ -9,6 +9,8 @@ from __future__ import annotations
 from math import inf
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
+from scenecc.geometry.float32 import FLOAT32_MAX, FLOAT32_MIN
+
 if TYPE_CHECKING:
     Part = Literal["mass", "body", "groups", "look", "shape", "joint", "drive", "joint_state"]
     Dtype = Literal["float64", "int64", "bool"]
@@ -41,11 +43,8 @@ class Bounds(NamedTuple):
         return f"at most {self.high:g}"
 
 
-FLOAT32_MAX = 3.4028234663852886e38
-
-
-FLOAT32_MIN = 1.1754943508222875e-38
-"""The range of single precision, in which the engine computes; the language has the same."""
+DEFAULT_DENSITY = 1000
+"""SAPIEN's density of a shape that gives none [kg/m³]; a plane's is 0."""
 
 MAX_BODY_OFFSET = 1e4
 """How far a shape or the centre of mass of a body that moves is from it [m]: beyond, the engine moves the body by
@@ -122,7 +121,7 @@ PROPERTIES: tuple[Property, ...] = (
     Property("collision_groups", "groups", "collision_bits", Bounds(0, 2**32 - 1), "int64", (4,), (1, 1, 0, 0)),
     _same_key("visibility", "look", UNIT_INTERVAL),
     _same_key("shading_mode", "look", Bounds(0, 255), dtype="int64"),
-    _same_key("density", "shape", NON_NEGATIVE, "kg/m³", untouched=1000.0),
+    _same_key("density", "shape", NON_NEGATIVE, "kg/m³", untouched=DEFAULT_DENSITY),
     _same_key("patch_radius", "shape", NON_NEGATIVE, "m", untouched=0.0),
     _same_key("min_patch_radius", "shape", NON_NEGATIVE, "m", untouched=0.0),
     _same_key("contact_offset", "shape", POSITIVE, "m"),

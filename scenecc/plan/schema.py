@@ -19,12 +19,11 @@ import numpy as np
 
 from scenecc import plan as _plan
 from scenecc.diagnostics import Origin
+from scenecc.geometry.float32 import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.plan import scene as _physics
 from scenecc.plan.properties import (
     ANY,
     COUNT,
-    FLOAT32_MAX,
-    FLOAT32_MIN,
     JOINT_PROPERTIES,
     NON_NEGATIVE,
     POSITION_ITERATIONS,

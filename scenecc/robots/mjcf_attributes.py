@@ -13,9 +13,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from scenecc.diagnostics.messages import cut, suggest_name
+from scenecc.geometry.float32 import round_to_float32
 from scenecc.robots.xml import parse_numbers
 
 if TYPE_CHECKING:
@@ -30,11 +29,6 @@ _INTEGER_PATTERN = re.compile(r"[+-]?\d{1,9}", re.ASCII)
 
 ORIENTATION_ATTRIBUTES = ("quat", "euler", "axisangle", "xyaxes", "zaxis")
 """The ways to say how something is turned."""
-
-
-def round_to_float32(value: float) -> float:
-    """A number as ManiSkill's loader and the engine hold it."""
-    return float(np.float32(value))
 
 
 @dataclass(frozen=True, slots=True)

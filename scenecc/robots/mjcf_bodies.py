@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.diagnostics.messages import cut
+from scenecc.geometry.float32 import round_to_float32
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.robots.description import (
     DescribedCollision,
@@ -23,13 +24,7 @@ from scenecc.robots.description import (
     DescribedVisual,
     SapienJointType,
 )
-from scenecc.robots.mjcf_attributes import (
-    IGNORED_CLASS,
-    ORIENTATION_ATTRIBUTES,
-    ClassScope,
-    own_attributes,
-    round_to_float32,
-)
+from scenecc.robots.mjcf_attributes import IGNORED_CLASS, ORIENTATION_ATTRIBUTES, ClassScope, own_attributes
 from scenecc.robots.poses import axis_pose, compose_poses, pose_numbers, read_rotation
 from scenecc.robots.xml import warn_if_degrees
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenecc.diagnostics.messages import cut, suggest_name
+from scenecc.geometry.float32 import FLOAT32_MIN, round_to_float32
 from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE
 from scenecc.plan.geometry import LYING_SOLIDS
 from scenecc.robots.description import (
@@ -22,7 +23,7 @@ from scenecc.robots.description import (
     MeshGeometry,
     SolidGeometry,
 )
-from scenecc.robots.mjcf_attributes import IGNORED_CLASS, ORIENTATION_ATTRIBUTES, ClassScope, round_to_float32
+from scenecc.robots.mjcf_attributes import IGNORED_CLASS, ORIENTATION_ATTRIBUTES, ClassScope
 from scenecc.robots.poses import (
     compose_poses,
     from_axis_angle,
@@ -31,7 +32,6 @@ from scenecc.robots.poses import (
     read_rotation,
     shortest_rotation,
 )
-from scenecc.robots.xml import FLOAT32_TINY
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -98,7 +98,7 @@ class MjcfAssets:
             return None
         given = self.classes.attributes(element, _GLOBAL_SCOPE, ASSET_ATTRIBUTES["mesh"])
         scale = given.singles("scale", (1.0, 1.0, 1.0))
-        if min(map(abs, scale)) < FLOAT32_TINY:
+        if min(map(abs, scale)) < FLOAT32_MIN:
             given.wrong("scale", "holds 0, which leaves nothing of the mesh")
             return None
         if any(given.numbers("refpos", (0.0, 0.0, 0.0))) or self._is_turned(given):
@@ -361,7 +361,7 @@ class GeomReader:
         wanted = {"sphere": 1, "box": 3}.get(kind, 2) if "fromto" not in geom else 1
         if len(size) < wanted:
             geom.wrong("size", f"of a {kind} is {wanted} numbers, not {len(size)}")
-        elif not all(part >= FLOAT32_TINY for part in size[:wanted]):
+        elif not all(part >= FLOAT32_MIN for part in size[:wanted]):
             geom.wrong("size", f"holds {min(size[:wanted]):g}, which is not above 0")
         else:
             return size[:wanted]

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut
 from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.plan.articulation import MAX_LINKS
 from scenecc.plan.geometry import LYING_SOLIDS, SOLIDS
 from scenecc.robots.description import (
     DescribedCollision,
@@ -270,9 +271,6 @@ def assign_ignore_bits(
         found.append(pair.location)
     return bits, tuple(found)
 
-
-MAX_LINKS = 255
-"""How many links PhysX counts on the CPU: 257 of them have 0 degrees of freedom."""
 
 MAX_SHAPES = 4096
 """How many links and joints a file has, in all its robots."""

@@ -8,19 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scenecc.geometry.float32 import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan.geometry import SOLIDS
 from scenecc.robots.description import DescribedInertial, DescribedMaterial, Geometry, MeshGeometry, SolidGeometry
 from scenecc.robots.poses import compose_poses, pose_numbers, pose_of_matrix
-from scenecc.robots.xml import (
-    FLOAT32_MAX,
-    FLOAT32_TINY,
-    read_number,
-    read_numbers,
-    read_text,
-    read_vector3,
-    warn_if_degrees,
-)
+from scenecc.robots.xml import read_number, read_numbers, read_text, read_vector3, warn_if_degrees
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -109,7 +102,7 @@ def _read_round_shape(
 
 
 def _check_size(kind: SourceElement, attribute: str, size: float, scale: float, findings: FileReport) -> bool:
-    if FLOAT32_TINY <= size * scale <= FLOAT32_MAX:
+    if FLOAT32_MIN <= size * scale <= FLOAT32_MAX:
         return True
     why = "is not above 0" if size <= 0 else "single precision does not hold"
     message = f"the `{attribute}` of <{kind.tag}> holds {size:g}, which {why}"
@@ -121,7 +114,7 @@ def _read_mesh(kind: SourceElement, scale: float, files: RobotFiles, findings: F
     reference = read_text(kind, "filename", findings)
     file = None if reference is None else files.find(reference, kind.at("filename"), findings)
     scales = read_vector3(kind, "scale", findings) if "scale" in kind.attributes else (1.0, 1.0, 1.0)
-    if scales is not None and not all(FLOAT32_TINY <= abs(one * scale) <= FLOAT32_MAX for one in scales):
+    if scales is not None and not all(FLOAT32_MIN <= abs(one * scale) <= FLOAT32_MAX for one in scales):
         why = "0, which leaves nothing of it" if 0.0 in scales else "what single precision does not hold"
         findings.report("SC466", f"the `scale` of <mesh> holds {why}", kind.at("scale"))
         return None

@@ -13,11 +13,10 @@ from dataclasses import dataclass, field
 from pyexpat import ExpatError, ParserCreate
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from scenecc.diagnostics.collector import collector_paused
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut
+from scenecc.geometry.float32 import FLOAT32_MAX
 from scenecc.source.text import TextLines
 
 if TYPE_CHECKING:
@@ -241,9 +240,6 @@ def _report_encoding(error: UnicodeDecodeError, file: str, findings: FileReport)
 def _normalize_newlines(text: str) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
-
-FLOAT32_MAX, FLOAT32_TINY = float(np.finfo(np.float32).max), float(np.finfo(np.float32).tiny)
-"""Of the numbers that the engine's single precision has, and of those above 0 that are no 0 there."""
 
 MAX_PLAUSIBLE_RADIANS, MAX_PLAUSIBLE_DEGREES = 4 * math.pi * (1 + 1e-6), 720.0
 """Two turns in radians and in degrees. Between the two, degrees are meant; beyond, as many files have it, no limit."""

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import AfterValidator, Field, Strict, Tag, WithJsonSchema
 from typing_extensions import TypeAliasType
 
+from scenecc.plan.properties import DEFAULT_DENSITY
 from scenecc.spec.base import (
     MAPPING_KEY,
     Finite,
@@ -205,7 +206,7 @@ class ArticulationKeys(EntityKeys, RepeatKeys):
     )
     gravity: Maybe[Leaf[bool]] = key("false: gravity pulls none of its links.", default=True)
     material: Maybe[MaterialRef] = key("For its links.")
-    density: Maybe[Leaf[NonNegative]] = key("For its links [kg/m³].", default=1000)
+    density: Maybe[Leaf[NonNegative]] = key("For its links [kg/m³].", default=DEFAULT_DENSITY)
     patch_radius: Maybe[Leaf[NonNegative]] = key("For its links [m].", default=0)
     min_patch_radius: Maybe[Leaf[NonNegative]] = key("For its links [m].", default=0)
     collision_group: Maybe[Fixed[Name]] = key("A name from `collision_groups`, for its links.")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, StringConstraints, ValidationError
 from pydantic_core import PydanticCustomError, core_schema
 
+from scenecc.geometry.float32 import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.spec.nodes import (
     EXPANDED,
     EXPRESSION_START,
@@ -27,13 +28,6 @@ if TYPE_CHECKING:
 
     from scenecc.diagnostics import At, PathKey
 
-
-FLOAT32_MAX = 3.4028234663852886e38
-
-
-FLOAT32_MIN = 1.1754943508222875e-38
-"""The largest and the smallest normal number of single precision, in which the engine computes: beyond
-them a length becomes infinite or zero there."""
 
 Finite = Annotated[float, Field(ge=-FLOAT32_MAX, le=FLOAT32_MAX, allow_inf_nan=False)]
 

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, Strict, Tag
 
+from scenecc.plan.properties import DEFAULT_DENSITY
 from scenecc.spec.base import (
     Iterations,
     Maybe,
@@ -110,7 +111,9 @@ class BodyKeys(RigidBodyKeys):
     )
     material: Maybe[MaterialRef] = key("For the shapes that name none.")
     color: Maybe[Color] = key("Base colour of the shapes that name none.")
-    density: Maybe[Leaf[NonNegative]] = key("For the shapes whose material gives none either [kg/m³].", default=1000)
+    density: Maybe[Leaf[NonNegative]] = key(
+        "For the shapes whose material gives none either [kg/m³].", default=DEFAULT_DENSITY
+    )
     mass: Maybe[Leaf[Positive]] = key("Mass [kg]; scales what follows from the densities.")
     inertial: Maybe[InertialSpec] = key("Mass properties, given; not with `mass`.")
     collision_group: Maybe[Fixed[Name]] = key("A name from `collision_groups`.")

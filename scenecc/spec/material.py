@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, StringConstraints, Tag
 from typing_extensions import TypeAliasType
 
+from scenecc.plan.properties import DEFAULT_DENSITY
 from scenecc.spec.base import MaterialName, Maybe, NonNegative, SpecModel, Text, Unit, key
 from scenecc.spec.nodes import COMPONENTS, MAPPING, WORD, LazyType, union_by_kind
 from scenecc.spec.params import COLOR_TEXT
@@ -38,7 +39,7 @@ class Physical(SpecModel):
         "Coefficient of dynamic friction, at most the static one.", default=0.3
     )
     restitution: Maybe[Leaf[NonNegative]] = key("Coefficient of restitution, 0 to 1.", default=0.1)
-    density: Maybe[Leaf[NonNegative]] = key("Density [kg/m³] of shapes that give none.", default=1000)
+    density: Maybe[Leaf[NonNegative]] = key("Density [kg/m³] of shapes that give none.", default=DEFAULT_DENSITY)
 
 
 class TextureMapping(SpecModel):

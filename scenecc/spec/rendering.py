@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, StringConstraints, Tag
 from typing_extensions import TypeAliasType
 
+from scenecc.plan.rendering import ShaderName
 from scenecc.spec.base import (
     Finite,
     Maybe,
@@ -164,9 +165,6 @@ class EnvironmentSpec(SpecModel):
 
 
 _Pixels = Annotated[int, Field(ge=1, le=16384)]
-
-ShaderName = Literal["default", "minimal", "trivial", "rt", "shadow_catcher"]
-"""SAPIEN's shader packs that make pictures of everything that a scene holds."""
 
 
 class IntrinsicKeys(SpecModel):

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field, Tag
 from typing_extensions import TypeAliasType
 
+from scenecc.plan.properties import DEFAULT_DENSITY
 from scenecc.spec.base import NOTE_SCHEMA, Finite, Maybe, NonNegative, Positive, Positive3, SpecModel, Text, Vec3, key
 from scenecc.spec.material import Color, MaterialRef
 from scenecc.spec.nodes import COMPONENTS, NUMBER, LazyUnion, union_by_kind
@@ -56,7 +57,7 @@ class ShapeKeys(SpecModel):
 class CollisionKeys(ShapeKeys):
     """Keys of shapes that collide."""
 
-    density: Maybe[Leaf[NonNegative]] = key("Density [kg/m³].", default=1000)
+    density: Maybe[Leaf[NonNegative]] = key("Density [kg/m³].", default=DEFAULT_DENSITY)
     contact_offset: Maybe[Leaf[Positive]] = key("Distance at which contacts begin to be made [m].", default=0.01)
     rest_offset: Maybe[Leaf[Finite]] = key("Distance at which shapes rest, below `contact_offset` [m].", default=0)
     patch_radius: Maybe[Leaf[NonNegative]] = key("Radius of the torsional friction patch [m].", default=0)

@@ -13,8 +13,9 @@ from pydantic import BaseModel, Tag
 from typing_extensions import TypeAliasType
 
 from scenecc.diagnostics.messages import cut, listed, nearest, show, suggest
+from scenecc.geometry.float32 import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.source.events import RESERVED_CHARACTER
-from scenecc.spec.base import CUSTOM_ERROR, FLOAT32_MAX, FLOAT32_MIN, NAME_PATTERN, PATTERN_HINTS, VALUE_NAME
+from scenecc.spec.base import CUSTOM_ERROR, NAME_PATTERN, PATTERN_HINTS, VALUE_NAME
 from scenecc.spec.body import BodySpec
 from scenecc.spec.document import SceneFile
 from scenecc.spec.entities import ENTITY_TYPES, entity_model

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from scenecc.geometry import rotation_arrays
+from scenecc.geometry.rotations import EXACT_UNIT_TOLERANCE, RIGID_TOLERANCE, UNIT_TOLERANCE
 from scenecc.variation import nodes
 from scenecc.variation.distributions import WIDEST_INTEGERS
 from scenecc.variation.nodes import NODES, Key, Node, evaluation_order, shaped_fields
@@ -543,21 +544,14 @@ def _row_error(batch: Batch, node: nodes.Computed, row: int, message: str) -> Dr
     return DrawError(message, int(batch.scenes[row]), node)
 
 
-_UNTOUCHED, _NORMALISED = 1e-5, 1e-3
-"""How far from 1 a quaternion's length may be: to be passed on as it is, and to be used at all."""
-
-_RIGID = 1e-3
-"""How far a matrix may be from a rigid motion."""
-
-
 def _normalized(batch: Batch, node: nodes.Normalized) -> Floats:
     """Quaternions (B, 4)."""
     (q,) = _parts(batch, node)
     length = rotation_arrays.hypot(q)
     off = np.abs(length - 1)
-    wrong = ~(off <= _NORMALISED)
+    wrong = ~(off <= UNIT_TOLERANCE)
     _refuse(batch, node, wrong, f"the quaternion's length is {length[wrong.argmax()]:.6g}, not 1")
-    return np.where((off <= _UNTOUCHED)[:, None], q, rotation_arrays.normalized(q))
+    return np.where((off <= EXACT_UNIT_TOLERANCE)[:, None], q, rotation_arrays.normalized(q))
 
 
 def _from_axis_angle(batch: Batch, node: nodes.FromAxisAngle) -> Floats:
@@ -571,7 +565,7 @@ def _from_matrix(batch: Batch, node: nodes.FromMatrix) -> Floats:
     """Poses (B, 7)."""
     (matrix,) = _parts(batch, node)
     off = rotation_arrays.rigidity(matrix)
-    wrong = ~(off <= _RIGID)
+    wrong = ~(off <= RIGID_TOLERANCE)
     _refuse(batch, node, wrong, f"the matrix is no rigid motion: it is off by {off[wrong.argmax()]:.3g}")
     return np.concatenate((matrix[:, :3, 3], rotation_arrays.from_matrix(matrix[:, :3, :3])), axis=1)
 

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 
 from scenecc.geometry import rotation_arrays as arrays
 from scenecc.geometry import rotations as scalar
-from scenecc.lower import poses
 
 NUMBERS = st.one_of(st.sampled_from([0.0, -0.0, 1.0, -1.0, 0.5, math.pi]), st.floats(-100, 100, allow_subnormal=False))
 VECTORS = st.tuples(NUMBERS, NUMBERS, NUMBERS)
@@ -80,12 +79,12 @@ def test_looking(cases: list[Any]) -> None:
 
 @given(rows(POSES, POSES))
 def test_composed_poses(cases: list[Any]) -> None:
-    assert_same(poses.compose, arrays.compose, cases)
+    assert_same(scalar.compose, arrays.compose, cases)
 
 
 @given(rows(POSES, QUATERNIONS, st.one_of(st.just((0.0, 0.0, 0.0)), VECTORS)))
 def test_poses_turned_in_their_own_frame(cases: list[Any]) -> None:
-    assert_same(poses.turned, arrays.turned, cases)
+    assert_same(scalar.turned, arrays.turned, cases)
 
 
 @given(rows(POSES, st.floats(-0.1, 0.1)))

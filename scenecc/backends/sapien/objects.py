@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.backends.sapien.engine import physx, sapien
+from scenecc.geometry.rotations import UNIT_TOLERANCE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -160,10 +161,6 @@ class ComponentBatch:
     def _close(self) -> None:
         self._closed = True
         self._objs = []
-
-
-UNIT_TOLERANCE = 1e-3
-"""How far a quaternion's length may be from 1: as in the scene language."""
 
 
 def spread_poses(pose: Any, count: int) -> list[sapien.Pose]:

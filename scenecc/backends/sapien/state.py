@@ -25,7 +25,6 @@ import numpy as np
 from scenecc.backends.sapien.articulation_builder import set_joint_positions as place_joints
 from scenecc.backends.sapien.engine import physx, sapien
 from scenecc.backends.sapien.objects import (
-    UNIT_TOLERANCE,
     ArticulationObjects,
     BodyObjects,
     is_dynamic,
@@ -34,6 +33,7 @@ from scenecc.backends.sapien.objects import (
     root_is_fixed,
 )
 from scenecc.backends.sapien.properties import to_poses
+from scenecc.geometry.rotations import UNIT_TOLERANCE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

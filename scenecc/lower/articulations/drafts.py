@@ -13,7 +13,8 @@ from itertools import product, zip_longest
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import show
-from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, shortest_from_x
+from scenecc.geometry.float32 import FLOAT32_MAX, FLOAT32_MIN
+from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, shortest_from_x, turned
 from scenecc.lower.field_types import FieldType, number, report_exclusive_keys, report_unused_key, vector
 from scenecc.lower.local_poses import local_pose, seven_numbers
 from scenecc.lower.poses import (
@@ -22,14 +23,12 @@ from scenecc.lower.poses import (
     direction,
     lower_limits,
     pose_item,
-    turned,
     warn_limits_in_degrees,
 )
 from scenecc.lower.references import possible_values
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import CollisionShape, Value, VisualShape, literal, per_scene, varying
 from scenecc.plan.articulation import breadth_first_order
-from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.spec.pose import AXES
 from scenecc.variation.nodes import Composed, Pointing, Posed, Stacked
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut
+from scenecc.geometry.float32 import FLOAT32_MAX
 from scenecc.lower.articulations.links import first_outside, widest
 from scenecc.lower.articulations.robots import names_hint
 from scenecc.lower.deferred_checks import MimicRelation, ResettableValue
@@ -14,7 +15,7 @@ from scenecc.lower.field_types import FieldType, number, report_unused_key
 from scenecc.lower.poses import suspect_degrees, warn_large_angle
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import literal, per_scene, varying
-from scenecc.spec.base import FLOAT32_MAX, NOTE_PREFIX
+from scenecc.spec.base import NOTE_PREFIX
 from scenecc.variation import forms
 from scenecc.variation.bounds import ValueBounds, affine_clamp_bounds, component_bounds
 from scenecc.variation.distributions import DISTRIBUTIONS

@@ -11,7 +11,7 @@ from scenecc.lower.articulations.drafts import ArticulationDraft, ContactDefault
 from scenecc.lower.materials import LoweredMaterial, MaterialChoice
 from scenecc.lower.poses import lower_limits
 from scenecc.lower.references import select_per_scene
-from scenecc.lower.shapes import SAPIEN_DENSITY, coacd_params
+from scenecc.lower.shapes import coacd_params
 from scenecc.plan import (
     AssetFile,
     CollisionShape,
@@ -24,6 +24,7 @@ from scenecc.plan import (
     literal,
 )
 from scenecc.plan.geometry import SOLIDS, Solid
+from scenecc.plan.properties import DEFAULT_DENSITY
 from scenecc.robots import description as robots
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.references import compile_name_pattern
@@ -133,7 +134,7 @@ class RobotDrafter:
             default = described or self._materials.default()
             material = select_per_scene([surface.physical or default for surface in surfaces.each], surfaces.pick, rows)
         if any(surface.density is not None for surface in surfaces.each):
-            default = density or literal(SAPIEN_DENSITY)
+            default = density or literal(DEFAULT_DENSITY)
             dense = select_per_scene([surface.density or default for surface in surfaces.each], surfaces.pick, rows)
         return material, dense
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from scenecc.geometry import rotation_arrays
-from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.lower.poses import compose
+from scenecc.geometry.rotations import IDENTITY_POSE, compose
 
 # Seven digits: not of unit length, and normalised no longer the same.
 Q = (0.9238795, 0.2209424, 0.2209424, 0.2209424)

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 from scenecc.diagnostics import Diagnostic, Origin, Sink
+from scenecc.plan.articulation import MAX_LINKS
 from scenecc.robots.description import DescribedMaterial, DescribedRobot, MeshGeometry, RobotDescription
-from scenecc.robots.urdf import MAX_LINKS, MAX_SHAPES, read_urdf
+from scenecc.robots.urdf import MAX_SHAPES, read_urdf
 from scenecc.source.paths import AssetScope, ResolvedFile
 
 if TYPE_CHECKING:

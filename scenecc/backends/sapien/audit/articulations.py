@@ -19,7 +19,7 @@ from scenecc.backends.sapien.properties import (
     row_value,
     select_rows,
 )
-from scenecc.geometry.rotation_arrays import compose
+from scenecc.geometry.rotation_arrays import compose, invert
 from scenecc.geometry.rotations import IDENTITY_POSE
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def link_poses(entity: Entity, structure: ArticulationStructure, rows: NDArray[n
             found.append(_normalize(np.broadcast_to(select_rows(entity.pose, rows), (len(rows), 7))))
             continue
         in_parent = compose(_frame_rows(link.joint.pose_in_parent, rows), _joint_motions(link.joint, rows))
-        step = compose(in_parent, _invert(_frame_rows(link.joint.pose_in_child, rows)))
+        step = compose(in_parent, invert(_frame_rows(link.joint.pose_in_child, rows)))
         found.append(compose(found[link.parent], step))
     return [poses.astype(np.float32) for poses in found]
 
@@ -84,14 +84,6 @@ def _normalize(poses: Floats) -> Floats:
     found = poses.copy()
     found[:, 3:] /= np.linalg.norm(found[:, 3:], axis=1, keepdims=True)
     return found
-
-
-def _invert(poses: Floats) -> Floats:
-    turned = poses * [0, 0, 0, 1, -1, -1, -1]
-    back = compose(turned, poses * [1, 1, 1, 0, 0, 0, 0] + [0, 0, 0, 1, 0, 0, 0])
-    back[:, :3] *= -1
-    back[:, 3:] = turned[:, 3:]
-    return back
 
 
 _IDENTITY = np.array(IDENTITY_POSE)

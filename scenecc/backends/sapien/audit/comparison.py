@@ -81,11 +81,6 @@ class DifferenceGroups:
         return not self._groups
 
 
-def round_to_float32(value: float) -> float:
-    """Rounded to float32, as the engine gives it back."""
-    return float(np.float32(value))
-
-
 def is_same(expected: Any, found: object) -> bool:
     """Equal as the engine stores it: floats as float32, all others exactly."""
     if isinstance(found, (str, int)) or found is None:

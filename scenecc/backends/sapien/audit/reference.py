@@ -13,14 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.backends.sapien.assets import UNMIRRORED, AxisSigns, axis_signs, decompose, mirror_mesh
-from scenecc.backends.sapien.audit.comparison import (
-    AUDIT_CODE,
-    EngineDifference,
-    format_value,
-    is_same,
-    pose_numbers,
-    round_to_float32,
-)
+from scenecc.backends.sapien.audit.comparison import AUDIT_CODE, EngineDifference, format_value, is_same, pose_numbers
 from scenecc.backends.sapien.engine import physx, render, sapien
 from scenecc.backends.sapien.geometry import COLLISION_SHAPES
 from scenecc.backends.sapien.properties import (
@@ -34,9 +27,10 @@ from scenecc.backends.sapien.properties import (
     PropertyTable,
     select_rows,
 )
+from scenecc.geometry.float32 import FLOAT32_MAX, round_to_float32
 from scenecc.plan import ConvexMesh, ConvexParts, Cylinder, Plane, TriangleMesh, VisualMaterial
 from scenecc.plan.geometry import Solid
-from scenecc.plan.properties import FLOAT32_MAX
+from scenecc.plan.properties import DEFAULT_DENSITY
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Iterator
@@ -296,9 +290,6 @@ MINIMUM_MASS = 1e-6
 
 PRECISION_CODE = "SC512"
 """The code of a mass, or of a centre of mass, that single precision does not hold."""
-
-DEFAULT_DENSITY = 1000.0
-"""SAPIEN's [kg/m³]."""
 
 CYLINDER_AREA_RATIO = 32 / (2 * math.pi) * math.sin(2 * math.pi / 32)
 """Area of the 32-sided prism that PhysX has for a cylinder, by that of the circle around it."""
