@@ -234,7 +234,7 @@ def _compiled(
         from scenecc.lower import draw
 
         plan = draw(replace(lowered, plan=plan), sink)
-        if plan is not None and lowered.drawing.pending:
+        if plan is not None and lowered.sampling.deferred:
             check_physics(plan, lowered.material_origins, sink, drawn=True)
             plan = None if sink.failed else plan
         clock.lap("draw")

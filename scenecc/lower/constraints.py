@@ -53,12 +53,12 @@ _VELOCITY = vector(3, "")
 _SCALES = vector(2, "inv_mass_scales")
 
 
-def lower_constraint_joint(written: Any, leaves: FieldLowerer, origin: Origin) -> Joint:
+def lower_constraint_joint(written: Any, fields: FieldLowerer, origin: Origin) -> Joint:
     """What holds the frames together.
 
     Args:
         written: the constraint.
-        leaves: of it.
+        fields: of it.
         origin: of it.
     """
     match written:
@@ -68,40 +68,40 @@ def lower_constraint_joint(written: Any, leaves: FieldLowerer, origin: Origin) -
             return Connection()
         case DistanceConstraint():
             return Distance(
-                limits=leaves.value(written.limits, _DISTANCES, origin, "limits"),
-                stiffness=leaves.given(written.stiffness, _STIFFNESS, origin, "stiffness"),
-                damping=leaves.given(written.damping, _DAMPING, origin, "damping"),
+                limits=fields.value(written.limits, _DISTANCES, origin, "limits"),
+                stiffness=fields.optional(written.stiffness, _STIFFNESS, origin, "stiffness"),
+                damping=fields.optional(written.damping, _DAMPING, origin, "damping"),
             )
         case GearConstraint():
-            ratio = leaves.value(written.ratio, _RATIO, origin, "ratio")
+            ratio = fields.value(written.ratio, _RATIO, origin, "ratio")
             return Gear(ratio, enable_hinges=bool(written.enable_hinges))
         case _:
-            return _drive(written, leaves, origin)
+            return _drive(written, fields, origin)
 
 
-def _drive(written: DriveConstraint, leaves: FieldLowerer, origin: Origin) -> Drive:
+def _drive(written: DriveConstraint, fields: FieldLowerer, origin: Origin) -> Drive:
     target = None
     if written.target is not None:
-        target = local_pose(written.target, origin, ("target",), "the target of a drive", leaves, reset=True)
+        target = local_pose(written.target, origin, ("target",), "the target of a drive", fields, reset=True)
     velocity: Any = written.velocity_target
     linear, angular = (
         None
         if velocity is None
-        else leaves.given(getattr(velocity, key), _VELOCITY, origin, "velocity_target", key, reset=True)
+        else fields.optional(getattr(velocity, key), _VELOCITY, origin, "velocity_target", key, reset=True)
         for key in ("linear", "angular")
     )
     return Drive(
-        limits=_axis_limits(written, leaves, origin),
-        drives=_axis_drives(written, leaves, origin),
+        limits=_axis_limits(written, fields, origin),
+        drives=_axis_drives(written, fields, origin),
         target=target,
         linear_velocity_target=linear,
         angular_velocity_target=angular,
-        inv_mass_scales=leaves.given(written.inv_mass_scales, _SCALES, origin, "inv_mass_scales"),
-        inv_inertia_scales=leaves.given(written.inv_inertia_scales, _SCALES, origin, "inv_inertia_scales"),
+        inv_mass_scales=fields.optional(written.inv_mass_scales, _SCALES, origin, "inv_mass_scales"),
+        inv_inertia_scales=fields.optional(written.inv_inertia_scales, _SCALES, origin, "inv_inertia_scales"),
     )
 
 
-def _axis_limits(written: DriveConstraint, leaves: FieldLowerer, origin: Origin) -> tuple[AxisLimit, ...]:
+def _axis_limits(written: DriveConstraint, fields: FieldLowerer, origin: Origin) -> tuple[AxisLimit, ...]:
     found: list[AxisLimit] = []
     for axis in LIMIT_AXES:
         limits = None if written.limits is None else getattr(written.limits, axis)
@@ -110,27 +110,27 @@ def _axis_limits(written: DriveConstraint, leaves: FieldLowerer, origin: Origin)
             if spring is not None:
                 message = f"a spring of the limits of `{axis}` does nothing: the axis has no limits"
                 place = origin.child("limit_springs", axis)
-                leaves.sink.report("SC115", message, place, at="key", hint=f"write `{axis}` under `limits` too")
+                fields.sink.report("SC115", message, place, at="key", hint=f"write `{axis}` under `limits` too")
             continue
         stiffness, damping = None, None
         if spring is not None:
             at = ("limit_springs", axis)
-            stiffness = leaves.given(spring.stiffness, _STIFFNESS, origin, *at, "stiffness")
-            damping = leaves.given(spring.damping, _DAMPING, origin, *at, "damping")
-        found.append(AxisLimit(axis, leaves.value(limits, _LIMITS, origin, "limits", axis), stiffness, damping))
+            stiffness = fields.optional(spring.stiffness, _STIFFNESS, origin, *at, "stiffness")
+            damping = fields.optional(spring.damping, _DAMPING, origin, *at, "damping")
+        found.append(AxisLimit(axis, fields.value(limits, _LIMITS, origin, "limits", axis), stiffness, damping))
     return tuple(found)
 
 
-def _axis_drives(written: DriveConstraint, leaves: FieldLowerer, origin: Origin) -> tuple[AxisDrive, ...]:
+def _axis_drives(written: DriveConstraint, fields: FieldLowerer, origin: Origin) -> tuple[AxisDrive, ...]:
     found: list[AxisDrive] = []
     for axis in DRIVE_AXES:
         drive: Any = None if written.drive is None else getattr(written.drive, axis)
         if drive is None:
             continue
         at = ("drive", axis)
-        stiffness = leaves.given(drive.stiffness, _STIFFNESS, origin, *at, "stiffness")
-        damping = leaves.given(drive.damping, _DAMPING, origin, *at, "damping")
-        force_limit = leaves.given(drive.force_limit, _FORCE, origin, *at, "force_limit")
+        stiffness = fields.optional(drive.stiffness, _STIFFNESS, origin, *at, "stiffness")
+        damping = fields.optional(drive.damping, _DAMPING, origin, *at, "damping")
+        force_limit = fields.optional(drive.force_limit, _FORCE, origin, *at, "force_limit")
         found.append(AxisDrive(axis, _or_zero(stiffness), _or_zero(damping), force_limit, drive.mode))
     return tuple(found)
 
@@ -149,7 +149,7 @@ class ConstraintLowerer:
         built: its entities, lowered.
         entities: what lowered them.
         mounts: finds what is tied together.
-        drawing: of the document.
+        sampling: of the document.
         names: likewise.
         sink: takes the diagnostics.
     """
@@ -159,14 +159,14 @@ class ConstraintLowerer:
         built: tuple[Entity, ...],
         entities: EntityLowerer,
         mounts: MountLookup,
-        drawing: SamplingContext,
+        sampling: SamplingContext,
         names: NameScopes,
         sink: Sink,
     ) -> None:
         self._built = {entity.name: entity for entity in built}
         self._entities = entities
         self._mounts = mounts
-        self._drawing = drawing
+        self._sampling = sampling
         self._names = names
         self._sink = sink
 
@@ -174,11 +174,11 @@ class ConstraintLowerer:
         """The constraints of the plan; what was reported is missing among them. `origin`: of `constraints`."""
         found = [self._constraint(name, one, origin.child(name)) for name, one in written.items()]
         made = tuple(one for one in found if one is not None)
-        if self._drawing.resets and not self._sink.failed:
+        if self._sampling.resets and not self._sink.failed:
             from scenecc.lower.resets import check_constraint_resets  # noqa: PLC0415 - loaded where something varies
 
             left_out = tuple(one for one in made if written[one.name].pose_in_parent is None)
-            check_constraint_resets(left_out, tuple(self._built.values()), self._drawing, self._entities.places)
+            check_constraint_resets(left_out, tuple(self._built.values()), self._sampling, self._entities.frames)
         return made
 
     def _constraint(self, name: str, written: Any, origin: Origin) -> Constraint | None:
@@ -193,17 +193,17 @@ class ConstraintLowerer:
         for key, mount in (("child", child), ("parent", parent)):
             if mount is not None:
                 self._mounts.find(getattr(written, key), scope, scenes, origin.child(key))
-        leaves = self._drawing.leaves(scenes, scope)
+        fields = self._sampling.fields(scenes, scope)
         in_child = None
         if written.pose_in_child is not None:
-            in_child = local_pose(written.pose_in_child, origin, ("pose_in_child",), _FRAME, leaves)
+            in_child = local_pose(written.pose_in_child, origin, ("pose_in_child",), _FRAME, fields)
         return Constraint(
             name=name,
             scene_idxs=scenes,
-            joint=lower_constraint_joint(written, leaves, origin),
+            joint=lower_constraint_joint(written, fields, origin),
             child=child,
             parent=parent,
-            pose_in_parent=self._in_parent(written, (child, parent), in_child, leaves, origin),
+            pose_in_parent=self._in_parent(written, (child, parent), in_child, fields, origin),
             pose_in_child=in_child,
             origin=origin,
         )
@@ -225,11 +225,11 @@ class ConstraintLowerer:
         selected = selections.get(qualified_name("constraints", name))
         if selected is not None and selected is not selections.get(self._names.anchors.get(scope, "")):
             return selected
-        scenes = self._drawing.everywhere
+        scenes = self._sampling.all_scenes
         for mount in mounts:
             others = None if mount is None else self._built[mount.entity].scene_idxs
             if others is not None and others is not scenes:
-                scenes = others if scenes is self._drawing.everywhere else _common_scenes(scenes, others)
+                scenes = others if scenes is self._sampling.all_scenes else _common_scenes(scenes, others)
         if not scenes:
             message = f"`{cut(name)}` ties together what is never in the same scene"
             self._sink.report("SC341", message, origin, at="key")
@@ -240,21 +240,21 @@ class ConstraintLowerer:
         written: Any,
         mounts: tuple[Mount, Mount | None],
         in_child: Value | None,
-        leaves: FieldLowerer,
+        fields: FieldLowerer,
         origin: Origin,
     ) -> Value | None:
         """The frame in the parent's: as written, or where the child's stands at the start."""
         child, parent = mounts
-        scenes = leaves.scenes
+        scenes = fields.scenes
         if written.pose_in_parent is not None:
-            value = local_pose(written.pose_in_parent, origin, ("pose_in_parent",), _FRAME, leaves)
-            anchor = self._names.anchors.get(leaves.scope) if parent is None else None
+            value = local_pose(written.pose_in_parent, origin, ("pose_in_parent",), _FRAME, fields)
+            anchor = self._names.anchors.get(fields.scope) if parent is None else None
             if anchor is None:
                 return value
             # The world of a prefab is where its instance stands.
-            around = self._entities.places.world(anchor, origin, fixed=True)
+            around = self._entities.frames.world(anchor, origin, fixed=True)
             return chain_poses(
-                [PoseStep(around, self._entities.leaves(anchor).scenes), PoseStep(value, scenes)], scenes
+                [PoseStep(around, self._entities.fields(anchor).scenes), PoseStep(value, scenes)], scenes
             )
         steps = self._to(child, "child", origin)
         outer = [] if parent is None else self._to(parent, "parent", origin)

@@ -1,4 +1,4 @@
-"""Checks of values that vary: what can be told before anything is drawn, and what only the drawn rows can tell."""
+"""Checks of values that vary: those that need no draw, and those that need the drawn rows."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 @frozen
 class DeferredCheck:
-    """A value that only its rows can be judged by: an expression's, or a rotation that can fail to be one."""
+    """A check deferred until sampling: of an expression's value, or of a rotation that can fail to be one."""
 
     value: Value
     kind: FieldType
@@ -63,8 +63,8 @@ class ResettableValue:
 
     value: Value
     node: Node
-    reading: VariationLowerer
-    leaves: FieldLowerer
+    variation: VariationLowerer
+    fields: FieldLowerer
     limits: Value | None = None
     follows: MimicRelation | None = None
 
@@ -100,7 +100,7 @@ class PossibleFailure:
     Attributes:
         message: what is wrong, or would be.
         span: of the part of the scalar that has no value; None where it has one that is not wanted.
-        certain: whether it can be told that this happens.
+        certain: whether this is known to happen.
         drawn: whether it is about the bounds of a draw.
     """
 
@@ -110,109 +110,113 @@ class PossibleFailure:
     drawn: bool = False
 
 
-def depends_on_scene_only(node: Node, drawing: SamplingContext) -> bool:
+def depends_on_scene_only(node: Node, sampling: SamplingContext) -> bool:
     """Whether the scene's index alone decides what an expression gives, and no seed."""
-    return drawing.random.isdisjoint(draws_read_by(node))
+    return sampling.random.isdisjoint(draws_read_by(node))
 
 
-def warn_may_fail(pending: DeferredCheck, reading: VariationLowerer, leaves: FieldLowerer) -> None:
+def warn_may_fail(deferred: DeferredCheck, variation: VariationLowerer, fields: FieldLowerer) -> None:
     """Reports what is wrong with a value that holds expressions, and what may be, whatever is drawn."""
-    drawing = leaves.drawing
-    doubts = [
-        (doubt, place)
-        for node, place in reading.origins.values()
-        if (doubt := _possible_failure(node, pending.kind, leaves)) is not None
+    sampling = fields.sampling
+    failures = [
+        (failure, place)
+        for node, place in variation.origins.values()
+        if (failure := _possible_failure(node, deferred.kind, fields)) is not None
     ]
-    unfit = _outside_bounds(pending.value, pending.kind) if reading.computed else None
-    if not doubts and unfit is None and drawing.doubtful.isdisjoint(reading.reads):
+    unfit = _outside_bounds(deferred.value, deferred.kind) if variation.computed else None
+    if not failures and unfit is None and sampling.may_fail.isdisjoint(variation.reads):
         return
-    if not reading.drawn and drawing.random.isdisjoint(reading.reads):
+    if not variation.drawn and sampling.random.isdisjoint(variation.reads):
         # Nothing of it is random, so that its rows can be looked at.
-        check_rows(pending, drawing, leaves.sink)
+        check_rows(deferred, sampling, fields.sink)
         return
-    _warn_scene_failures(reading, leaves)
-    for doubt, place in doubts:
-        _report_possible_failure(doubt, place, drawing)
+    _warn_scene_failures(variation, fields)
+    for failure, place in failures:
+        _report_possible_failure(failure, place, sampling)
     # A division by what may be zero gives numbers of any size: that is one thing to mend.
-    told = any(doubt.certain for doubt, _ in doubts) or (doubts and math.inf in pending.value.bounds.numbers())
-    if unfit is not None and not told:
+    is_certain = any(failure.certain for failure, _ in failures) or (
+        failures and math.inf in deferred.value.bounds.numbers()
+    )
+    if unfit is not None and not is_certain:
         code, message = unfit
         hint = f"{_CHECKED_LATER}; `min` and `max` in the expression keep it in its range" if code == "SC514" else None
-        leaves.sink.report(code, message, pending.origin, hint=hint)
+        fields.sink.report(code, message, deferred.origin, hint=hint)
 
 
-def warn_draw_may_fail(name: str, reading: VariationLowerer, leaves: FieldLowerer) -> None:
+def warn_draw_may_fail(name: str, variation: VariationLowerer, fields: FieldLowerer) -> None:
     """Reports why a shared draw may have no value, unless its scene alone decides: of that its readers tell."""
-    drawing = leaves.drawing
-    if not drawing.doubtful.isdisjoint(reading.reads):
-        drawing.doubtful.add(name)
-        if name in drawing.random:
-            _warn_scene_failures(reading, leaves)
-    for node, place in reading.origins.values():
-        doubt = _possible_failure(node, None, leaves)
-        if doubt is not None:
-            drawing.doubtful.add(name)
-            if name in drawing.random:
-                _report_possible_failure(doubt, place, drawing)
+    sampling = fields.sampling
+    if not sampling.may_fail.isdisjoint(variation.reads):
+        sampling.may_fail.add(name)
+        if name in sampling.random:
+            _warn_scene_failures(variation, fields)
+    for node, place in variation.origins.values():
+        failure = _possible_failure(node, None, fields)
+        if failure is not None:
+            sampling.may_fail.add(name)
+            if name in sampling.random:
+                _report_possible_failure(failure, place, sampling)
 
 
-def _warn_scene_failures(reading: VariationLowerer, leaves: FieldLowerer) -> None:
+def _warn_scene_failures(variation: VariationLowerer, fields: FieldLowerer) -> None:
     """Reports which draws that a value reads, and that their scene decides, have none in one of its scenes."""
-    drawing = leaves.drawing
-    for name in sorted((reading.reads & drawing.doubtful) - drawing.random):
-        error = _failure(name, leaves)
-        if error is not None and id(error.node) in drawing.draw_origins:
+    sampling = fields.sampling
+    for name in sorted((variation.reads & sampling.may_fail) - sampling.random):
+        error = _draw_error(name, fields)
+        if error is not None and id(error.node) in sampling.draw_origins:
             span = None if error.expression is None else (error.expression.start, error.expression.end)
-            doubt = PossibleFailure(f"in scene {error.scene}: {error.message}", span, certain=False, drawn=span is None)
-            _report_possible_failure(doubt, drawing.draw_origins[id(error.node)][1], drawing)
+            failure = PossibleFailure(
+                f"in scene {error.scene}: {error.message}", span, certain=False, drawn=span is None
+            )
+            _report_possible_failure(failure, sampling.draw_origins[id(error.node)][1], sampling)
 
 
-def _failure(name: str, leaves: FieldLowerer) -> DrawError | None:
+def _draw_error(name: str, fields: FieldLowerer) -> DrawError | None:
     try:
-        leaves.batch().shared(name)
+        fields.batch().shared(name)
     except DrawError as error:
         return error
     return None
 
 
-def _report_possible_failure(doubt: PossibleFailure, place: Origin, drawing: SamplingContext) -> None:
-    if doubt.span is None and doubt.certain:
-        code, message = "SC515", doubt.message
-    elif doubt.span is None and not doubt.drawn:
-        code, message = "SC514", f"in some scene {doubt.message}"
-    elif doubt.certain:
-        code, message = "SC202", f"this has no value, whatever is drawn: {doubt.message}"
+def _report_possible_failure(failure: PossibleFailure, place: Origin, sampling: SamplingContext) -> None:
+    if failure.span is None and failure.certain:
+        code, message = "SC515", failure.message
+    elif failure.span is None and not failure.drawn:
+        code, message = "SC514", f"in some scene {failure.message}"
+    elif failure.certain:
+        code, message = "SC202", f"this has no value, whatever is drawn: {failure.message}"
     else:
-        code, message = "SC516", f"this may have no value: {doubt.message}"
+        code, message = "SC516", f"this may have no value: {failure.message}"
     advice = "`a if c else b` keeps what has no value from being evaluated"
-    if doubt.drawn:
+    if failure.drawn:
         advice = "`min` and `max` keep a bound in its range"
     hint = f"{_CHECKED_LATER}; {advice}" if code == "SC516" else None
-    drawing.sink.report(code, message, place, hint=hint, span=doubt.span)
+    sampling.sink.report(code, message, place, hint=hint, span=failure.span)
 
 
-def _possible_failure(node: Node, wanted: FieldType | None, leaves: FieldLowerer) -> PossibleFailure | None:
+def _possible_failure(node: Node, kind: FieldType | None, fields: FieldLowerer) -> PossibleFailure | None:
     """Why a node may have no value: an expression, or what is drawn between bounds that vary."""
     key: tuple[Any, ...]
     if isinstance(node, Drawn):
         convert = dtype = None
-        key = (node.kind, node.shape, *map(_identity, node.operands), id(leaves.scenes))
+        key = (node.kind, node.shape, *map(_identity, node.operands), id(fields.scenes))
     elif isinstance(node, Computed):
-        convert = None if wanted is None or node.shape is not None else wanted.convert
-        dtype = None if wanted is None or wanted.free or node.shape != () else wanted.dtype
-        key = (_identity(node), id(convert), dtype, id(leaves.scenes))
+        convert = None if kind is None or node.shape is not None else kind.convert
+        dtype = None if kind is None or kind.free or node.shape != () else kind.dtype
+        key = (_identity(node), id(convert), dtype, id(fields.scenes))
     else:
         return None
-    doubts = leaves.drawing.doubts
-    if key not in doubts:
+    failures = fields.sampling.failures
+    if key not in failures:
         found = (
-            _draw_failure(node, leaves)
+            _draw_failure(node, fields)
             if isinstance(node, Drawn)
-            else _expression_failure(node, convert, dtype, leaves)
+            else _expression_failure(node, convert, dtype, fields)
         )
-        # All that is told by its id is kept with it.
-        doubts[key] = (node, leaves.scenes, convert), found
-    return doubts[key][1]
+        # Objects in the key by their id are kept alive with it.
+        failures[key] = (node, fields.scenes, convert), found
+    return failures[key][1]
 
 
 def _identity(item: Any) -> Any:
@@ -222,27 +226,27 @@ def _identity(item: Any) -> Any:
     return id(item) if item.__class__ in NODE_TYPES else (item.__class__, item)
 
 
-def _draw_failure(node: Drawn, leaves: FieldLowerer) -> PossibleFailure | None:
+def _draw_failure(node: Drawn, fields: FieldLowerer) -> PossibleFailure | None:
     from scenecc.variation.draw_faults import find_draw_fault  # noqa: PLC0415 - loaded where bounds vary
 
-    found = find_draw_fault(node, leaves.drawing.reader(), leaves.scenes)
+    found = find_draw_fault(node, fields.sampling.reader(), fields.scenes)
     return None if found is None else PossibleFailure(found[0], None, found[1], drawn=True)
 
 
 def _expression_failure(
-    node: Computed, convert: Any, dtype: str | None, leaves: FieldLowerer
+    node: Computed, convert: Any, dtype: str | None, fields: FieldLowerer
 ) -> PossibleFailure | None:
     from scenecc.variation.bounds import bounds_of_values, example_values  # noqa: PLC0415 - likewise
     from scenecc.variation.enumeration import enumerate_outcomes  # noqa: PLC0415 - loaded where something varies
     from scenecc.variation.node_bounds import bounds_and_faults  # noqa: PLC0415 - likewise
 
-    reader = leaves.drawing.reader()
+    reader = fields.sampling.reader()
     found, faults = bounds_and_faults(reader, node)
     try:
-        rows = enumerate_outcomes(node, reader, scenes=leaves.scenes)
+        rows = enumerate_outcomes(node, reader, scenes=fields.scenes)
     except DrawError as error:
         if error.node is not node:
-            # A draw that it reads has none, which is told there.
+            # A draw that it reads has none, which is reported there.
             return None
         if error.expression is None:
             return PossibleFailure(error.message, None, certain=True)
@@ -255,8 +259,8 @@ def _expression_failure(
         return PossibleFailure(fault.message, (fault.start, fault.end), fault.certain)
     if not example_values(found) and (node.shape is not None or convert is not None):
         # Of a draw that may have no value nothing more is said.
-        is_told = not leaves.drawing.doubtful.isdisjoint(draws_read_by(node))
-        return None if is_told else PossibleFailure("it may give a value of another kind", None, certain=False)
+        is_reported = not fields.sampling.may_fail.isdisjoint(draws_read_by(node))
+        return None if is_reported else PossibleFailure("it may give a value of another kind", None, certain=False)
     return _misfit(found, node, convert, dtype)
 
 
@@ -287,12 +291,12 @@ def _of_another_type(given: Any, dtype: str | None) -> str | None:
     return f"this expression gives {cut(show(given))}, and {words} is wanted"
 
 
-def _outside_bounds(value: Value, wanted: FieldType) -> tuple[str, str] | None:
+def _outside_bounds(value: Value, kind: FieldType) -> tuple[str, str] | None:
     """The code and words of what is wrong, or may be, with the type or size of a value's numbers."""
     support = value.bounds
-    if not (wanted.quantity or wanted.within):
+    if not (kind.quantity or kind.within):
         return None
-    bounds = wanted.bounds()
+    bounds = kind.bounds()
     outside = next((number for number in support.numbers() if not bounds.allow(number)), None)
     if outside is None:
         return None
@@ -300,9 +304,9 @@ def _outside_bounds(value: Value, wanted: FieldType) -> tuple[str, str] | None:
         end, words = (high, "at most") if high < bounds.low else (low, "at least")
         if high < bounds.low or low > bounds.high or low == high == outside:
             given = f"{end:g}" if low == high else f"{words} {end:g}"
-            return "SC513", f"this expression gives {given}, and it must be {bounds.wanted(end)}"
+            return "SC513", f"this expression gives {given}, and it must be {bounds.requirement(end)}"
     given = f"{outside:g}" if math.isfinite(outside) else "numbers of any size"
-    return "SC514", f"this expression may give {given}, and it must be {bounds.wanted(outside)}"
+    return "SC514", f"this expression may give {given}, and it must be {bounds.requirement(outside)}"
 
 
 def _flattened(item: Any) -> Iterator[Any]:
@@ -313,21 +317,21 @@ def _flattened(item: Any) -> Iterator[Any]:
         yield item
 
 
-def check_rows(pending: DeferredCheck, drawing: SamplingContext, sink: Sink) -> None:
+def check_rows(deferred: DeferredCheck, sampling: SamplingContext, sink: Sink) -> None:
     """Reports the first scene in which a value is none, or out of its range."""
     try:
-        data = pending.value.data
+        data = deferred.value.data
     except DrawError as error:
-        report_draw_failure(error, {**drawing.draw_origins, **pending.origins}, pending.origin, sink)
+        report_draw_failure(error, {**sampling.draw_origins, **deferred.origins}, deferred.origin, sink)
         return
-    bounds = pending.kind.bounds()
+    bounds = deferred.kind.bounds()
     row = _first_row_outside(data, bounds)
     if row is not None:
-        scene = pending.scenes[row]
+        scene = deferred.scenes[row]
         wrong = next(number for number in data[row].ravel().tolist() if not bounds.allow(number))
         each = "each number" if data[row].size > 1 else "it"
-        message = f"in scene {scene} this is {_shown_row(data[row])}: {each} must be {bounds.wanted(wrong)}"
-        sink.report("SC513", message, pending.origin)
+        message = f"in scene {scene} this is {_shown_row(data[row])}: {each} must be {bounds.requirement(wrong)}"
+        sink.report("SC513", message, deferred.origin)
 
 
 def _first_row_outside(data: NDArray[Any], bounds: Bounds) -> int | None:

@@ -36,49 +36,49 @@ class VaryingArgument:
 
     Attributes:
         name: of the draw that stands for it.
-        wanted: what the parameter takes.
+        param: type of the parameter.
         scenes: of the instance whose parameter it is; what it would be in others does not matter.
         origin: where it is given, in the expanded data.
     """
 
     name: str
-    wanted: ParamType
+    param: ParamType
     scenes: tuple[int, ...]
     origin: Origin
 
 
-def check_argument(argument: VaryingArgument, drawing: SamplingContext) -> None:
+def check_argument(argument: VaryingArgument, sampling: SamplingContext) -> None:
     """Reports what is known to be wrong before anything is drawn, and leaves the rest to the draw stage.
 
     Args:
         argument: to be judged, whose draw is there.
-        drawing: of the document.
+        sampling: of the document.
     """
-    if argument.name not in drawing.random and argument.scenes is not drawing.everywhere:
-        check_argument_rows(argument, drawing, drawing.sink)
+    if argument.name not in sampling.random and argument.scenes is not sampling.all_scenes:
+        check_argument_rows(argument, sampling, sampling.sink)
         return
-    found = drawing.reader().shared(argument.name)
-    if found.exact and argument.scenes is drawing.everywhere:
-        wrong = _misfit(found, argument.wanted)
+    found = sampling.reader().shared(argument.name)
+    if found.exact and argument.scenes is sampling.all_scenes:
+        wrong = _misfit(found, argument.param)
         if wrong is not None:
-            _report_misfit(argument, wrong, "which this can give", drawing.sink)
+            _report_misfit(argument, wrong, "which this can give", sampling.sink)
             return
         if found.alternatives is not None:
             return
-    drawing.arguments.append(argument)
+    sampling.arguments.append(argument)
 
 
-def check_argument_rows(argument: VaryingArgument, drawing: SamplingContext, sink: Sink) -> None:
+def check_argument_rows(argument: VaryingArgument, sampling: SamplingContext, sink: Sink) -> None:
     """Reports the first scene in which a parameter is given what it does not take."""
     from scenecc.variation.operations import DrawError  # noqa: PLC0415 - loaded where something varies
 
     try:
-        rows = drawing.leaves(argument.scenes).batch().shared(argument.name).tolist()
+        rows = sampling.fields(argument.scenes).batch().shared(argument.name).tolist()
     except DrawError:
         # Whatever reads it tells that it has no value.
         return
     for scene, row in zip(argument.scenes, rows, strict=True):
-        wrong = argument.wanted.drawn_misfit(row)
+        wrong = argument.param.drawn_misfit(row)
         if wrong is not None:
             _report_misfit(argument, wrong, f"which this gives in scene {scene}", sink)
             return
@@ -86,34 +86,34 @@ def check_argument_rows(argument: VaryingArgument, drawing: SamplingContext, sin
 
 def _report_misfit(argument: VaryingArgument, wrong: ParamIssue, when: str, sink: Sink) -> None:
     code, words = wrong
-    declared = argument.wanted.declared
-    message = f"the parameter `{cut(argument.wanted.name)}` {words}, {when}"
+    declared = argument.param.declared
+    message = f"the parameter `{cut(argument.param.name)}` {words}, {when}"
     related = [("the parameter", declared, "key")] if declared is not None else []
     sink.report(code, message, argument.origin, related=related)  # pyright: ignore[reportArgumentType]
 
 
-def _misfit(found: ValueBounds, wanted: ParamType) -> ParamIssue | None:
+def _misfit(found: ValueBounds, param: ParamType) -> ParamIssue | None:
     """What is wrong with the first of the alternatives that is wrong, or with bounds, each of which occurs."""
     if found.alternatives is not None:
-        return next((wrong for item in found.alternatives if (wrong := wanted.drawn_misfit(item))), None)
-    if found.low is None or wanted.kind == "choice":
+        return next((wrong for item in found.alternatives if (wrong := param.drawn_misfit(item))), None)
+    if found.low is None or param.kind == "choice":
         return None
-    if wanted.kind == "color":
-        wanted = replace(wanted, low=0, high=1)
-    if not _has_shape(found.low, wanted):
-        return "SC211", f"must be {PARAM_KINDS[wanted.kind][1]}, not {_described_bound(found.low)}"
-    return wanted.outside(found.low, found.high) if wanted.ranged else None
+    if param.kind == "color":
+        param = replace(param, low=0, high=1)
+    if not _has_shape(found.low, param):
+        return "SC211", f"must be {PARAM_KINDS[param.kind][1]}, not {_described_bound(found.low)}"
+    return param.outside(found.low, found.high) if param.ranged else None
 
 
-def _has_shape(bound: Any, wanted: ParamType) -> bool:
-    """Whether numbers between bounds are what is wanted, as far as their shape tells."""
-    if wanted.kind in {"number", "integer"}:
+def _has_shape(bound: Any, param: ParamType) -> bool:
+    """Whether numbers between bounds fit the type of a parameter, as far as their shape tells."""
+    if param.kind in {"number", "integer"}:
         return type(bound) in _NUMBERS
-    if wanted.kind not in {"vector", "color", "list"} or type(bound) in _NUMBERS:
+    if param.kind not in {"vector", "color", "list"} or type(bound) in _NUMBERS:
         return False
-    if wanted.kind == "list":
+    if param.kind == "list":
         return True
-    counts = {3, 4} if wanted.kind == "color" else {wanted.components or len(bound)}
+    counts = {3, 4} if param.kind == "color" else {param.components or len(bound)}
     return len(bound) in counts and _NUMBERS.issuperset(map(type, bound))
 
 
@@ -124,7 +124,7 @@ def _described_bound(bound: Any) -> str:
 def lower_draws(
     written: Mapping[str, Any],
     given: Mapping[str, Any],
-    drawing: SamplingContext,
+    sampling: SamplingContext,
     names: NameScopes,
     selections: Mapping[str, tuple[int, ...]],
     origin: Origin,
@@ -134,7 +134,7 @@ def lower_draws(
     Args:
         written: by full name, as the models have them.
         given: arrays that take the place of draws, one row a scene.
-        drawing: of the document.
+        sampling: of the document.
         names: of the document.
         selections: the scenes of the frames of instances that are narrowed.
         origin: of `draws`.
@@ -143,67 +143,67 @@ def lower_draws(
         if name not in written or name in names.given:
             known = [other for other in written if other not in names.given]
             message = f"there is no shared draw `{cut(str(name))}` that could be given"
-            drawing.sink.report("SC250", message, origin, hint=suggest_name(str(name), known, drawing.sink))
+            sampling.sink.report("SC250", message, origin, hint=suggest_name(str(name), known, sampling.sink))
     for name, draw in written.items():
         place = origin.child(name)
         scope = names.given.get(name, scope_of(name))
-        everywhere = drawing.everywhere
-        found = selections.get(names.anchors.get(scope_of(name), "") if name in names.wanted else "", everywhere)
-        scenes = everywhere if len(found) == len(everywhere) else found
-        leaves = FieldLowerer(drawing, scenes, everywhere, scope, partial=name in names.given)
-        reading = VariationLowerer(leaves, place)
-        item = reading.item(draw, _ANY_TYPE, FieldPlace(place, ""))
+        all_scenes = sampling.all_scenes
+        found = selections.get(names.anchors.get(scope_of(name), "") if name in names.wanted else "", all_scenes)
+        scenes = all_scenes if len(found) == len(all_scenes) else found
+        fields = FieldLowerer(sampling, scenes, all_scenes, scope, partial=name in names.given)
+        variation = VariationLowerer(fields, place)
+        item = variation.item(draw, _ANY_TYPE, FieldPlace(place, ""))
         node = item if item.__class__ in NODES else Const(item)
         if name in given:
-            rows = None if reading.broken else _injected_rows(given[name], node, drawing, place)
+            rows = None if variation.broken else _injected_rows(given[name], node, sampling, place)
             # One for each scene, so that this is by index, as rows are: those are what stays as it is built.
-            drawing.add(name, node if rows is None else Cycled(rows), frozenset())
-            drawing.random.add(name)  # a reset may be given other rows
+            sampling.add(name, node if rows is None else Cycled(rows), frozenset())
+            sampling.random.add(name)  # a reset may be given other rows
         else:
-            drawing.add(name, node, frozenset(reading.reads))
-            if reading.drawn or any(other in drawing.random for other in reading.reads):
-                drawing.random.add(name)
-            drawing.draw_origins |= reading.origins
-            if reading.risky:
-                warn_draw_may_fail(name, reading, leaves)
-        wanted = names.wanted.get(name)
+            sampling.add(name, node, frozenset(variation.reads))
+            if variation.drawn or any(other in sampling.random for other in variation.reads):
+                sampling.random.add(name)
+            sampling.draw_origins |= variation.origins
+            if variation.risky:
+                warn_draw_may_fail(name, variation, fields)
+        param = names.wanted.get(name)
         # Forms without expressions were judged as they were given.
-        if wanted is not None and not reading.broken and (reading.computed or name in given):
-            check_argument(VaryingArgument(name, wanted, scenes, place), drawing)
+        if param is not None and not variation.broken and (variation.computed or name in given):
+            check_argument(VaryingArgument(name, param, scenes, place), sampling)
 
 
 def report_unused_draws(
-    written: Mapping[str, Any], drawing: SamplingContext, names: NameScopes, origin: Origin
+    written: Mapping[str, Any], sampling: SamplingContext, names: NameScopes, origin: Origin
 ) -> None:
     """A warning for each shared draw that nothing reads, and what is wrong with it that its readers would tell."""
     for name in written:
-        if name in drawing.used or name in names.given:
+        if name in sampling.used or name in names.given:
             continue
         message = f"the draw `{cut(name)}` is never read"
-        drawing.sink.report("SC319", message, origin.child(name), at="key")
-        if name in drawing.doubtful and name not in drawing.random:
+        sampling.sink.report("SC319", message, origin.child(name), at="key")
+        if name in sampling.may_fail and name not in sampling.random:
             try:
-                drawing.leaves().batch().shared(name)
+                sampling.fields().batch().shared(name)
             except DrawError as error:
-                report_draw_failure(error, drawing.draw_origins, origin.child(name), drawing.sink)
+                report_draw_failure(error, sampling.draw_origins, origin.child(name), sampling.sink)
 
 
-def _injected_rows(rows: Any, node: Node, drawing: SamplingContext, place: Origin) -> tuple[Any, ...] | None:
+def _injected_rows(rows: Any, node: Node, sampling: SamplingContext, place: Origin) -> tuple[Any, ...] | None:
     """What the caller gives in place of a draw, a plain row a scene; None where it was reported.
 
     Args:
         rows: as given.
         node: of the draw as the file declares it.
-        drawing: of the document.
+        sampling: of the document.
         place: of the draw.
     """
     from scenecc.variation.injected_draws import InjectedDrawError, convert_injected, draw_type  # noqa: PLC0415 - loads numpy
 
-    wanted = draw_type(node, drawing.reader().bounds(node))
+    drawn_type = draw_type(node, sampling.reader().bounds(node))
     try:
-        data = convert_injected(rows, wanted, drawing.num_scenes)
+        data = convert_injected(rows, drawn_type, sampling.num_scenes)
     except InjectedDrawError as error:
-        drawing.sink.report("SC318", f"the array given for this draw {error}", place, at="key", hint=error.hint)
+        sampling.sink.report("SC318", f"the array given for this draw {error}", place, at="key", hint=error.hint)
         return None
     items: list[Any] = data.tolist()
     return tuple(map(_plain, items))

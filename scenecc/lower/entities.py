@@ -61,13 +61,13 @@ class EntityLowerer:
 
     Attributes:
         selections: by what it is known as, the scenes of all that is not in every one: of what is fastened too.
-        places: where what it has stands.
+        frames: where what it has stands.
         linked: those of its entities, once lowered, that are articulations or come from robots' files.
 
     Args:
         scene: the document.
         narrowed: the scenes of the entities and frames that instances narrow.
-        drawing: of the document.
+        sampling: of the document.
         names: likewise.
         origin: of its root.
         sink: takes the diagnostics.
@@ -77,13 +77,13 @@ class EntityLowerer:
         self,
         scene: SceneFile,
         narrowed: Mapping[str, tuple[int, ...]],
-        drawing: SamplingContext,
+        sampling: SamplingContext,
         names: NameScopes,
         origin: Origin,
         sink: Sink,
     ) -> None:
         self._scene = scene
-        self._drawing = drawing
+        self._sampling = sampling
         self._names = names
         self._origin = origin
         self._sink = sink
@@ -91,7 +91,7 @@ class EntityLowerer:
         self.linked: list[Entity] = []
         free = {name: camera for name, camera in scene.cameras.items() if camera.mount is None}
         sections = {"frames": scene.frames, "entities": scene.entities, "cameras": free}
-        self.places = FrameGraph(sections, self.leaves, names, origin, sink)
+        self.frames = FrameGraph(sections, self.fields, names, origin, sink)
 
     def _select(self, narrowed: Mapping[str, tuple[int, ...]]) -> dict[str, tuple[int, ...]]:
         selections = dict(narrowed)
@@ -101,14 +101,14 @@ class EntityLowerer:
                 known = qualified_name(section, name)
                 if node.scene_idxs is not None and known not in narrowed:
                     place = self._origin.child(section, name, "scene_idxs")
-                    selected = resolve_scene_idxs(node.scene_idxs, self._drawing.num_scenes, place, self._sink)
+                    selected = resolve_scene_idxs(node.scene_idxs, self._sampling.num_scenes, place, self._sink)
                     if selected is not None:
                         selections[known] = selected
         return selections
 
-    def leaves(self, name: str) -> FieldLowerer:
-        """The leaves of something, over its scenes. `name`: that it is known as."""
-        return self._drawing.leaves(self.selections.get(name), self._names.scopes.get(name, ""))
+    def fields(self, name: str) -> FieldLowerer:
+        """The field lowerer of an object, over its scenes. `name`: its full name."""
+        return self._sampling.fields(self.selections.get(name), self._names.scopes.get(name, ""))
 
     def lower(self, bodies: BodyLowerer, articulations: Callable[[], ArticulationLowerer]) -> tuple[Entity, ...]:
         """The entities, in order; what was reported is missing in them.
@@ -119,11 +119,11 @@ class EntityLowerer:
         """
         made = self._made(bodies, articulations)
         for name in self._scene.frames:
-            self.places.world(name, self._origin.child("frames", name), fixed=False)
+            self.frames.world(name, self._origin.child("frames", name), fixed=False)
         entities: list[Entity] = []
         for one in made:
-            pose = self.places.world(one.name, one.origin, fixed=one.fixed)
-            scenes = self.selections.get(one.name, self._drawing.everywhere)
+            pose = self.frames.world(one.name, one.origin, fixed=one.fixed)
+            scenes = self.selections.get(one.name, self._sampling.all_scenes)
             entities.append(Entity(one.name, scenes, pose, one.structures, one.pick, one.hidden, one.origin))
             if one.linked:
                 self.linked.append(entities[-1])
@@ -132,22 +132,22 @@ class EntityLowerer:
     def _made(self, bodies: BodyLowerer, articulations: Callable[[], ArticulationLowerer]) -> list[_UnplacedEntity]:
         """What the entities are, before any is placed: one may stand relative to a robot of another's file."""
         made: list[_UnplacedEntity] = []
-        scopes, of_all = self._names.scopes, self._drawing.leaves()
+        scopes, of_all = self._names.scopes, self._sampling.fields()
         linked: ArticulationLowerer | None = None
         for name, entity in self._scene.entities.items():
             place = self._origin.child("entities", name)
-            leaves = self.leaves(name) if name in self.selections or name in scopes else of_all
+            fields = self.fields(name) if name in self.selections or name in scopes else of_all
             pick = None
             structures: tuple[BodyStructure, ...]
             if entity.__class__ is BodySpec:
-                structures = (bodies.lower(entity, place, leaves),)
+                structures = (bodies.lower(entity, place, fields),)
             elif "variants" not in entity.__class__.model_fields:
                 linked = linked or articulations()
-                made += self._linked(name, linked.lower(entity, place, leaves), place, hidden=entity.hidden)
+                made += self._linked(name, linked.lower(entity, place, fields), place, hidden=entity.hidden)
                 continue
             else:
                 # An expanded document has no others.
-                structures, pick = self._variants(entity, place, leaves, bodies)
+                structures, pick = self._variants(entity, place, fields, bodies)
             fixed = not all(structure.body_type in _MOVING for structure in structures)
             made.append(_UnplacedEntity(name, place, structures, pick, fixed=fixed, hidden=entity.hidden))
         return made
@@ -158,14 +158,14 @@ class EntityLowerer:
         """What a robot's file or a tree of links makes."""
         made: list[_UnplacedEntity] = []
         if not built:
-            self.places.unread.add(name)
+            self.frames.unread.add(name)
         for one in built:
             full = name
             if one.pose is not None:
                 full = f"{name}/{one.suffix}"
                 x, y, z, *q = one.pose
                 pose = PoseMapping.model_construct(p=(x, y, z), q=tuple(q), relative_to=name)
-                self.places.add(full, place, SimpleNamespace(pose=pose))
+                self.frames.add(full, place, SimpleNamespace(pose=pose))
                 if name in self.selections:
                     self.selections[full] = self.selections[name]
                 if full in self._scene.entities:
@@ -177,15 +177,15 @@ class EntityLowerer:
         return made
 
     def _variants(
-        self, entity: Any, origin: Origin, leaves: FieldLowerer, bodies: BodyLowerer
+        self, entity: Any, origin: Origin, fields: FieldLowerer, bodies: BodyLowerer
     ) -> tuple[tuple[BodyStructure, ...], Value]:
         """One structure a variant, picked or not, and which of them each scene has."""
         structures = tuple(
-            bodies.variant((entity, origin), (variant, origin.child("variants", i)), leaves)
+            bodies.variant((entity, origin), (variant, origin.child("variants", i)), fields)
             for i, variant in enumerate(entity.variants)
         )
         last = len(structures) - 1
-        pick = leaves.value(entity.pick, FieldType(dtype="int64", within=(0, last)), origin, "pick")
+        pick = fields.value(entity.pick, FieldType(dtype="int64", within=(0, last)), origin, "pick")
         # What holds an expression is judged as it is drawn.
         wrong = [index for index in pick.numbers() if index > last] if pick.known or pick.bounds.exact else []
         if wrong:
@@ -205,22 +205,22 @@ def _locked(axes: list[str]) -> tuple[bool, ...]:
     return tuple(axis in axes for axis in MOTION_AXES)
 
 
-def _field_type(knob: Property) -> FieldType:
-    if knob.field == "disable_gravity":
+def _field_type(row: Property) -> FieldType:
+    if row.field == "disable_gravity":
         return FieldType(dtype="bool", convert=opposite, fallback=False)
-    if knob.field == "locked_motion_axes":
+    if row.field == "locked_motion_axes":
         return FieldType((6,), "bool", convert=_locked)
-    return vector(knob.shape[0], knob.field, knob.dtype) if knob.shape else number(knob.field, knob.dtype)
+    return vector(row.shape[0], row.field, row.dtype) if row.shape else number(row.field, row.dtype)
 
 
 BODY_FIELDS: dict[str, tuple[str, FieldType]] = {
-    knob.key: (knob.field, _field_type(knob)) for knob in properties_of("mass", "body", "groups", "look")
+    row.key: (row.field, _field_type(row)) for row in properties_of("mass", "body", "groups", "look")
 }
 """Key of the language → field of the plan, and what a row of it holds."""
 
 _BODY_KEYS = frozenset(BODY_FIELDS)
 
-RESETTABLE_KEYS = frozenset(knob.field for knob in properties_of("body") if knob.reset)
+RESETTABLE_KEYS = frozenset(row.field for row in properties_of("body") if row.reset)
 """Knobs that a reset draws anew."""
 
 _NUMBERS = frozenset((int, float))
@@ -237,13 +237,13 @@ _SHAPE_DEFAULTS = (
 _INERTIA_TYPE = vector(3, "inertia")
 
 
-def lower_inertial(given: Any, owner: Origin, leaves: FieldLowerer) -> Inertial:
+def lower_inertial(given: Any, owner: Origin, fields: FieldLowerer) -> Inertial:
     """The mass properties under the key `inertial` of a body or a link. `owner`: of the node that has the key."""
     place = owner.child("inertial")
     return Inertial(
-        leaves.value(given.mass, BODY_FIELDS["mass"][1], place, "mass"),
-        local_pose(given.com, owner, ("inertial", "com"), "a centre of mass", leaves),
-        leaves.value(given.inertia, _INERTIA_TYPE, place, "inertia"),
+        fields.value(given.mass, BODY_FIELDS["mass"][1], place, "mass"),
+        local_pose(given.com, owner, ("inertial", "com"), "a centre of mass", fields),
+        fields.value(given.inertia, _INERTIA_TYPE, place, "inertia"),
     )
 
 
@@ -260,31 +260,31 @@ class BodyLowerer:
         self._by_surface: dict[int, ShapeDefaults] = {}
         self._last: tuple[Origin, LayerDefaults] | None = None
 
-    def lower(self, body: Any, origin: Origin, leaves: FieldLowerer) -> BodyStructure:
+    def lower(self, body: Any, origin: Origin, fields: FieldLowerer) -> BodyStructure:
         """A body's structure; shapes that were reported are missing in it."""
         if body.color is not None or body.density is not None or body.collision_group is not None:
             self._does_something(body, body, origin)
-        return self._structure(body.body_type, ((body, origin),), leaves)
+        return self._structure(body.body_type, ((body, origin),), fields)
 
-    def variant(self, common: Layer, own: Layer, leaves: FieldLowerer) -> BodyStructure:
+    def variant(self, common: Layer, own: Layer, fields: FieldLowerer) -> BodyStructure:
         """The structure of one variant: lists of shapes go on where the common ones end, other keys replace them."""
         self._does_something(own[0], common[0], own[1])
         typed = next((body for body, _ in (own, common) if "body_type" in body.model_fields_set), common[0])
-        return self._structure(typed.body_type, (common, own), leaves)
+        return self._structure(typed.body_type, (common, own), fields)
 
-    def _structure(self, body_type: Any, layers: tuple[Layer, ...], leaves: FieldLowerer) -> BodyStructure:
-        default = self._defaults(layers, leaves)
-        collisions, visuals = self._shapes.shapes(layers, default, leaves)
-        knobs: dict[str, Value] = {}
+    def _structure(self, body_type: Any, layers: tuple[Layer, ...], fields: FieldLowerer) -> BodyStructure:
+        default = self._defaults(layers, fields)
+        collisions, visuals = self._shapes.shapes(layers, default, fields)
+        properties: dict[str, Value] = {}
         for body, origin in layers:
-            self._knobs(body, origin, leaves, knobs)
+            self._knobs(body, origin, fields, properties)
         return BodyStructure(
             body_type=body_type,
             collisions=tuple(collisions),
             visuals=tuple(visuals),
-            inertial=self._inertial(layers, leaves),
+            inertial=self._inertial(layers, fields),
             origin=layers[-1][1],
-            **knobs,
+            **properties,
         )
 
     def _does_something(self, body: Any, common: Any, origin: Origin) -> None:
@@ -292,17 +292,17 @@ class BodyLowerer:
             if getattr(body, key) is not None and not any(getattr(one, key) for one in (body, common) for key in lists):
                 report_unused_key(key, f"on a body without a {kind} shape", origin, self._sink)
 
-    def _defaults(self, layers: tuple[Layer, ...], leaves: FieldLowerer) -> ShapeDefaults:
+    def _defaults(self, layers: tuple[Layer, ...], fields: FieldLowerer) -> ShapeDefaults:
         found = _NO_DEFAULTS
         if len(layers) == 1 and layers[0][0].color is None and layers[0][0].density is None:
             # Many bodies name a material and nothing else.
-            surface = self._materials.surface(layers[0][0].material, layers[0][1], leaves)
+            surface = self._materials.surface(layers[0][0].material, layers[0][1], fields)
             return found if surface is None else self._of_surface(surface)
         for layer in layers:
             body = layer[0]
             if body.material is None and body.color is None and body.density is None:
                 continue
-            surface, color, density = self._given(layer, leaves)
+            surface, color, density = self._given(layer, fields)
             found = ShapeDefaults(
                 found.surface if surface is None else surface,
                 found.color if color is None else color,
@@ -310,13 +310,13 @@ class BodyLowerer:
             )
         return found
 
-    def _given(self, layer: Layer, leaves: FieldLowerer) -> LayerDefaults:
+    def _given(self, layer: Layer, fields: FieldLowerer) -> LayerDefaults:
         """What a layer gives its shapes. All variants of an entity have one layer in common, which is lowered once."""
         body, origin = layer
         if self._last is None or self._last[0] is not origin:
-            surface = self._materials.surface(body.material, origin, leaves)
-            color = leaves.given(body.color, COLOR, origin, "color")
-            density = leaves.given(body.density, DENSITY, origin, "density")
+            surface = self._materials.surface(body.material, origin, fields)
+            color = fields.optional(body.color, COLOR, origin, "color")
+            density = fields.optional(body.density, DENSITY, origin, "density")
             self._last = origin, (surface, color, density)
         return self._last[1]
 
@@ -326,26 +326,26 @@ class BodyLowerer:
             known = self._by_surface[id(surface)] = ShapeDefaults(surface)
         return known
 
-    def _knobs(self, body: Any, origin: Origin, leaves: FieldLowerer, knobs: dict[str, Value]) -> None:
+    def _knobs(self, body: Any, origin: Origin, fields: FieldLowerer, properties: dict[str, Value]) -> None:
         given = body.model_fields_set
         for name in _BODY_KEYS & given:
             field, kind = BODY_FIELDS[name]
             item = getattr(body, name)
             if item.__class__ in _NUMBERS and kind.convert is None:
-                knobs[field] = literal(item, kind.dtype)
+                properties[field] = literal(item, kind.dtype)
             else:
-                knobs[field] = leaves.value(item, kind, origin, name, reset=name in RESETTABLE_KEYS)
+                properties[field] = fields.value(item, kind, origin, name, reset=name in RESETTABLE_KEYS)
         if body.collision_group is None:
             return
         if "collision_bits" in given:
             report_exclusive_keys("collision_group", "collision_bits", origin, self._sink, related="the group")
         place = origin.child("collision_group")
-        bits = find_group(self._groups, body.collision_group, place, leaves.scope, self._sink)
+        bits = find_group(self._groups, body.collision_group, place, fields.scope, self._sink)
         if bits is not None:
-            knobs["collision_groups"] = literal(bits, "int64")
+            properties["collision_groups"] = literal(bits, "int64")
 
-    def _inertial(self, layers: tuple[Layer, ...], leaves: FieldLowerer) -> Inertial | None:
+    def _inertial(self, layers: tuple[Layer, ...], fields: FieldLowerer) -> Inertial | None:
         for body, origin in reversed(layers):
             if body.inertial is not None:
-                return lower_inertial(body.inertial, origin, leaves)
+                return lower_inertial(body.inertial, origin, fields)
         return None

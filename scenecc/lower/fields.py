@@ -47,19 +47,19 @@ class FieldLowerer:
 
     def __init__(
         self,
-        drawing: SamplingContext,
+        sampling: SamplingContext,
         scenes: tuple[int, ...],
         listed: tuple[int, ...],
         scope: str,
         *,
         partial: bool = False,
     ) -> None:
-        self.drawing = drawing
+        self.sampling = sampling
         self.partial = partial
         self.scenes = scenes
         self.listed = listed
         self.scope = scope
-        self.sink = drawing.sink
+        self.sink = sampling.sink
         self._batch: Batch | None = None
 
     def value(self, given: Any, kind: FieldType, owner: Origin, *at: str, reset: bool = False) -> Value:
@@ -75,62 +75,62 @@ class FieldLowerer:
         if given.__class__ not in VARYING:
             return literal(given if kind.convert is None else kind.convert(given), kind.dtype)
         place = field_place(owner.child(*at))
-        reading = VariationLowerer(self, place.origin)
+        variation = VariationLowerer(self, place.origin)
         if kind.convert is not None and holds_template(given):
             return convert_expressions(given, kind, place, self)
-        return self.finish(reading.item(given, kind, place), reading, kind, place.origin, reset=reset)
+        return self.finish(variation.item(given, kind, place), variation, kind, place.origin, reset=reset)
 
-    def given(self, given: Any, kind: FieldType, owner: Origin, *at: str, reset: bool = False) -> Value | None:
+    def optional(self, given: Any, kind: FieldType, owner: Origin, *at: str, reset: bool = False) -> Value | None:
         """As `value`; None where the key was left out."""
         return None if given is None else self.value(given, kind, owner, *at, reset=reset)
 
     def finish(
-        self, item: Any, reading: VariationLowerer, kind: FieldType, origin: Origin, *, reset: bool = False
+        self, item: Any, variation: VariationLowerer, kind: FieldType, origin: Origin, *, reset: bool = False
     ) -> Value:
         """An item that was read as a value: of what is known by scene the rows, of the rest how they are drawn."""
         if not reset:
-            self.fix(reading)
+            self.fix(variation)
         if item.__class__ not in NODE_TYPES:
             return literal(item, kind.dtype)
-        if reading.broken:
+        if variation.broken:
             return literal(kind.fallback, kind.dtype)
-        if reading.known:
-            return self._rows(item, reading, kind, origin)
-        self.drawing.drawn = True
+        if variation.known:
+            return self._rows(item, variation, kind, origin)
+        self.sampling.drawn = True
         support = self.bounds(item)
-        if reading.computed:
+        if variation.computed:
             # Expressions may tie values together, so rules over several are judged by rows.
             support = replace(support, exact=False)
         value = varying(self.drawer(item, kind), bounds=support, rows=len(self.scenes))
-        if reading.risky:
-            self.pend(value, kind, origin, reading)
+        if variation.risky:
+            self.defer(value, kind, origin, variation)
         if reset:
-            self.drawing.resets[id(value)] = ResettableValue(value, item, reading, self)
+            self.sampling.resets[id(value)] = ResettableValue(value, item, variation, self)
         return value
 
-    def pend(self, value: Value, kind: FieldType, origin: Origin, reading: VariationLowerer) -> None:
+    def defer(self, value: Value, kind: FieldType, origin: Origin, variation: VariationLowerer) -> None:
         """Leaves a value to the draw stage to judge, and tells what is known to be wrong or may turn out to be."""
-        pending = DeferredCheck(value, kind, self.scenes, origin, reading.origins)
-        if reading.risky:
+        deferred = DeferredCheck(value, kind, self.scenes, origin, variation.origins)
+        if variation.risky:
             from scenecc.lower.deferred_checks import warn_may_fail  # noqa: PLC0415 - loaded where something varies
 
-            warn_may_fail(pending, reading, self)
-        self.drawing.pending.append(pending)
+            warn_may_fail(deferred, variation, self)
+        self.sampling.deferred.append(deferred)
 
     def inside(self, scope: str) -> FieldLowerer:
-        """The leaves of a named thing of another scope, over the same scenes; its `per_scene` lists are by all."""
-        return self.drawing.leaves(self.scenes, scope, self.drawing.everywhere)
+        """The lowerer of a named object in another scope, over the same scenes; `per_scene` lists cover all scenes."""
+        return self.sampling.fields(self.scenes, scope, self.sampling.all_scenes)
 
-    def fix(self, reading: VariationLowerer) -> None:
+    def fix(self, variation: VariationLowerer) -> None:
         """Notes that a field stays as it is built, and with it all shared draws that it reads."""
-        self.drawing.fixed |= reading.reads
+        self.sampling.fixed |= variation.reads
 
-    def _rows(self, node: Node, reading: VariationLowerer, kind: FieldType, origin: Origin) -> Value:
+    def _rows(self, node: Node, variation: VariationLowerer, kind: FieldType, origin: Origin) -> Value:
         from scenecc.variation.operations import DrawError  # noqa: PLC0415 - loaded where something varies
 
         try:
             known = per_scene(self.evaluate(node), kind.dtype)
-            if not reading.cycled:
+            if not variation.cycled:
                 return known
             # What no scene has is judged all the same.
             found = self.bounds(node)
@@ -138,7 +138,7 @@ class FieldLowerer:
                 return known
             return varying(self.drawer(node, kind), bounds=found, rows=len(self.scenes))
         except DrawError as error:
-            report_draw_failure(error, reading.origins, origin, self.sink)
+            report_draw_failure(error, variation.origins, origin, self.sink)
             return literal(kind.fallback, kind.dtype)
 
     def evaluate(self, node: Node) -> NDArray[Any]:
@@ -153,7 +153,7 @@ class FieldLowerer:
 
     def bounds(self, node: Node) -> ValueBounds:
         """Everything that a node can be."""
-        return self.drawing.reader().bounds(node)
+        return self.sampling.reader().bounds(node)
 
     def batch(self) -> Batch:
         """The scenes, as draws are made for them."""
@@ -163,8 +163,8 @@ class FieldLowerer:
             from scenecc.variation.evaluation import Batch  # noqa: PLC0415 - likewise
 
             scenes = np.array(self.scenes, dtype=np.int64)
-            drawing = self.drawing
-            self._batch = Batch(scenes, drawing.seed, drawing.num_scenes, drawing.draws, {}, drawing.computed)
+            sampling = self.sampling
+            self._batch = Batch(scenes, sampling.seed, sampling.num_scenes, sampling.draws, {}, sampling.computed)
         return self._batch
 
     def drawer(self, node: Node, kind: FieldType) -> Callable[[], NDArray[Any]]:
@@ -183,7 +183,7 @@ class FieldLowerer:
     def draw_names(self, template: Template, origin: Origin) -> dict[str, str] | None:
         """The shared draws that an expression reads, by the names that it has for them; None where one is unknown."""
         prefix = f"{self.scope}/" if self.scope else ""
-        draws = self.drawing.draws
+        draws = self.sampling.draws
         names = {name: prefix + name for name in template.names - BUILTIN_NAMES}
         for name, full in names.items():
             if full not in draws:
@@ -192,7 +192,7 @@ class FieldLowerer:
                 message = f"there is no parameter, loop variable or draw `{cut(name)}` here"
                 self.sink.report("SC201", message, origin, hint=hint)
                 return None
-        self.drawing.used |= set(names.values())
+        self.sampling.used |= set(names.values())
         return names
 
 
@@ -214,7 +214,7 @@ class SamplingContext:
         sink: takes the diagnostics.
         most: operations that its values may take (limit `computed`).
         draws: the shared draws by their full names; filled before anything reads them.
-        pending: the values that the draw stage judges.
+        deferred: the values that the draw stage judges.
         arguments: what parameters are given that it judges.
         used: the shared draws that anything reads.
         fixed: those that something reads which stays as it is built.
@@ -222,12 +222,12 @@ class SamplingContext:
         scenes_of: for each shared draw, the scenes that it has a value in.
         random: the shared draws that a seed decides, by themselves or through others.
         draw_origins: of the nodes in shared draws that can have no value, by identity.
-        doubtful: the shared draws that may have no value in some scene.
-        doubts: what is known of each expression, by all that it follows from.
+        may_fail: the shared draws that may have no value in some scene.
+        failures: what is known of each expression, by all that it follows from.
         drawn: whether any value is to be drawn.
         read: how many fields with forms or expressions were read.
         resets: what a reset may change: its value by identity, its node, and what was read of it.
-        foreseen: operations of the draw stage, and those that tell what it can give.
+        sampling_operations: operations of the draw stage, and those that tell what it can give.
         computed: operations of the draw stage as they are done; some do again what others have done.
     """
 
@@ -236,7 +236,7 @@ class SamplingContext:
     sink: Sink
     most: int
     draws: dict[str, Node] = field(default_factory=dict[str, "Node"])
-    pending: list[DeferredCheck] = field(default_factory=list["DeferredCheck"])
+    deferred: list[DeferredCheck] = field(default_factory=list["DeferredCheck"])
     arguments: list[VaryingArgument] = field(default_factory=list["VaryingArgument"])
     used: set[str] = field(default_factory=set[str])
     fixed: set[str] = field(default_factory=set[str])
@@ -244,81 +244,81 @@ class SamplingContext:
     scenes_of: dict[str, tuple[int, ...]] = field(default_factory=dict[str, "tuple[int, ...]"])
     random: set[str] = field(default_factory=set[str])
     draw_origins: dict[int, tuple[Any, Origin]] = field(default_factory=dict[int, "tuple[Any, Origin]"])
-    doubtful: set[str] = field(default_factory=set[str])
-    doubts: dict[tuple[Any, ...], tuple[Any, PossibleFailure | None]] = field(default_factory=dict[Any, Any])
+    may_fail: set[str] = field(default_factory=set[str])
+    failures: dict[tuple[Any, ...], tuple[Any, PossibleFailure | None]] = field(default_factory=dict[Any, Any])
     drawn: bool = False
     read: int = 0
     resets: dict[int, ResettableValue] = field(default_factory=dict[int, "ResettableValue"])
-    everywhere: tuple[int, ...] = ()
-    foreseen: OperationCounter = field(init=False)
+    all_scenes: tuple[int, ...] = ()
+    sampling_operations: OperationCounter = field(init=False)
     computed: OperationCounter = field(init=False)
     _reader: BoundsAnalysis | None = None
-    _leaves: dict[tuple[int, int, str], FieldLowerer] = field(default_factory=dict[tuple[int, int, str], FieldLowerer])
+    _fields: dict[tuple[int, int, str], FieldLowerer] = field(default_factory=dict[tuple[int, int, str], FieldLowerer])
 
     def __post_init__(self) -> None:
-        self.everywhere = tuple(range(self.num_scenes))
-        self.foreseen = OperationCounter(self.most)
+        self.all_scenes = tuple(range(self.num_scenes))
+        self.sampling_operations = OperationCounter(self.most)
         self.computed = OperationCounter(_RECOMPUTATIONS * self.most)
 
-    def foresee(self, operations: int, origin: Origin) -> None:
+    def count_operations(self, operations: int, origin: Origin) -> None:
         """Counts what the draw stage will do; once that is too much, it is reported."""
-        within = not self.foreseen.exhausted
-        self.foreseen.done += operations
-        if within and self.foreseen.exhausted:
-            self.sink.report("SC609", self.foreseen.message, origin, hint=COMPUTE_LIMIT_HINT)
+        within = not self.sampling_operations.exhausted
+        self.sampling_operations.done += operations
+        if within and self.sampling_operations.exhausted:
+            self.sink.report("SC609", self.sampling_operations.message, origin, hint=COMPUTE_LIMIT_HINT)
 
     def reader(self) -> BoundsAnalysis:
         """What tells supports, those of the shared draws once."""
         if self._reader is None:
             from scenecc.variation.node_bounds import BoundsAnalysis  # noqa: PLC0415 - loaded where something varies
 
-            self._reader = BoundsAnalysis(self.draws, {}, self.num_scenes, self.foreseen)
+            self._reader = BoundsAnalysis(self.draws, {}, self.num_scenes, self.sampling_operations)
         return self._reader
 
     @property
     def varies(self) -> bool:
         """Whether anything is to be drawn or judged by its rows."""
-        return bool(self.draws or self.pending or self.drawn)
+        return bool(self.draws or self.deferred or self.drawn)
 
     def add(self, name: str, node: Node, reads: frozenset[str]) -> None:
         """Adds a shared draw. `reads`: those that it reads, all of which are there."""
         self.draws[name] = node
         self.reads[name] = reads
-        found = node.scene_idxs if isinstance(node, Rows) else self.everywhere
+        found = node.scene_idxs if isinstance(node, Rows) else self.all_scenes
         for other in reads:
             limits = self.scenes_of[other]
-            if limits is not self.everywhere:
-                found = limits if found is self.everywhere else tuple(sorted(set(found).intersection(limits)))
+            if limits is not self.all_scenes:
+                found = limits if found is self.all_scenes else tuple(sorted(set(found).intersection(limits)))
         self.scenes_of[name] = found
 
-    def leaves(
+    def fields(
         self, scenes: tuple[int, ...] | None = None, scope: str = "", listed: tuple[int, ...] | None = None
     ) -> FieldLowerer:
-        """The leaves of an object.
+        """The field lowerer of an object.
 
         Args:
             scenes: that it is in; None: all.
             scope: in which its names are looked up.
             listed: the scenes of its `per_scene` lists, where these are not `scenes`.
         """
-        scenes = self.everywhere if scenes is None else scenes
+        scenes = self.all_scenes if scenes is None else scenes
         listed = scenes if listed is None else listed
-        # By identity, since objects share the tuples of their scenes; the leaves keep them.
+        # By identity, since objects share the tuples of their scenes; the lowerers keep them.
         key = (id(scenes), id(listed), scope)
-        found = self._leaves.get(key)
+        found = self._fields.get(key)
         if found is None:
-            found = self._leaves[key] = FieldLowerer(self, scenes, listed, scope)
+            found = self._fields[key] = FieldLowerer(self, scenes, listed, scope)
         return found
 
 
-def convert_expressions(given: Any, kind: FieldType, place: FieldPlace, leaves: FieldLowerer) -> Value:
+def convert_expressions(given: Any, kind: FieldType, place: FieldPlace, fields: FieldLowerer) -> Value:
     """A leaf in which an expression stands for a whole value, converted scene by scene.
 
     Args:
         given: as the models have it.
         kind: of the field; it converts.
         place: of the leaf.
-        leaves: of its object.
+        fields: of its object.
     """
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
@@ -326,19 +326,19 @@ def convert_expressions(given: Any, kind: FieldType, place: FieldPlace, leaves: 
 
     assert kind.convert is not None
     convert = kind.convert
-    reading = VariationLowerer(leaves, place.origin)
+    variation = VariationLowerer(fields, place.origin)
     parts: list[Any] = []
 
     def leaf(one: Any, around: FieldPlace, step: FormStep) -> int:
         """Keeps one alternative as a part; its number stands in its place among those that are picked from."""
         inside = around.inside(step) if step else around
-        item = reading.item(one, kind, inside)
+        item = variation.item(one, kind, inside)
         parts.append((item if item.__class__ in NODES else Const(item), isinstance(one, Template)))
         return len(parts) - 1
 
-    index = reading.select(given, place, leaf)
-    leaves.fix(reading)
-    if reading.broken:
+    index = variation.select(given, place, leaf)
+    fields.fix(variation)
+    if variation.broken:
         return literal(kind.fallback, kind.dtype)
     which = index if index.__class__ in NODES else Const(index)
 
@@ -351,21 +351,21 @@ def convert_expressions(given: Any, kind: FieldType, place: FieldPlace, leaves: 
 
     def draw() -> NDArray[Any]:
         """The rows: each part is evaluated in the scenes that have it."""
-        numbers = leaves.evaluate(which)
-        rows = np.empty((len(leaves.scenes), *kind.shape), dtype=kind.dtype)
+        numbers = fields.evaluate(which)
+        rows = np.empty((len(fields.scenes), *kind.shape), dtype=kind.dtype)
         for number, (node, written) in enumerate(parts):
             mine = np.flatnonzero(numbers == number)
             if mine.size:
-                made = leaves.batch().only(mine).evaluate(node).tolist()
-                scenes = [leaves.scenes[i] for i in mine]
+                made = fields.batch().only(mine).evaluate(node).tolist()
+                scenes = [fields.scenes[i] for i in mine]
                 rows[mine] = [row(one, node, s) for one, s in zip(made, scenes, strict=True)] if written else made
         return rows
 
     supports = [
-        _converted_support(leaves.bounds(node), kind) if written else leaves.bounds(node) for node, written in parts
+        _converted_support(fields.bounds(node), kind) if written else fields.bounds(node) for node, written in parts
     ]
-    value = varying(draw, bounds=replace(union_bounds(supports), exact=False), rows=len(leaves.scenes))
-    leaves.pend(value, kind, place.origin, reading)
+    value = varying(draw, bounds=replace(union_bounds(supports), exact=False), rows=len(fields.scenes))
+    fields.defer(value, kind, place.origin, variation)
     return value
 
 

@@ -35,7 +35,7 @@ class FramePose:
 
     Attributes:
         local: its own pose, in the frame of `parent`: seven numbers, or a node.
-        reading: what was read of it; None where it is the same in every scene.
+        variation: what was read of it; None where it is the same in every scene.
         parent: what it stands relative to; None: the world.
         world: its pose in the world, likewise.
         around: itself if it is in some scenes only, as entities and the frames of instances can be; of another frame
@@ -45,7 +45,7 @@ class FramePose:
     """
 
     local: Pose7 | Node
-    reading: VariationLowerer | None
+    variation: VariationLowerer | None
     parent: str | None
     world: Pose7 | Node
     around: str | None
@@ -60,12 +60,12 @@ class Follower:
     Attributes:
         local: its own pose, as it is built: seven numbers, or a node.
         parent: the entity or frame in whose frame that is; None: the world.
-        leaves: of it.
+        fields: of it.
     """
 
     local: Pose7 | Node
     parent: str | None
-    leaves: FieldLowerer
+    fields: FieldLowerer
 
 
 class FrameGraph:
@@ -75,7 +75,7 @@ class FrameGraph:
 
     Args:
         sections: name → section → what has a `pose` there; of cameras those that are mounted on nothing.
-        leaves_of: the leaves of something placed.
+        fields_of: gives the field lowerer of an entity or a frame, by its name.
         names: what names of the document mean.
         origin: of its root.
         sink: takes the diagnostics.
@@ -88,7 +88,7 @@ class FrameGraph:
     def __init__(
         self,
         sections: Mapping[str, Mapping[str, Any]],
-        leaves_of: Callable[[str], FieldLowerer],
+        fields_of: Callable[[str], FieldLowerer],
         names: NameScopes,
         origin: Origin,
         sink: Sink,
@@ -96,7 +96,7 @@ class FrameGraph:
         self._placed = {name: node for nodes in sections.values() for name, node in nodes.items()}
         self._sections = sections
         self._frames = sections.get("frames", {})
-        self._leaves_of = leaves_of
+        self._fields_of = fields_of
         self._names = names
         self._origin = origin
         self._sink = sink
@@ -130,25 +130,25 @@ class FrameGraph:
         if apart and not self._names.scopes.get(name) and not pose_varies(pose):
             # Most stand in the world, and few of these are asked for again.
             return literal(lower_pose(pose, owner, ("pose",), self._sink))
-        standing = self.standing(name)
-        leaves = self._leaves_of(name)
-        readings = self._readings(name)
+        frame_pose = self.frame_pose(name)
+        fields = self._fields_of(name)
+        variations = self._readings(name)
         if fixed:
             self.fix(name)
-        if not readings:
-            return literal(standing.world)  # pyright: ignore[reportArgumentType] - nothing varies
-        whole = VariationLowerer(leaves, self.origin(name))
-        for reading in readings:
-            whole.join(reading)
-        return leaves.finish(standing.world, whole, POSE, self.origin(name).child("pose"), reset=not fixed)
+        if not variations:
+            return literal(frame_pose.world)  # pyright: ignore[reportArgumentType] - nothing varies
+        whole = VariationLowerer(fields, self.origin(name))
+        for variation in variations:
+            whole.join(variation)
+        return fields.finish(frame_pose.world, whole, POSE, self.origin(name).child("pose"), reset=not fixed)
 
     def follow(
         self,
         key: str,
         relative_to: str | None,
         local: Any,
-        reading: VariationLowerer,
-        leaves: FieldLowerer,
+        variation: VariationLowerer,
+        fields: FieldLowerer,
         origin: Origin,
     ) -> Value:
         """The world pose of a light or a camera as a value.
@@ -159,40 +159,40 @@ class FrameGraph:
             key: what it is known as, as `scenecc.spec.references.qualified_name` has it.
             relative_to: as written.
             local: seven numbers, or a node.
-            reading: of them.
-            leaves: of it.
+            variation: of them.
+            fields: of it.
             origin: of the node that has the key `pose`.
         """
-        leaves.fix(reading)
+        fields.fix(variation)
         parent = self._known_parent(key, relative_to, origin)
-        whole = VariationLowerer(leaves, origin)
-        whole.join(reading)
+        whole = VariationLowerer(fields, origin)
+        whole.join(variation)
         world = local
         if parent is not None:
-            outer = self.standing(parent)
+            outer = self.frame_pose(parent)
             if outer.around is not None:
-                self._is_wherever(key, leaves.scenes, outer.around, origin)
+                self._is_wherever(key, fields.scenes, outer.around, origin)
             world = _composed(outer.world, local)
             for other in self._readings(parent):
                 whole.join(other)
-            self.followers[key] = Follower(local, parent, leaves)
+            self.followers[key] = Follower(local, parent, fields)
         if world.__class__ not in NODE_TYPES:
             return literal(world)
-        return leaves.finish(world, whole, POSE, origin.child("pose"), reset=True)
+        return fields.finish(world, whole, POSE, origin.child("pose"), reset=True)
 
     def fix(self, name: str) -> None:
         """Notes that something stays where it is built, and with it all that it stands relative to."""
         at: str | None = name
         while at is not None and at not in self._fixed:
             self._fixed.add(at)
-            standing = self.standing(at)
-            if standing.reading is not None:
-                self._leaves_of(at).fix(standing.reading)
-            at = standing.parent
+            frame_pose = self.frame_pose(at)
+            if frame_pose.variation is not None:
+                self._fields_of(at).fix(frame_pose.variation)
+            at = frame_pose.parent
 
-    def leaves(self, name: str) -> FieldLowerer:
-        """The leaves of an entity or a frame."""
-        return self._leaves_of(name)
+    def fields(self, name: str) -> FieldLowerer:
+        """The field lowerer of an entity or a frame."""
+        return self._fields_of(name)
 
     def is_still(self, name: str) -> bool:
         """Whether the pose that something has of its own stays as it is built, though what is around it need not."""
@@ -202,7 +202,7 @@ class FrameGraph:
         """Whether something stays where it is built."""
         return name in self._fixed
 
-    def standing(self, name: str) -> FramePose:
+    def frame_pose(self, name: str) -> FramePose:
         """Where an entity or a frame stands."""
         found = self._standing.get(name)
         if found is not None:
@@ -215,25 +215,25 @@ class FrameGraph:
 
     def _readings(self, name: str) -> list[VariationLowerer]:
         """What was read of the poses of all that something stands relative to, and of its own."""
-        readings: list[VariationLowerer] = []
-        at = self.standing(name).read
+        variations: list[VariationLowerer] = []
+        at = self.frame_pose(name).read
         while at is not None:
-            standing = self.standing(at)
-            assert standing.reading is not None
-            readings.append(standing.reading)
-            at = None if standing.parent is None else self.standing(standing.parent).read
+            frame_pose = self.frame_pose(at)
+            assert frame_pose.variation is not None
+            variations.append(frame_pose.variation)
+            at = None if frame_pose.parent is None else self.frame_pose(frame_pose.parent).read
         # Of a long chain that varies each member joins what was read of all before it.
-        self._leaves_of(name).drawing.foresee(_JOINED * len(readings), self.origin(name))
-        return readings
+        self._fields_of(name).sampling.count_operations(_JOINED * len(variations), self.origin(name))
+        return variations
 
     def _stand(self, name: str) -> FramePose:
         parent = self._names.parent(name, self._relative_to(name))
         outer = self._standing.get(parent) if parent is not None else None
-        pose, origin, reading = self._placed[name].pose, self.origin(name), None
+        pose, origin, variation = self._placed[name].pose, self.origin(name), None
         local: Any
         if pose_varies(pose):
-            reading = VariationLowerer(self._leaves_of(name), origin)
-            local = pose_item(pose, FieldPlace(origin.child("pose"), "pose"), reading, self._sink)
+            variation = VariationLowerer(self._fields_of(name), origin)
+            local = pose_item(pose, FieldPlace(origin.child("pose"), "pose"), variation, self._sink)
         else:
             local = lower_pose(pose, origin, ("pose",), self._sink)
         around = outer.around if outer is not None else None
@@ -242,26 +242,26 @@ class FrameGraph:
             if around is not None:
                 self._exists_wherever(name, around)
             around = name
-        read = name if reading is not None else outer and outer.read
+        read = name if variation is not None else outer and outer.read
         if outer is None or parent is None:
-            return FramePose(local, reading, None, local, around, 1, read)
+            return FramePose(local, variation, None, local, around, 1, read)
         if outer.depth < MAX_COMPOSED_POSES:
-            return FramePose(local, reading, parent, _composed(outer.world, local), around, outer.depth + 1, read)
+            return FramePose(local, variation, parent, _composed(outer.world, local), around, outer.depth + 1, read)
         world = _composed(self._shared(parent, outer.world), local)
-        return FramePose(local, reading, parent, world, around, 2, read)
+        return FramePose(local, variation, parent, world, around, 2, read)
 
     def _shared(self, name: str, world: Any) -> Any:
         """A pose by its name: of a chain that varies and has no end, the rest would nest in it without end."""
         if world.__class__ not in NODE_TYPES:
             return world
         draw = shared_pose_name(name)
-        self._leaves_of(name).drawing.draws[draw] = world
+        self._fields_of(name).sampling.draws[draw] = world
         return Shared(draw)
 
     def _is_narrowed(self, frame: str) -> bool:
         """Whether a frame belongs to an instance that is in some scenes only."""
-        leaves = self._leaves_of(frame)
-        return leaves.scenes is not leaves.drawing.everywhere
+        fields = self._fields_of(frame)
+        return fields.scenes is not fields.sampling.all_scenes
 
     def _relative_to(self, name: str) -> str | None:
         pose = self._placed[name].pose
@@ -309,10 +309,10 @@ class FrameGraph:
 
     def _exists_wherever(self, name: str, parent: str) -> None:
         """Reports a scene that the one entity is in and the other is not."""
-        self._is_wherever(name, self._leaves_of(name).scenes, parent, self.origin(name))
+        self._is_wherever(name, self._fields_of(name).scenes, parent, self.origin(name))
 
     def _is_wherever(self, name: str, mine: tuple[int, ...], parent: str, origin: Origin) -> None:
-        others = self._leaves_of(parent).scenes
+        others = self._fields_of(parent).scenes
         if mine is others or not (missing := set(mine).difference(others)):
             return
         shown = name.rpartition(":")[2]

@@ -39,7 +39,7 @@ _OFFSET = FieldType()
 
 
 def local_pose(
-    pose: Any, owner: Origin, at: tuple[str, ...], what: str, leaves: FieldLowerer, *, reset: bool = False
+    pose: Any, owner: Origin, at: tuple[str, ...], what: str, fields: FieldLowerer, *, reset: bool = False
 ) -> Value:
     """A pose in the frame of the body.
 
@@ -48,29 +48,29 @@ def local_pose(
         owner: of the node that has it.
         at: where it is there.
         what: has the pose, for a message.
-        leaves: of the object.
+        fields: of the object.
         reset: whether a reset may change it.
     """
     if isinstance(pose, PoseMapping) and pose.relative_to is not None:
         where = f"here: {what} stands in the frame of its body"
-        report_unused_key("relative_to", where, owner.child(*at), leaves.sink)
+        report_unused_key("relative_to", where, owner.child(*at), fields.sink)
     if not pose_varies(pose):
-        return literal(lower_pose(pose, owner, at, leaves.sink))
+        return literal(lower_pose(pose, owner, at, fields.sink))
     place = field_place(owner.child(*at))
-    reading = VariationLowerer(leaves, place.origin)
-    return leaves.finish(pose_item(pose, place, reading, leaves.sink), reading, POSE, place.origin, reset=reset)
+    variation = VariationLowerer(fields, place.origin)
+    return fields.finish(pose_item(pose, place, variation, fields.sink), variation, POSE, place.origin, reset=reset)
 
 
-def shape_pose(shape: Any, origin: Origin, leaves: FieldLowerer) -> Value | None:
+def shape_pose(shape: Any, origin: Origin, fields: FieldLowerer) -> Value | None:
     """The pose of a shape, with what its `axis`, or `normal` and `offset`, put before it; None: the identity."""
     type_ = shape.type
     if shape.pose is None and type_ not in _TURNED:
         return None
-    pose = local_pose(shape.pose, origin, ("pose",), "a shape", leaves)
+    pose = local_pose(shape.pose, origin, ("pose",), "a shape", fields)
     if type_ in LYING_SOLIDS:
-        pose = _with_turn(pose, AXIS_TURNS[shape.axis], leaves)
+        pose = _with_rotation(pose, AXIS_TURNS[shape.axis], fields)
     elif type_ == "plane":
-        pose = _plane_pose(shape, pose, origin, leaves)
+        pose = _plane_pose(shape, pose, origin, fields)
     return None if pose.is_constant and _is_identity(pose.numbers()) else pose
 
 
@@ -82,20 +82,20 @@ def _is_identity(pose: tuple[float, ...]) -> bool:
 _TURNED = frozenset((*LYING_SOLIDS, "plane"))
 
 
-def _with_turn(pose: Value, turn: Quat, leaves: FieldLowerer, step: Vec3 = (0.0, 0.0, 0.0)) -> Value:
+def _with_rotation(pose: Value, rotation: Quat, fields: FieldLowerer, step: Vec3 = (0.0, 0.0, 0.0)) -> Value:
     """A pose with the same turn and step in every scene put before it."""
     if pose.is_constant:
-        return literal(turned(seven_numbers(pose), turn, step))
-    if turn == IDENTITY and not any(step):
+        return literal(turned(seven_numbers(pose), rotation, step))
+    if rotation == IDENTITY and not any(step):
         return pose
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
     from scenecc.geometry import rotation_arrays  # noqa: PLC0415 - likewise
 
-    rows = len(leaves.scenes)
+    rows = len(fields.scenes)
 
     def draw() -> NDArray[Any]:
-        parts = (np.broadcast_to(part, (rows, count)) for part, count in ((pose.data, 7), (turn, 4), (step, 3)))
+        parts = (np.broadcast_to(part, (rows, count)) for part, count in ((pose.data, 7), (rotation, 4), (step, 3)))
         return rotation_arrays.turned(*parts)
 
     return _known_or_drawn(draw, (pose,), rows)
@@ -116,34 +116,34 @@ def seven_numbers(pose: Value) -> Pose7:
     return (x, y, z, a, b, c, d)
 
 
-def _plane_pose(shape: Any, pose: Value, origin: Origin, leaves: FieldLowerer) -> Value:
+def _plane_pose(shape: Any, pose: Value, origin: Origin, fields: FieldLowerer) -> Value:
     if shape.normal.__class__ in VARYING or shape.offset.__class__ in VARYING:
-        return _varying_plane(shape, pose, origin, leaves)
+        return _varying_plane(shape, pose, origin, fields)
     normal = direction(shape.normal)
     if not any(normal):
-        _no_direction(origin, leaves.sink)
+        _no_direction(origin, fields.sink)
         return pose
     # Along the normal itself: turned from x, a step along z would be off by the rotation's rounding.
     length = math.hypot(*normal)
     x, y, z = normal
     step = (x / length * shape.offset, y / length * shape.offset, z / length * shape.offset)
-    return _with_turn(pose, shortest_from_x(normal), leaves, step)
+    return _with_rotation(pose, shortest_from_x(normal), fields, step)
 
 
 def _no_direction(origin: Origin, sink: Sink) -> None:
     sink.report("SC114", "a normal of length 0 has no direction", origin.child("normal"))
 
 
-def _varying_plane(shape: Any, pose: Value, origin: Origin, leaves: FieldLowerer) -> Value:
+def _varying_plane(shape: Any, pose: Value, origin: Origin, fields: FieldLowerer) -> Value:
     place = field_place(origin)
-    reading = VariationLowerer(leaves, origin)
-    normal = reading.item(shape.normal, _NORMAL, place.key("normal"))
-    offset = reading.item(shape.offset, _OFFSET, place.key("offset"))
+    variation = VariationLowerer(fields, origin)
+    normal = variation.item(shape.normal, _NORMAL, place.key("normal"))
+    offset = variation.item(shape.offset, _OFFSET, place.key("offset"))
     if normal.__class__ not in NODES and not any(normal):
-        _no_direction(origin, leaves.sink)
+        _no_direction(origin, fields.sink)
         return pose
-    leaves.fix(reading)
-    if reading.broken:
+    fields.fix(variation)
+    if variation.broken:
         return pose
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
@@ -154,21 +154,21 @@ def _varying_plane(shape: Any, pose: Value, origin: Origin, leaves: FieldLowerer
 
     def draw() -> NDArray[Any]:
         """The poses (B, 7): each row turned from x to its normal, and moved along that."""
-        batch = leaves.batch()
+        batch = fields.batch()
         normals, offsets = to_field_rows(batch.item(normal)), to_field_rows(batch.item(offset))
         for numbers, node in ((normals, normal), (offsets, offset)):
             if numbers.dtype.kind not in "fi":
-                raise DrawError("this is not made of numbers", leaves.scenes[0], node)
+                raise DrawError("this is not made of numbers", fields.scenes[0], node)
         flat = ~normals.any(axis=1)
         if flat.any():
-            scene = leaves.scenes[int(np.flatnonzero(flat)[0])]
+            scene = fields.scenes[int(np.flatnonzero(flat)[0])]
             raise DrawError("a normal of length 0 has no direction", scene, normal)
         steps = normals / rotation_arrays.hypot(normals)[:, None] * offsets[:, None]
         poses = np.broadcast_to(pose.data, (len(normals), 7))
         return rotation_arrays.turned(poses, rotation_arrays.shortest_from_x(normals), steps)
 
-    value = varying(draw, bounds=UNKNOWN, rows=len(leaves.scenes))
-    leaves.pend(value, POSE, origin.child("normal"), reading)
+    value = varying(draw, bounds=UNKNOWN, rows=len(fields.scenes))
+    fields.defer(value, POSE, origin.child("normal"), variation)
     return value
 
 

@@ -90,85 +90,85 @@ class MaterialLowerer:
         self._lowered: dict[str, LoweredMaterial] = {}
         self._varying: dict[str, dict[tuple[int, ...], LoweredMaterial]] = {}
 
-    def surface(self, given: Any, owner: Origin, leaves: FieldLowerer) -> LoweredMaterial | MaterialChoice | None:
+    def surface(self, given: Any, owner: Origin, fields: FieldLowerer) -> LoweredMaterial | MaterialChoice | None:
         """A reference, an inline material or one of several in each scene; None where nothing is written.
 
         Args:
             given: as written.
             owner: of the node that has the key `material`.
-            leaves: of the object.
+            fields: of the object.
         """
         if given is None:
             return None
         if given.__class__ is str:
-            return self._referred(given, owner, ("material",), leaves)
+            return self._referred(given, owner, ("material",), fields)
         if isinstance(given, Material):
-            return self._lower(given, owner.child("material"), leaves)
+            return self._lower(given, owner.child("material"), fields)
 
         def find(one: Any, place: Origin) -> LoweredMaterial:
             if isinstance(one, Material):
-                return self._lower(one, place, leaves)
-            return self._referred(one, place, (), leaves)
+                return self._lower(one, place, fields)
+            return self._referred(one, place, (), fields)
 
-        named = read_references(given, field_place(owner.child("material")), leaves, find)
+        named = read_references(given, field_place(owner.child("material")), fields, find)
         each = tuple(found or PLAIN_SURFACE for found in named.found)
         return each[0] if len(each) == 1 else MaterialChoice(each, named.value)
 
-    def report_unused(self, used: frozenset[str], leaves: FieldLowerer) -> None:
+    def report_unused(self, used: frozenset[str], fields: FieldLowerer) -> None:
         """A warning for each named material that no shape has; its files are looked up all the same.
 
         Args:
             used: names that something refers to which no shape has taken up.
-            leaves: of the whole batch.
+            fields: of the whole batch.
         """
         for name, material in self._named.items():
             if name not in self._lowered:
                 place = self._origin.child(name)
-                self._lower(material, place, leaves.inside(scope_of(name)))
+                self._lower(material, place, fields.inside(scope_of(name)))
                 if name not in used:
                     self._sink.report("SC313", f"the material `{cut(name)}` is never used", place, at="key")
 
-    def _referred(self, name: str, owner: Origin, at: tuple[str, ...], leaves: FieldLowerer) -> LoweredMaterial:
-        full = qualified(name, leaves.scope) if leaves.scope or name[0] == "/" else name
+    def _referred(self, name: str, owner: Origin, at: tuple[str, ...], fields: FieldLowerer) -> LoweredMaterial:
+        full = qualified(name, fields.scope) if fields.scope or name[0] == "/" else name
         found = self._lowered.get(full)
         if found is None:
             given = self._named.get(full)
             if given is None:
-                self._unknown(name, owner.child(*at), leaves)
+                self._unknown(name, owner.child(*at), fields)
                 return PLAIN_SURFACE
-            before = leaves.drawing.read
-            found = self._lowered[full] = self._lower(given, self._origin.child(full), leaves.inside(scope_of(full)))
-            if leaves.drawing.read != before:
-                self._varying[full] = {leaves.scenes: found}
+            before = fields.sampling.read
+            found = self._lowered[full] = self._lower(given, self._origin.child(full), fields.inside(scope_of(full)))
+            if fields.sampling.read != before:
+                self._varying[full] = {fields.scenes: found}
         by_scenes = self._varying.get(full)
         if by_scenes is None:
             return found
-        if leaves.scenes not in by_scenes:
+        if fields.scenes not in by_scenes:
             # The rows of its values follow the scenes of what has it.
-            place, inside = self._origin.child(full), leaves.inside(scope_of(full))
-            by_scenes[leaves.scenes] = self._lower(self._named[full], place, inside)
-        return by_scenes[leaves.scenes]
+            place, inside = self._origin.child(full), fields.inside(scope_of(full))
+            by_scenes[fields.scenes] = self._lower(self._named[full], place, inside)
+        return by_scenes[fields.scenes]
 
-    def _unknown(self, name: str, place: Origin, leaves: FieldLowerer) -> None:
-        prefix = qualified("", leaves.scope)
+    def _unknown(self, name: str, place: Origin, fields: FieldLowerer) -> None:
+        prefix = qualified("", fields.scope)
         names = [other[len(prefix) :] for other in self._named if other.startswith(prefix)]
         hint = suggest_name(name, names, self._sink) if names else "name it under `materials`"
         self._sink.report("SC301", f"there is no material `{cut(name)}`", place, hint=hint)
 
-    def _lower(self, material: Material, origin: Origin, leaves: FieldLowerer) -> LoweredMaterial:
+    def _lower(self, material: Material, origin: Origin, fields: FieldLowerer) -> LoweredMaterial:
         given, seen = material.physical, material.visual
         return LoweredMaterial(
-            self._physical(given, origin.child("physical"), leaves) if given else None,
-            self._visual(seen, origin.child("visual"), leaves) if seen else None,
-            leaves.given(given.density, DENSITY, origin, "physical", "density") if given else None,
+            self._physical(given, origin.child("physical"), fields) if given else None,
+            self._visual(seen, origin.child("visual"), fields) if seen else None,
+            fields.optional(given.density, DENSITY, origin, "physical", "density") if given else None,
         )
 
-    def _physical(self, given: Physical, origin: Origin, leaves: FieldLowerer) -> Value | None:
+    def _physical(self, given: Physical, origin: Origin, fields: FieldLowerer) -> Value | None:
         parts: dict[str, Any] = {name: getattr(given, name) for name in FRICTION_TYPES}
         if all(part is None for part in parts.values()):
             return None
         values = {
-            name: self._default[name] if part is None else leaves.value(part, FRICTION_TYPES[name], origin, name)
+            name: self._default[name] if part is None else fields.value(part, FRICTION_TYPES[name], origin, name)
             for name, part in parts.items()
         }
         return self._tables.physical(PhysicalMaterial(**values), origin)
@@ -177,23 +177,23 @@ class MaterialLowerer:
         """The row of the default material, for a shape that has it in some scenes only."""
         return self._tables.physical(PhysicalMaterial(**self._default), self._origin)
 
-    def _visual(self, given: Visual, origin: Origin, leaves: FieldLowerer) -> VisualMaterial:
+    def _visual(self, given: Visual, origin: Origin, fields: FieldLowerer) -> VisualMaterial:
         parts: dict[str, Any] = {}
         for name, kind in _VISUAL_TYPES.items():
             if (item := getattr(given, name)) is not None:
-                parts[name] = leaves.value(item, kind, origin, name)
+                parts[name] = fields.value(item, kind, origin, name)
         for name in TEXTURES:
             if (item := getattr(given, name)) is not None:
-                parts[name] = self.texture(item, origin.child(name), leaves)
+                parts[name] = self.texture(item, origin.child(name), fields)
         return VisualMaterial(**parts)
 
-    def texture(self, given: Any, origin: Origin, leaves: FieldLowerer) -> Texture | None:
+    def texture(self, given: Any, origin: Origin, fields: FieldLowerer) -> Texture | None:
         """An image and how it is sampled; None where it was reported.
 
         Args:
             given: as written: a file, a mapping, or a form of these.
             origin: of it.
-            leaves: of the object.
+            fields: of the object.
         """
         samplings: list[tuple[Any, FieldPlace]] = []
 
@@ -202,7 +202,7 @@ class MaterialLowerer:
             samplings.append((_sampling(one) if mapping else None, place))
             return (one.file, place.key("file")) if mapping else (one, place)
 
-        file = self._tables.files_of(given, origin, leaves, unwrap)
+        file = self._tables.files_of(given, origin, fields, unwrap)
         sampling = samplings[0][0] if samplings else None
         for other, place in samplings:
             if other != sampling:

@@ -110,13 +110,13 @@ class MountLookup:
         shared = set(links).intersection(
             *([one.name for one in other.links] for other in others if isinstance(other, ArticulationStructure))
         )
-        wanted = links[0] if link is None else link
-        if wanted in shared:
-            return Mount(entity.name, wanted)
-        hint = suggest_name(wanted, [name for name in links if name in shared], self._sink)
-        message = f"no link of `{cut(entity.name)}` is called `{cut(wanted)}`"
+        link_name = links[0] if link is None else link
+        if link_name in shared:
+            return Mount(entity.name, link_name)
+        hint = suggest_name(link_name, [name for name in links if name in shared], self._sink)
+        message = f"no link of `{cut(entity.name)}` is called `{cut(link_name)}`"
         if others:
-            message = f"not every robot that `{cut(entity.name)}` may be has a link `{cut(wanted)}`"
+            message = f"not every robot that `{cut(entity.name)}` may be has a link `{cut(link_name)}`"
         self._sink.report("SC331", message, place, hint=hint)
         return None
 
@@ -138,64 +138,64 @@ class MountPose:
 
     Attributes:
         item: seven numbers, or a node.
-        reading: of it.
+        variation: of it.
         relative_to: as written.
     """
 
     item: Any
-    reading: VariationLowerer
+    variation: VariationLowerer
     relative_to: str | None = None
 
 
-def read_pose(pose: Any, origin: Origin, leaves: FieldLowerer) -> MountPose:
+def read_pose(pose: Any, origin: Origin, fields: FieldLowerer) -> MountPose:
     """A pose as written; None: the identity. `origin`: of the node that has the key `pose`."""
     place = field_place(origin.child("pose"))
-    reading = VariationLowerer(leaves, place.origin)
+    variation = VariationLowerer(fields, place.origin)
     relative_to = pose.relative_to if isinstance(pose, PoseMapping) else None
-    return MountPose(pose_item(pose, place, reading, leaves.sink), reading, relative_to)
+    return MountPose(pose_item(pose, place, variation, fields.sink), variation, relative_to)
 
 
-def read_direction(position: Any, direction: Any, origin: Origin, leaves: FieldLowerer) -> MountPose:
+def read_direction(position: Any, direction: Any, origin: Origin, fields: FieldLowerer) -> MountPose:
     """A position [m] and a direction that +x turns to by the shortest rotation; either may be None."""
-    reading = VariationLowerer(leaves, origin)
+    variation = VariationLowerer(fields, origin)
     p: Any = (0.0, 0.0, 0.0) if position is None else position
-    p = reading.item(p, POSITION, field_place(origin.child("position")))
+    p = variation.item(p, POSITION, field_place(origin.child("position")))
     q = (
         IDENTITY
         if direction is None
-        else _direction_turn(direction, field_place(origin.child("direction")), reading, leaves)
+        else _direction_turn(direction, field_place(origin.child("direction")), variation, fields)
     )
     if p.__class__ is tuple and q.__class__ is tuple:
-        return MountPose((*p, *q), reading)
-    return MountPose(Posed(p, q), reading)
+        return MountPose((*p, *q), variation)
+    return MountPose(Posed(p, q), variation)
 
 
-def _direction_turn(direction: Any, place: FieldPlace, reading: VariationLowerer, leaves: FieldLowerer) -> Any:
+def _direction_turn(direction: Any, place: FieldPlace, variation: VariationLowerer, fields: FieldLowerer) -> Any:
     def convert(one: Any) -> Any:
         return tuple(one) if any(one) else None
 
     def complain(_one: Any, origin: Origin, _sink: Any) -> None:
-        leaves.sink.report("SC114", "a direction of length 0 points nowhere", origin)
+        fields.sink.report("SC114", "a direction of length 0 points nowhere", origin)
 
-    item = reading.item(direction, FieldType((3,), convert=convert, complain=complain, fallback=_FORWARD), place)
+    item = variation.item(direction, FieldType((3,), convert=convert, complain=complain, fallback=_FORWARD), place)
     if item.__class__ is tuple:
         return shortest_from_x(item)
-    return reading.risk(Pointing(item), place.origin)
+    return variation.risk(Pointing(item), place.origin)
 
 
-def mounted_pose(stand: MountPose, what: str, origin: Origin, leaves: FieldLowerer) -> Value:
+def mounted_pose(mount_pose: MountPose, what: str, origin: Origin, fields: FieldLowerer) -> Value:
     """The pose of what is mounted, in the frame of the body.
 
     Args:
-        stand: as read.
+        mount_pose: as read.
         what: it is, for a message.
         origin: of the node that has the key `pose`.
-        leaves: of the object.
+        fields: of the object.
     """
-    if stand.relative_to is not None:
+    if mount_pose.relative_to is not None:
         where = f"here: {what} that is mounted stands in the frame of its body"
         hint = "leave `relative_to` out, or `mount`"
-        report_unused_key("relative_to", where, origin.child("pose"), leaves.sink, hint=hint)
-    if stand.item.__class__ is tuple:
-        return literal(stand.item)
-    return leaves.finish(stand.item, stand.reading, POSE, origin.child("pose"))
+        report_unused_key("relative_to", where, origin.child("pose"), fields.sink, hint=hint)
+    if mount_pose.item.__class__ is tuple:
+        return literal(mount_pose.item)
+    return fields.finish(mount_pose.item, mount_pose.variation, POSE, origin.child("pose"))

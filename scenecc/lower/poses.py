@@ -106,27 +106,27 @@ def _least_magnitude(written: Any) -> Any:
 _DEGREES = FieldType(within=(0.0, 180.0))
 
 
-def lower_angle(keys: Any, name: str, owner: Origin, leaves: FieldLowerer) -> Value | None:
+def lower_angle(keys: Any, name: str, owner: Origin, fields: FieldLowerer) -> Value | None:
     """An angle [rad]; None where neither key is given. Both are an error, which is reported.
 
     Args:
         keys: the model.
         name: of the key in radians.
         owner: of the node that has the keys.
-        leaves: of the object.
+        fields: of the object.
     """
     radians, degrees = getattr(keys, name), getattr(keys, f"{name}_deg")
     if radians is not None and degrees is not None:
         message = f"`{name}` and `{name}_deg` are the same angle"
-        report_exclusive_keys(name, f"{name}_deg", owner, leaves.sink, message=message, related="the other")
+        report_exclusive_keys(name, f"{name}_deg", owner, fields.sink, message=message, related="the other")
     if radians is not None:
-        return leaves.value(radians, number(name), owner, name)
+        return fields.value(radians, number(name), owner, name)
     if degrees is None:
         return None
-    return _lower_degrees(degrees, _DEGREES, number(name), owner.child(f"{name}_deg"), leaves)
+    return _lower_degrees(degrees, _DEGREES, number(name), owner.child(f"{name}_deg"), fields)
 
 
-def _lower_degrees(written: Any, degrees: FieldType, radians: FieldType, origin: Origin, leaves: FieldLowerer) -> Value:
+def _lower_degrees(written: Any, degrees: FieldType, radians: FieldType, origin: Origin, fields: FieldLowerer) -> Value:
     """An angle, or several, that are written in degrees [rad].
 
     Args:
@@ -134,29 +134,29 @@ def _lower_degrees(written: Any, degrees: FieldType, radians: FieldType, origin:
         degrees: what that key holds.
         radians: what the field holds.
         origin: of the key.
-        leaves: of the object.
+        fields: of the object.
     """
-    reading = VariationLowerer(leaves, origin)
-    item = reading.item(written, degrees, field_place(origin))
+    variation = VariationLowerer(fields, origin)
+    item = variation.item(written, degrees, field_place(origin))
     if item.__class__ in NODE_TYPES:
-        return leaves.finish(Radians(item), reading, radians, origin)
+        return fields.finish(Radians(item), variation, radians, origin)
     return literal(tuple(map(math.radians, item)) if radians.shape else math.radians(item))
 
 
 _LIMITS = vector(2, "limits")
 
 
-def lower_limits(keys: Any, origin: Origin, leaves: FieldLowerer) -> Value | None:
+def lower_limits(keys: Any, origin: Origin, fields: FieldLowerer) -> Value | None:
     """Lowest and highest position, (·, 2) [m or rad]; None where neither key is given.
 
     Args:
         keys: what has `limits` and `limits_deg`.
         origin: of it.
-        leaves: of the entity.
+        fields: of the entity.
     """
     if keys.limits_deg is None:
-        return leaves.given(keys.limits, _LIMITS, origin, "limits")
-    return _lower_degrees(keys.limits_deg, _LIMITS, _LIMITS, origin.child("limits_deg"), leaves)
+        return fields.optional(keys.limits, _LIMITS, origin, "limits")
+    return _lower_degrees(keys.limits_deg, _LIMITS, _LIMITS, origin.child("limits_deg"), fields)
 
 
 def check_limits_keys(keys: Any, type_: str, origin: Origin, sink: Sink) -> None:
@@ -348,34 +348,34 @@ def _any_varies(keys: PoseMapping | AxisAngle) -> bool:
     return not VARYING.isdisjoint(map(type, items))
 
 
-def pose_item(pose: Any, place: FieldPlace, reading: VariationLowerer, sink: Sink) -> Any:
+def pose_item(pose: Any, place: FieldPlace, variation: VariationLowerer, sink: Sink) -> Any:
     """A pose as an item: seven numbers, or a node.
 
     Args:
         pose: as written; `relative_to` is looked at only where it cannot be followed.
         place: of the pose.
-        reading: of the field.
+        variation: of the field.
         sink: takes the diagnostics.
     """
     if not pose_varies(pose):
         return lower_pose(pose, place.origin, (), sink)
     if pose.__class__ is PoseMapping:
-        return _pose_mapping_node(pose, place, reading, sink)
+        return _pose_mapping_node(pose, place, variation, sink)
 
     def leaf(given: Any, around: FieldPlace, step: FormStep) -> Any:
         if isinstance(given, PoseMapping):
             inside = around.inside(step) if step else around
             if given.relative_to is not None:
                 _report_several_frames(inside.origin, sink)
-            return pose_item(given, inside, reading, sink)
+            return pose_item(given, inside, variation, sink)
         if given.__class__ not in VARYING:
             return (*given, *IDENTITY)
-        return Posed(reading.item(given, POSITION, around.inside(step) if step else around), IDENTITY)
+        return Posed(variation.item(given, POSITION, around.inside(step) if step else around), IDENTITY)
 
     # As `p` of a mapping, which is another way to write the same.
     several = any(isinstance(one, PoseMapping) for one in alternative_values(pose))
     field = place if several else FieldPlace(place.origin, f"{place.path}.p")
-    return reading.select(pose, field, leaf)
+    return variation.select(pose, field, leaf)
 
 
 def _report_several_frames(origin: Origin, sink: Sink) -> None:
@@ -388,58 +388,58 @@ def _report_several_frames(origin: Origin, sink: Sink) -> None:
     )
 
 
-def _pose_mapping_node(pose: PoseMapping, place: FieldPlace, reading: VariationLowerer, sink: Sink) -> Any:
+def _pose_mapping_node(pose: PoseMapping, place: FieldPlace, variation: VariationLowerer, sink: Sink) -> Any:
     form, clear = rotation_of(pose, place.origin, (), sink)
     if not clear:
         return IDENTITY_POSE
     if form == "matrix":
-        matrix = FromMatrix(reading.item(pose.matrix, _MATRIX, place.key("matrix")))
-        return reading.risk(matrix, place.origin.child("matrix"))
+        matrix = FromMatrix(variation.item(pose.matrix, _MATRIX, place.key("matrix")))
+        return variation.risk(matrix, place.origin.child("matrix"))
     p: Any = (0.0, 0.0, 0.0) if pose.p is None else pose.p
-    p = reading.item(p, POSITION, place.key("p"))
-    return Posed(p, IDENTITY if form is None else _rotation_node(pose, form, p, place.key(form), reading, sink))
+    p = variation.item(p, POSITION, place.key("p"))
+    return Posed(p, IDENTITY if form is None else _rotation_node(pose, form, p, place.key(form), variation, sink))
 
 
-def _rotation_node(pose: Any, form: str, p: Any, place: FieldPlace, reading: VariationLowerer, sink: Sink) -> Any:
+def _rotation_node(pose: Any, form: str, p: Any, place: FieldPlace, variation: VariationLowerer, sink: Sink) -> Any:
     given = getattr(pose, form)
     match form:
         case "q":
-            return _quaternion_node(given, place, reading, sink)
+            return _quaternion_node(given, place, variation, sink)
         case "rpy":
             warn_probable_degrees(given, form, place.origin, (), sink)
-            return FromRpy(reading.item(given, _ANGLES, place))
+            return FromRpy(variation.item(given, _ANGLES, place))
         case "rpy_deg":
-            return FromRpy(Radians(reading.item(given, _ANGLES, place)))
+            return FromRpy(Radians(variation.item(given, _ANGLES, place)))
         case "axis_angle":
-            return _axis_angle_node(given, place, reading, sink)
+            return _axis_angle_node(given, place, variation, sink)
         case _:
-            return reading.risk(Looking(reading.item(given, POSITION, place), p), place.origin)
+            return variation.risk(Looking(variation.item(given, POSITION, place), p), place.origin)
 
 
-def _quaternion_node(given: Any, place: FieldPlace, reading: VariationLowerer, sink: Sink) -> Any:
+def _quaternion_node(given: Any, place: FieldPlace, variation: VariationLowerer, sink: Sink) -> Any:
     def leaf(one: Any, around: FieldPlace, step: FormStep) -> Any:
         if one.__class__ not in VARYING:
             return lower_quaternion(one, around.origin, step, sink) or IDENTITY
         inside = around.inside(step) if step else around
-        item = reading.item(one, _QUATERNION, inside)
-        return item if isinstance(one, RandomRotation) else reading.risk(Normalized(item), inside.origin)
+        item = variation.item(one, _QUATERNION, inside)
+        return item if isinstance(one, RandomRotation) else variation.risk(Normalized(item), inside.origin)
 
-    return reading.select(given, place, leaf)
+    return variation.select(given, place, leaf)
 
 
-def _axis_angle_node(given: AxisAngle, place: FieldPlace, reading: VariationLowerer, sink: Sink) -> Any:
+def _axis_angle_node(given: AxisAngle, place: FieldPlace, variation: VariationLowerer, sink: Sink) -> Any:
     if not has_one_angle(given, place.origin, sink):
         return IDENTITY
     axis: Any = given.axis
     varies = axis.__class__ in VARYING
-    axis = reading.item(axis, _axis_type(sink), place.key("axis"))
+    axis = variation.item(axis, _axis_type(sink), place.key("axis"))
     if given.angle is not None:
         warn_probable_degrees(given.angle, "angle", place.origin, ("angle",), sink)
-        angle = reading.item(given.angle, _ANGLE, place.key("angle"))
+        angle = variation.item(given.angle, _ANGLE, place.key("angle"))
     else:
-        angle = Radians(reading.item(given.angle_deg, _ANGLE, place.key("angle_deg")))
-    turn = FromAxisAngle(axis, angle)
-    return reading.risk(turn, place.origin.child("axis")) if varies else turn
+        angle = Radians(variation.item(given.angle_deg, _ANGLE, place.key("angle_deg")))
+    rotation = FromAxisAngle(axis, angle)
+    return variation.risk(rotation, place.origin.child("axis")) if varies else rotation
 
 
 def _axis_type(sink: Sink) -> FieldType:

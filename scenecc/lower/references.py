@@ -4,8 +4,9 @@ table of the plan.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Hashable, Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
 
@@ -89,17 +90,17 @@ class References(Generic[Found]):
     found: list[Found | None]
     value: Value
 
-    def indices(self, leaves: FieldLowerer) -> Value:
+    def indices(self, fields: FieldLowerer) -> Value:
         """Where what is named has an index of its own, that index in each scene."""
         values = [literal(index, "int64") for index in self.found]  # pyright: ignore[reportArgumentType]
-        return select_per_scene(values, self.value, len(leaves.scenes))
+        return select_per_scene(values, self.value, len(fields.scenes))
 
 
 @dataclass(slots=True)
 class _ReferenceLookup(Generic[Found]):
     """The names that were met, each with a number, and what they mean."""
 
-    leaves: FieldLowerer
+    fields: FieldLowerer
     find: Callable[[Any, Origin], Found | None]
     numbers: dict[Any, int] = field(default_factory=dict[Any, int])
     found: list[Any] = field(default_factory=list[Any])
@@ -125,7 +126,7 @@ def plain_reference(given: Any, place: FieldPlace) -> tuple[Any, FieldPlace]:
 def read_references(
     given: Any,
     place: FieldPlace,
-    leaves: FieldLowerer,
+    fields: FieldLowerer,
     find: Callable[[Any, Origin], Found | None],
     unwrap: Unwrap = plain_reference,
 ) -> References[Found]:
@@ -134,39 +135,39 @@ def read_references(
     Args:
         given: as the models have it: a name, a mapping that stands for one, a form of these, or an expression.
         place: of the leaf.
-        leaves: of its object.
+        fields: of its object.
         find: what a name means; None where it reports it.
         unwrap: what names it in an alternative that is a mapping.
     """
-    lookup = _ReferenceLookup(leaves, find)
+    lookup = _ReferenceLookup(fields, find)
     written = given
     if given.__class__ not in SELECTORS:
         given, place = unwrap(given, place)
     if given.__class__ not in VARYING:
         lookup.number(given, place.origin)
         return References(lookup.found, literal(0, "int64"))
-    reading = VariationLowerer(leaves, place.origin)
+    variation = VariationLowerer(fields, place.origin)
     computed: list[tuple[Computed, Origin]] = []
 
     def bare(one: Any, around: FieldPlace, step: FormStep) -> Any:
         inside = around.inside(step) if step else around
         if one.__class__ not in VARYING:
             return lookup.number(one, inside.origin)
-        node = reading.item(one, _TEXT_TYPE, inside)
+        node = variation.item(one, _TEXT_TYPE, inside)
         if isinstance(node, Computed):
             computed.append((node, inside.origin))
         return node
 
     def leaf(one: Any, around: FieldPlace, step: FormStep) -> Any:
-        return reading.select(*unwrap(one, around.inside(step) if step else around), bare)
+        return variation.select(*unwrap(one, around.inside(step) if step else around), bare)
 
-    node = reading.select(given, place, leaf if given is written else bare)
+    node = variation.select(given, place, leaf if given is written else bare)
     for one, origin in computed:
         _look_up_every_name(one, origin, lookup)
-    leaves.fix(reading)
-    if reading.broken or None in lookup.found or node.__class__ not in NODES:
+    fields.fix(variation)
+    if variation.broken or None in lookup.found or node.__class__ not in NODES:
         return References(lookup.found, literal(0, "int64"))
-    return References(lookup.found, _reference_numbers(node, reading, lookup, place, leaves))
+    return References(lookup.found, _reference_numbers(node, variation, lookup, place, fields))
 
 
 _TEXT_TYPE = FieldType(convert=str, fallback="")
@@ -174,11 +175,11 @@ _TEXT_TYPE = FieldType(convert=str, fallback="")
 
 def _look_up_every_name(node: Computed, origin: Origin, lookup: _ReferenceLookup[Any]) -> None:
     """Looks up every text that an expression can give."""
-    names = possible_values(node, origin, lookup.leaves, _UNKNOWN_NAMES, "or write the names in a `choice`")
+    names = possible_values(node, origin, lookup.fields, _UNKNOWN_NAMES, "or write the names in a `choice`")
     if names is None:
         lookup.found.append(None)
         return
-    sink = lookup.leaves.sink
+    sink = lookup.fields.sink
     with sink.alike():
         for name in names:
             if isinstance(name, str):
@@ -193,34 +194,34 @@ _UNKNOWN_NAMES = "it cannot be told which names this expression gives"
 
 
 def possible_values(
-    node: Node, origin: Origin, leaves: FieldLowerer, untold: str, instead: str
+    node: Node, origin: Origin, fields: FieldLowerer, unknown: str, advice: str
 ) -> Iterable[Any] | None:
     """All that a node can give, each once; None where that was reported.
 
     Args:
         node: an expression, or what draws.
         origin: of it.
-        leaves: of its object.
-        untold: is said where that cannot be told.
-        instead: what can be written then.
+        fields: of its object.
+        unknown: is said where that cannot be told.
+        advice: what can be written then.
     """
     from scenecc.variation.enumeration import MAX_OUTCOMES  # noqa: PLC0415 - loaded where something varies
     from scenecc.variation.operations import ComputeLimitError, DrawError  # noqa: PLC0415 - likewise
 
     try:
-        every = leaves.drawing.reader().outcomes(node, leaves.scenes)
+        every = fields.sampling.reader().outcomes(node, fields.scenes)
     except DrawError as error:
-        if isinstance(error, ComputeLimitError) or depends_on_scene_only(node, leaves.drawing):
-            report_draw_failure(error, {}, origin, leaves.sink)
+        if isinstance(error, ComputeLimitError) or depends_on_scene_only(node, fields.sampling):
+            report_draw_failure(error, {}, origin, fields.sink)
             return None
         every = None
     if every is not None:
         return {(one.__class__, repr(one)): one for one in every}.values()
-    bounded = leaves.bounds(node).alternatives
+    bounded = fields.bounds(node).alternatives
     if bounded is None:
         few = f"of at most {MAX_OUTCOMES} combinations in all"
-        hint = f"it may read draws by `choice`, `cycle` or `integers`, {few}; {instead}"
-        leaves.sink.report("SC317", untold, origin, hint=hint)
+        hint = f"it may read draws by `choice`, `cycle` or `integers`, {few}; {advice}"
+        fields.sink.report("SC317", unknown, origin, hint=hint)
     return bounded
 
 
@@ -229,28 +230,28 @@ def _reference_number(name: Any, lookup: _ReferenceLookup[Any]) -> int | None:
 
 
 def _reference_numbers(
-    node: Any, reading: VariationLowerer, lookup: _ReferenceLookup[Any], place: FieldPlace, leaves: FieldLowerer
+    node: Any, variation: VariationLowerer, lookup: _ReferenceLookup[Any], place: FieldPlace, fields: FieldLowerer
 ) -> Value:
     """Which of the things each scene has."""
-    if not reading.computed:
-        return leaves.finish(node, reading, _INDEX_TYPE, place.origin)
+    if not variation.computed:
+        return fields.finish(node, variation, _INDEX_TYPE, place.origin)
     import numpy as np  # noqa: PLC0415 - loaded where something varies
 
     from scenecc.variation.bounds import ValueBounds  # noqa: PLC0415 - likewise
     from scenecc.variation.operations import DrawError  # noqa: PLC0415 - likewise
 
     def draw() -> NDArray[Any]:
-        rows = leaves.evaluate(node).tolist()
+        rows = fields.evaluate(node).tolist()
         numbers = [row if isinstance(row, int) else _reference_number(row, lookup) for row in rows]
         if None in numbers:
             at = numbers.index(None)
             message = f"this gives {show(rows[at])}, which was not among what it was found to give"
-            raise DrawError(message, leaves.scenes[at], node)
+            raise DrawError(message, fields.scenes[at], node)
         return np.array(numbers, dtype=np.int64)
 
     support = ValueBounds.of(range(len(lookup.found)), exact=False)
-    value = varying(draw, bounds=support, rows=len(leaves.scenes))
-    leaves.pend(value, _INDEX_TYPE, place.origin, reading)
+    value = varying(draw, bounds=support, rows=len(fields.scenes))
+    fields.defer(value, _INDEX_TYPE, place.origin, variation)
     return value
 
 
@@ -303,7 +304,8 @@ def _content(row: Any) -> Hashable:
 
 
 _MEMBERS: dict[type[Any], Callable[[Any], tuple[Any, ...]]] = {
-    kind: attrgetter(*(field.name for field in fields(kind))) for kind in (PhysicalMaterial, VisualMaterial, Texture)
+    kind: attrgetter(*(field.name for field in dataclasses.fields(kind)))
+    for kind in (PhysicalMaterial, VisualMaterial, Texture)
 }
 
 
@@ -334,21 +336,21 @@ class PlanTables:
         return index
 
     def files_of(
-        self, given: Any, origin: Origin, leaves: FieldLowerer, unwrap: Unwrap = plain_reference
+        self, given: Any, origin: Origin, fields: FieldLowerer, unwrap: Unwrap = plain_reference
     ) -> Value | None:
         """A leaf that names a file as indices into `files`; None where one of its alternatives was reported.
 
         Args:
             given: as the models have it.
             origin: of the leaf.
-            leaves: of the object.
+            fields: of the object.
             unwrap: what names the file in an alternative that is a mapping.
         """
         if given.__class__ is str:
             index = self.file(given, origin)
             return None if index is None else literal(index, "int64")
-        named = read_references(given, field_place(origin), leaves, self.file, unwrap)
-        return None if None in named.found else named.indices(leaves)
+        named = read_references(given, field_place(origin), fields, self.file, unwrap)
+        return None if None in named.found else named.indices(fields)
 
     def physical(self, row: PhysicalMaterial, origin: Origin) -> Value:
         """A physical material's index as a value."""

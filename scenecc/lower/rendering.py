@@ -74,21 +74,21 @@ def lower_render_objects(
         names: of the document.
         tables: take its files.
         materials: of the document, for pictures.
-        of_all: leaves over all scenes.
+        of_all: field lowerer over all scenes.
         origin: of the document's root.
         sink: takes the diagnostics.
     """
     environment: Environment | None = None
     if scene.environment is not None:
         environment = lower_environment(scene.environment, tables, of_all, origin.child("environment"))
-    mounts = MountLookup(built, entities.places.unread, names, sink)
-    lowering = _RenderObjectLowerer(mounts, entities.places, materials, sink)
+    mounts = MountLookup(built, entities.frames.unread, names, sink)
+    lowering = _RenderObjectLowerer(mounts, entities.frames, materials, sink)
     lights = [
-        lowering.light(name, light, entities.leaves(qualified_name("lights", name)), origin.child("lights", name))
+        lowering.light(name, light, entities.fields(qualified_name("lights", name)), origin.child("lights", name))
         for name, light in scene.lights.items()
     ]
     cameras = [
-        lowering.camera(name, camera, entities.leaves(name), origin.child("cameras", name))
+        lowering.camera(name, camera, entities.fields(name), origin.child("cameras", name))
         for name, camera in scene.cameras.items()
     ]
     return RenderObjects(environment, tuple(light for light in lights if light is not None), tuple(cameras))
@@ -97,31 +97,31 @@ def lower_render_objects(
 FACES = ("px", "nx", "py", "ny", "pz", "nz")
 
 
-def lower_environment(given: EnvironmentKeys, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> Environment:
+def lower_environment(given: EnvironmentKeys, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> Environment:
     """The surroundings of every scene; a map that was reported is missing.
 
     Args:
         given: as written.
         tables: take its files.
-        leaves: over all scenes.
+        fields: over all scenes.
         origin: of it.
     """
-    ambient = leaves.given(given.ambient_light, LIGHT_COLOR, origin, "ambient_light")
-    return Environment(ambient, _map(given.map, tables, leaves, origin.child("map")), origin)
+    ambient = fields.optional(given.ambient_light, LIGHT_COLOR, origin, "ambient_light")
+    return Environment(ambient, _map(given.map, tables, fields, origin.child("map")), origin)
 
 
-def _map(given: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> SkyMap | CubeMap | None:
+def _map(given: Any, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> SkyMap | CubeMap | None:
     if given is None:
         return None
     if _are_faces(given):
-        faces = [tables.files_of(getattr(given, face), origin.child(face), leaves) for face in FACES]
+        faces = [tables.files_of(getattr(given, face), origin.child(face), fields) for face in FACES]
         found = [face for face in faces if face is not None]
         return CubeMap(*found) if len(found) == len(FACES) else None
     if any(map(_are_faces, alternative_values(given))):
         message = "alternatives of a map are files: six pictures cannot stand for one"
-        leaves.sink.report("SC321", message, origin, hint="write the form for each of px, nx, py, ny, pz and nz")
+        fields.sink.report("SC321", message, origin, hint="write the form for each of px, nx, py, ny, pz and nz")
         return None
-    file = tables.files_of(given, origin, leaves)
+    file = tables.files_of(given, origin, fields)
     return None if file is None else SkyMap(file)
 
 
@@ -169,34 +169,34 @@ class _RenderObjectLowerer:
 
     Attributes:
         mounts: what they may be mounted on.
-        places: where entities and frames stand.
+        frames: where entities and frames stand.
         materials: of the document, for pictures.
         sink: takes the diagnostics.
     """
 
     mounts: MountLookup
-    places: FrameGraph
+    frames: FrameGraph
     materials: MaterialLowerer
     sink: Sink
 
-    def light(self, name: str, light: Any, leaves: FieldLowerer, origin: Origin) -> Light | None:
+    def light(self, name: str, light: Any, fields: FieldLowerer, origin: Origin) -> Light | None:
         """A light of the plan; None where what only its type has was reported.
 
         Args:
             name: of it.
             light: as written.
-            leaves: over its scenes.
+            fields: over its scenes.
             origin: of it.
         """
-        made = self._typed(light, leaves, origin)
-        shadow = self._shadow(light, leaves, origin)
-        color = leaves.value(light.color, LIGHT_COLOR, origin, "color")
-        mount = self._mount(light, leaves, origin)
-        stand = self._stand(light, leaves, origin)
-        pose = self._pose(qualified_name("lights", name), light, "a light", stand, leaves, origin)
-        return made and Light(name, leaves.scenes, made, pose, color, mount, shadow, origin)
+        made = self._typed(light, fields, origin)
+        shadow = self._shadow(light, fields, origin)
+        color = fields.value(light.color, LIGHT_COLOR, origin, "color")
+        mount = self._mount(light, fields, origin)
+        mount_pose = self._stand(light, fields, origin)
+        pose = self._pose(qualified_name("lights", name), light, "a light", mount_pose, fields, origin)
+        return made and Light(name, fields.scenes, made, pose, color, mount, shadow, origin)
 
-    def _typed(self, light: Any, leaves: FieldLowerer, origin: Origin) -> Any:
+    def _typed(self, light: Any, fields: FieldLowerer, origin: Origin) -> Any:
         match light.type:
             case "directional":
                 return DirectionalLight()
@@ -204,28 +204,28 @@ class _RenderObjectLowerer:
                 return PointLight()
             case "area":
                 return AreaLight(
-                    leaves.value(light.half_width, _HALF_WIDTH, origin, "half_width"),
-                    leaves.value(light.half_height, _HALF_HEIGHT, origin, "half_height"),
+                    fields.value(light.half_width, _HALF_WIDTH, origin, "half_width"),
+                    fields.value(light.half_height, _HALF_HEIGHT, origin, "half_height"),
                 )
             case "spot":
-                return SpotLight(*self._cone(light, leaves, origin))
+                return SpotLight(*self._cone(light, fields, origin))
             case _:
-                texture = self.materials.texture(light.texture, origin.child("texture"), leaves)
-                return texture and TexturedLight(*self._cone(light, leaves, origin), texture)
+                texture = self.materials.texture(light.texture, origin.child("texture"), fields)
+                return texture and TexturedLight(*self._cone(light, fields, origin), texture)
 
-    def _cone(self, light: Any, leaves: FieldLowerer, origin: Origin) -> tuple[Value, Value]:
-        inner, outer = (self._opening(light, name, leaves, origin) for name in ("inner_fov", "outer_fov"))
+    def _cone(self, light: Any, fields: FieldLowerer, origin: Origin) -> tuple[Value, Value]:
+        inner, outer = (self._opening(light, name, fields, origin) for name in ("inner_fov", "outer_fov"))
         return inner, outer
 
-    def _opening(self, light: Any, name: str, leaves: FieldLowerer, origin: Origin) -> Value:
-        found = lower_angle(light, name, origin, leaves)
+    def _opening(self, light: Any, name: str, fields: FieldLowerer, origin: Origin) -> Value:
+        found = lower_angle(light, name, origin, fields)
         if found is None:
             message = f"a light of type {light.type} needs `{name}` [rad] or `{name}_deg`"
             self.sink.report("SC102", message, origin)
             return literal(1.0)
         return found
 
-    def _shadow(self, light: Any, leaves: FieldLowerer, origin: Origin) -> Shadow | None:
+    def _shadow(self, light: Any, fields: FieldLowerer, origin: Origin) -> Shadow | None:
         given = {key: item for key in _SHADOW if (item := getattr(light, key, None)) is not None}
         shadow = getattr(light, "shadow", None)
         if shadow is None or shadow is False:
@@ -235,65 +235,67 @@ class _RenderObjectLowerer:
             return None
         depth = _SHADOW_DEPTH.get(light.type, _POINT_SHADOW_DEPTH)
         return Shadow(
-            leaves.value(light.shadow, _FLAG, origin, "shadow"),
-            leaves.given(light.shadow_near, depth, origin, "shadow_near"),
-            leaves.given(light.shadow_far, depth, origin, "shadow_far"),
-            leaves.given(getattr(light, "shadow_scale", None), _SCALE, origin, "shadow_scale"),
-            leaves.given(light.shadow_map_size, _MAP_SIZE, origin, "shadow_map_size"),
+            fields.value(light.shadow, _FLAG, origin, "shadow"),
+            fields.optional(light.shadow_near, depth, origin, "shadow_near"),
+            fields.optional(light.shadow_far, depth, origin, "shadow_far"),
+            fields.optional(getattr(light, "shadow_scale", None), _SCALE, origin, "shadow_scale"),
+            fields.optional(light.shadow_map_size, _MAP_SIZE, origin, "shadow_map_size"),
         )
 
-    def _stand(self, light: Any, leaves: FieldLowerer, origin: Origin) -> MountPose:
+    def _stand(self, light: Any, fields: FieldLowerer, origin: Origin) -> MountPose:
         given = [key for key in ("position", "direction") if getattr(light, key, None) is not None]
         if light.pose is not None:
             for key in given:
                 message = f"`pose` says where the light is and shines to, and so does `{key}`"
                 report_exclusive_keys("pose", key, origin, self.sink, message=message, related="the pose")
-            return read_pose(light.pose, origin, leaves)
+            return read_pose(light.pose, origin, fields)
         missing = _missing_pose_keys(light, given)
         if missing is not None:
             message = f"a light of type {light.type} needs {missing}, or a `mount`"
             self.sink.report("SC102", message, origin)
-        return read_direction(getattr(light, "position", None), getattr(light, "direction", None), origin, leaves)
+        return read_direction(getattr(light, "position", None), getattr(light, "direction", None), origin, fields)
 
-    def camera(self, name: str, camera: CameraKeys, leaves: FieldLowerer, origin: Origin) -> Camera:
+    def camera(self, name: str, camera: CameraKeys, fields: FieldLowerer, origin: Origin) -> Camera:
         """A camera of the plan.
 
         Args:
             name: of it.
             camera: as written.
-            leaves: over its scenes.
+            fields: over its scenes.
             origin: of it.
         """
         width = WIDTH if camera.width is None else camera.width
         height = HEIGHT if camera.height is None else camera.height
-        mount = self._mount(camera, leaves, origin)
+        mount = self._mount(camera, fields, origin)
         return Camera(
             name=name,
-            scene_idxs=leaves.scenes,
-            pose=self._pose(name, camera, "a camera", read_pose(camera.pose, origin, leaves), leaves, origin),
+            scene_idxs=fields.scenes,
+            pose=self._pose(name, camera, "a camera", read_pose(camera.pose, origin, fields), fields, origin),
             width=width,
             height=height,
-            lens=self._lens(camera, (width, height), leaves, origin),
-            near=literal(NEAR) if camera.near is None else leaves.value(camera.near, _NEAR, origin, "near"),
-            far=literal(FAR) if camera.far is None else leaves.value(camera.far, _FAR, origin, "far"),
+            lens=self._lens(camera, (width, height), fields, origin),
+            near=literal(NEAR) if camera.near is None else fields.value(camera.near, _NEAR, origin, "near"),
+            far=literal(FAR) if camera.far is None else fields.value(camera.far, _FAR, origin, "far"),
             mount=mount,
             shader=camera.shader,
             origin=origin,
         )
 
-    def _mount(self, given: Any, leaves: FieldLowerer, origin: Origin) -> Mount | None:
+    def _mount(self, given: Any, fields: FieldLowerer, origin: Origin) -> Mount | None:
         if given.mount is None:
             return None
-        return self.mounts.find(given.mount, leaves.scope, leaves.scenes, origin.child("mount"))
+        return self.mounts.find(given.mount, fields.scope, fields.scenes, origin.child("mount"))
 
-    def _pose(self, key: str, given: Any, what: str, stand: MountPose, leaves: FieldLowerer, origin: Origin) -> Value:
+    def _pose(
+        self, key: str, given: Any, what: str, mount_pose: MountPose, fields: FieldLowerer, origin: Origin
+    ) -> Value:
         """The pose of a light or a camera. `key`: what it is known as."""
         if given.mount is not None:
-            return mounted_pose(stand, what, origin, leaves)
-        return self.places.follow(key, stand.relative_to, stand.item, stand.reading, leaves, origin)
+            return mounted_pose(mount_pose, what, origin, fields)
+        return self.frames.follow(key, mount_pose.relative_to, mount_pose.item, mount_pose.variation, fields, origin)
 
     def _lens(
-        self, camera: Any, size: tuple[int, int], leaves: FieldLowerer, origin: Origin
+        self, camera: Any, size: tuple[int, int], fields: FieldLowerer, origin: Origin
     ) -> Perspective | Intrinsic | Orthographic:
         given = [key for key in _LENSES if getattr(camera, key) is not None]
         # One angle that is given twice is told by what reads it.
@@ -302,13 +304,13 @@ class _RenderObjectLowerer:
             message = f"a camera has one lens, and this has {len(lenses)}: {', '.join(f'`{key}`' for key in lenses)}"
             report_exclusive_keys(lenses[0], lenses[1], origin, self.sink, message=message)
         if camera.orthographic is not None:
-            return Orthographic(leaves.value(camera.orthographic.top, _TOP, origin, "orthographic", "top"))
+            return Orthographic(fields.value(camera.orthographic.top, _TOP, origin, "orthographic", "top"))
         if camera.intrinsic is not None:
-            return _intrinsic(camera.intrinsic, size, leaves, origin)
-        fovx = lower_angle(camera, "fovx", origin, leaves) if any(key.startswith("fovx") for key in given) else None
+            return _intrinsic(camera.intrinsic, size, fields, origin)
+        fovx = lower_angle(camera, "fovx", origin, fields) if any(key.startswith("fovx") for key in given) else None
         if fovx is not None:
             return Perspective(fovx=fovx)
-        fovy = lower_angle(camera, "fovy", origin, leaves) if given else None
+        fovy = lower_angle(camera, "fovy", origin, fields) if given else None
         return Perspective(fovy=literal(FOVY) if fovy is None else fovy)
 
 
@@ -327,10 +329,10 @@ def _missing_pose_keys(light: Any, given: list[str]) -> str | None:
             return None if len(given) == 2 else "a `position` and a `direction`, or a `pose`"
 
 
-def _intrinsic(given: Any, size: tuple[int, int], leaves: FieldLowerer, origin: Origin) -> Intrinsic:
+def _intrinsic(given: Any, size: tuple[int, int], fields: FieldLowerer, origin: Origin) -> Intrinsic:
     left_out = {"cx": size[0] / 2, "cy": size[1] / 2, "skew": 0.0}
     values: dict[str, Value] = {}
     for name, kind in _INTRINSIC.items():
         item = getattr(given, name)
-        values[name] = literal(left_out[name]) if item is None else leaves.value(item, kind, origin, "intrinsic", name)
+        values[name] = literal(left_out[name]) if item is None else fields.value(item, kind, origin, "intrinsic", name)
     return Intrinsic(**values)

@@ -34,35 +34,35 @@ _TARGETS = ("target", "linear_velocity_target", "angular_velocity_target")
 _Holder = TypeVar("_Holder", "BodyStructure | ArticulationStructure", "Joint", "Drive")
 
 
-def fixed_draws(drawing: SamplingContext) -> frozenset[str]:
+def fixed_draws(sampling: SamplingContext) -> frozenset[str]:
     """The shared draws that stay as they are built: those that a field reads which does, and what these read."""
     found: set[str] = set()
-    todo = list(drawing.fixed)
+    todo = list(sampling.fixed)
     while todo:
         name = todo.pop()
         if name not in found:
             found.add(name)
-            todo += drawing.reads.get(name, ())
+            todo += sampling.reads.get(name, ())
     return frozenset(found)
 
 
-def _is_drawn_again(reading: VariationLowerer, drawing: SamplingContext, kept: frozenset[str]) -> bool:
+def _is_drawn_again(variation: VariationLowerer, sampling: SamplingContext, kept: frozenset[str]) -> bool:
     """Whether a reset changes a value. `kept`: the shared draws that stay as they are built."""
-    return reading.drawn or any(name in drawing.random and name not in kept for name in reading.reads)
+    return variation.drawn or any(name in sampling.random and name not in kept for name in variation.reads)
 
 
 class RecipeBuilder:
     """Makes the recipes of a document's entities.
 
     Args:
-        drawing: of the document.
-        places: where its entities stand.
+        sampling: of the document.
+        frames: where its entities stand.
     """
 
-    def __init__(self, drawing: SamplingContext, places: FrameGraph) -> None:
-        self._drawing = drawing
-        self._places = places
-        self._stays = fixed_draws(drawing)
+    def __init__(self, sampling: SamplingContext, frames: FrameGraph) -> None:
+        self._sampling = sampling
+        self._frames = frames
+        self._fixed = fixed_draws(sampling)
         self._read: set[str] = set()
         self._anew: dict[int, Value] = {}
         self._frozen: dict[tuple[str, tuple[int, ...]], Rows] = {}
@@ -73,10 +73,10 @@ class RecipeBuilder:
         """The entity with the recipes of its pose and velocities."""
         structures = tuple(map(self._structure, entity.structures))
         pose = entity.pose
-        if not pose.known and not self._places.is_fixed(entity.name):
-            leaves = self._places.leaves(entity.name)
+        if not pose.known and not self._frames.is_fixed(entity.name):
+            fields = self._frames.fields(entity.name)
             read: set[str] = set()
-            node = self._pose(entity.name, leaves, read)
+            node = self._pose(entity.name, fields, read)
             if node is not None:
                 self._read |= read
                 pose = _with_recipe(pose, node, len(entity.scene_idxs))
@@ -98,19 +98,19 @@ class RecipeBuilder:
             key: what it is known as.
             pose: in the world, as built.
         """
-        follower = self._places.followers.get(key)
+        follower = self._frames.followers.get(key)
         if pose.known or follower is None or follower.parent is None:
             return pose
         read: set[str] = set()
-        leaves = follower.leaves
-        outer = self._pose(follower.parent, leaves, read)
+        fields = follower.fields
+        outer = self._pose(follower.parent, fields, read)
         if outer is None:
             return pose
         self._read |= read
         local: Any = follower.local
         if local.__class__ in NODES:
-            local = _pose_rows(local, leaves)
-        return _with_recipe(pose, Composed(outer, local), len(leaves.scenes))
+            local = _pose_rows(local, fields)
+        return _with_recipe(pose, Composed(outer, local), len(fields.scenes))
 
     def draws(self) -> tuple[tuple[str, Node], ...]:
         """The shared draws that the recipes read, in order; those that stay as they are built are their rows.
@@ -123,10 +123,10 @@ class RecipeBuilder:
             name = todo.pop()
             if name not in needed:
                 needed.add(name)
-                todo += () if name in self._stays else self._drawing.reads.get(name, ())
+                todo += () if name in self._fixed else self._sampling.reads.get(name, ())
         draws = [
-            (name, self._rows_of(name) if name in self._stays and name in self._drawing.random else node)
-            for name, node in self._drawing.draws.items()
+            (name, self._rows_of(name) if name in self._fixed and name in self._sampling.random else node)
+            for name, node in self._sampling.draws.items()
             if name in needed
         ]
         return (*draws, *self._shared_poses)
@@ -143,13 +143,13 @@ class RecipeBuilder:
         joint = link.joint and self._with_recipes(link.joint, JOINT_STATE_FIELDS)
         return link if joint is link.joint else replace(link, joint=joint)
 
-    def _with_recipes(self, node: _Holder, fields: tuple[str, ...]) -> _Holder:
+    def _with_recipes(self, node: _Holder, names: tuple[str, ...]) -> _Holder:
         """What holds values that a reset may change, with the recipes of those that it does."""
         drawn: dict[str, Any] = {}
-        for field in fields:
+        for field in names:
             value: Value | None = getattr(node, field)
-            reset = self._drawing.resets.get(id(value))
-            if value is not None and reset is not None and self._is_drawn(reset.reading):
+            reset = self._sampling.resets.get(id(value))
+            if value is not None and reset is not None and self._is_drawn(reset.variation):
                 drawn[field] = self._drawn_anew(value, reset)
         return replace(node, **drawn) if drawn else node
 
@@ -157,73 +157,73 @@ class RecipeBuilder:
         """A value with its recipe. Where joints start is what their drives hold: one value, and one with a recipe."""
         found = self._anew.get(id(value))
         if found is None:
-            self._read |= reset.reading.reads
-            found = self._anew[id(value)] = _with_recipe(value, _reset_node(reset), len(reset.leaves.scenes))
+            self._read |= reset.variation.reads
+            found = self._anew[id(value)] = _with_recipe(value, _reset_node(reset), len(reset.fields.scenes))
         return found
 
-    def _is_drawn(self, reading: VariationLowerer) -> bool:
-        return _is_drawn_again(reading, self._drawing, self._stays)
+    def _is_drawn(self, variation: VariationLowerer) -> bool:
+        return _is_drawn_again(variation, self._sampling, self._fixed)
 
-    def _pose(self, name: str, leaves: FieldLowerer, read: set[str]) -> Any:
+    def _pose(self, name: str, fields: FieldLowerer, read: set[str]) -> Any:
         """An entity's pose in the world as an item of a recipe; None where a reset does not change it.
 
         Args:
             name: of the entity.
-            leaves: of it.
+            fields: of it.
             read: takes the shared draws that it reads.
         """
-        chain = list(_moving_ancestors(name, self._places))
-        at = self._places.standing(chain[-1]).parent if chain else name
-        drawn = [one for one in chain if not self._places.is_still(one)]
-        readings = [reading for one in drawn if (reading := self._places.standing(one).reading) is not None]
-        if not any(map(self._is_drawn, readings)):
+        chain = list(_moving_ancestors(name, self._frames))
+        at = self._frames.frame_pose(chain[-1]).parent if chain else name
+        drawn = [one for one in chain if not self._frames.is_still(one)]
+        variations = [variation for one in drawn if (variation := self._frames.frame_pose(one).variation) is not None]
+        if not any(map(self._is_drawn, variations)):
             return None
-        read.update(*(reading.reads for reading in readings))
-        item = IDENTITY_POSE if at is None else self._as_built(at, leaves)
+        read.update(*(variation.reads for variation in variations))
+        item = IDENTITY_POSE if at is None else self._as_built(at, fields)
         depth = 0
         for member in reversed(chain):
             if depth == MAX_COMPOSED_POSES and at is not None:
-                item, depth = self._shared(at, item, leaves), 0
-            local: Any = self._places.standing(member).local
-            if local.__class__ in NODES and self._places.is_still(member):
-                local = _pose_rows(local, leaves)
+                item, depth = self._shared(at, item, fields), 0
+            local: Any = self._frames.frame_pose(member).local
+            if local.__class__ in NODES and self._frames.is_still(member):
+                local = _pose_rows(local, fields)
             item = local if item == IDENTITY_POSE else Composed(item, local)
             at, depth = member, depth + 1
         return item
 
-    def _shared(self, name: str, item: Any, leaves: FieldLowerer) -> Shared:
+    def _shared(self, name: str, item: Any, fields: FieldLowerer) -> Shared:
         """The pose of what many stand relative to, one after the other, by its name."""
         poses = self._poses.setdefault(name, {})
-        if leaves.scenes not in poses:
+        if fields.scenes not in poses:
             # What stays as it is built is rows, in these scenes and no others.
-            poses[leaves.scenes] = draw = shared_pose_name(name, len(poses))
+            poses[fields.scenes] = draw = shared_pose_name(name, len(poses))
             self._shared_poses.append((draw, item if item.__class__ in NODES else Const(item)))
-        return Shared(poses[leaves.scenes])
+        return Shared(poses[fields.scenes])
 
-    def _as_built(self, name: str, leaves: FieldLowerer) -> Any:
-        world = self._places.standing(name).world
+    def _as_built(self, name: str, fields: FieldLowerer) -> Any:
+        world = self._frames.frame_pose(name).world
         if world.__class__ not in NODES:
             return world
-        key = (name, leaves.scenes)
+        key = (name, fields.scenes)
         if key not in self._frozen:
-            self._frozen[key] = _pose_rows(world, leaves)  # pyright: ignore[reportArgumentType]
+            self._frozen[key] = _pose_rows(world, fields)  # pyright: ignore[reportArgumentType]
         return self._frozen[key]
 
     def _rows_of(self, name: str) -> Rows:
         """A shared draw as drawn, in all scenes that it has a value in."""
-        scenes = self._drawing.scenes_of[name]
-        rows = self._drawing.leaves(scenes).batch().shared(name).tolist()
+        scenes = self._sampling.scenes_of[name]
+        rows = self._sampling.fields(scenes).batch().shared(name).tolist()
         return Rows(scenes, tuple(tuple(row) if row.__class__ is list else row for row in rows))
 
 
-def _pose_rows(pose: Node, leaves: FieldLowerer) -> Rows:
+def _pose_rows(pose: Node, fields: FieldLowerer) -> Rows:
     """A pose as it is built."""
-    return Rows(leaves.scenes, tuple(map(tuple, leaves.evaluate(pose).tolist())))
+    return Rows(fields.scenes, tuple(map(tuple, fields.evaluate(pose).tolist())))
 
 
 def _reset_node(reset: ResettableValue) -> Node:
     """What draws a value anew, held within limits that stay as they are built."""
-    node, scenes, follows = reset.node, reset.leaves.scenes, reset.follows
+    node, scenes, follows = reset.node, reset.fields.scenes, reset.follows
     if follows is not None:
         factor, offset = (_constant_item(value.data, scenes) for value in (follows.multiplier, follows.offset))
         node = AffineClamp(_reset_node(follows.source), -1, -FLOAT32_MAX, FLOAT32_MAX, factor, offset)
@@ -248,7 +248,7 @@ def _with_recipe(value: Value, node: Node, rows: int) -> Value:
 
 
 def check_constraint_resets(
-    constraints: tuple[Constraint, ...], built: tuple[Entity, ...], drawing: SamplingContext, places: FrameGraph
+    constraints: tuple[Constraint, ...], built: tuple[Entity, ...], sampling: SamplingContext, frames: FrameGraph
 ) -> None:
     """A warning for each constraint without a frame of its own one of whose bodies starts elsewhere at a reset.
 
@@ -257,21 +257,25 @@ def check_constraint_resets(
     Args:
         constraints: whose `pose_in_parent` was left out.
         built: the entities.
-        drawing: of the document, all of which is lowered.
-        places: where the entities stand.
+        sampling: of the document, all of which is lowered.
+        frames: where the entities stand.
     """
     entities = {entity.name: entity for entity in built}
-    kept = fixed_draws(drawing)
+    kept = fixed_draws(sampling)
 
     for constraint in constraints:
         ends = [mount for mount in (constraint.child, constraint.parent) if mount is not None]
-        chains = [list(_moving_ancestors(mount.entity, places)) for mount in ends]
+        chains = [list(_moving_ancestors(mount.entity, frames)) for mount in ends]
         # What only one of the two stands relative to.
         own = set(chains[0]).symmetric_difference(chains[1] if len(chains) > 1 else ())
-        readings = [reading for name in own if (reading := places.standing(name).reading) is not None]
-        readings += [reading for mount in ends for reading in _joint_variations(mount, entities[mount.entity], drawing)]
-        if constraint.origin is not None and any(_is_drawn_again(reading, drawing, kept) for reading in readings):
-            drawing.sink.report(
+        variations = [variation for name in own if (variation := frames.frame_pose(name).variation) is not None]
+        variations += [
+            variation for mount in ends for variation in _joint_variations(mount, entities[mount.entity], sampling)
+        ]
+        if constraint.origin is not None and any(
+            _is_drawn_again(variation, sampling, kept) for variation in variations
+        ):
+            sampling.sink.report(
                 "SC343",
                 f"`{cut(constraint.name)}` stays where it is built, and a reset draws anew where its bodies start",
                 constraint.origin,
@@ -280,15 +284,15 @@ def check_constraint_resets(
             )
 
 
-def _moving_ancestors(name: str, places: FrameGraph) -> Iterator[str]:
+def _moving_ancestors(name: str, frames: FrameGraph) -> Iterator[str]:
     """An entity and all that it stands relative to, up to what stays as it is built."""
     at: str | None = name
-    while at is not None and not places.is_fixed(at):
+    while at is not None and not frames.is_fixed(at):
         yield at
-        at = places.standing(at).parent
+        at = frames.frame_pose(at).parent
 
 
-def _joint_variations(mount: Mount, entity: Entity, drawing: SamplingContext) -> Iterator[VariationLowerer]:
+def _joint_variations(mount: Mount, entity: Entity, sampling: SamplingContext) -> Iterator[VariationLowerer]:
     """What was read of the positions of joints on the way to a link."""
     for structure in entity.structures:
         if not isinstance(structure, ArticulationStructure):
@@ -297,7 +301,7 @@ def _joint_variations(mount: Mount, entity: Entity, drawing: SamplingContext) ->
         at = numbers.get(mount.link or "")
         while at is not None:
             joint = structure.links[at].joint
-            reset = None if joint is None else drawing.resets.get(id(joint.qpos))
+            reset = None if joint is None else sampling.resets.get(id(joint.qpos))
             if reset is not None:
-                yield reset.reading
+                yield reset.variation
             at = structure.links[at].parent

@@ -178,15 +178,15 @@ class Lowered:
         plan: whose values are not drawn yet, and have no recipes.
         file_origins: for each file, the first place that names it.
         material_origins: for each physical material, the first place that asks for it.
-        drawing: the draws, and the values that only their rows can be judged by.
-        places: where its entities stand.
+        sampling: the draws, and the values that only their rows can be judged by.
+        frames: where its entities stand.
     """
 
     plan: ScenePlan
     file_origins: Mapping[int, Origin]
     material_origins: Mapping[int, Origin]
-    drawing: SamplingContext
-    places: FrameGraph
+    sampling: SamplingContext
+    frames: FrameGraph
 
 
 _NO_SCOPES = NameScopes()
@@ -227,8 +227,8 @@ def lower(
     if not check_limits(scene, num_scenes, narrowed, bounds, origin, sink):
         return None
     _check_names(scene, origin, sink)
-    drawing = SamplingContext(seed, num_scenes, sink, bounds.computed)
-    lower_draws(scene.draws, draws or {}, drawing, names, narrowed, origin.child("draws"))
+    sampling = SamplingContext(seed, num_scenes, sink, bounds.computed)
+    lower_draws(scene.draws, draws or {}, sampling, names, narrowed, origin.child("draws"))
     physics = _lower_physics(scene.physics, origin.child("physics"))
     tables = PlanTables(resolve)
     default = physics.default_material or SAPIEN_DEFAULT
@@ -237,7 +237,7 @@ def lower(
     shapes = ShapeLowerer(tables, materials, sink)
     bounded = LimitedRobotReader(robots, bounds.objects, sink)
     articulations = partial(_articulation_lowerer, scene, tables, shapes, materials, groups, bounded.read, sink)
-    entities = EntityLowerer(scene, narrowed, drawing, names, origin, sink)
+    entities = EntityLowerer(scene, narrowed, sampling, names, origin, sink)
     built = entities.lower(BodyLowerer(shapes, materials, groups, sink), articulations)
     if bounded.exhausted or not check_built_limits(entities.linked, bounds, origin, sink):
         return None
@@ -245,24 +245,24 @@ def lower(
     if scene.environment is not None or scene.lights or scene.cameras:
         from scenecc.lower.rendering import lower_render_objects as render  # noqa: PLC0415 - loaded where there are any
 
-        rendering = render(scene, built, entities, names, tables, materials, drawing.leaves(), origin, sink)
-    constraints = _lower_constraints(scene, built, entities, drawing, names, origin)
+        rendering = render(scene, built, entities, names, tables, materials, sampling.fields(), origin, sink)
+    constraints = _lower_constraints(scene, built, entities, sampling, names, origin)
     # A material may be unused only because its name was misspelt where it was meant.
-    if sink.failed or _is_exhausted(drawing, origin, sink):
+    if sink.failed or _is_exhausted(sampling, origin, sink):
         return None
-    materials.report_unused(frozenset(names.used_materials), drawing.leaves())
-    report_unused_draws(scene.draws, drawing, names, origin.child("draws"))
+    materials.report_unused(frozenset(names.used_materials), sampling.fields())
+    report_unused_draws(scene.draws, sampling, names, origin.child("draws"))
     if sink.failed:
         return None
-    plan = _make_plan(scene, name, built, constraints, rendering, physics, tables, drawing, origin)
-    return Lowered(plan, tables.file_origins, tables.material_origins, drawing, entities.places)
+    plan = _make_plan(scene, name, built, constraints, rendering, physics, tables, sampling, origin)
+    return Lowered(plan, tables.file_origins, tables.material_origins, sampling, entities.frames)
 
 
-def _is_exhausted(drawing: SamplingContext, origin: Origin, sink: Sink) -> bool:
+def _is_exhausted(sampling: SamplingContext, origin: Origin, sink: Sink) -> bool:
     """Whether the values that differ from scene to scene would take too long to compute, which is reported."""
-    if drawing.foreseen.exhausted:
-        sink.report("SC609", drawing.foreseen.message, origin, hint=COMPUTE_LIMIT_HINT)
-    return drawing.foreseen.exhausted
+    if sampling.sampling_operations.exhausted:
+        sink.report("SC609", sampling.sampling_operations.message, origin, hint=COMPUTE_LIMIT_HINT)
+    return sampling.sampling_operations.exhausted
 
 
 def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:
@@ -272,18 +272,18 @@ def draw(lowered: Lowered, sink: Sink) -> ScenePlan | None:
         lowered: of which `lower` has reported nothing.
         sink: takes the diagnostics; each names the scene.
     """
-    drawing = lowered.drawing
-    if not drawing.varies:
+    sampling = lowered.sampling
+    if not sampling.varies:
         return lowered.plan
     from scenecc.lower.resets import RecipeBuilder  # noqa: PLC0415 - likewise
 
-    for argument in drawing.arguments:
-        check_argument_rows(argument, drawing, sink)
-    for pending in drawing.pending:
-        check_rows(pending, drawing, sink)
+    for argument in sampling.arguments:
+        check_argument_rows(argument, sampling, sink)
+    for deferred in sampling.deferred:
+        check_rows(deferred, sampling, sink)
     if sink.failed:
         return None
-    recipes = RecipeBuilder(drawing, lowered.places)
+    recipes = RecipeBuilder(sampling, lowered.frames)
     entities = tuple(map(recipes.entity, lowered.plan.entities))
     plan = lowered.plan
     lights = tuple(
@@ -314,7 +314,7 @@ def _lower_constraints(
     scene: SceneFile,
     built: tuple[Entity, ...],
     entities: EntityLowerer,
-    drawing: SamplingContext,
+    sampling: SamplingContext,
     names: NameScopes,
     origin: Origin,
 ) -> tuple[Constraint, ...]:
@@ -323,8 +323,8 @@ def _lower_constraints(
     from scenecc.lower.constraints import ConstraintLowerer  # noqa: PLC0415 - loaded where there are any
     from scenecc.lower.mounts import MountLookup  # noqa: PLC0415 - likewise
 
-    mounts = MountLookup(built, entities.places.unread, names, drawing.sink)
-    lowering = ConstraintLowerer(built, entities, mounts, drawing, names, drawing.sink)
+    mounts = MountLookup(built, entities.frames.unread, names, sampling.sink)
+    lowering = ConstraintLowerer(built, entities, mounts, sampling, names, sampling.sink)
     return lowering.lower(scene.constraints, origin.child("constraints"))
 
 
@@ -336,15 +336,15 @@ def _make_plan(
     seen: RenderObjects | None,
     physics: Physics,
     tables: PlanTables,
-    drawing: SamplingContext,
+    sampling: SamplingContext,
     origin: Origin,
 ) -> ScenePlan:
     """The plan of what was lowered. `name`: where the document gives none."""
     return ScenePlan(
         name=scene.name or name,
         description=scene.description,
-        num_scenes=drawing.num_scenes,
-        seed=drawing.seed,
+        num_scenes=sampling.num_scenes,
+        seed=sampling.seed,
         entities=entities,
         constraints=constraints,
         environment=None if seen is None else seen.environment,

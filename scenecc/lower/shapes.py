@@ -180,10 +180,10 @@ _RADIUS = number("radius")
 _HALF_LENGTH = number("half_length")
 
 
-def _size(shape: Any, name: str, kind: FieldType, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> Value:
+def _size(shape: Any, name: str, kind: FieldType, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> Value:
     given = getattr(shape, name)
     # Equal sizes share one value.
-    return tables.size(given) if given.__class__ in _PLAIN else leaves.value(given, kind, origin, name)
+    return tables.size(given) if given.__class__ in _PLAIN else fields.value(given, kind, origin, name)
 
 
 _PLAIN = frozenset((float, int, tuple))
@@ -192,30 +192,30 @@ _PLAIN = frozenset((float, int, tuple))
 def _sized(make: Callable[..., Any], **sizes: FieldType) -> GeometryLowerer:
     """Lowers what is told by sizes alone, in the order of its dataclass."""
 
-    def lower(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> Any:
-        return make(*[_size(shape, name, kind, tables, leaves, origin) for name, kind in sizes.items()])
+    def lower(shape: Any, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> Any:
+        return make(*[_size(shape, name, kind, tables, fields, origin) for name, kind in sizes.items()])
 
     return lower
 
 
-def _scale(shape: Any, kind: FieldType, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> Value:
+def _scale(shape: Any, kind: FieldType, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> Value:
     scale: Any = shape.scale
     if scale.__class__ not in _PLAIN:
-        return leaves.value(scale, kind, origin, "scale")
+        return fields.value(scale, kind, origin, "scale")
     return tables.size(scale if scale.__class__ is tuple else (scale, scale, scale))
 
 
 def _of_file(make: Callable[..., Any], scale: FieldType, *others: Callable[[Any], Any]) -> GeometryLowerer:
     """Lowers a file and its scale. `others`: of the shape, what its dataclass holds besides these."""
 
-    def lower(shape: Any, tables: PlanTables, leaves: FieldLowerer, origin: Origin) -> Any:
-        file = tables.files_of(shape.file, origin.child("file"), leaves)
-        return file and make(file, _scale(shape, scale, tables, leaves, origin), *(other(shape) for other in others))
+    def lower(shape: Any, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> Any:
+        file = tables.files_of(shape.file, origin.child("file"), fields)
+        return file and make(file, _scale(shape, scale, tables, fields, origin), *(other(shape) for other in others))
 
     return lower
 
 
-def _plane(shape: Any, _tables: PlanTables, _leaves: FieldLowerer, _origin: Origin) -> plan.Plane:
+def _plane(shape: Any, _tables: PlanTables, _fields: FieldLowerer, _origin: Origin) -> plan.Plane:
     return plan.Plane(shape.every_scene)
 
 
@@ -286,21 +286,21 @@ class ShapeLowerer:
         self._colored: dict[tuple[int, tuple[float, ...] | int], tuple[Any, Value, VisualMaterial]] = {}
 
     def shapes(
-        self, layers: Sequence[tuple[Any, Origin]], default: ShapeDefaults, leaves: FieldLowerer
+        self, layers: Sequence[tuple[Any, Origin]], default: ShapeDefaults, fields: FieldLowerer
     ) -> tuple[list[CollisionShape], list[VisualShape]]:
         """What collides and what is seen of a body; shapes that were reported are missing.
 
         Args:
             layers: models with lists of shapes, and the nodes that have them; the lists go on from one to the next.
             default: of the body.
-            leaves: of the object.
+            fields: of the object.
         """
         collisions: list[CollisionShape] = []
         visuals: list[VisualShape] = []
         for key in _SHAPE_LISTS:
             for body, origin in layers:
                 for i, shape in enumerate(getattr(body, key)):
-                    collides, seen = self._sides(shape, key, default, leaves, origin.child(key, i))
+                    collides, seen = self._sides(shape, key, default, fields, origin.child(key, i))
                     if collides is not None:
                         collisions.append(collides)
                     if seen is not None:
@@ -308,20 +308,20 @@ class ShapeLowerer:
         return collisions, visuals
 
     def _sides(
-        self, shape: Any, key: str, default: ShapeDefaults, leaves: FieldLowerer, origin: Origin
+        self, shape: Any, key: str, default: ShapeDefaults, fields: FieldLowerer, origin: Origin
     ) -> tuple[CollisionShape | None, VisualShape | None]:
         """The sides of a shape that the list under a key is of."""
         collides = seen = None
         if key != "visuals":
-            collides = self._geometry(shape, leaves, origin)
+            collides = self._geometry(shape, fields, origin)
         if key != "collisions":
             make = VISUAL_GEOMETRY[shape.type]
             shared = key == "shapes" and make is COLLISION_GEOMETRY[shape.type]
-            seen = collides if shared else make(shape, self._tables, leaves, origin)
-        surface, pose = self._surface(shape, default, leaves, origin), shape_pose(shape, origin, leaves)
+            seen = collides if shared else make(shape, self._tables, fields, origin)
+        surface, pose = self._surface(shape, default, fields, origin), shape_pose(shape, origin, fields)
         return (
-            collides and self._colliding(collides, shape, default, surface, pose, leaves, origin),
-            seen and self._seen(seen, shape, default, surface, pose, leaves, origin),
+            collides and self._colliding(collides, shape, default, surface, pose, fields, origin),
+            seen and self._seen(seen, shape, default, surface, pose, fields, origin),
         )
 
     def _colliding(
@@ -331,30 +331,30 @@ class ShapeLowerer:
         default: ShapeDefaults,
         surface: LoweredMaterial | MaterialChoice,
         pose: Value | None,
-        leaves: FieldLowerer,
+        fields: FieldLowerer,
         origin: Origin,
     ) -> CollisionShape:
         density = None
         if shape.density is not None:
-            density = leaves.value(shape.density, DENSITY, origin, "density")
+            density = fields.value(shape.density, DENSITY, origin, "density")
         if isinstance(surface, MaterialChoice):
-            physical, otherwise = self._physicals(surface, default, geometry, leaves)
+            physical, otherwise = self._physicals(surface, default, geometry, fields)
         else:
             physical, otherwise = surface.physical, default.density if surface.density is None else surface.density
         near = (shape.contact_offset, shape.rest_offset, shape.patch_radius, shape.min_patch_radius)
         if near != _LEFT_OUT:
             near = tuple(
-                leaves.given(item, kind, origin, key) for item, (key, kind) in zip(near, _CONTACT_TYPES, strict=True)
+                fields.optional(item, kind, origin, key) for item, (key, kind) in zip(near, _CONTACT_TYPES, strict=True)
             )
         contact, rest, patch, min_patch = near
         density = otherwise if density is None else density
         return CollisionShape(geometry, pose, physical, density, contact, rest, patch, min_patch, origin)
 
     def _physicals(
-        self, surfaces: MaterialChoice, default: ShapeDefaults, geometry: Any, leaves: FieldLowerer
+        self, surfaces: MaterialChoice, default: ShapeDefaults, geometry: Any, fields: FieldLowerer
     ) -> tuple[Value | None, Value | None]:
         """The physical material and the density where the scenes have one of several materials."""
-        pick, rows = surfaces.pick, len(leaves.scenes)
+        pick, rows = surfaces.pick, len(fields.scenes)
         physicals = [surface.physical for surface in surfaces.each]
         physical = _select_or_default(physicals, self._materials.default(), pick, rows)
         left_out = literal(0.0 if isinstance(geometry, Plane) else DEFAULT_DENSITY)
@@ -368,10 +368,10 @@ class ShapeLowerer:
         default: ShapeDefaults,
         surface: LoweredMaterial | MaterialChoice,
         pose: Value | None,
-        leaves: FieldLowerer,
+        fields: FieldLowerer,
         origin: Origin,
     ) -> VisualShape:
-        color = None if shape.color is None else leaves.value(shape.color, COLOR, origin, "color")
+        color = None if shape.color is None else fields.value(shape.color, COLOR, origin, "color")
         named = shape.material is not None
         if isinstance(surface, MaterialChoice):
             visuals = [self._visual(one.visual, color, default, named=named) for one in surface.each]
@@ -380,7 +380,7 @@ class ShapeLowerer:
                 hint = "give every alternative a `visual`"
                 self._sink.report("SC321", message, origin.child("material"), hint=hint)
             fresh = self._tables.visual_materials.value(SeenMaterial())
-            material = _select_or_default(visuals, fresh, surface.pick, len(leaves.scenes))
+            material = _select_or_default(visuals, fresh, surface.pick, len(fields.scenes))
         else:
             material = self._visual(surface.visual, color, default, named=named)
         return VisualShape(geometry, pose, material, shape.name, shape.front_face, origin)
@@ -408,19 +408,19 @@ class ShapeLowerer:
             known = self._colored[key] = (visual, color, made)
         return known[2]
 
-    def _geometry(self, shape: Any, leaves: FieldLowerer, origin: Origin) -> Any:
+    def _geometry(self, shape: Any, fields: FieldLowerer, origin: Origin) -> Any:
         """What collides; None where it was reported."""
         if shape.type == "convex_parts" and shape.decomposition == "none" and shape.decomposition_params:
             hint = "set decomposition: coacd, or leave it out"
             report_unused_key("decomposition_params", "without a decomposition", origin, self._sink, hint=hint)
-        return COLLISION_GEOMETRY[shape.type](shape, self._tables, leaves, origin)
+        return COLLISION_GEOMETRY[shape.type](shape, self._tables, fields, origin)
 
     def _surface(
-        self, shape: Any, default: ShapeDefaults, leaves: FieldLowerer, origin: Origin
+        self, shape: Any, default: ShapeDefaults, fields: FieldLowerer, origin: Origin
     ) -> LoweredMaterial | MaterialChoice:
         if shape.material is None:
             return default.surface
-        return self._materials.surface(shape.material, origin, leaves) or PLAIN_SURFACE
+        return self._materials.surface(shape.material, origin, fields) or PLAIN_SURFACE
 
 
 def _select_or_default(values: Sequence[Value | None], otherwise: Value, pick: Value, rows: int) -> Value | None:

@@ -89,9 +89,9 @@ class VariationLowerer:
         origins: of the nodes that can have no value, by identity; the nodes are kept with them.
     """
 
-    def __init__(self, leaves: FieldLowerer, origin: Origin) -> None:
-        leaves.drawing.read += 1
-        self._leaves = leaves
+    def __init__(self, fields: FieldLowerer, origin: Origin) -> None:
+        fields.sampling.read += 1
+        self._fields = fields
         self._section: Any = origin.path[0]
         self._name = str(origin.path[1])
         self.drawn = False
@@ -153,23 +153,23 @@ class VariationLowerer:
         return tuple(self.select(one, place, leaf, (name, i)) for i, one in enumerate(items))
 
     def _per_scene(self, items: tuple[Any, ...], place: FieldPlace, leaf: LeafReader) -> Any:
-        scenes = self._leaves.listed
+        scenes = self._fields.listed
         if len(items) != len(scenes):
             self.broken = True
             message = f"{_count(len(items), 'value')} for {_count(len(scenes), 'scene')}"
             hint = "one for each scene that the object is in, by ascending index; or {per_scene: {0: …, default: …}}"
-            self._leaves.sink.report("SC314", message, place.origin.child("per_scene"), hint=hint)
+            self._fields.sink.report("SC314", message, place.origin.child("per_scene"), hint=hint)
             return self.select(items[0], place, leaf, ("per_scene", 0)) if items else 0.0
         return Rows(scenes, self._each(items, "per_scene", place, leaf))
 
     def _by_scene(self, given: SceneMap, place: FieldPlace, leaf: LeafReader) -> Any:
-        scenes = self._leaves.listed
+        scenes = self._fields.listed
         origin = place.origin.child("per_scene")
         read: dict[int, Any] = {
             scene: self.select(one, place, leaf, ("per_scene", str(scene))) for scene, one in given.items
         }
         default = given.default
-        if self._leaves.partial and default is MISSING:
+        if self._fields.partial and default is MISSING:
             known = tuple(sorted(read))
             return Rows(known, tuple(read[scene] for scene in known))
         if default is not MISSING:
@@ -177,13 +177,13 @@ class VariationLowerer:
         elif missing := set(scenes) - read.keys():
             self.broken = True
             message = f"there is no value for scene {min(missing)}"
-            self._leaves.sink.report("SC315", message, origin, hint="add it, or a `default`")
+            self._fields.sink.report("SC315", message, origin, hint="add it, or a `default`")
             default = next(iter(read.values()), 0.0)
         # A prefab does not know in which scenes it is used.
-        if not self._leaves.scope and (extra := read.keys() - set(scenes)):
+        if not self._fields.scope and (extra := read.keys() - set(scenes)):
             scene = min(extra)
             message = f"scene {scene} is none that the object is in"
-            self._leaves.sink.report("SC315", message, origin.child(str(scene)), at="key", hint="leave it out")
+            self._fields.sink.report("SC315", message, origin.child(str(scene)), at="key", hint="leave it out")
         return Rows(scenes, tuple(read.get(scene, default) for scene in scenes))
 
     def _leaf(self, given: Any, kind: FieldType, around: FieldPlace, step: FormStep) -> Any:
@@ -210,11 +210,11 @@ class VariationLowerer:
             return made
         self.broken = True
         if kind.complain is not None:
-            kind.complain(given, around.origin.child(*step), self._leaves.sink)
+            kind.complain(given, around.origin.child(*step), self._fields.sink)
         return kind.fallback
 
     def _computed(self, given: Template, kind: FieldType, place: FieldPlace) -> Any:
-        names = self._leaves.draw_names(given, place.origin)
+        names = self._fields.draw_names(given, place.origin)
         if names is None:
             self.broken = True
             return kind.fallback
@@ -222,7 +222,7 @@ class VariationLowerer:
         self.reads |= set(names.values())
         reads = tuple(sorted((name, draw) for name, draw in names.items() if name != draw))
         shape = None if kind.convert is not None else kind.shape
-        self._leaves.drawing.foresee(expression_cost(given.text, len(self._leaves.scenes)), place.origin)
+        self._fields.sampling.count_operations(expression_cost(given.text, len(self._fields.scenes)), place.origin)
         return self.risk(Computed(given, shape, reads), place.origin)
 
     def _stacked(self, items: tuple[Any, ...], kind: FieldType, place: FieldPlace) -> Any:
@@ -264,7 +264,7 @@ class VariationLowerer:
         return given if kind.convert is None else self.plain(given, kind, place, step)
 
     def _key(self, place: FieldPlace, cost: int = 1) -> Key:
-        self._leaves.drawing.foresee(form_cost(cost * len(self._leaves.scenes)), place.origin)
+        self._fields.sampling.count_operations(form_cost(cost * len(self._fields.scenes)), place.origin)
         return Key(self._section, self._name, place.path)
 
 

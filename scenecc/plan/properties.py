@@ -32,8 +32,8 @@ class Bounds(NamedTuple):
         """Whether a number is one of them."""
         return self.low <= number <= self.high and not (self.nonzero and number == 0)
 
-    def wanted(self, number: float) -> str:
-        """What a number that is none of them would have to be, as a person says it."""
+    def requirement(self, number: float) -> str:
+        """What a number outside of the bounds must be: "above 0"."""
         if number == 0 and self.nonzero:
             return "other than 0"
         if number <= 0 and self.low == FLOAT32_MIN:

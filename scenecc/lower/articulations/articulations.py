@@ -149,7 +149,7 @@ class _ArticulationContext:
     """One articulation as written.
 
     Attributes:
-        entity, origin, leaves: the model, its node, and its leaves.
+        entity, origin, fields: the model, its node, and its field lowerer.
         still: the model, as it is of bodies that do not move: without what does nothing to them.
         joints: the names of all its joints that move.
         one_id: whether all that it is has one number among articulations whose links ignore one another.
@@ -158,7 +158,7 @@ class _ArticulationContext:
     entity: Any
     still: Any
     origin: Origin
-    leaves: FieldLowerer
+    fields: FieldLowerer
     maps: PatternOverrides
     values: OverrideValues
     targets: DriveTargetCheck
@@ -203,34 +203,34 @@ class ArticulationLowerer:
         # The id 0 is what SAPIEN's loader gives to all.
         self._next_id = int(any(getattr(entity, "sapien_bits", None) for entity in entities.values()))
 
-    def lower(self, entity: Any, origin: Origin, leaves: FieldLowerer) -> list[LoweredArticulation]:
+    def lower(self, entity: Any, origin: Origin, fields: FieldLowerer) -> list[LoweredArticulation]:
         """The entities of one that is written; none where its file was reported."""
-        built = self._built(entity, origin, leaves)
+        built = self._built(entity, origin, fields)
         if built:
             report_unused_keys(entity, [structure for one in built for structure in one.structures], origin, self._sink)
         return built
 
-    def _built(self, entity: Any, origin: Origin, leaves: FieldLowerer) -> list[LoweredArticulation]:
-        found = read_alternatives(entity, origin, leaves)
+    def _built(self, entity: Any, origin: Origin, fields: FieldLowerer) -> list[LoweredArticulation]:
+        found = read_alternatives(entity, origin, fields)
         if found is None:
             return []
         if "root" in entity.model_fields_set:
-            draft = self._trees.draft(entity.root, origin.child("root"), leaves)
-            work = self._work(entity, origin, leaves, [draft], one_id=True)
+            draft = self._trees.draft(entity.root, origin.child("root"), fields)
+            work = self._work(entity, origin, fields, [draft], one_id=True)
             each = [replace(draft, fixed=one.values.get("fix_root_link")) for one in found.each]
             return [LoweredArticulation("", None, tuple(self._structure(one, work) for one in each), found.pick)]
         self._meshes(entity, origin)
         key = "urdf" if "urdf" in entity.model_fields_set else "mjcf"
         files = [self._file(key, entity, one) for one in found.each]
         drafts = [
-            [(robot, self._draft(robot, file[0], entity, one, key, leaves)) for robot in file[1].robots]
+            [(robot, self._draft(robot, file[0], entity, one, key, fields)) for robot in file[1].robots]
             for file, one in zip(files, found.each, strict=True)
             if file is not None
         ]
         if len(drafts) < len(files):
             return []
         every = [draft for robots in drafts for _, draft in robots]
-        work = self._work(entity, origin, leaves, every, one_id=key == "mjcf" or found.pick is not None)
+        work = self._work(entity, origin, fields, every, one_id=key == "mjcf" or found.pick is not None)
         if found.pick is not None:
             return self._alternatives(drafts, found.pick, work, origin.child(key))
         self._free(drafts, entity)
@@ -280,27 +280,27 @@ class ArticulationLowerer:
             warn_free_body([robots[0] for robots in drafts], self._sink)
 
     def _draft(
-        self, robot: DescribedRobot, file: AssetFile, entity: Any, one: Alternative, key: str, leaves: FieldLowerer
+        self, robot: DescribedRobot, file: AssetFile, entity: Any, one: Alternative, key: str, fields: FieldLowerer
     ) -> ArticulationDraft:
         index, origin = self._tables.files.value(file), one.places[key]
         self._tables.file_origins.setdefault(int(index.numbers()[0]), origin)
-        draft = self._robots.draft(robot, entity, index, origin, leaves)
+        draft = self._robots.draft(robot, entity, index, origin, fields)
         pairing = one.places.get("srdf", origin)
         fixed = one.values.get("fix_root_link", draft.fixed)
         return replace(draft, fixed=fixed is None or fixed, ignored=tuple(map(pairing.into, robot.ignored)))
 
     def _work(
-        self, entity: Any, origin: Origin, leaves: FieldLowerer, drafts: list[ArticulationDraft], *, one_id: bool
+        self, entity: Any, origin: Origin, fields: FieldLowerer, drafts: list[ArticulationDraft], *, one_id: bool
     ) -> _ArticulationContext:
         maps = PatternOverrides(entity, origin, self._matching, self._sink)
         maps.check(drafts)
         joints = (link.joint for draft in drafts for link in draft.links)
         names = frozenset(joint.name for joint in joints if joint is not None and joint.moves)
-        targets = DriveTargetCheck(leaves, self._sink, beyond_limits=bool(entity.beyond_limits))
+        targets = DriveTargetCheck(fields, self._sink, beyond_limits=bool(entity.beyond_limits))
         # Once: what is said is known by the model that says it.
         still = entity.model_copy(update={"gravity": None})
         return _ArticulationContext(
-            entity, still, origin, leaves, maps, OverrideValues(self._materials, leaves), targets, names, one_id
+            entity, still, origin, fields, maps, OverrideValues(self._materials, fields), targets, names, one_id
         )
 
     def _meshes(self, entity: Any, origin: Origin) -> None:
@@ -371,11 +371,11 @@ class ArticulationLowerer:
         self, draft: ArticulationDraft, joints: list[DraftJoint | None], work: _ArticulationContext
     ) -> dict[int, tuple[Value | None, Value | None]]:
         """Position and velocity of each joint that moves at the start, by the number of its link."""
-        entity, origin, leaves = work.entity, work.origin, work.leaves
+        entity, origin, fields = work.entity, work.origin, work.fields
         order = draft.moving()
         moving = [joint for i in order if (joint := joints[i]) is not None]
-        numbers = JointNumbers([joint.name for joint in moving], work.joints, origin, leaves, self._sink)
-        starts = InitialStateLowerer(moving, leaves, origin, self._sink, beyond_limits=bool(entity.beyond_limits))
+        numbers = JointNumbers([joint.name for joint in moving], work.joints, origin, fields, self._sink)
+        starts = InitialStateLowerer(moving, fields, origin, self._sink, beyond_limits=bool(entity.beyond_limits))
         found = numbers.of(entity.qpos, "qpos")
         quiet = entity.qpos is not None and not found
         positions = starts.positions(found, all_of_them=bool(entity.drives), quiet=quiet)
@@ -385,7 +385,7 @@ class ArticulationLowerer:
     @staticmethod
     def _of_the_whole(work: _ArticulationContext, *, fixed: bool) -> dict[str, Value | None]:
         found = {
-            key: work.leaves.given(getattr(work.entity, key), kind, work.origin, key, reset=key in _VELOCITIES)
+            key: work.fields.optional(getattr(work.entity, key), kind, work.origin, key, reset=key in _VELOCITIES)
             for key, kind in (*_SOLVER.items(), *_VELOCITIES.items())
         }
         # A root that is fixed in some scenes only has no velocity in these.

@@ -173,25 +173,25 @@ class LinkTreeDrafter:
         self._shapes = shapes
         self._sink = sink
 
-    def draft(self, root: TreeLink, origin: Origin, leaves: FieldLowerer) -> ArticulationDraft:
+    def draft(self, root: TreeLink, origin: Origin, fields: FieldLowerer) -> ArticulationDraft:
         """A tree as a draft.
 
         Args:
             root: of it.
             origin: of the root.
-            leaves: of the entity.
+            fields: of the entity.
         """
         links: list[DraftLink] = []
         waiting: list[tuple[TreeLink, Origin, int | None]] = [(root, origin, None)]
         while waiting:
             link, place, parent = waiting.pop()
             number = len(links)
-            links.append(self._link(link, place, parent, leaves))
+            links.append(self._link(link, place, parent, fields))
             below = [(child, place.child("children", i), number) for i, child in enumerate(link.children)]
             waiting += reversed(below)
         return ArticulationDraft(tuple(links), origin)
 
-    def _link(self, link: TreeLink, origin: Origin, parent: int | None, leaves: FieldLowerer) -> DraftLink:
+    def _link(self, link: TreeLink, origin: Origin, parent: int | None, fields: FieldLowerer) -> DraftLink:
         joint = None
         if parent is None and link.joint is not None:
             where = "on the root, which hangs on nothing: `fix_root_link` fixes it"
@@ -199,11 +199,11 @@ class LinkTreeDrafter:
         elif parent is not None and link.joint is None:
             self._sink.report("SC102", f"the link `{link.name}` lacks the key `joint`", origin, at="key")
         elif link.joint is not None:
-            joint = self._joint(link.joint, origin.child("joint"), leaves)
+            joint = self._joint(link.joint, origin.child("joint"), fields)
         self._idle(link, origin)
 
-        def shaping(touch: ContactDefaults) -> tuple[tuple[CollisionShape, ...], tuple[VisualShape, ...]]:
-            return self._shaped(link, touch, origin, leaves)
+        def shaping(contact: ContactDefaults) -> tuple[tuple[CollisionShape, ...], tuple[VisualShape, ...]]:
+            return self._shaped(link, contact, origin, fields)
 
         return DraftLink(link.name, origin, shaping, parent, joint, own=(link, origin))
 
@@ -217,15 +217,15 @@ class LinkTreeDrafter:
                 report_unused_key(key, f"on a link without a {shape}", origin, self._sink)
 
     def _shaped(
-        self, link: TreeLink, touch: ContactDefaults, origin: Origin, leaves: FieldLowerer
+        self, link: TreeLink, contact: ContactDefaults, origin: Origin, fields: FieldLowerer
     ) -> tuple[tuple[CollisionShape, ...], tuple[VisualShape, ...]]:
-        collisions, visuals = self._shapes.shapes(((link, origin),), touch.default, leaves)
-        return tuple(_with_contact_radii(shape, touch) for shape in collisions), tuple(visuals)
+        collisions, visuals = self._shapes.shapes(((link, origin),), contact.default, fields)
+        return tuple(_with_contact_radii(shape, contact) for shape in collisions), tuple(visuals)
 
-    def _joint(self, joint: TreeJoint, origin: Origin, leaves: FieldLowerer) -> DraftJoint:
+    def _joint(self, joint: TreeJoint, origin: Origin, fields: FieldLowerer) -> DraftJoint:
         given = joint.model_fields_set
         self._one_way(joint, origin)
-        in_parent, in_child = self._poses(joint, origin, leaves)
+        in_parent, in_child = self._poses(joint, origin, fields)
         name = joint.name or ""
         if joint.type == "fixed":
             for key in _MOVING_JOINT_KEYS:
@@ -237,7 +237,7 @@ class LinkTreeDrafter:
         properties = {
             key: value
             for key in _JOINT_NUMBERS
-            if (value := leaves.given(getattr(joint, key), number(key), origin, key)) is not None
+            if (value := fields.optional(getattr(joint, key), number(key), origin, key)) is not None
         }
         mimic = None
         if joint.mimic is not None:
@@ -245,10 +245,10 @@ class LinkTreeDrafter:
             if not name:
                 message = "a joint that follows another lacks the key `name`"
                 self._sink.report("SC102", message, origin, hint="it is known by its name, as the one that it follows")
-            multiplier = leaves.given(joint.mimic.multiplier, number("multiplier"), place, "multiplier")
-            offset = leaves.given(joint.mimic.offset, number("offset"), place, "offset")
+            multiplier = fields.optional(joint.mimic.multiplier, number("multiplier"), place, "multiplier")
+            offset = fields.optional(joint.mimic.offset, number("offset"), place, "offset")
             mimic = DraftMimic(joint.mimic.joint, multiplier or literal(1.0), offset or literal(0.0), place)
-        limits = lower_limits(joint, origin, leaves) or literal(_NO_LIMITS)
+        limits = lower_limits(joint, origin, fields) or literal(_NO_LIMITS)
         warn_limits_in_degrees(joint, joint.type, origin, self._sink)
         place = origin.child("limits" if joint.limits_deg is None else "limits_deg")
         return DraftJoint(type_, name, origin, in_parent, in_child, limits, place, properties, mimic=mimic)
@@ -266,69 +266,71 @@ class LinkTreeDrafter:
             self._sink.report("SC111", message, origin.child(wrong), at="key", hint="write type: revolute")
         check_limits_keys(joint, joint.type, origin, self._sink)
 
-    def _poses(self, joint: TreeJoint, origin: Origin, leaves: FieldLowerer) -> tuple[Value | None, Value | None]:
+    def _poses(self, joint: TreeJoint, origin: Origin, fields: FieldLowerer) -> tuple[Value | None, Value | None]:
         """The joint's frame in the parent's and in the child's."""
         if joint.pose_in_parent is not None or joint.pose_in_child is not None:
             return (
-                self._pose(joint.pose_in_parent, "pose_in_parent", origin, leaves),
-                self._pose(joint.pose_in_child, "pose_in_child", origin, leaves),
+                self._pose(joint.pose_in_parent, "pose_in_parent", origin, fields),
+                self._pose(joint.pose_in_child, "pose_in_child", origin, fields),
             )
         if joint.axis.__class__ in VARYING:
-            return self._turning(joint, origin, leaves)
-        stands = self._pose(joint.origin, "origin", origin, leaves)
-        turn = IDENTITY
+            return self._varying_axis(joint, origin, fields)
+        frame = self._pose(joint.origin, "origin", origin, fields)
+        rotation = IDENTITY
         if joint.axis is not None:
             written: Any = joint.axis
             axis = direction(written)
             if not any(axis):
                 self._sink.report("SC114", "an axis of length 0 has no direction", origin.child("axis"))
                 return None, None
-            turn = shortest_from_x(axis)
-        if turn == IDENTITY:
-            return stands, None
-        return self._turned(stands, turn, joint, origin, leaves), literal((0.0, 0.0, 0.0, *turn))
+            rotation = shortest_from_x(axis)
+        if rotation == IDENTITY:
+            return frame, None
+        return self._with_rotation(frame, rotation, joint, origin, fields), literal((0.0, 0.0, 0.0, *rotation))
 
     @staticmethod
-    def _pose(pose: Any, key: str, origin: Origin, leaves: FieldLowerer) -> Value | None:
-        return None if pose is None else local_pose(pose, origin, (key,), "a joint", leaves)
+    def _pose(pose: Any, key: str, origin: Origin, fields: FieldLowerer) -> Value | None:
+        return None if pose is None else local_pose(pose, origin, (key,), "a joint", fields)
 
     @staticmethod
-    def _turned(stands: Value | None, turn: Any, joint: TreeJoint, origin: Origin, leaves: FieldLowerer) -> Value:
-        if stands is None:
-            return literal((0.0, 0.0, 0.0, *turn))
-        if stands.is_constant:
-            return literal(turned(seven_numbers(stands), turn))
+    def _with_rotation(
+        frame: Value | None, rotation: Any, joint: TreeJoint, origin: Origin, fields: FieldLowerer
+    ) -> Value:
+        if frame is None:
+            return literal((0.0, 0.0, 0.0, *rotation))
+        if frame.is_constant:
+            return literal(turned(seven_numbers(frame), rotation))
         place = field_place(origin.child("origin"))
-        reading = VariationLowerer(leaves, place.origin)
-        item = Composed(pose_item(joint.origin, place, reading, leaves.sink), (0.0, 0.0, 0.0, *turn))
-        return leaves.finish(item, reading, POSE, place.origin)
+        variation = VariationLowerer(fields, place.origin)
+        item = Composed(pose_item(joint.origin, place, variation, fields.sink), (0.0, 0.0, 0.0, *rotation))
+        return fields.finish(item, variation, POSE, place.origin)
 
-    def _turning(self, joint: TreeJoint, origin: Origin, leaves: FieldLowerer) -> tuple[Value, Value]:
+    def _varying_axis(self, joint: TreeJoint, origin: Origin, fields: FieldLowerer) -> tuple[Value, Value]:
         """Of an axis that differs from scene to scene."""
         place = field_place(origin)
-        reading = VariationLowerer(leaves, origin.child("axis"))
+        variation = VariationLowerer(fields, origin.child("axis"))
 
         def leaf(one: Any, around: FieldPlace, step: FormStep) -> Any:
             if one.__class__ is str:
                 return AXES[one]
-            return reading.item(one, _DIRECTION, around.inside(step) if step else around)
+            return variation.item(one, _DIRECTION, around.inside(step) if step else around)
 
-        axis = reading.select(joint.axis, place.key("axis"), leaf)
-        turn = Posed((0.0, 0.0, 0.0), Pointing(axis))
-        reading.risk(turn.q, origin.child("axis"))
-        in_child = leaves.finish(turn, reading, POSE, origin.child("axis"))
-        stands = IDENTITY_POSE
+        axis = variation.select(joint.axis, place.key("axis"), leaf)
+        rotation = Posed((0.0, 0.0, 0.0), Pointing(axis))
+        variation.risk(rotation.q, origin.child("axis"))
+        in_child = fields.finish(rotation, variation, POSE, origin.child("axis"))
+        frame = IDENTITY_POSE
         if joint.origin is not None:
-            stands = pose_item(joint.origin, place.key("origin"), reading, leaves.sink)
-        return leaves.finish(Composed(stands, turn), reading, POSE, origin.child("origin")), in_child
+            frame = pose_item(joint.origin, place.key("origin"), variation, fields.sink)
+        return fields.finish(Composed(frame, rotation), variation, POSE, origin.child("origin")), in_child
 
 
-def _with_contact_radii(shape: CollisionShape, touch: ContactDefaults) -> CollisionShape:
+def _with_contact_radii(shape: CollisionShape, contact: ContactDefaults) -> CollisionShape:
     """A shape with the radii of its link, where it has none itself."""
     radii = {
         name: radius
         for name in ("patch_radius", "min_patch_radius")
-        if (radius := getattr(touch, name)) is not None and getattr(shape, name) is None
+        if (radius := getattr(contact, name)) is not None and getattr(shape, name) is None
     }
     return replace(shape, **radii) if radii else shape
 
@@ -379,7 +381,7 @@ class Alternatives:
     pick: Value | None = None
 
 
-def read_alternatives(entity: Any, origin: Origin, leaves: FieldLowerer) -> Alternatives | None:
+def read_alternatives(entity: Any, origin: Origin, fields: FieldLowerer) -> Alternatives | None:
     """What may be had together of what an articulation is put together from; None where that was reported.
 
     What no scene has is among it, to be judged all the same: with what stands beside it that no scene has either.
@@ -387,18 +389,18 @@ def read_alternatives(entity: Any, origin: Origin, leaves: FieldLowerer) -> Alte
     Args:
         entity: as written.
         origin: of it.
-        leaves: of it.
+        fields: of it.
     """
     written = {key: given for key in _KEY_TYPES if (given := getattr(entity, key, None)) is not None}
     if VARYING.isdisjoint(given.__class__ for given in written.values()):
         return Alternatives((Alternative(written, {key: origin.child(key) for key in written}),))
-    reading = VariationLowerer(leaves, origin)
-    columns = [_KeyAlternatives(key, given, origin.child(key), reading) for key, given in written.items()]
-    leaves.fix(reading)
-    told = [column.enumerate(leaves) for column in columns]
-    if reading.broken or not all(told):
+    variation = VariationLowerer(fields, origin)
+    columns = [_KeyAlternatives(key, given, origin.child(key), variation) for key, given in written.items()]
+    fields.fix(variation)
+    complete = [column.enumerate(fields) for column in columns]
+    if variation.broken or not all(complete):
         return None
-    return _Combinations(columns, reading, leaves).all()
+    return _Combinations(columns, variation, fields).all()
 
 
 class _KeyAlternatives:
@@ -409,7 +411,7 @@ class _KeyAlternatives:
         places: where each value that it can have is written, in their order.
     """
 
-    def __init__(self, key: str, given: Any, origin: Origin, reading: VariationLowerer) -> None:
+    def __init__(self, key: str, given: Any, origin: Origin, variation: VariationLowerer) -> None:
         self.key = key
         self.origin = origin
         self.varies = given.__class__ in VARYING
@@ -422,12 +424,12 @@ class _KeyAlternatives:
             if one.__class__ not in VARYING:
                 self.places.setdefault(self.value(one), inside.origin)
                 return one
-            node = reading.item(one, self._kind, inside)
-            if not reading.broken:
+            node = variation.item(one, self._kind, inside)
+            if not variation.broken:
                 self._sources.append((node, inside.origin))
             return node
 
-        self.node = reading.select(given, field_place(origin), leaf)
+        self.node = variation.select(given, field_place(origin), leaf)
 
     def value(self, given: Any) -> Any:
         """What a scene has, as values are told apart; None where it is none of the key's."""
@@ -437,21 +439,19 @@ class _KeyAlternatives:
             return given if given.__class__ is bool else None
         return float(given) if given.__class__ in {int, float} else None
 
-    def enumerate(self, leaves: FieldLowerer) -> bool:
+    def enumerate(self, fields: FieldLowerer) -> bool:
         """Whether all that it can be is known, and may be; otherwise that is reported."""
         text = self._kind is _TEXT_TYPE
-        untold = f"it cannot be told which {'names' if text else 'values'} this gives"
-        instead = "or write them in a `choice`" + (
-            "" if text else ": what is put together is judged before it is drawn"
-        )
+        unknown = f"it cannot be told which {'names' if text else 'values'} this gives"
+        advice = "or write them in a `choice`" + ("" if text else ": what is put together is judged before it is drawn")
         for node, place in self._sources:
-            every = possible_values(node, place, leaves, untold, instead)
+            every = possible_values(node, place, fields, unknown, advice)
             if every is None:
                 return False
             for given in every:
                 value = self.value(given)
                 if value is None or not self._may_be(value):
-                    self._misfit(given, value, place, leaves)
+                    self._misfit(given, value, place, fields)
                     return False
                 self.places.setdefault(value, place)
         return True
@@ -459,23 +459,23 @@ class _KeyAlternatives:
     def _may_be(self, value: Any) -> bool:
         return self._kind.within is None or self._kind.bounds().allow(value)
 
-    def _misfit(self, given: Any, value: Any, place: Origin, leaves: FieldLowerer) -> None:
+    def _misfit(self, given: Any, value: Any, place: Origin, fields: FieldLowerer) -> None:
         if value is not None:
-            message = f"this expression gives {show(given)}, and it must be {self._kind.bounds().wanted(value)}"
-            leaves.sink.report("SC513", message, place)
+            message = f"this expression gives {show(given)}, and it must be {self._kind.bounds().requirement(value)}"
+            fields.sink.report("SC513", message, place)
             return
         wanted = "a name" if self._kind is _TEXT_TYPE else _TYPE_WORDS[self._kind.dtype]
         code = "SC317" if self._kind is _TEXT_TYPE else "SC515"
-        leaves.sink.report(code, f"this expression gives {show(given)}, and {wanted} is wanted", place)
+        fields.sink.report(code, f"this expression gives {show(given)}, and {wanted} is wanted", place)
 
 
 class _Combinations:
     """The keys of one articulation, some of which vary."""
 
-    def __init__(self, columns: list[_KeyAlternatives], reading: VariationLowerer, leaves: FieldLowerer) -> None:
+    def __init__(self, columns: list[_KeyAlternatives], variation: VariationLowerer, fields: FieldLowerer) -> None:
         self._columns = columns
-        self._reading = reading
-        self._leaves = leaves
+        self._variation = variation
+        self._fields = fields
         self._node = Stacked(tuple(column.node for column in columns))
 
     def all(self) -> Alternatives | None:
@@ -493,17 +493,17 @@ class _Combinations:
         each = tuple(self._alternative(row) for row in every)
         if len(each) == 1:
             return Alternatives(each)
-        reading, leaves = self._reading, self._leaves
-        if reading.known:
+        variation, fields = self._variation, self._fields
+        if variation.known:
             known = per_scene(self._rows(numbers), "int64")
-            if not reading.cycled or len(set(known.numbers())) == len(each):
+            if not variation.cycled or len(set(known.numbers())) == len(each):
                 return Alternatives(each, known)
-        found = range(len(each)) if reading.cycled else sorted(numbers[row] for row in set(had))
-        support = ValueBounds.of(found, exact=not reading.computed)
-        pick = varying(lambda: self._rows(numbers), bounds=support, rows=len(leaves.scenes))
-        leaves.drawing.drawn |= not reading.known
-        if reading.computed or reading.risky:
-            leaves.pend(pick, _INDEX_TYPE, self._first(), reading)
+        found = range(len(each)) if variation.cycled else sorted(numbers[row] for row in set(had))
+        support = ValueBounds.of(found, exact=not variation.computed)
+        pick = varying(lambda: self._rows(numbers), bounds=support, rows=len(fields.scenes))
+        fields.sampling.drawn |= not variation.known
+        if variation.computed or variation.risky:
+            fields.defer(pick, _INDEX_TYPE, self._first(), variation)
         return Alternatives(each, pick)
 
     def _alternative(self, row: Combination) -> Alternative:
@@ -519,7 +519,7 @@ class _Combinations:
         from scenecc.variation.operations import DrawError  # noqa: PLC0415 - likewise
 
         try:
-            rows = self._leaves.drawing.reader().outcomes(self._node, self._leaves.scenes)
+            rows = self._fields.sampling.reader().outcomes(self._node, self._fields.scenes)
         except DrawError:
             # What reads it need not have it: each scene is judged as it is drawn.
             rows = None
@@ -530,7 +530,7 @@ class _Combinations:
             keys = ", ".join(f"`{column.key}`" for column in self._columns if column.varies)
             message = f"{keys} have {count} combinations, and of what is put together {MAX_OUTCOMES} are looked at"
             hint = "let them read a shared draw, so that fewer of them come together"
-            self._leaves.sink.report("SC317", message, self._first(), hint=hint)
+            self._fields.sink.report("SC317", message, self._first(), hint=hint)
             return None
         return list(product(*(column.places for column in self._columns)))
 
@@ -559,7 +559,7 @@ class _Combinations:
         from scenecc.variation.operations import DrawError  # noqa: PLC0415 - likewise
 
         found: list[int] = []
-        for scene, row in zip(self._leaves.scenes, self._leaves.batch().evaluate(self._node).tolist(), strict=True):
+        for scene, row in zip(self._fields.scenes, self._fields.batch().evaluate(self._node).tolist(), strict=True):
             number = numbers.get(self._combination(row))
             if number is None:
                 raise DrawError(

@@ -41,7 +41,7 @@ class InitialStateLowerer:
 
     Args:
         joints: those that move, in SAPIEN's order, with what is said of them.
-        leaves: of the entity.
+        fields: of the entity.
         origin: of it.
         sink: takes the diagnostics.
         beyond_limits: whether what is written may be outside of the limits, and what is drawn is not held within.
@@ -50,14 +50,14 @@ class InitialStateLowerer:
     def __init__(
         self,
         joints: Sequence[DraftJoint],
-        leaves: FieldLowerer,
+        fields: FieldLowerer,
         origin: Origin,
         sink: Sink,
         *,
         beyond_limits: bool = False,
     ) -> None:
         self._joints = joints
-        self._leaves = leaves
+        self._fields = fields
         self._origin = origin
         self._sink = sink
         self._beyond_limits = beyond_limits
@@ -110,49 +110,49 @@ class InitialStateLowerer:
     def _velocity(self, given: JointValue) -> Value:
         if given.item.__class__ not in NODES:
             return literal(float(given.item))
-        assert given.reading is not None
+        assert given.variation is not None
         item = joint_value_node(given)
-        return self._leaves.finish(item, given.reading, _VELOCITY, given.origin, reset=True)
+        return self._fields.finish(item, given.variation, _VELOCITY, given.origin, reset=True)
 
     def _position(self, joint: DraftJoint, given: JointValue) -> Value:
         if given.item.__class__ not in NODES:
             at = float(given.item)
             self._judge(joint, [at], given.origin)
             return literal(at)
-        assert given.reading is not None
-        reading, drawing = given.reading, self._leaves.drawing
+        assert given.variation is not None
+        variation, sampling = given.variation, self._fields.sampling
         if self._beyond_limits:
-            return self._leaves.finish(joint_value_node(given), reading, _POSITION, given.origin, reset=True)
-        if reading.drawn or any(name in drawing.random for name in reading.reads):
-            return self._held(joint, given, reading)
+            return self._fields.finish(joint_value_node(given), variation, _POSITION, given.origin, reset=True)
+        if variation.drawn or any(name in sampling.random for name in variation.reads):
+            return self._held(joint, given, variation)
         item = joint_value_node(given)
         kind = FieldType(quantity="qpos", within=widest(joint.limits))
-        value = self._leaves.finish(item, reading, kind, given.origin, reset=True)
-        if value.known and not reading.broken:
+        value = self._fields.finish(item, variation, kind, given.origin, reset=True)
+        if value.known and not variation.broken:
             self._judge(joint, value.data.tolist(), given.origin)
         elif not value.known:
-            self._leaves.pend(value, kind, given.origin, reading)
+            self._fields.defer(value, kind, given.origin, variation)
         return value
 
-    def _held(self, joint: DraftJoint, given: JointValue, reading: VariationLowerer) -> Value:
+    def _held(self, joint: DraftJoint, given: JointValue, variation: VariationLowerer) -> Value:
         """A position that is drawn, held within the limits, as each later one is."""
-        leaves, limits = self._leaves, joint.limits
+        fields, limits = self._fields, joint.limits
         plain = limits is None or limits.is_constant
         low, high = _constant_limits(limits) if plain else (-FLOAT32_MAX, FLOAT32_MAX)
         item = AffineClamp(given.item, given.index, low, high)
-        value = leaves.finish(item, reading, _POSITION, given.origin, reset=True)
+        value = fields.finish(item, variation, _POSITION, given.origin, reset=True)
         if plain or limits is None or value.known:
             return value
         import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-        rows = len(leaves.scenes)
+        rows = len(fields.scenes)
 
         def draw() -> NDArray[Any]:
             # Either has one row where its rows are equal.
             return np.broadcast_to(np.clip(value.data, limits.data[:, 0], limits.data[:, 1]), rows)
 
         held = varying(draw, bounds=_clamped_support(value.bounds, limits), rows=rows)
-        leaves.drawing.resets[id(held)] = ResettableValue(held, item, reading, leaves, limits)
+        fields.sampling.resets[id(held)] = ResettableValue(held, item, variation, fields, limits)
         return held
 
     def _left_out(self, joint: DraftJoint, found: Mapping[int, Value], *, told: bool) -> tuple[Value, bool]:
@@ -187,7 +187,7 @@ class InitialStateLowerer:
         """As near to 0 as limits allow that differ from scene to scene."""
         import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-        rows = len(self._leaves.scenes)
+        rows = len(self._fields.scenes)
 
         def draw() -> NDArray[Any]:
             # The limits have one row where they are equal in all scenes.
@@ -212,7 +212,7 @@ class InitialStateLowerer:
             return literal(max(min(multiplier * at + offset, high), low))
         import numpy as np  # noqa: PLC0415 - loaded where something varies
 
-        rows = len(self._leaves.scenes)
+        rows = len(self._fields.scenes)
 
         def draw() -> NDArray[Any]:
             moved = mimic.multiplier.data * source.data + mimic.offset.data
@@ -225,11 +225,11 @@ class InitialStateLowerer:
             source.bounds, mimic.multiplier.bounds, mimic.offset.bounds, *_limit_supports(limits)
         )
         value = varying(draw, bounds=support, rows=rows)
-        resets = self._leaves.drawing.resets
+        resets = self._fields.sampling.resets
         reset = resets.get(id(source))
         if reset is not None:
             follows = MimicRelation(reset, mimic.multiplier, mimic.offset)
-            resets[id(value)] = ResettableValue(value, reset.node, reset.reading, self._leaves, limits, follows)
+            resets[id(value)] = ResettableValue(value, reset.node, reset.variation, self._fields, limits, follows)
         return value
 
     def _doubt(self, joint: DraftJoint, position: Value, place: Origin) -> None:
@@ -255,7 +255,7 @@ class InitialStateLowerer:
             return
         row, at, low, high = found
         several = max(len(limits.numbers()) // 2, len(positions)) > 1
-        scene = f" in scene {self._leaves.scenes[row]}" if several else ""
+        scene = f" in scene {self._fields.scenes[row]}" if several else ""
         message = f"`{cut(joint.name)}` starts at {at:g}{scene}, outside of its limits [{low:g}, {high:g}]"
         hint = "positions are radians, or metres of a prismatic joint"
         self._sink.report("SC517", message, place, hint=hint)
@@ -299,13 +299,13 @@ class JointValue:
     Attributes:
         item: a number, or a node.
         index: which of the numbers that the node gives; -1: it gives one.
-        reading: of the node; None of a number.
+        variation: of the node; None of a number.
         origin: where it is written.
     """
 
     item: Any
     index: int
-    reading: VariationLowerer | None
+    variation: VariationLowerer | None
     origin: Origin
 
 
@@ -317,14 +317,14 @@ class JointNumbers:
         names: of the joints that move, in SAPIEN's order.
         others: names that joints of the entity's other structures have, and of its file's other robots.
         origin: of the articulation.
-        leaves: of it.
+        fields: of it.
         sink: takes the diagnostics.
     """
 
     names: Sequence[str]
     others: Collection[str]
     origin: Origin
-    leaves: FieldLowerer
+    fields: FieldLowerer
     sink: Sink
 
     def of(self, written: Any, key: str) -> dict[int, JointValue]:
@@ -352,7 +352,7 @@ class JointNumbers:
                 for number, item in enumerate(items)
             }
         count = len(self.names)
-        reading = VariationLowerer(self.leaves, origin)
+        variation = VariationLowerer(self.fields, origin)
         kind = FieldType((count,), fallback=(0.0,) * count)
 
         def leaf(one: Any, around: FieldPlace, step: FormStep) -> Any:
@@ -360,17 +360,17 @@ class JointNumbers:
             return (
                 tuple(one)
                 if one.__class__ is list
-                else reading.item(one, kind, around.inside(step) if step else around)
+                else variation.item(one, kind, around.inside(step) if step else around)
             )
 
-        node = reading.select(written, place, leaf)
-        return {number: JointValue(node, number, shared_by_joint(reading, number), origin) for number in range(count)}
+        node = variation.select(written, place, leaf)
+        return {number: JointValue(node, number, shared_by_joint(variation, number), origin) for number in range(count)}
 
     def _one(self, item: Any, place: FieldPlace) -> JointValue:
         if item.__class__ not in VARYING:
             return JointValue(item, -1, None, place.origin)
-        reading = VariationLowerer(self.leaves, place.origin)
-        return JointValue(reading.item(item, _ONE, place), -1, reading, place.origin)
+        variation = VariationLowerer(self.fields, place.origin)
+        return JointValue(variation.item(item, _ONE, place), -1, variation, place.origin)
 
     def _by_name(self, written: dict[str, Any], origin: Origin) -> dict[int, JointValue]:
         numbers = {name: number for number, name in enumerate(self.names) if name}
@@ -411,12 +411,12 @@ class JointNumbers:
 _SHOWN_NAMES = 20
 
 
-def shared_by_joint(reading: VariationLowerer, number: int) -> VariationLowerer:
+def shared_by_joint(variation: VariationLowerer, number: int) -> VariationLowerer:
     """What was read, for the joint of some number: what the first one judges is not judged again."""
     if number == 0:
-        return reading
+        return variation
     other = object.__new__(VariationLowerer)
-    other.__dict__.update(reading.__dict__)
+    other.__dict__.update(variation.__dict__)
     other.risky = False
     return other
 

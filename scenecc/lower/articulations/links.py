@@ -60,28 +60,28 @@ class LinkLowerer:
             ignored: bits of the third collision integer that the link has whatever its file says.
             values: of the articulation.
         """
-        touch = ContactDefaults(
+        contact = ContactDefaults(
             ShapeDefaults(values.surface(layers) or PLAIN_SURFACE, None, values.value(layers, "density", DENSITY)),
             values.value(layers, "patch_radius", _RADIUS_TYPE),
             values.value(layers, "min_patch_radius", _RADIUS_TYPE),
         )
-        collisions, visuals = link.shaping(touch)
-        knobs: dict[str, Value] = {}
+        collisions, visuals = link.shaping(contact)
+        properties: dict[str, Value] = {}
         for key in _LINK_KEYS:
             field, kind = BODY_FIELDS[key]
             found = values.value(layers, key, kind)
             if found is not None:
-                knobs[field] = found
+                properties[field] = found
         # What a link says itself, and does nothing on it, is left in for a rule to report.
         looks, groups = (
             nearest_override(layers, "visibility"),
             nearest_override(layers, "collision_bits", "collision_group"),
         )
         if looks is not None and (visuals or looks is link.own):
-            knobs["visibility"] = values.of(looks, "visibility", BODY_FIELDS["visibility"][1])
+            properties["visibility"] = values.of(looks, "visibility", BODY_FIELDS["visibility"][1])
         bits = self._bits(link, layers, own, ignored, values)
         if bits is not None and (collisions or (groups is not None and groups is link.own)):
-            knobs["collision_groups"] = bits
+            properties["collision_groups"] = bits
         mass, inertial = self._weight(link, layers, values, dense=bool(collisions))
         return BodyStructure(
             body_type="link",
@@ -90,7 +90,7 @@ class LinkLowerer:
             mass=mass,
             inertial=inertial,
             origin=link.origin,
-            **knobs,
+            **properties,
         )
 
     def _bits(
@@ -107,7 +107,7 @@ class LinkLowerer:
             if written is not None:
                 return values.of(layer, "collision_bits", BODY_FIELDS["collision_bits"][1])
             found = find_group(
-                self._groups, str(group), origin.child("collision_group"), values.leaves.scope, self._sink
+                self._groups, str(group), origin.child("collision_group"), values.fields.scope, self._sink
             )
             bits = found or DEFAULT_BITS
         third = bits[2] | link.ignore_bits | ignored
@@ -125,7 +125,7 @@ class LinkLowerer:
         if keys.mass is not None and keys.inertial is not None:
             report_exclusive_keys("mass", "inertial", nearest[1], self._sink)
         if keys.inertial is not None:
-            given = lower_inertial(keys.inertial, nearest[1], values.leaves)
+            given = lower_inertial(keys.inertial, nearest[1], values.fields)
             if nearest is not link.own:
                 self._is_real(given, link, nearest)
             return None, given
@@ -166,7 +166,7 @@ def _scaled_inertial(inertial: Inertial, mass: Value, values: OverrideValues) ->
     if isinstance(found.low, int | float) and isinstance(found.high, int | float):
         low, high = (tuple(one * (end / before) for one in moments) for end in (found.low, found.high))
         support = ValueBounds(None, low, high, exact=False)
-    rows = len(values.leaves.scenes)
+    rows = len(values.fields.scenes)
 
     def draw() -> NDArray[Any]:
         # A mass has one row where it is equal in all scenes.
@@ -190,8 +190,8 @@ def with_overrides(joint: DraftJoint, layers: Sequence[Layer], values: OverrideV
     limits = nearest_override(layers, "limits", "limits_deg")
     if limits is not None:
         keys, origin = limits
-        check_limits_keys(keys, joint.type, origin, values.leaves.sink)
-        warn_limits_in_degrees(keys, joint.type, origin, values.leaves.sink)
+        check_limits_keys(keys, joint.type, origin, values.fields.sink)
+        warn_limits_in_degrees(keys, joint.type, origin, values.fields.sink)
         changed["limits"] = values.limits(limits)
         changed["limits_origin"] = origin.child("limits" if keys.limits_deg is None else "limits_deg")
     return replace(joint, **changed)
@@ -283,13 +283,13 @@ class DriveTargetCheck:
     """Warns of targets of drives that are beyond the limits of their joints, each place once.
 
     Args:
-        leaves: of the articulation.
+        fields: of the articulation.
         sink: takes the warnings.
         beyond_limits: whether they are meant.
     """
 
-    def __init__(self, leaves: FieldLowerer, sink: Sink, *, beyond_limits: bool) -> None:
-        self._leaves = leaves
+    def __init__(self, fields: FieldLowerer, sink: Sink, *, beyond_limits: bool) -> None:
+        self._fields = fields
         self._sink = sink
         self._beyond_limits = beyond_limits
         self._told: set[int] = set()
@@ -312,7 +312,7 @@ class DriveTargetCheck:
         self._told.add(id(target))
         (row, at, low, high), certain = found
         several = certain and max(len(joint.limits.numbers()) // 2, len(target.numbers())) > 1
-        scene = f" in scene {self._leaves.scenes[row]}" if several else ""
+        scene = f" in scene {self._fields.scenes[row]}" if several else ""
         pulls = "pulls" if certain else "may pull"
         message = f"the drive of `{cut(joint.name)}` {pulls} to {at:g}{scene}, beyond its limits [{low:g}, {high:g}]"
         hint = (

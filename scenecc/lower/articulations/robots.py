@@ -65,7 +65,7 @@ class RobotDrafter:
         self._looks: dict[int, tuple[DescribedMaterial, VisualMaterial]] = {}
 
     def draft(
-        self, robot: DescribedRobot, keys: Any, file: Value, origin: Origin, leaves: FieldLowerer
+        self, robot: DescribedRobot, keys: Any, file: Value, origin: Origin, fields: FieldLowerer
     ) -> ArticulationDraft:
         """A robot as a draft.
 
@@ -74,20 +74,20 @@ class RobotDrafter:
             keys: of the entity: how its meshes collide.
             file: (·,) index of its file.
             origin: of the node that names the file.
-            leaves: of the entity.
+            fields: of the entity.
         """
         meshes = _MeshCollision(keys)
-        links = tuple(self._link(link, meshes, origin, leaves) for link in robot.links)
+        links = tuple(self._link(link, meshes, origin, fields) for link in robot.links)
         place = origin if robot.location is None else origin.into(robot.location)
         return ArticulationDraft(links, place, robot.fixed, file)
 
-    def _link(self, link: DescribedLink, meshes: _MeshCollision, origin: Origin, leaves: FieldLowerer) -> DraftLink:
+    def _link(self, link: DescribedLink, meshes: _MeshCollision, origin: Origin, fields: FieldLowerer) -> DraftLink:
         place = origin.into(link.location, "links", link.name)
 
-        def shaping(touch: ContactDefaults) -> tuple[tuple[CollisionShape, ...], tuple[VisualShape, ...]]:
+        def shaping(contact: ContactDefaults) -> tuple[tuple[CollisionShape, ...], tuple[VisualShape, ...]]:
             """What the scene says of material and density replaces what the file says."""
-            collisions = tuple(self._collision(shape, meshes, touch, origin, leaves) for shape in link.collisions)
-            return collisions, tuple(self._visual(shape, touch, origin, leaves) for shape in link.visuals)
+            collisions = tuple(self._collision(shape, meshes, contact, origin, fields) for shape in link.collisions)
+            return collisions, tuple(self._visual(shape, contact, origin, fields) for shape in link.visuals)
 
         inertial = link.inertial and Inertial(
             literal(link.inertial.mass), literal(link.inertial.com), literal(link.inertial.inertia)
@@ -99,36 +99,36 @@ class RobotDrafter:
         self,
         shape: DescribedCollision,
         meshes: _MeshCollision,
-        touch: ContactDefaults,
+        contact: ContactDefaults,
         origin: Origin,
-        leaves: FieldLowerer,
+        fields: FieldLowerer,
     ) -> CollisionShape:
         place = origin.into(shape.location)
         described: Value | None = None
         if shape.friction is not None:
             described = self._tables.physical(PhysicalMaterial(*map(literal, shape.friction)), place)
         density = None if shape.density is None else literal(shape.density)
-        surface = touch.default.surface
+        surface = contact.default.surface
         if isinstance(surface, MaterialChoice):
-            material, dense = self._several(surface, described, density, leaves)
+            material, dense = self._several(surface, described, density, fields)
         else:
             material, dense = surface.physical, surface.density
-        said = touch.default.density if dense is None else dense
+        shape_density = contact.default.density if dense is None else dense
         return CollisionShape(
             geometry=self._colliding(shape.geometry, meshes, shape.location, origin),
             pose=_pose(shape.pose),
             material=described if material is None else material,
-            density=density if said is None else said,
-            patch_radius=touch.patch_radius,
-            min_patch_radius=touch.min_patch_radius,
+            density=density if shape_density is None else shape_density,
+            patch_radius=contact.patch_radius,
+            min_patch_radius=contact.min_patch_radius,
             origin=place,
         )
 
     def _several(
-        self, surfaces: MaterialChoice, described: Value | None, density: Value | None, leaves: FieldLowerer
+        self, surfaces: MaterialChoice, described: Value | None, density: Value | None, fields: FieldLowerer
     ) -> tuple[Value | None, Value | None]:
         """Material and density where the scenes have one of several materials."""
-        rows = len(leaves.scenes)
+        rows = len(fields.scenes)
         material = dense = None
         if described is not None or any(surface.physical is not None for surface in surfaces.each):
             default = described or self._materials.default()
@@ -149,7 +149,7 @@ class RobotDrafter:
         return self._solid(geometry)
 
     def _visual(
-        self, shape: DescribedVisual, touch: ContactDefaults, origin: Origin, leaves: FieldLowerer
+        self, shape: DescribedVisual, contact: ContactDefaults, origin: Origin, fields: FieldLowerer
     ) -> VisualShape:
         geometry = shape.geometry
         if isinstance(geometry, robots.MeshGeometry):
@@ -159,20 +159,20 @@ class RobotDrafter:
             made = plan.VisualPlane(literal(geometry.half_size or (10.0, 10.0)))
         else:
             made = self._solid(geometry)
-        material = self._seen(shape, touch, origin, leaves)
+        material = self._seen(shape, contact, origin, fields)
         return VisualShape(made, _pose(shape.pose), material, shape.name or None, None, origin.into(shape.location))
 
     def _seen(
-        self, shape: DescribedVisual, touch: ContactDefaults, origin: Origin, leaves: FieldLowerer
+        self, shape: DescribedVisual, contact: ContactDefaults, origin: Origin, fields: FieldLowerer
     ) -> Value | None:
         described = None if shape.look is None else self._look(shape.look, shape.location, origin)
-        surface = touch.default.surface
+        surface = contact.default.surface
         if isinstance(surface, LoweredMaterial):
             visual = surface.visual or described
             return None if visual is None else self._tables.visual_materials.value(visual)
         visuals = [one.visual or described or VisualMaterial() for one in surface.each]
         values = [self._tables.visual_materials.value(visual) for visual in visuals]
-        return select_per_scene(values, surface.pick, len(leaves.scenes))
+        return select_per_scene(values, surface.pick, len(fields.scenes))
 
     def _look(self, look: DescribedMaterial, location: Location, origin: Origin) -> VisualMaterial:
         known = self._looks.get(id(look))
@@ -370,11 +370,11 @@ class OverrideValues:
 
     Args:
         materials: of the document.
-        leaves: of the entity.
+        fields: of the entity.
     """
 
-    def __init__(self, materials: MaterialLowerer, leaves: FieldLowerer) -> None:
-        self.leaves = leaves
+    def __init__(self, materials: MaterialLowerer, fields: FieldLowerer) -> None:
+        self.fields = fields
         self._materials = materials
         self._known: dict[tuple[int, str], Any] = {}
 
@@ -388,7 +388,7 @@ class OverrideValues:
         keys, origin = layer
         found = self._known.get((id(keys), key))
         if found is None:
-            found = self.leaves.value(getattr(keys, key), kind, origin, key, reset=reset)
+            found = self.fields.value(getattr(keys, key), kind, origin, key, reset=reset)
             self._known[id(keys), key] = found
         return found
 
@@ -397,7 +397,7 @@ class OverrideValues:
         keys, origin = layer
         found = self._known.get((id(keys), "limits"))
         if found is None:
-            found = self._known[id(keys), "limits"] = lower_limits(keys, origin, self.leaves)
+            found = self._known[id(keys), "limits"] = lower_limits(keys, origin, self.fields)
         return found
 
     def surface(self, layers: Sequence[Layer]) -> LoweredMaterial | MaterialChoice | None:
@@ -408,5 +408,5 @@ class OverrideValues:
         keys, origin = layer
         found = self._known.get((id(keys), "material"))
         if found is None:
-            found = self._known[id(keys), "material"] = self._materials.surface(keys.material, origin, self.leaves)
+            found = self._known[id(keys), "material"] = self._materials.surface(keys.material, origin, self.fields)
         return found
