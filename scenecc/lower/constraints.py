@@ -243,7 +243,7 @@ class ConstraintLowerer:
         fields: FieldLowerer,
         origin: Origin,
     ) -> Value | None:
-        """The frame in the parent's: as written, or where the child's stands at the start."""
+        """The frame in the parent's frame: as written, or the child's frame at the start."""
         child, parent = mounts
         scenes = fields.scenes
         if written.pose_in_parent is not None:
@@ -251,7 +251,7 @@ class ConstraintLowerer:
             anchor = self._names.anchors.get(fields.scope) if parent is None else None
             if anchor is None:
                 return value
-            # The world of a prefab is where its instance stands.
+            # The world of a prefab is the frame of its instance.
             around = self._entities.frames.world(anchor, origin, fixed=True)
             return chain_poses(
                 [PoseStep(around, self._entities.fields(anchor).scenes), PoseStep(value, scenes)], scenes

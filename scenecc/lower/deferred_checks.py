@@ -57,7 +57,7 @@ class ResettableValue:
     """A velocity, a position of a joint or a target that may be drawn anew.
 
     Attributes:
-        limits: (·, 2) that stay as they are built, and that what is drawn is held within; None: the node says all.
+        limits: (·, 2) as built, to which the drawn value is clamped; None: no clamp.
         follows: the position that it is moved from; None: the node draws it.
     """
 
@@ -95,7 +95,7 @@ _VALUE_TYPES = {
 
 @frozen
 class PossibleFailure:
-    """Why an expression may not give what it stands for, or a draw nothing.
+    """Why an expression may give a wrong value, or a draw none.
 
     Attributes:
         message: what is wrong, or would be.
@@ -116,7 +116,7 @@ def depends_on_scene_only(node: Node, sampling: SamplingContext) -> bool:
 
 
 def warn_may_fail(deferred: DeferredCheck, variation: VariationLowerer, fields: FieldLowerer) -> None:
-    """Reports what is wrong with a value that holds expressions, and what may be, whatever is drawn."""
+    """Reports errors of a value with expressions that are certain, and those that are possible."""
     sampling = fields.sampling
     failures = [
         (failure, place)
@@ -144,7 +144,7 @@ def warn_may_fail(deferred: DeferredCheck, variation: VariationLowerer, fields: 
 
 
 def warn_draw_may_fail(name: str, variation: VariationLowerer, fields: FieldLowerer) -> None:
-    """Reports why a shared draw may have no value, unless its scene alone decides: of that its readers tell."""
+    """Reports why a shared draw may have no value, unless the scene alone decides: its readers report that."""
     sampling = fields.sampling
     if not sampling.may_fail.isdisjoint(variation.reads):
         sampling.may_fail.add(name)
@@ -258,14 +258,14 @@ def _expression_failure(
         fault = next((fault for fault in faults if fault.certain), faults[0])
         return PossibleFailure(fault.message, (fault.start, fault.end), fault.certain)
     if not example_values(found) and (node.shape is not None or convert is not None):
-        # Of a draw that may have no value nothing more is said.
+        # A draw that may have no value is reported elsewhere.
         is_reported = not fields.sampling.may_fail.isdisjoint(draws_read_by(node))
         return None if is_reported else PossibleFailure("it may give a value of another kind", None, certain=False)
     return _misfit(found, node, convert, dtype)
 
 
 def _misfit(found: ExpressionBounds, node: Computed, convert: Any, dtype: str | None) -> PossibleFailure | None:
-    """Why what an expression gives is not what is written where it stands."""
+    """Why the value of an expression does not fit its field."""
     from scenecc.variation.bounds import example_values  # noqa: PLC0415 - loaded where something varies
 
     some = example_values(found)

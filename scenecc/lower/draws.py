@@ -35,7 +35,7 @@ class VaryingArgument:
     """What a parameter is given that differs from scene to scene.
 
     Attributes:
-        name: of the draw that stands for it.
+        name: of its draw.
         param: type of the parameter.
         scenes: of the instance whose parameter it is; what it would be in others does not matter.
         origin: where it is given, in the expanded data.
@@ -51,7 +51,7 @@ def check_argument(argument: VaryingArgument, sampling: SamplingContext) -> None
     """Reports what is known to be wrong before anything is drawn, and leaves the rest to the draw stage.
 
     Args:
-        argument: to be judged, whose draw is there.
+        argument: to check; its draw has been added.
         sampling: of the document.
     """
     if argument.name not in sampling.random and argument.scenes is not sampling.all_scenes:
@@ -75,7 +75,7 @@ def check_argument_rows(argument: VaryingArgument, sampling: SamplingContext, si
     try:
         rows = sampling.fields(argument.scenes).batch().shared(argument.name).tolist()
     except DrawError:
-        # Whatever reads it tells that it has no value.
+        # Its readers report that it has no value.
         return
     for scene, row in zip(argument.scenes, rows, strict=True):
         wrong = argument.param.drawn_misfit(row)
@@ -167,7 +167,7 @@ def lower_draws(
             if variation.risky:
                 warn_draw_may_fail(name, variation, fields)
         param = names.wanted.get(name)
-        # Forms without expressions were judged as they were given.
+        # Forms without expressions were checked during expansion.
         if param is not None and not variation.broken and (variation.computed or name in given):
             check_argument(VaryingArgument(name, param, scenes, place), sampling)
 
@@ -175,7 +175,7 @@ def lower_draws(
 def report_unused_draws(
     written: Mapping[str, Any], sampling: SamplingContext, names: NameScopes, origin: Origin
 ) -> None:
-    """A warning for each shared draw that nothing reads, and what is wrong with it that its readers would tell."""
+    """Warns of each shared draw that nothing reads, and reports its errors, which its readers would report."""
     for name in written:
         if name in sampling.used or name in names.given:
             continue

@@ -61,7 +61,7 @@ class EntityLowerer:
 
     Attributes:
         selections: by what it is known as, the scenes of all that is not in every one: of what is fastened too.
-        frames: where what it has stands.
+        frames: poses of entities and frames.
         linked: those of its entities, once lowered, that are articulations or come from robots' files.
 
     Args:
@@ -130,7 +130,7 @@ class EntityLowerer:
         return tuple(entities)
 
     def _made(self, bodies: BodyLowerer, articulations: Callable[[], ArticulationLowerer]) -> list[_UnplacedEntity]:
-        """What the entities are, before any is placed: one may stand relative to a robot of another's file."""
+        """The structures of the entities, before any is placed: one may be posed relative to a link of another."""
         made: list[_UnplacedEntity] = []
         scopes, of_all = self._names.scopes, self._sampling.fields()
         linked: ArticulationLowerer | None = None
@@ -186,7 +186,7 @@ class EntityLowerer:
         )
         last = len(structures) - 1
         pick = fields.value(entity.pick, FieldType(dtype="int64", within=(0, last)), origin, "pick")
-        # What holds an expression is judged as it is drawn.
+        # Expressions are checked when they are drawn.
         wrong = [index for index in pick.numbers() if index > last] if pick.known or pick.bounds.exact else []
         if wrong:
             message = f"there is no variant {wrong[0]:g}: " + (f"they are 0 to {last}" if last else "the only one is 0")

@@ -21,7 +21,7 @@ def report_exclusive_keys(
 
     Args:
         first: key of the node.
-        second: key of the node, at which it is told.
+        second: key of the node, at which it is reported.
         origin: of the node.
         sink: takes the diagnostic.
         message: in place of the usual one.
@@ -62,9 +62,9 @@ class FieldType:
         convert: makes a row of a plain value; None where the plain value is one. Gives None for what
             it cannot read, which only the value of an expression can be.
         complain: reports a plain value that `convert` gives None for; needed where a model lets one through.
-        fallback: stands for what was reported.
+        fallback: replaces a value that was reported.
         pad: of a row's last component where only the others are written.
-        wide: a single number stands for every component.
+        wide: a single number is used for every component.
         free: a row may have any shape; that of a form which draws follows from its bounds.
     """
 

@@ -42,7 +42,7 @@ class FieldLowerer:
         scenes: that the rows of the values follow.
         listed: that the items of `per_scene` lists follow.
         scope: the name of the instance that the names belong to; "" for the document.
-        partial: whether maps by scene need not name all scenes: nothing is asked of the others.
+        partial: whether maps by scene may leave out scenes, whose values are never read.
     """
 
     def __init__(
@@ -99,7 +99,7 @@ class FieldLowerer:
         self.sampling.drawn = True
         support = self.bounds(item)
         if variation.computed:
-            # Expressions may tie values together, so rules over several are judged by rows.
+            # Expressions may couple values, so rules over several are checked by rows.
             support = replace(support, exact=False)
         value = varying(self.drawer(item, kind), bounds=support, rows=len(self.scenes))
         if variation.risky:
@@ -109,7 +109,7 @@ class FieldLowerer:
         return value
 
     def defer(self, value: Value, kind: FieldType, origin: Origin, variation: VariationLowerer) -> None:
-        """Leaves a value to the draw stage to judge, and tells what is known to be wrong or may turn out to be."""
+        """Defers the check of a value until sampling, and reports errors that are certain or possible."""
         deferred = DeferredCheck(value, kind, self.scenes, origin, variation.origins)
         if variation.risky:
             from scenecc.lower.deferred_checks import warn_may_fail  # noqa: PLC0415 - loaded where something varies
@@ -132,7 +132,7 @@ class FieldLowerer:
             known = per_scene(self.evaluate(node), kind.dtype)
             if not variation.cycled:
                 return known
-            # What no scene has is judged all the same.
+            # Values that no scene has are checked too.
             found = self.bounds(node)
             if found.alternatives is not None and len(found.alternatives) <= len(known.bounds.alternatives or ()):
                 return known
@@ -227,7 +227,7 @@ class SamplingContext:
         drawn: whether any value is to be drawn.
         read: how many fields with forms or expressions were read.
         resets: what a reset may change: its value by identity, its node, and what was read of it.
-        sampling_operations: operations of the draw stage, and those that tell what it can give.
+        sampling_operations: operations of sampling, and of the analysis of its bounds.
         computed: operations of the draw stage as they are done; some do again what others have done.
     """
 
@@ -268,7 +268,7 @@ class SamplingContext:
             self.sink.report("SC609", self.sampling_operations.message, origin, hint=COMPUTE_LIMIT_HINT)
 
     def reader(self) -> BoundsAnalysis:
-        """What tells supports, those of the shared draws once."""
+        """The analysis of bounds; that of each shared draw is done once."""
         if self._reader is None:
             from scenecc.variation.node_bounds import BoundsAnalysis  # noqa: PLC0415 - loaded where something varies
 
@@ -277,7 +277,7 @@ class SamplingContext:
 
     @property
     def varies(self) -> bool:
-        """Whether anything is to be drawn or judged by its rows."""
+        """Whether anything is to be drawn or checked by its rows."""
         return bool(self.draws or self.deferred or self.drawn)
 
     def add(self, name: str, node: Node, reads: frozenset[str]) -> None:
@@ -312,7 +312,7 @@ class SamplingContext:
 
 
 def convert_expressions(given: Any, kind: FieldType, place: FieldPlace, fields: FieldLowerer) -> Value:
-    """A leaf in which an expression stands for a whole value, converted scene by scene.
+    """A leaf in which an expression gives a whole value, converted scene by scene.
 
     Args:
         given: as the models have it.
@@ -330,7 +330,7 @@ def convert_expressions(given: Any, kind: FieldType, place: FieldPlace, fields: 
     parts: list[Any] = []
 
     def leaf(one: Any, around: FieldPlace, step: FormStep) -> int:
-        """Keeps one alternative as a part; its number stands in its place among those that are picked from."""
+        """Keeps one alternative as a part, and gives its number."""
         inside = around.inside(step) if step else around
         item = variation.item(one, kind, inside)
         parts.append((item if item.__class__ in NODES else Const(item), isinstance(one, Template)))

@@ -1,4 +1,4 @@
-"""Where entities, frames, cameras and lights stand in the world: `relative_to` chains, composed."""
+"""Poses of entities, frames, cameras and lights in the world: composed `relative_to` chains."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ _JOINED = 10
 
 @frozen
 class FramePose:
-    """Where something stands.
+    """The pose of an entity or a frame.
 
     Attributes:
         local: its own pose, in the frame of `parent`: seven numbers, or a node.
         variation: what was read of it; None where it is the same in every scene.
-        parent: what it stands relative to; None: the world.
+        parent: its reference frame; None: the world.
         world: its pose in the world, likewise.
         around: itself if it is in some scenes only, as entities and the frames of instances can be; of another frame
             the first such thing that it stands relative to.
@@ -55,7 +55,7 @@ class FramePose:
 
 @frozen
 class Follower:
-    """What stands somewhere and nothing else relative to it: a light or a camera.
+    """A light or a camera: it has a pose, and nothing is posed relative to it.
 
     Attributes:
         local: its own pose, as it is built: seven numbers, or a node.
@@ -82,7 +82,7 @@ class FrameGraph:
 
     Attributes:
         unread: entities whose files are wrong, which was reported: what these make beside themselves is not known.
-        followers: name → what stands somewhere and nothing else relative to it.
+        followers: lights and cameras by name.
     """
 
     def __init__(
@@ -128,7 +128,7 @@ class FrameGraph:
         pose = self._placed[name].pose
         apart = pose.__class__ is not PoseMapping or pose.relative_to is None
         if apart and not self._names.scopes.get(name) and not pose_varies(pose):
-            # Most stand in the world, and few of these are asked for again.
+            # Most poses are in the world frame, and few of these are asked for again.
             return literal(lower_pose(pose, owner, ("pose",), self._sink))
         frame_pose = self.frame_pose(name)
         fields = self._fields_of(name)
@@ -153,7 +153,7 @@ class FrameGraph:
     ) -> Value:
         """The world pose of a light or a camera as a value.
 
-        Its own pose stays as it is built; what it stands relative to need not, and is followed at a reset.
+        Its own pose stays as built; its reference frame may be drawn again, and a reset follows it.
 
         Args:
             key: what it is known as, as `scenecc.spec.references.qualified_name` has it.
@@ -181,7 +181,7 @@ class FrameGraph:
         return fields.finish(world, whole, POSE, origin.child("pose"), reset=True)
 
     def fix(self, name: str) -> None:
-        """Notes that something stays where it is built, and with it all that it stands relative to."""
+        """Notes that an object stays where it is built, and with it its chain of reference frames."""
         at: str | None = name
         while at is not None and at not in self._fixed:
             self._fixed.add(at)
@@ -203,7 +203,7 @@ class FrameGraph:
         return name in self._fixed
 
     def frame_pose(self, name: str) -> FramePose:
-        """Where an entity or a frame stands."""
+        """The pose of an entity or a frame."""
         found = self._standing.get(name)
         if found is not None:
             return found
@@ -214,7 +214,7 @@ class FrameGraph:
         return self._standing[name]
 
     def _readings(self, name: str) -> list[VariationLowerer]:
-        """What was read of the poses of all that something stands relative to, and of its own."""
+        """The variation of a pose and of its chain of reference frames."""
         variations: list[VariationLowerer] = []
         at = self.frame_pose(name).read
         while at is not None:
@@ -324,7 +324,7 @@ class FrameGraph:
         )
 
     def _cycle(self, members: list[str]) -> None:
-        # One report for a cycle, at the member that stands first in the file.
+        # One report for a cycle, at its first member in the file.
         rank = {name: i for i, name in enumerate(self._placed)}
         start = members.index(min(members, key=rank.__getitem__))
         ordered = members[start:] + members[:start]

@@ -75,7 +75,7 @@ def shape_pose(shape: Any, origin: Origin, fields: FieldLowerer) -> Value | None
 
 
 def _is_identity(pose: tuple[float, ...]) -> bool:
-    """To the bit: what stands at -0.0 is told to the engine as it is written."""
+    """To the bit: a pose with -0.0 is passed to the engine as it is written."""
     return pose == IDENTITY_POSE and "-" not in repr(pose)
 
 
@@ -83,7 +83,7 @@ _TURNED = frozenset((*LYING_SOLIDS, "plane"))
 
 
 def _with_rotation(pose: Value, rotation: Quat, fields: FieldLowerer, step: Vec3 = (0.0, 0.0, 0.0)) -> Value:
-    """A pose with the same turn and step in every scene put before it."""
+    """A pose followed by a rotation and a step in its own frame, the same in every scene."""
     if pose.is_constant:
         return literal(turned(seven_numbers(pose), rotation, step))
     if rotation == IDENTITY and not any(step):
@@ -102,7 +102,7 @@ def _with_rotation(pose: Value, rotation: Quat, fields: FieldLowerer, step: Vec3
 
 
 def _known_or_drawn(draw: Callable[[], NDArray[Any]], parts: Iterable[Value], rows: int) -> Value:
-    """Poses (B, 7) that are made of others: known where all of these are, and otherwise drawn when they are."""
+    """Poses (B, 7) computed from others: known if all of these are, and otherwise drawn with them."""
     if all(part.known for part in parts):
         return per_scene(draw())
     from scenecc.variation.bounds import UNKNOWN  # noqa: PLC0415 - loaded where something varies
@@ -180,7 +180,7 @@ class PoseStep:
         value: (·, 7), or (·,) how far a joint turns about x or slides along it.
         scenes: that its rows follow.
         kind: what it is.
-        back: whether the pose is gone back.
+        back: whether the inverse pose is used.
     """
 
     value: Value
@@ -216,7 +216,7 @@ def chain_poses(steps: Sequence[PoseStep], scenes: tuple[int, ...]) -> Value:
 
 
 def inverse_pose(pose: Pose7) -> Pose7:
-    """The pose that leads back."""
+    """The inverse of a pose."""
     w, x, y, z = pose[3:] if pose[3:] == IDENTITY else rotations.normalized(pose[3:])
     back = (w, 0.0 - x, 0.0 - y, 0.0 - z)
     px, py, pz = rotations.rotate(back, pose[:3])

@@ -51,7 +51,7 @@ class LoweredMaterial:
 
     Attributes:
         physical: index into the physical materials; None: the default material.
-        visual: what is seen; None: nothing was said.
+        visual: its appearance; None: not given.
         density: [kg/m³] or None.
     """
 

@@ -46,13 +46,13 @@ if TYPE_CHECKING:
 
 
 _TWO_TURNS = 4 * math.pi * (1 + 1e-6)
-"""Two turns: beyond, few angles are meant, and within, few are told from degrees [rad]."""
+"""Two turns [rad]: few angles are larger, and below this, radians and degrees cannot be told apart."""
 
 
 def warn_probable_degrees(written: Any, key: str, owner: Origin, at: Path, sink: Sink, *, more: str = "") -> None:
     """Warns of angles [rad] that are beyond two turns whatever is drawn.
 
-    Nothing is said of expressions that read draws, and of what has no bounds.
+    Expressions that read draws, and values without bounds, are not checked.
 
     Args:
         written: a number or several, or forms of such.
@@ -60,7 +60,7 @@ def warn_probable_degrees(written: Any, key: str, owner: Origin, at: Path, sink:
         owner: of the node that has the key.
         at: where it is there.
         sink: takes the warning.
-        more: what else the hint says.
+        more: added to the hint.
     """
     largest = suspect_degrees(written)
     if largest:
@@ -334,7 +334,7 @@ _MATRIX = FieldType((4, 4))
 
 
 def pose_varies(pose: Any) -> bool:
-    """Whether anything of a pose as written may differ from scene to scene, but for what it stands relative to."""
+    """Whether a pose as written, without its `relative_to`, may differ from scene to scene."""
     if pose.__class__ is not PoseMapping:
         return pose.__class__ in VARYING
     # All keys at once: ten thousand poses are asked.

@@ -106,7 +106,7 @@ class _ReferenceLookup(Generic[Found]):
     found: list[Any] = field(default_factory=list[Any])
 
     def number(self, name: Any, origin: Origin) -> int:
-        # What is written inline is its own; a name is the same thing wherever it stands.
+        # An inline object is its own; a name always means the same object.
         key = name if isinstance(name, str) else id(name)
         number = self.numbers.get(key)
         if number is None:
@@ -133,7 +133,7 @@ def read_references(
     """A leaf that names something.
 
     Args:
-        given: as the models have it: a name, a mapping that stands for one, a form of these, or an expression.
+        given: as the models have it: a name, a mapping in its place, a form of these, or an expression.
         place: of the leaf.
         fields: of its object.
         find: what a name means; None where it reports it.
@@ -202,7 +202,7 @@ def possible_values(
         node: an expression, or what draws.
         origin: of it.
         fields: of its object.
-        unknown: is said where that cannot be told.
+        unknown: the message if they cannot be determined.
         advice: what can be written then.
     """
     from scenecc.variation.enumeration import MAX_OUTCOMES  # noqa: PLC0415 - loaded where something varies

@@ -298,7 +298,7 @@ class _RenderObjectLowerer:
         self, camera: Any, size: tuple[int, int], fields: FieldLowerer, origin: Origin
     ) -> Perspective | Intrinsic | Orthographic:
         given = [key for key in _LENSES if getattr(camera, key) is not None]
-        # One angle that is given twice is told by what reads it.
+        # An angle given twice is reported where it is lowered.
         lenses = [key for key in given if key not in {f"{other}_deg" for other in given}]
         if len(lenses) > 1:
             message = f"a camera has one lens, and this has {len(lenses)}: {', '.join(f'`{key}`' for key in lenses)}"
@@ -315,7 +315,7 @@ class _RenderObjectLowerer:
 
 
 def _missing_pose_keys(light: Any, given: list[str]) -> str | None:
-    """What a light lacks that stands nowhere or shines nowhere; None where it has what it needs."""
+    """The keys that a light without a position or a direction lacks; None if it has all it needs."""
     if light.mount is not None:
         return None
     match light.type:

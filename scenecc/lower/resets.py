@@ -56,7 +56,7 @@ class RecipeBuilder:
 
     Args:
         sampling: of the document.
-        frames: where its entities stand.
+        frames: poses of its entities.
     """
 
     def __init__(self, sampling: SamplingContext, frames: FrameGraph) -> None:
@@ -92,7 +92,7 @@ class RecipeBuilder:
         return constraint if joint is constraint.joint else replace(constraint, joint=joint)
 
     def follower(self, key: str, pose: Value) -> Value:
-        """The pose of a light or a camera, with the recipe of what it stands relative to.
+        """The pose of a light or a camera, with the recipe of its reference frame.
 
         Args:
             key: what it is known as.
@@ -192,7 +192,7 @@ class RecipeBuilder:
         return item
 
     def _shared(self, name: str, item: Any, fields: FieldLowerer) -> Shared:
-        """The pose of what many stand relative to, one after the other, by its name."""
+        """The pose of a frame at the end of a long chain, as a shared draw."""
         poses = self._poses.setdefault(name, {})
         if fields.scenes not in poses:
             # What stays as it is built is rows, in these scenes and no others.
@@ -252,13 +252,13 @@ def check_constraint_resets(
 ) -> None:
     """A warning for each constraint without a frame of its own one of whose bodies starts elsewhere at a reset.
 
-    What both of them stand relative to moves them alike, and is no reason.
+    A common reference frame moves both alike, and is no reason.
 
     Args:
         constraints: whose `pose_in_parent` was left out.
         built: the entities.
         sampling: of the document, all of which is lowered.
-        frames: where the entities stand.
+        frames: poses of the entities.
     """
     entities = {entity.name: entity for entity in built}
     kept = fixed_draws(sampling)
@@ -266,7 +266,7 @@ def check_constraint_resets(
     for constraint in constraints:
         ends = [mount for mount in (constraint.child, constraint.parent) if mount is not None]
         chains = [list(_moving_ancestors(mount.entity, frames)) for mount in ends]
-        # What only one of the two stands relative to.
+        # Reference frames of only one of the two.
         own = set(chains[0]).symmetric_difference(chains[1] if len(chains) > 1 else ())
         variations = [variation for name in own if (variation := frames.frame_pose(name).variation) is not None]
         variations += [
@@ -285,7 +285,7 @@ def check_constraint_resets(
 
 
 def _moving_ancestors(name: str, frames: FrameGraph) -> Iterator[str]:
-    """An entity and all that it stands relative to, up to what stays as it is built."""
+    """An entity and its chain of reference frames, up to the first that stays as built."""
     at: str | None = name
     while at is not None and not frames.is_fixed(at):
         yield at

@@ -88,7 +88,7 @@ def _check_objects(objects: int, built: int, bounds: LoweringLimits, origin: Ori
 
 
 class LimitedRobotReader:
-    """Reads robots' files until all that they hold, each counted as often as it is asked for, is too much.
+    """Reads robots' files until their objects, counted once a use, exceed a limit.
 
     What is built of them is counted exactly once they are lowered: late for a small file that asks for billions.
 
@@ -178,8 +178,8 @@ class Lowered:
         plan: whose values are not drawn yet, and have no recipes.
         file_origins: for each file, the first place that names it.
         material_origins: for each physical material, the first place that asks for it.
-        sampling: the draws, and the values that only their rows can be judged by.
-        frames: where its entities stand.
+        sampling: the draws, and the deferred checks.
+        frames: poses of its entities.
     """
 
     plan: ScenePlan

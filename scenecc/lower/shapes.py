@@ -113,7 +113,7 @@ def warn_ignored_pairs_collide(
         draft: of the articulation.
         bodies: of its links, as they are built.
         written: where the `collision_bits` of a link are written, by its number.
-        whole: where it is said that no two of its links collide; None: it is not.
+        whole: the key by which no two of its links collide; None: there is none.
         sink: takes the warnings.
     """
     from scenecc.plan.articulation import MAX_LINKS  # noqa: PLC0415 - loaded where there are articulations
@@ -157,7 +157,7 @@ def _bits(body: BodyStructure) -> tuple[int, ...]:
 
 
 def _ignore_origin(first: int, second: int, draft: ArticulationDraft, whole: Origin | None) -> Origin:
-    """Where it is said that two links ignore one another."""
+    """The place at which two links are told to ignore one another."""
     if whole is not None:
         return whole
     links = draft.links
@@ -190,7 +190,7 @@ _PLAIN = frozenset((float, int, tuple))
 
 
 def _sized(make: Callable[..., Any], **sizes: FieldType) -> GeometryLowerer:
-    """Lowers what is told by sizes alone, in the order of its dataclass."""
+    """Lowers a shape that is given by sizes alone, in the order of its dataclass."""
 
     def lower(shape: Any, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> Any:
         return make(*[_size(shape, name, kind, tables, fields, origin) for name, kind in sizes.items()])

@@ -82,7 +82,7 @@ class VariationLowerer:
     Attributes:
         drawn: whether it has draws of its own.
         computed: whether it has expressions.
-        broken: whether something of it was reported, so that what stands for it means nothing.
+        broken: whether something of it was reported, so that its placeholder means nothing.
         reads: the shared draws that its expressions read.
         cycled: whether it has alternatives that no scene may have.
         risky: whether it can have no value in some scene, or one out of its range.
@@ -118,7 +118,7 @@ class VariationLowerer:
         self.origins |= other.origins
 
     def risk(self, node: Any, origin: Origin) -> Any:
-        """Remembers where a node stands that can have no value."""
+        """Remembers the origin of a node that may have no value."""
         self.risky = True
         self.origins[id(node)] = (node, origin)
         return node
@@ -274,7 +274,7 @@ def component(kind: FieldType) -> FieldType:
 
 
 def holds_template(given: Any) -> bool:
-    """Whether an expression stands for a whole value in it, so that only a scene tells how it is written."""
+    """Whether an expression gives a whole value in it, so that its form differs by scene."""
     return any(isinstance(one, Template) for one in alternative_values(given))
 
 

@@ -50,7 +50,7 @@ _MOVING_KEYS = (
     "solver_velocity_iterations",
     "sleep_threshold",
 )
-"""What a body has not that stands still."""
+"""Keys that a static body does not have."""
 
 _FREE_ROOT_KEYS = ("linear_velocity", "angular_velocity")
 _FIXED = "a root that is fixed"
@@ -99,7 +99,7 @@ def report_unused_keys(
 
 
 def warn_free_body(firsts: Iterable[tuple[DescribedRobot, ArticulationDraft]], sink: Sink) -> None:
-    """Warns of files whose first robot is a body that moves freely, where nothing says whether its root is fixed."""
+    """Warns of files whose first robot is a free body, if `fix_root_link` is left out."""
     for robot, draft in firsts:
         if robot.body_type == "dynamic" and robot.fixed is None:
             message = (
@@ -275,7 +275,7 @@ class ArticulationLowerer:
         return [LoweredArticulation("", None, tuple(self._one(*robots[0], work) for robots in drafts), pick)]
 
     def _free(self, drafts: list[list[tuple[DescribedRobot, ArticulationDraft]]], entity: Any) -> None:
-        """Of a URDF nothing but its joints tells whether it is a body that is not fixed."""
+        """A URDF does not say whether its root is fixed: only its joints show it."""
         if "urdf" in entity.model_fields_set and entity.fix_root_link is None:
             warn_free_body([robots[0] for robots in drafts], self._sink)
 
@@ -297,14 +297,14 @@ class ArticulationLowerer:
         joints = (link.joint for draft in drafts for link in draft.links)
         names = frozenset(joint.name for joint in joints if joint is not None and joint.moves)
         targets = DriveTargetCheck(fields, self._sink, beyond_limits=bool(entity.beyond_limits))
-        # Once: what is said is known by the model that says it.
+        # Once: a value is known by the model that has it.
         still = entity.model_copy(update={"gravity": None})
         return _ArticulationContext(
             entity, still, origin, fields, maps, OverrideValues(self._materials, fields), targets, names, one_id
         )
 
     def _meshes(self, entity: Any, origin: Origin) -> None:
-        """What is said of decompositions does something."""
+        """Reports keys of decompositions that do nothing."""
         decomposes = getattr(entity, "decomposition", None) == "coacd"
         for key, does_nothing, without in (
             ("decomposition", decomposes and not entity.load_multiple_collisions, "load_multiple_collisions: true"),
@@ -322,7 +322,7 @@ class ArticulationLowerer:
         """A robot that is one body."""
         values, (link,) = work.values, draft.links
         moves = body_type == "dynamic"
-        # What is said of all that a file holds is said of those to which it does something.
+        # Keys for the whole file apply to those articulations for which they have an effect.
         layers = ((work.entity if moves else work.still, work.origin), *work.maps.layers("links", link.name))
         ignored = link.ignore_bits
         body = self._links.body(link, layers, self._id(work) if ignored else 0, 0, values)

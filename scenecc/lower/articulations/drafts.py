@@ -52,7 +52,7 @@ Layer = tuple[Any, "Origin"]
 
 @dataclass(frozen=True, slots=True)
 class ContactDefaults:
-    """What is said of all shapes of a link that say nothing themselves.
+    """Defaults of the shapes of a link.
 
     Attributes:
         default: surface and density.
@@ -84,7 +84,7 @@ class DraftJoint:
 
     Attributes:
         properties: values by field of `Joint`; what the file leaves out is missing.
-        effort: the most that a drive exerts where that says nothing; None: likewise unknown.
+        effort: the default of the drive's `force_limit`; None: unknown.
         limits_origin: where its limits are written, where that is a place of their own.
     """
 
@@ -110,9 +110,9 @@ class DraftLink:
     """A link.
 
     Attributes:
-        parent: number of the link that it hangs on, which stands before it; None: it is the root.
+        parent: number of its parent link, which comes before it; None: it is the root.
         own: its own keys, which go before what patterns say; None: it has none.
-        inertial: what its file says of its mass.
+        inertial: mass properties from its file.
         ignore_bits: as `DescribedLink` has them.
     """
 
@@ -132,7 +132,7 @@ class ArticulationDraft:
 
     Attributes:
         links: the root first, each after its parent.
-        fixed: whether the root is fixed to the world; None: nothing says it, so that what stands for it is the default.
+        fixed: whether the root is fixed to the world; None: not given, so the default applies.
         file: (·,) index of its file; None: it is the scene's own.
         ignored: for each of the lowest bits of `ignore_bits`, where its file says that two links ignore one another;
             of others there is no such place.
@@ -208,7 +208,7 @@ class LinkTreeDrafter:
         return DraftLink(link.name, origin, shaping, parent, joint, own=(link, origin))
 
     def _idle(self, link: TreeLink, origin: Origin) -> None:
-        """What a link says for shapes that it has not."""
+        """Reports keys for shapes on a link without shapes."""
         if link.shapes or link.collisions:
             return
         for key in _COLLIDING_KEYS if link.visuals else (*_COLLIDING_KEYS, "material"):
@@ -229,7 +229,7 @@ class LinkTreeDrafter:
         name = joint.name or ""
         if joint.type == "fixed":
             for key in _MOVING_JOINT_KEYS:
-                # Where a fixed joint's frame stands in the child says where the child stands.
+                # The frame of a fixed joint in the child places the child.
                 if key in given and key != "pose_in_child":
                     report_unused_key(key, "on a fixed joint", origin, self._sink)
             return DraftJoint("fixed", name, origin, in_parent, in_child)
@@ -345,7 +345,7 @@ _KEY_TYPES = {
     "package_dir": _TEXT_TYPE,
     "fix_root_link": FieldType(dtype="bool", fallback=False),
 }
-"""The keys, in the order that tells alternatives apart."""
+"""The keys, in the order by which alternatives are compared."""
 
 _TYPE_WORDS = {"float64": "a number", "bool": "true or false"}
 
@@ -382,9 +382,9 @@ class Alternatives:
 
 
 def read_alternatives(entity: Any, origin: Origin, fields: FieldLowerer) -> Alternatives | None:
-    """What may be had together of what an articulation is put together from; None where that was reported.
+    """The combinations of the keys that decide the structure of an articulation; None where that was reported.
 
-    What no scene has is among it, to be judged all the same: with what stands beside it that no scene has either.
+    Values that no scene has are combined with other such values, so that they are checked too.
 
     Args:
         entity: as written.
@@ -432,7 +432,7 @@ class _KeyAlternatives:
         self.node = variation.select(given, field_place(origin), leaf)
 
     def value(self, given: Any) -> Any:
-        """What a scene has, as values are told apart; None where it is none of the key's."""
+        """The value of a scene in comparable form; None if its type is not the key's."""
         if self._kind is _TEXT_TYPE:
             return given if given.__class__ is str else None
         if self._kind.dtype == "bool":
@@ -514,14 +514,14 @@ class _Combinations:
         )
 
     def _together(self) -> list[Combination] | None:
-        """What some scene can have, whatever is drawn; None where these are too many, which was reported."""
+        """The combinations that some scene can have; None if these are too many, which was reported."""
         from scenecc.variation.enumeration import MAX_OUTCOMES  # noqa: PLC0415 - loaded where something varies
         from scenecc.variation.operations import DrawError  # noqa: PLC0415 - likewise
 
         try:
             rows = self._fields.sampling.reader().outcomes(self._node, self._fields.scenes)
         except DrawError:
-            # What reads it need not have it: each scene is judged as it is drawn.
+            # A scene may not need it: each scene is checked when it is drawn.
             rows = None
         if rows is not None:
             return list(dict.fromkeys(map(self._combination, rows)))

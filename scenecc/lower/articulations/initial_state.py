@@ -40,7 +40,7 @@ class InitialStateLowerer:
     """Finds the positions and velocities at the start.
 
     Args:
-        joints: those that move, in SAPIEN's order, with what is said of them.
+        joints: those that move, in SAPIEN's order, with their overrides.
         fields: of the entity.
         origin: of it.
         sink: takes the diagnostics.
@@ -77,7 +77,7 @@ class InitialStateLowerer:
         Args:
             given: what is written, by the joint's number.
             all_of_them: whether each has one in any case.
-            quiet: what is written was reported, so that nothing is said of what is left out.
+            quiet: the values were reported as wrong, so that missing ones are not reported.
         """
         self._quiet = quiet
         found: dict[int, Value] = {}
@@ -156,9 +156,9 @@ class InitialStateLowerer:
         return held
 
     def _left_out(self, joint: DraftJoint, found: Mapping[int, Value], *, told: bool) -> tuple[Value, bool]:
-        """Where a joint starts of which nothing is said, and whether that is elsewhere than at 0.
+        """The default initial position of a joint, and whether it is not 0.
 
-        `told`: whether anything is said of others.
+        `told`: whether positions of other joints are given.
         """
         mimic = joint.mimic
         source = None if mimic is None else self._numbers.get(mimic.source)
@@ -233,7 +233,7 @@ class InitialStateLowerer:
         return value
 
     def _doubt(self, joint: DraftJoint, position: Value, place: Origin) -> None:
-        """Warns of a position that is probably in degrees, where no limits tell."""
+        """Warns of a position that is probably in degrees, if the joint has no limits."""
         if self._beyond_limits or not joint.type.startswith("revolute"):
             return
         numbers = position.numbers()
@@ -248,7 +248,7 @@ class InitialStateLowerer:
         """Reports the first position that is outside of its limits."""
         limits = joint.limits
         if self._beyond_limits or limits is None or not limits.known:
-            # Whether it is outside of limits that are drawn is told by their rows.
+            # With drawn limits, the rows decide whether it is outside.
             return
         found = first_outside(limits, positions)
         if found is None:
@@ -387,7 +387,7 @@ class JointNumbers:
         return found
 
     def _misfit(self, written: Any, key: str, origin: Origin) -> bool:
-        """Whether some list has another length, or names stand where only a list can, which is reported."""
+        """Whether some list has another length, or is a mapping where only a list is allowed, which is reported."""
         for found, place in _lists(written):
             if found.__class__ is dict:
                 message = f"alternatives of `{key}` are lists: names cannot stand for one"

@@ -55,9 +55,9 @@ class LinkLowerer:
 
         Args:
             link: of it.
-            layers: what is said of the whole, what patterns say of the link, and what it says itself.
+            layers: keys of the articulation, overrides by patterns, and the link's own keys.
             own: the id of the articulation among those whose links ignore one another.
-            ignored: bits of the third collision integer that the link has whatever its file says.
+            ignored: bits of the third collision integer that are always set.
             values: of the articulation.
         """
         contact = ContactDefaults(
@@ -72,7 +72,7 @@ class LinkLowerer:
             found = values.value(layers, key, kind)
             if found is not None:
                 properties[field] = found
-        # What a link says itself, and does nothing on it, is left in for a rule to report.
+        # A link's own key that has no effect is kept, for a rule to report.
         looks, groups = (
             nearest_override(layers, "visibility"),
             nearest_override(layers, "collision_bits", "collision_group"),
@@ -139,7 +139,7 @@ class LinkLowerer:
         return (mass, None) if link.inertial is None else (None, _scaled_inertial(link.inertial, mass, values))
 
     def _is_real(self, inertial: Inertial, link: DraftLink, layer: Layer) -> None:
-        """Told where a pattern says it; what a link says itself is another rule's."""
+        """Reports an impossible inertia of a pattern; a link's own is checked by another rule."""
         moments = inertial.inertia.numbers() if inertial.inertia.is_constant else ()
         if moments and 2 * max(moments) > sum(moments) * (1 + 1e-9):
             self._sink.report(
@@ -151,7 +151,7 @@ class LinkLowerer:
 
 
 def _scaled_inertial(inertial: Inertial, mass: Value, values: OverrideValues) -> Inertial:
-    """What a file says of a link's mass, for another mass: I · (m / m0), the centre of mass unchanged."""
+    """The inertial of a file, scaled to another mass: I · (m / m0), the centre of mass unchanged."""
     (before,) = inertial.mass.numbers()
     moments = inertial.inertia.numbers()
     if mass.is_constant:
@@ -180,7 +180,7 @@ _JOINT_TYPES = {row.field: number(row.field) for row in JOINT_PROPERTIES}
 
 
 def with_overrides(joint: DraftJoint, layers: Sequence[Layer], values: OverrideValues) -> DraftJoint:
-    """A joint with what `joints` says of it."""
+    """A joint with the overrides of `joints`."""
     if not joint.moves or not layers:
         return joint
     overrides = {field: values.value(layers, field, _JOINT_TYPES[field]) for field in _JOINT_FIELDS}
@@ -207,11 +207,11 @@ def lower_joint(
     """A joint of the plan.
 
     Args:
-        joint: with what is said of it.
-        drives: what is said of its drive.
-        start: its position and velocity at the start; None: nothing is said, so that they are 0.
+        joint: with its overrides.
+        drives: overrides of its drive.
+        start: its initial position and velocity; None: not given, so 0.
         values: of the articulation.
-        targets: judge where the drive pulls to.
+        targets: checks the drive's target.
     """
     qpos, qvel = start
     if not joint.moves:
@@ -297,10 +297,10 @@ class DriveTargetCheck:
     def judge(self, joint: DraftJoint, target: Value, place: Origin) -> None:
         """Warns of the first scene in which a target is, or may be, beyond the limits.
 
-        Of what is drawn the bounds are judged, by the widest limits; what has no bounds, a `normal`, is not.
+        A drawn target is checked by its bounds against the widest limits; one without bounds, a `normal`, is not.
 
         Args:
-            joint: with what is said of it.
+            joint: with its overrides.
             target: (·,) as written.
             place: where it is written.
         """

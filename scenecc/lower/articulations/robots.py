@@ -1,4 +1,4 @@
-"""Robots from files: what the file says, and what the scene overrides by link or joint."""
+"""Robots from files: the file's own values, and the scene's overrides by link or joint."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class RobotDrafter:
         place = origin.into(link.location, "links", link.name)
 
         def shaping(contact: ContactDefaults) -> tuple[tuple[CollisionShape, ...], tuple[VisualShape, ...]]:
-            """What the scene says of material and density replaces what the file says."""
+            """Material and density: the scene's values replace the file's."""
             collisions = tuple(self._collision(shape, meshes, contact, origin, fields) for shape in link.collisions)
             return collisions, tuple(self._visual(shape, contact, origin, fields) for shape in link.visuals)
 
@@ -246,7 +246,7 @@ def _joint(joint: DescribedJoint, origin: Origin) -> DraftJoint:
 
 
 def _pose(pose: robots.PoseNumbers) -> Value | None:
-    """To the bit: what is at -0.0 is told to the engine."""
+    """None for the identity. To the bit: a pose with -0.0 is passed to the engine."""
     return None if pose == _IDENTITY_NUMBERS and "-" not in repr(pose) else literal(pose)
 
 
@@ -304,7 +304,7 @@ class PatternOverrides:
         }
 
     def layers(self, section: str, name: str) -> tuple[Layer, ...]:
-        """What is said of a link or a joint, the later the nearer."""
+        """The overrides of a link or a joint; later ones take precedence."""
         matches = self._matching.matches
         return tuple(layer for pattern, layer in self._maps[section] if matches(pattern, name))
 
@@ -366,7 +366,7 @@ def _distinct(names: Any) -> list[str]:
 class OverrideValues:
     """The values of one articulation.
 
-    A value that a pattern gives is one value, and drawn once, whatever it matches.
+    A value of a pattern is drawn once, and all links or joints that match share it.
 
     Args:
         materials: of the document.
@@ -379,12 +379,12 @@ class OverrideValues:
         self._known: dict[tuple[int, str], Any] = {}
 
     def value(self, layers: Sequence[Layer], key: str, kind: FieldType, *, reset: bool = False) -> Value | None:
-        """What the nearest layer with a key says; None where none has it."""
+        """The value of a key in the nearest layer that has it; None if none has."""
         layer = nearest_override(layers, key)
         return None if layer is None else self.of(layer, key, kind, reset=reset)
 
     def of(self, layer: Layer, key: str, kind: FieldType, *, reset: bool = False) -> Value:
-        """What a layer says that has a key."""
+        """The value of a key in a layer that has it."""
         keys, origin = layer
         found = self._known.get((id(keys), key))
         if found is None:
@@ -393,7 +393,7 @@ class OverrideValues:
         return found
 
     def limits(self, layer: Layer) -> Value | None:
-        """The limits that a layer says; None where it says none."""
+        """The limits of a layer; None if it has none."""
         keys, origin = layer
         found = self._known.get((id(keys), "limits"))
         if found is None:
