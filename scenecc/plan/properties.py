@@ -58,7 +58,10 @@ NON_NEGATIVE = Bounds(0, FLOAT32_MAX)
 
 UNIT_INTERVAL = Bounds(0, 1)
 
-COUNT = Bounds(0, 2**31 - 1)
+INT32_MAX = 2**31 - 1
+"""The engine's integers have 32 bits."""
+
+COUNT = Bounds(0, INT32_MAX)
 
 POSITION_ITERATIONS = Bounds(1, 255)
 

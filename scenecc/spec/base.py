@@ -9,7 +9,18 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, StringConstraints, ValidationError
 from pydantic_core import PydanticCustomError, core_schema
 
-from scenecc.geometry.float32 import FLOAT32_MAX, FLOAT32_MIN
+from scenecc.geometry.float32 import FLOAT32_MIN
+from scenecc.plan.properties import (
+    ANY,
+    COUNT,
+    INT32_MAX,
+    NON_NEGATIVE,
+    POSITION_ITERATIONS,
+    POSITIVE,
+    UNIT_INTERVAL,
+    VELOCITY_ITERATIONS,
+    Bounds,
+)
 from scenecc.spec.nodes import (
     EXPANDED,
     EXPRESSION_START,
@@ -29,30 +40,32 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import At, PathKey
 
 
-Finite = Annotated[float, Field(ge=-FLOAT32_MAX, le=FLOAT32_MAX, allow_inf_nan=False)]
+def within(bounds: Bounds, *, allow_inf_nan: bool | None = False) -> Any:
+    """The constraint of a number that a plan holds within some bounds. `allow_inf_nan`: None for integers."""
+    positive = 0 if bounds.low == FLOAT32_MIN else None
+    return Field(gt=positive, ge=bounds.low, le=bounds.high, allow_inf_nan=allow_inf_nan)
 
-Positive = Annotated[float, Field(gt=0, ge=FLOAT32_MIN, le=FLOAT32_MAX, allow_inf_nan=False)]
 
-NonNegative = Annotated[float, Field(ge=0, le=FLOAT32_MAX, allow_inf_nan=False)]
+Finite = Annotated[float, within(ANY)]
+
+Positive = Annotated[float, within(POSITIVE)]
+
+NonNegative = Annotated[float, within(NON_NEGATIVE)]
 
 ExtendedFloat = Annotated[float, Field(ge=-math.inf, allow_inf_nan=True)]
 """Infinite ones too; what is no number at all is less than nothing."""
 
-Unit = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
+Unit = Annotated[float, within(UNIT_INTERVAL)]
 
 PositiveInt = Annotated[int, Field(ge=1)]
 
 NonNegativeInt = Annotated[int, Field(ge=0)]
 
 
-INT32_MAX = 2**31 - 1
-"""The engine's integers have 32 bits."""
-
-
 PositiveInt32 = Annotated[int, Field(ge=1, le=INT32_MAX)]
 
 
-NonNegativeInt32 = Annotated[int, Field(ge=0, le=INT32_MAX)]
+NonNegativeInt32 = Annotated[int, within(COUNT, allow_inf_nan=None)]
 
 OpeningAngle = Annotated[float, Field(gt=0, ge=FLOAT32_MIN, lt=math.pi)]
 
@@ -78,9 +91,9 @@ Positive2 = Annotated[tuple[Positive, Positive], Strict(strict=False)]
 
 Positive3 = Annotated[tuple[Positive, Positive, Positive], Strict(strict=False)]
 
-Iterations = Annotated[int, Field(ge=1, le=255)]
+Iterations = Annotated[int, within(POSITION_ITERATIONS, allow_inf_nan=None)]
 
-VelocityIterations = Annotated[int, Field(ge=0, le=255)]
+VelocityIterations = Annotated[int, within(VELOCITY_ITERATIONS, allow_inf_nan=None)]
 """PhysX takes 1 to 255 position iterations and 0 to 255 velocity iterations (PxRigidDynamic)."""
 
 CUSTOM_ERROR = "#told"

@@ -4,7 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from scenecc.spec.base import INT32_MAX, Maybe, NonNegativeInt32, PositiveInt32, SpecModel, key
+from scenecc.plan.properties import INT32_MAX
+from scenecc.spec.base import Maybe, NonNegativeInt32, PositiveInt32, SpecModel, key
 from scenecc.spec.shapes import CollisionKeys, MeshFileKeys, MirrorScale, Scale, ShapeBothKeys, VisualKeys
 from scenecc.spec.values import Fixed
 
