@@ -15,16 +15,17 @@ from scenecc.backends.sapien.audit.comparison import (
     format_value,
     is_same,
     is_same_local_pose,
+    pose_numbers,
 )
 from scenecc.backends.sapien.audit.reference import (
     PRECISION_CODE,
     EngineDefaults,
+    body_mass,
     expected_friction,
     expected_mass,
-    is_wrong_mass,
+    is_right_mass,
     part_counts,
     round_as_inverse,
-    shapes_mass,
     wrong_mass_code,
 )
 from scenecc.backends.sapien.engine import physx, render
@@ -69,7 +70,7 @@ class ShapeAudit:
             return
         start = 0
         for shape, count in zip(structure.collisions, counts, strict=True):
-            where = place._replace(origin=shape.origin)
+            where = BodyLocation(place.turn, place.number, shape.origin, place.link)
             self._shape(structure, shape, found[start : start + count], row, where)
             start += count
 
@@ -318,23 +319,22 @@ class BodyAudit:
     def _mass(self, structure: BodyStructure, body: Any, row: int, place: BodyLocation) -> None:
         """The engine computes mass and inertia again, on a body of the shapes alone, and must weigh what these do."""
         reference = self._reference(structure, row)
-        weight = shapes_mass(structure, np.array([row]), self._meshes)
-        if is_wrong_mass(reference.mass, weight):
-            self._sweep.tell(
-                place, "mass", format_value(weight[0]), format_value(reference.mass), wrong_mass_code(weight[0])
-            )
-        centre = reference.cmass_local_pose.p
-        if structure.body_type != "kinematic" and not np.abs(centre).max() <= MAX_BODY_OFFSET:
+        weight, mass = body_mass(structure, row, self._meshes), reference.mass
+        if not is_right_mass(mass, weight):
+            self._sweep.tell(place, "mass", format_value(weight), format_value(mass), wrong_mass_code(weight))
+        wanted = reference.cmass_local_pose
+        centre = pose_numbers(wanted)[:3]
+        if structure.body_type != "kinematic" and not all(abs(x) <= MAX_BODY_OFFSET for x in centre):
             self._sweep.tell(place, "cmass_local_pose.p", "a place within 10 km", format_value(centre), PRECISION_CODE)
         if structure.mass is not None:
-            mass = structure.mass.row(row)
-            self._stored(mass, reference.inertia.astype(np.float64) * (mass / reference.mass), body, place)
+            given = structure.mass.row(row)
+            self._stored(given, reference.inertia.astype(np.float64) * (given / mass), body, place)
         else:
-            self._sweep.hold("mass", reference.mass, body, place)
+            self._sweep.hold("mass", mass, body, place)
             self._sweep.hold("inertia", reference.inertia, body, place)
         # To the bit, unlike poses of the plan: the engine has computed and normalised both.
-        found, wanted = body.cmass_local_pose, reference.cmass_local_pose
-        if found.__getstate__() != wanted.__getstate__():
+        found = body.cmass_local_pose
+        if pose_numbers(found) != pose_numbers(wanted):
             self._sweep.tell(place, "cmass_local_pose", format_value(wanted), format_value(found))
 
     def _stored(self, mass: Any, inertia: Any, body: Any, place: BodyLocation) -> None:
@@ -409,7 +409,7 @@ def _compare_masses(
     if exact:
         wrong = found != expected
     else:
-        wrong = is_wrong_mass(found, expected)
+        wrong = ~is_right_mass(found, expected)
         if len(expected) == 1:
             # One value of every size and density: then the engine's sum is one value, too.
             wrong |= found != found[0]

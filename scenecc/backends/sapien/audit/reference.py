@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
+from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from scenecc.backends.sapien.properties import (
     RENDER_PROPERTIES,
     SHAPE_PROPERTIES,
     PropertyTable,
+    row_value,
     select_rows,
 )
 from scenecc.geometry.float32 import FLOAT32_MAX, round_to_float32
@@ -234,18 +236,19 @@ class ReferenceMeshes:
     def fresh(self, geometry: CollisionGeometry, row: int) -> list[Any]:
         """New shapes of an entity's row, of the engine's own density and without a pose."""
         shape = COLLISION_SHAPES[type(geometry)]
-        given: dict[str, Any] = {**shape.expected(geometry, row), "material": self._material}
+        sizes = shape.expected(geometry, row).values()
         match geometry:
             case ConvexMesh(file=file, scale=scale):
-                given["filename"] = self._hull_path(int(file.row(row)), axis_signs(scale, row))
+                return [
+                    shape.engine(self._hull_path(int(file.row(row)), axis_signs(scale, row)), *sizes, self._material)
+                ]
             case TriangleMesh(file=file, sdf=sdf):
-                given |= {"filename": self._path(int(file.row(row))), "sdf": sdf}
+                return [shape.engine(self._path(int(file.row(row))), *sizes, self._material, sdf)]
             case ConvexParts(file=file, scale=scale, coacd=coacd):
                 path = self._parts_path(int(file.row(row)), coacd, axis_signs(scale, row))
-                return shape.engine.load_multiple(filename=path, **given)
+                return shape.engine.load_multiple(path, *sizes, self._material)
             case _:
-                pass
-        return [shape.engine(**given)]
+                return [shape.engine(*sizes, self._material)]
 
     def hull_volume(self, file: int) -> float:
         """[m³] of the hull of a file, unscaled."""
@@ -317,30 +320,37 @@ def expected_mass(
 def shapes_mass(structure: BodyStructure, rows: NDArray[np.intp], meshes: ReferenceMeshes) -> NDArray[np.float64]:
     """What the shapes weigh [kg] a row, or in all rows, by their densities and volumes."""
     total = np.zeros(1)
-    for shape in structure.collisions:
-        if isinstance(shape.geometry, Plane):
-            break  # SAPIEN weighs a body anew with each shape; PhysX cannot, once one of them is endless
-        total = total + _shape_density(shape, rows) * shape_volume(shape.geometry, rows, meshes)
+    for shape in _weighed_shapes(structure):
+        density = DEFAULT_DENSITY if shape.density is None else select_rows(shape.density, rows)
+        total = total + density * shape_volume(shape.geometry, rows, meshes)
     if structure.body_type == "kinematic":
         # It is moved by nobody's force, so that nobody minds the milligram.
         return np.maximum(total, MINIMUM_MASS)
     return np.where(total == 0, MINIMUM_MASS, total)
 
 
-def is_wrong_mass(found: NDArray[Any], expected: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Whether masses are not those that the shapes give; so is what is no number."""
-    return ~(np.abs(found - expected) <= MASS_TOLERANCE * expected)
+def body_mass(structure: BodyStructure, row: int, meshes: ReferenceMeshes) -> float:
+    """As `shapes_mass`, for one row: in plain numbers, since arrays of one number take most of an audit's time."""
+    total = 0.0
+    for shape in _weighed_shapes(structure):
+        density = DEFAULT_DENSITY if shape.density is None else row_value(shape.density, row)
+        total += density * _row_volume(shape.geometry, row, meshes)
+    return max(total, MINIMUM_MASS) if structure.body_type == "kinematic" else total or MINIMUM_MASS
+
+
+def _weighed_shapes(structure: BodyStructure) -> Iterator[CollisionShape]:
+    """SAPIEN weighs a body anew with each shape; PhysX cannot, once one of them is endless."""
+    return takewhile(lambda shape: not isinstance(shape.geometry, Plane), structure.collisions)
+
+
+def is_right_mass(found: Any, expected: Any) -> Any:
+    """Whether masses, numbers or arrays of them, are those that the shapes give; what is no number is not."""
+    return abs(found - expected) <= MASS_TOLERANCE * expected
 
 
 def wrong_mass_code(expected: float) -> str:
     """The code of a mass that differs: what a mesh weighs is known only now, of all else a check has told it."""
     return "SC511" if expected < MINIMUM_MASS else AUDIT_CODE if expected <= FLOAT32_MAX else PRECISION_CODE
-
-
-def _shape_density(shape: CollisionShape, rows: NDArray[np.intp]) -> NDArray[np.float64]:
-    if shape.density is None:
-        return np.array([0.0 if isinstance(shape.geometry, Plane) else DEFAULT_DENSITY])
-    return select_rows(shape.density, rows)
 
 
 def shape_volume(geometry: CollisionGeometry, rows: NDArray[np.intp], meshes: ReferenceMeshes) -> NDArray[np.float64]:
@@ -357,6 +367,16 @@ def shape_volume(geometry: CollisionGeometry, rows: NDArray[np.intp], meshes: Re
             return _scaled_volume(geometry, rows, meshes.triangle_volume)
         case Plane() | TriangleMesh():
             return np.zeros(1)
+
+
+def _row_volume(geometry: CollisionGeometry, row: int, meshes: ReferenceMeshes) -> float:
+    if not isinstance(geometry, Solid):
+        return float(shape_volume(geometry, np.array([row]), meshes)[0])
+    sizes: list[float] = []
+    for value in geometry.values:
+        size = row_value(value, row)
+        sizes.extend([size] if isinstance(size, int | float) else size)
+    return geometry.volume(*sizes) * (CYLINDER_AREA_RATIO if isinstance(geometry, Cylinder) else 1)
 
 
 def _scaled_volume(
