@@ -98,10 +98,8 @@ def integer(value: object, name: str, least: int) -> int:
         TypeError: it is none; True and False are none either.
         ValueError: it is below `least`.
     """
-    # By its name: numpy 1 and 2 call their flag otherwise, and numpy may not be loaded at all.
-    flag = type(value).__name__ in {"bool", "bool_"}
     try:
-        number = None if flag else index(value)  # pyright: ignore[reportArgumentType] - asked, not assumed
+        number = None if _is_flag(value) else index(value)  # pyright: ignore[reportArgumentType] - asked, not assumed
     except TypeError:
         number = None
     if number is None:
@@ -109,6 +107,18 @@ def integer(value: object, name: str, least: int) -> int:
     if number < least:
         raise ValueError(f"{name} must be at least {least}, not {number}")
     return number
+
+
+def flag(value: object, name: str) -> bool:
+    """An argument that is True or False, Python's or numpy's. Raises TypeError where it is neither."""
+    if not _is_flag(value):
+        raise TypeError(f"{name} must be True or False, not {value!r}")
+    return bool(value)
+
+
+def _is_flag(value: object) -> bool:
+    """By its type's name: numpy 1 and 2 call their flag otherwise, and numpy may not be loaded at all."""
+    return type(value).__name__ in {"bool", "bool_"}
 
 
 def indices(values: Iterable[Any], name: str) -> list[int]:

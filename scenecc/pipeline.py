@@ -464,7 +464,7 @@ def instantiated(
         if value not in known:
             raise ValueError(f"{name} is one of {', '.join(known)}, not {value!r}")
     batch = instantiate(
-        plan, sink, device=backend, scene_idxs=scene_idxs, render=render, audit=audit, progress=progress
+        plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit, progress=progress
     )
     if batch is None:
         raise SceneError(sink.diagnostics())

@@ -521,6 +521,7 @@ class Scene:
 
         Raises:
             SceneError: as of `render_scene`.
+            TypeError: a flag is neither True nor False, or a number is no integer.
             ValueError: an argument is out of its range.
             OSError: the file cannot be written.
         """
@@ -542,12 +543,15 @@ class Scene:
         """Shows the scene on a page in the browser until it is interrupted. For the rest see `view_scene`.
 
         Raises:
-            TypeError: the scene was opened from a stream, which is read once; the page compiles it anew.
+            ValueError: the scene was opened from a stream, which can be read only once; the page reads it again.
         """
         from scenecc.viewer import view_scene
 
         if hasattr(self._source, "read"):
-            raise TypeError("a stream is read once: open the scene by its path, or give the stream to `view_scene`")
+            raise ValueError(
+                "a scene that was opened from a stream cannot be viewed: a stream can be read only once. "
+                "Open the scene by its path, or call `view_scene` with the stream"
+            )
         view_scene(self._source, look=look, place=place, ready=ready, **self._given)
 
     def page(self, *, look: ViewOptions | None = None, steps: int = 0, progress: Progress | None = None) -> ScenePage:
@@ -574,6 +578,7 @@ class Scene:
 
         Raises:
             SceneError: the scene, the engine or the machine is at fault; there is no such scene or entity.
+            TypeError: `build` is neither True nor False, or a number is no integer.
             ValueError: an argument is out of its range.
         """
         from scenecc.inspect.inspection import inspect_source

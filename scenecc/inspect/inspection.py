@@ -16,7 +16,7 @@ from scenecc.errors import SceneError
 from scenecc.files import open_regular
 from scenecc.inspect.entities import entity_item, scene_facts, summarize, used_materials
 from scenecc.inspect.facts import Fact, Facts, Item, fact, mount_words, some_words
-from scenecc.options import CompileOptions, Options, integer
+from scenecc.options import CompileOptions, Options, flag, integer
 from scenecc.pipeline import Compiled, Source, compiled, compiled_params, instantiated, select_scenes
 from scenecc.plan import ArticulationStructure, Constraint, Texture, Value
 from scenecc.plan.rendering import Camera, SkyMap
@@ -332,6 +332,7 @@ def inspect_source(
         ValueError: an argument is out of its range.
     """
     sink = Sink()
+    depth, build = None if depth is None else integer(depth, "depth", 0), flag(build, "build")
     asked = Options.of(**options)
     done = compiled(source, asked, sink)
     plan = done.plan

@@ -15,7 +15,7 @@ from typing_extensions import TypedDict, Unpack
 from scenecc.diagnostics import Diagnostic, Location, Sink
 from scenecc.diagnostics.messages import index_ranges, suggest
 from scenecc.errors import SceneError
-from scenecc.options import CompileOptions, Options, integer
+from scenecc.options import CompileOptions, Options, flag, integer
 from scenecc.pipeline import Source, compiled, instantiated, select_scenes
 from scenecc.plan.rendering import SHADERS_WITHOUT_NORMALS, resize_camera, restrict_to_camera
 from scenecc.plan.schema import PIXEL_BOUNDS
@@ -355,9 +355,12 @@ def render_scene(
     Raises:
         SceneError: the scene, the engine or the machine is at fault; there is no such camera or scene, or it does not
             take this picture.
+        TypeError: a flag is neither True nor False, or a number is no integer.
         ValueError: an argument is out of its range.
     """
     _check(what, size, steps, film, every)
+    grid, collision = flag(grid, "grid"), flag(collision, "collision")
+    hidden = camera is None if hidden is None else flag(hidden, "hidden")
     sink = Sink()
     asked = Options.of(**options)
     _need_packages(sink, mp4=film == "mp4")
@@ -371,7 +374,7 @@ def render_scene(
         timings["build"], started = time.perf_counter() - started, time.perf_counter()
         if collision:
             batch.show_collision()
-        studio = FrameRecorder(batch, setup, what, progress, human=camera is None if hidden is None else hidden)
+        studio = FrameRecorder(batch, setup, what, progress, human=hidden)
         try:
             pictures, made = studio.take(steps, film, every)
         except SceneError as error:

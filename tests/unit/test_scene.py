@@ -137,8 +137,17 @@ def test_what_it_is_given_wrongly_is_said(file: Path) -> None:
     for wrong in ({"limits": 3}, {"asset_roots": 3}, {"asset_roots": [3]}):
         with pytest.raises(TypeError, match=f"{next(iter(wrong))} must be .*, not"):
             open_scene(file, **wrong)  # pyright: ignore[reportArgumentType]
-    with pytest.raises(TypeError, match="a stream is read once"):
+    with pytest.raises(ValueError, match="Open the scene by its path, or call `view_scene` with the stream"):
         open_scene(io.StringIO(SCENE)).view()
+    for flag in ("grid", "collision", "hidden"):
+        with pytest.raises(TypeError, match=f"{flag} must be True or False, not 'yes'"):
+            scene.render(**{flag: "yes"})  # pyright: ignore[reportArgumentType]
+    with pytest.raises(TypeError, match="build must be True or False, not 1"):
+        scene.inspect(build=1)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(ValueError, match="depth must be at least 0, not -1"):
+        scene.inspect(build=False, depth=-1)
+    with pytest.raises(TypeError, match="depth must be an integer"):
+        scene.inspect(build=False, depth=1.5)  # pyright: ignore[reportArgumentType]
 
 
 def test_the_thin_functions_give_the_same(file: Path) -> None:

@@ -101,14 +101,14 @@ def build_batch(
     sink: Sink,
     scene_idxs: tuple[int, ...],
     *,
-    device: Literal["cpu", "cuda"],
+    backend: Literal["cpu", "cuda"],
     render: bool | None,
     audit: Literal["full", "fast", "off"],
     progress: Callable[[int, int], None] | None,
 ) -> SceneBatch | None:
     """`scenecc.backends.sapien.instantiate` once the engine is known to be there."""
     try:
-        if device == "cuda":
+        if backend == "cuda":
             raise gpu_refusal()
         rendered = _should_render(render=render)
     except EngineFailure as failure:

@@ -185,7 +185,7 @@ def test_no_render_device(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_cuda_without_the_library(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("HOME", str(tmp_path))
-    (told,) = complaints(plan, device="cuda")
+    (told,) = complaints(plan, backend="cuda")
     assert told.code == "SC804"
     assert str(tmp_path / ".sapien" / "physx") in told.message
     assert "downloads nothing" in (told.hint or "")
@@ -199,7 +199,7 @@ def test_cuda_with_the_library(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch,
     engine.gpu_library_path().parent.mkdir(parents=True)
     engine.gpu_library_path().write_bytes(b"")
     monkeypatch.setattr(engine.ctypes, "CDLL", lambda name: None)
-    (told,) = complaints(plan, device="cuda")
+    (told,) = complaints(plan, backend="cuda")
     assert told.code == "SC804"
     assert "does not run scenes on the GPU yet" in told.message
 
@@ -207,7 +207,7 @@ def test_cuda_with_the_library(plan: ScenePlan, monkeypatch: pytest.MonkeyPatch,
         raise OSError(name)
 
     monkeypatch.setattr(engine.ctypes, "CDLL", no_driver)
-    (told,) = complaints(plan, device="cuda")
+    (told,) = complaints(plan, backend="cuda")
     assert "no CUDA driver" in told.message
 
 
