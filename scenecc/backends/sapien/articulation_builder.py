@@ -22,22 +22,17 @@ from scenecc.backends.sapien.engine import REFUSED_CODE, EngineFailure, engine_r
 from scenecc.backends.sapien.properties import (
     ARTICULATION_PROPERTIES,
     BODY_PROPERTIES,
-    DEFAULT_JOINT_LIMITS,
     DRIVE_DEFAULTS,
-    JOINT_CHILD_POSE,
+    JOINT_FRAMES,
     JOINT_LIMITS,
-    JOINT_PARENT_POSE,
     JOINT_PROPERTIES,
     LINK_CLASS,
     LINK_FIELDS,
     ROOT_PROPERTIES,
-    Column,
-    EngineProperty,
     apply_setters,
     item_at,
     select_rows,
     split_setters,
-    to_limit_arrays,
     to_poses,
     to_scalars,
     zip_columns,
@@ -51,42 +46,38 @@ if TYPE_CHECKING:
 
     from scenecc.backends.sapien.assets import Resources
     from scenecc.backends.sapien.properties import SetterColumn
-    from scenecc.plan import ArticulationStructure, BodyStructure, Entity, Joint, Link, Mimic, Value
+    from scenecc.plan import ArticulationStructure, BodyStructure, Entity, Joint, Link, Mimic
 
 
 class PreparedJoint:
     """What is called on a link's joint, row by row."""
 
-    __slots__ = ("_child", "_drives", "_knobs", "_limits", "_parent", "name", "type")
+    __slots__ = ("_properties", "_setters", "name", "type")
 
     def __init__(self, joint: Joint, rows: NDArray[np.intp]) -> None:
         self.name = joint.name
         self.type = joint.type
         # Set also where nothing is said: shapes have moved the centre of mass by then, in whose frame the engine keeps
         # them, and rounds.
-        self._parent = _property_column(JOINT_PARENT_POSE, joint.pose_in_parent, rows) or [sapien.Pose()]
-        self._child = _property_column(JOINT_CHILD_POSE, joint.pose_in_child, rows) or [sapien.Pose()]
-        self._limits: Column = []
-        self._drives: list[tuple[Any, ...]] = []
-        found: list[SetterColumn] = []
+        self._setters: list[SetterColumn] = [
+            (frame.set, frame.column(getattr(joint, field), rows)) for field, frame in JOINT_FRAMES.items()
+        ]
         if joint.type != "fixed":
-            self._limits = _property_column(JOINT_LIMITS, joint.limits, rows) or to_limit_arrays(
-                np.array([DEFAULT_JOINT_LIMITS])
-            )
-            self._drives = drive_properties(joint, rows)
-            found = JOINT_PROPERTIES.steps(joint, rows)
-        self._knobs = split_setters(found)
+            self._setters.append((JOINT_LIMITS.set, JOINT_LIMITS.column(joint.limits, rows)))
+            self._setters.append((_set_drive_properties, drive_properties(joint, rows)))
+        self._properties = split_setters([] if joint.type == "fixed" else JOINT_PROPERTIES.steps(joint, rows))
 
     def apply(self, joint: Any, row: int) -> None:
         """Makes the joint of a new link what the plan says, in the order of SAPIEN's builder."""
         joint.set_name(self.name)
         joint.set_type(self.type)
-        joint.set_pose_in_child(item_at(self._child, row))
-        joint.set_pose_in_parent(item_at(self._parent, row))
-        if self._limits:
-            joint.set_limits(item_at(self._limits, row))
-            joint.set_drive_properties(*item_at(self._drives, row))
-        apply_setters(self._knobs, joint, row)
+        for setter, column in self._setters:
+            setter(joint, item_at(column, row))
+        apply_setters(self._properties, joint, row)
+
+
+def _set_drive_properties(joint: Any, values: tuple[Any, ...]) -> None:
+    joint.set_drive_properties(*values)
 
 
 def drive_properties(joint: Joint, rows: NDArray[np.intp]) -> list[tuple[Any, ...]]:
@@ -96,10 +87,6 @@ def drive_properties(joint: Joint, rows: NDArray[np.intp]) -> list[tuple[Any, ..
         for field, default in DRIVE_DEFAULTS.items()
     ]
     return zip_columns([*columns, [joint.drive_mode or "force"]])
-
-
-def _property_column(knob: EngineProperty, value: Value | None, rows: NDArray[np.intp]) -> Column:
-    return [] if value is None else knob.convert(select_rows(value, rows))
 
 
 class PreparedLink:

@@ -338,31 +338,46 @@ def build_camera(camera: Camera, standing: EntityLookup) -> list[Any]:
     return made
 
 
+def camera_values(camera: Camera, row: int) -> dict[str, float]:
+    """What a camera has in one of its scenes, by SAPIEN's names, in the order of SAPIEN's setter of its lens.
+
+    Of angles of view, those that the plan gives.
+    """
+    found = {"near": camera.near, "far": camera.far}
+    match camera.lens:
+        case Perspective(fovx=fovx, fovy=fovy):
+            found |= {name: value for name, value in (("fovx", fovx), ("fovy", fovy)) if value is not None}
+        case Intrinsic() as lens:
+            found |= {name: getattr(lens, name) for name in ("fx", "fy", "cx", "cy", "skew")}
+        case Orthographic():
+            pass
+    numbers = {name: float(value.row(row)) for name, value in found.items()}
+    if isinstance(camera.lens, Orthographic):
+        top = float(camera.lens.top.row(row))
+        # SAPIEN's own form with `top` alone divides width by height in whole numbers.
+        right = top * camera.width / camera.height
+        numbers |= {"ortho_left": -right, "ortho_right": right, "ortho_bottom": -top, "ortho_top": top}
+    return numbers
+
+
 def new_camera(camera: Camera, row: int) -> Any:
     """A `RenderCameraComponent` in no entity, as a camera is in one of its scenes."""
     component = render.RenderCameraComponent(camera.width, camera.height, shader_folder(camera.shader))
-    near, far = float(camera.near.row(row)), float(camera.far.row(row))
+    values = camera_values(camera, row)
     match camera.lens:
-        case Perspective() as lens:
-            _set_angles(component, lens, row)
-            component.near, component.far = near, far
-        case Intrinsic() as lens:
-            numbers = [float(value.row(row)) for value in (lens.fx, lens.fy, lens.cx, lens.cy, lens.skew)]
-            component.set_perspective_parameters(near, far, *numbers)
-        case Orthographic() as lens:
-            top = float(lens.top.row(row))
-            # SAPIEN's own form with `top` alone divides width by height in whole numbers.
-            right = top * camera.width / camera.height
-            component.set_orthographic_parameters(near, far, -right, right, -top, top)
+        case Perspective(fovx=fovx, fovy=fovy):
+            # Pixels are square where one angle alone is given.
+            square = fovx is None or fovy is None
+            if fovy is not None:
+                component.set_fovy(values["fovy"], square)
+            if fovx is not None:
+                component.set_fovx(values["fovx"], square)
+            component.near, component.far = values["near"], values["far"]
+        case Intrinsic():
+            component.set_perspective_parameters(*values.values())
+        case Orthographic():
+            component.set_orthographic_parameters(*values.values())
     return component
-
-
-def _set_angles(component: Any, lens: Perspective, row: int) -> None:
-    alone = lens.fovx is None or lens.fovy is None
-    if lens.fovy is not None:
-        component.set_fovy(float(lens.fovy.row(row)), alone)
-    if lens.fovx is not None:
-        component.set_fovx(float(lens.fovx.row(row)), alone)
 
 
 def shader_folder(name: str | None) -> str:

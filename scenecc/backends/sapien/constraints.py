@@ -22,7 +22,7 @@ from scenecc.plan import Connection, Distance, Drive, Gear, Weld, literal
 from scenecc.plan.constraint import WELD_SWING
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterator, Sequence
+    from collections.abc import Callable, Generator, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.plan import Constraint, ScenePlan, Value
     from scenecc.variation.evaluation import Batch
+    from scenecc.variation.nodes import Node
 
 
 _COMPONENTS: dict[type, Any] = {
@@ -41,8 +42,6 @@ _COMPONENTS: dict[type, Any] = {
 }
 
 _IDENTITY = literal(IDENTITY_POSE)
-
-_ZERO_VELOCITY = literal((0.0, 0.0, 0.0))
 
 _ZERO = literal(0.0)
 
@@ -138,27 +137,32 @@ def _drive_calls(drive: Drive, rows: NDArray[np.intp]) -> Iterator[SetterCall]:
         columns: list[Column] = [*(_scalar_column(value, rows) for value in values), [each.mode or "force"]]
         name = f"drive_property_{each.axis}"
         yield SetterCall(f"set_{name}", f"get_{name}", zip_columns(columns))
-    if drive.target is not None:
-        yield target_call(to_poses(select_rows(drive.target, rows)))
-    if drive.linear_velocity_target is not None or drive.angular_velocity_target is not None:
-        linear, angular = (
-            value or _ZERO_VELOCITY for value in (drive.linear_velocity_target, drive.angular_velocity_target)
-        )
-        yield velocity_call(to_vectors(select_rows(linear, rows)), to_vectors(select_rows(angular, rows)))
+    yield from _target_calls(drive, lambda field: _target_rows(drive, field, rows))
     for name in ("inv_mass_scales", "inv_inertia_scales"):
         value: Value | None = getattr(drive, name)
         if value is not None:
             yield SetterCall(f"set_{name}", None, list(map(tuple, select_rows(value, rows).tolist())))
 
 
-def target_call(targets: Column) -> SetterCall:
-    """What a drive is driven to: `sapien.Pose`s."""
-    return SetterCall("set_drive_target", "get_drive_target", zip_columns([targets]))
+_TARGET_DEFAULTS: dict[str, Value] = {
+    "target": _IDENTITY,
+    "linear_velocity_target": literal((0.0, 0.0, 0.0)),
+    "angular_velocity_target": literal((0.0, 0.0, 0.0)),
+}
+"""Targets of `Drive`, and what a drive has where the plan says nothing."""
 
 
-def velocity_call(linear: Column, angular: Column) -> SetterCall:
-    """How fast it is driven: float32 vectors."""
-    return SetterCall("set_drive_velocity_target", "get_drive_velocity_target", zip_columns([linear, angular]))
+def _target_rows(drive: Drive, field: str, rows: NDArray[np.intp]) -> NDArray[Any]:
+    return select_rows(getattr(drive, field) or _TARGET_DEFAULTS[field], rows)
+
+
+def _target_calls(drive: Drive, read: Callable[[str], NDArray[Any]], *, every: bool = False) -> Iterator[SetterCall]:
+    """What a drive is driven to. `read`: a field to its rows; `every`: also what the plan does not say."""
+    if every or drive.target is not None:
+        yield SetterCall("set_drive_target", "get_drive_target", zip_columns([to_poses(read("target"))]))
+    if every or drive.linear_velocity_target is not None or drive.angular_velocity_target is not None:
+        velocities = [to_vectors(read(f"{kind}_velocity_target")) for kind in ("linear", "angular")]
+        yield SetterCall("set_drive_velocity_target", "get_drive_velocity_target", zip_columns(velocities))
 
 
 def _scalar_column(value: Value, rows: NDArray[np.intp]) -> Column:
@@ -171,19 +175,6 @@ def _limit_columns(
     pairs = select_rows(limits, rows)
     spring = [_scalar_column(value or _ZERO, rows) for value in (stiffness, damping)]
     return zip_columns([to_scalars(pairs[:, 0]), to_scalars(pairs[:, 1]), *spring])
-
-
-def start_target_calls(drive: Drive, rows: NDArray[np.intp]) -> list[SetterCall]:
-    """What a reset sets again on a drive that pulls: its targets, as built."""
-    if not drive.drives:
-        return []
-    linear, angular = (
-        value or _ZERO_VELOCITY for value in (drive.linear_velocity_target, drive.angular_velocity_target)
-    )
-    return [
-        target_call(to_poses(select_rows(drive.target or _IDENTITY, rows))),
-        velocity_call(to_vectors(select_rows(linear, rows)), to_vectors(select_rows(angular, rows))),
-    ]
 
 
 def flatten_values(found: Any) -> list[Any]:
@@ -307,39 +298,22 @@ def sample_targets(
     if not isinstance(joint, Drive) or part is None:
         return
     numbers = [number_of[index] for index in part.scenes.tolist()]
-    rows = tie.rows[numbers]
-    drawn = [
-        None if value is None or value.recipe is None else _sample_target(tie, what, value, part)
-        for what, value in (
-            ("target", joint.target),
-            ("velocity_target", joint.linear_velocity_target),
-            ("velocity_target", joint.angular_velocity_target),
-        )
-    ]
-    calls = [_replace_targets(call, drawn, len(rows)) for call in start_target_calls(joint, rows)]
-    for place, number in enumerate(numbers):
+
+    def read(field: str) -> NDArray[Any]:
+        value: Value | None = getattr(joint, field)
+        if value is None or value.recipe is None:
+            return _target_rows(joint, field, tie.rows[numbers])
+        return _sample_target(tie, "target" if field == "target" else "velocity_target", value.recipe, part)
+
+    calls = list(_target_calls(joint, read, every=True))
+    for place, number in enumerate(numbers if joint.drives else ()):
         for call in calls:
             yield objs[number], call.set, call.arguments(place)
 
 
-def _replace_targets(call: SetterCall, drawn: list[Any], count: int) -> SetterCall:
-    """A call with what is drawn in place of what was built."""
-    target, linear, angular = drawn
-    if call.set == "set_drive_target":
-        return call if target is None else target_call(to_poses(target))
-    if linear is None and angular is None:
-        return call
-    built = [call.arguments(number) for number in range(count)]
-    return velocity_call(
-        [one for one, _ in built] if linear is None else to_vectors(linear),
-        [one for _, one in built] if angular is None else to_vectors(angular),
-    )
-
-
-def _sample_target(tie: PreparedConstraint, what: str, value: Value, batch: Batch) -> Any:
+def _sample_target(tie: PreparedConstraint, what: str, recipe: Node, batch: Batch) -> NDArray[np.float64]:
     """(B, 7) or (B, 3) of what a reset draws."""
-    assert value.recipe is not None
-    found = sample_value(batch, value.recipe, tie.constraint.name, what)
+    found = sample_value(batch, recipe, tie.constraint.name, what)
     check_finite(found, batch, tie.constraint.name, what)
     return found
 

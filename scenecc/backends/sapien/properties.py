@@ -120,6 +120,10 @@ class EngineProperty:
     convert: Callable[[NDArray[Any]], Column]
     default: Any = None
 
+    def column(self, value: Value | None, rows: NDArray[np.intp]) -> Column:
+        """The values of some rows; the default where the plan says nothing."""
+        return self.convert(np.array([self.default], np.float64) if value is None else select_rows(value, rows))
+
 
 class PropertyTable:
     """A table of knobs by the plan's field names; all fields of a holder are read in one call."""
@@ -224,28 +228,23 @@ def is_default(data: NDArray[Any], default: object) -> bool:
 
 _JointClass = physx.PhysxArticulationJoint
 
-DEFAULT_JOINT_LIMITS = (-np.inf, np.inf)
-"""What SAPIEN's builder gives a joint of which nothing is said; a fresh joint of the engine cannot move."""
-
 DRIVE_DEFAULTS = {row.field: row.untouched for row in properties_of("drive")}
 """Fields of `Joint` that one setter takes, in its order and before the mode, and what stands where nothing is said."""
 
 
 def _to_axis_arrays(data: NDArray[Any]) -> Column:
-    """float32 arrays of one number, which is how SAPIEN takes what a joint has for each of its degrees of freedom."""
+    """float32 arrays (1,) or (1, 2), which is how SAPIEN takes what a joint has for each of its degrees of freedom."""
     return list(data.astype(np.float32)[:, None])
 
 
-def to_limit_arrays(data: NDArray[Any]) -> Column:
-    """Limits of joints as SAPIEN takes them, (1, 2) a row."""
-    return list(data.astype(np.float32)[:, None, :])
+JOINT_FRAMES = {
+    "pose_in_child": EngineProperty(_JointClass.set_pose_in_child, "pose_in_child", to_poses, IDENTITY_POSE),
+    "pose_in_parent": EngineProperty(_JointClass.set_pose_in_parent, "pose_in_parent", to_poses, IDENTITY_POSE),
+}
+"""Frames of `Joint`, in the order in which SAPIEN's builder sets them; set also where the plan says nothing."""
 
-
-JOINT_PARENT_POSE = EngineProperty(_JointClass.set_pose_in_parent, "pose_in_parent", to_poses, None)
-
-JOINT_CHILD_POSE = EngineProperty(_JointClass.set_pose_in_child, "pose_in_child", to_poses, None)
-
-JOINT_LIMITS = EngineProperty(_JointClass.set_limits, "limits", to_limit_arrays, None)
+JOINT_LIMITS = EngineProperty(_JointClass.set_limits, "limits", _to_axis_arrays, (-np.inf, np.inf))
+"""Set on every joint that moves: SAPIEN's builder gives it these defaults, and a fresh joint cannot move."""
 
 JOINT_PROPERTIES = PropertyTable(
     {

@@ -68,12 +68,18 @@ def has_light(scene: Any) -> bool:
     return bool(system.get_lights()) or any(system.get_ambient_light()) or system.get_cubemap() is not None
 
 
+_LIGHT_FIELDS: Final[dict[type, tuple[str, ...]]] = {
+    SpotLight: ("inner_fov", "outer_fov"),
+    TexturedLight: ("inner_fov", "outer_fov"),
+    AreaLight: ("half_width", "half_height"),
+}
+"""Fields that only lights of a type have; SAPIEN's components call them the same."""
+
+
 def light_values(light: Light) -> dict[str, Value]:
-    """What is set on a light's component, by SAPIEN's names of its properties, in order."""
-    found = {"color": light.color, **shadow_parameters(light)}
-    if isinstance(light.light, SpotLight | TexturedLight):
-        found |= {"inner_fov": light.light.inner_fov, "outer_fov": light.light.outer_fov}
-    return found
+    """What a light's component has, by SAPIEN's names of its properties, in the order in which they are set."""
+    own = {name: getattr(light.light, name) for name in _LIGHT_FIELDS.get(type(light.light), ())}
+    return {"color": light.color, **shadow_parameters(light), **own}
 
 
 def build_light(light: Light, standing: EntityLookup, resources: Resources) -> list[Any]:
@@ -90,11 +96,11 @@ def build_light(light: Light, standing: EntityLookup, resources: Resources) -> l
         if row is None:
             continue
         component = getattr(render, LIGHT_CLASSES[type(light.light)])()
-        if isinstance(light.light, AreaLight):
-            component.set_shape(float(light.light.half_width.row(row)), float(light.light.half_height.row(row)))
-        for name, value in values.items():
-            given = value.row(row)
-            setattr(component, name, given if given.ndim else given.item())
+        given = {name: value.row(row) for name, value in values.items()}
+        if isinstance(light.light, AreaLight):  # SAPIEN has one setter for both
+            component.set_shape(float(given.pop("half_width")), float(given.pop("half_height")))
+        for name, value in given.items():
+            setattr(component, name, value if value.ndim else value.item())
         if isinstance(light.light, TexturedLight):
             component.texture = resources.texture(light.light.texture, row)
         attach_component(component, light, row, standing, number)

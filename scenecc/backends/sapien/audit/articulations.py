@@ -12,8 +12,9 @@ from scenecc.backends.sapien.audit.comparison import BodyLocation, format_value,
 from scenecc.backends.sapien.preparation import StructureRows
 from scenecc.backends.sapien.properties import (
     ARTICULATION_PROPERTIES,
-    DEFAULT_JOINT_LIMITS,
     DRIVE_DEFAULTS,
+    JOINT_FRAMES,
+    JOINT_LIMITS,
     JOINT_PROPERTIES,
     ROOT_PROPERTIES,
     row_value,
@@ -167,14 +168,14 @@ class ArticulationAudit:
         hold = self._sweep.hold
         hold("joint.name", joint.name, found, place)
         hold("joint.type", joint.type, found, place)
-        for field in ("pose_in_parent", "pose_in_child"):
+        for field in JOINT_FRAMES:
             pose: Value | None = getattr(joint, field)
             wanted, actual = _IDENTITY if pose is None else pose.row(row), getattr(found, field)
             if _pose_error(wanted, actual) > tolerance:
                 self._sweep.tell(place, field, format_value(wanted), format_value(actual))
         if joint.type == "fixed":
             return
-        limits = DEFAULT_JOINT_LIMITS if joint.limits is None else joint.limits.row(row)
+        limits = JOINT_LIMITS.default if joint.limits is None else joint.limits.row(row)
         hold("limits", np.array(limits)[None], found, place)
         for field, nothing_said in DRIVE_DEFAULTS.items():
             value: Value | None = getattr(joint, field)

@@ -22,12 +22,13 @@ from scenecc.backends.sapien.audit.comparison import (
     is_same,
 )
 from scenecc.backends.sapien.audit.reference import ReferenceMeshes, cooking_differences, scene_differences
+from scenecc.backends.sapien.cameras import camera_values
 from scenecc.backends.sapien.engine import render, sapien
 from scenecc.backends.sapien.preparation import PreparedArticulation
 from scenecc.backends.sapien.properties import select_rows
 from scenecc.backends.sapien.rendering import LIGHT_CLASSES, light_values
 from scenecc.geometry.rotations import IDENTITY_POSE
-from scenecc.plan.rendering import AreaLight, Camera, Intrinsic, Orthographic, Perspective, TexturedLight
+from scenecc.plan.rendering import Camera, Orthographic, Perspective, TexturedLight
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.preparation import EntityLookup, PreparedEntity
     from scenecc.backends.sapien.rendering import LightsAndCameras
     from scenecc.diagnostics import Sink
-    from scenecc.plan import ScenePlan, Value
+    from scenecc.plan import ScenePlan
     from scenecc.plan.rendering import Light
 
 
@@ -118,10 +119,8 @@ def _light_differences(plan: ScenePlan, light: Light, component: Any, row: int) 
     if type(component) is not kind:
         yield EngineDifference("type", kind.__name__, type(component).__name__)
         return
-    expected = light_values(light)
-    if isinstance(light.light, AreaLight):
-        expected |= {"half_width": light.light.half_width, "half_height": light.light.half_height}
-    yield from _value_differences(expected, component, row)
+    for name, value in light_values(light).items():
+        yield from _property_differences((name, value.row(row), getattr(component, name)))
     if isinstance(light.light, TexturedLight):
         image = component.texture
         if image is None:
@@ -139,41 +138,18 @@ def _camera_differences(camera: Camera, component: Any, row: int) -> Iterator[En
     if component.mode != mode:
         yield EngineDifference("mode", format_value(mode), format_value(component.mode))
         return
-    yield from _value_differences({"near": camera.near, "far": camera.far}, component, row)
-    match camera.lens:
-        case Orthographic(top):
-            high = float(top.row(row))
-            right = high * camera.width / camera.height
-            edges = {"left": -right, "right": right, "bottom": -high, "top": high}
-            yield from _property_differences(
-                *((f"ortho_{name}", edge, getattr(component, f"ortho_{name}")) for name, edge in edges.items())
-            )
-        case Intrinsic() as lens:
-            yield from _value_differences(
-                {name: getattr(lens, name) for name in ("fx", "fy", "cx", "cy", "skew")}, component, row
-            )
-        case Perspective() as lens:
-            yield from _angle_differences(camera, lens, component, row)
-
-
-def _angle_differences(camera: Camera, lens: Perspective, component: Any, row: int) -> Iterator[EngineDifference]:
-    for name, value in (("fovx", lens.fovx), ("fovy", lens.fovy)):
-        if value is None:
-            continue
-        wanted, found = float(value.row(row)), getattr(component, name)
+    values = camera_values(camera, row)
+    angles = {name: values.pop(name) for name in ("fovx", "fovy") if name in values}
+    yield from _property_differences(*((name, wanted, getattr(component, name)) for name, wanted in values.items()))
+    for name, wanted in angles.items():
+        found = getattr(component, name)
         if not abs(found - wanted) <= _ANGLE_TOLERANCE * wanted:
             yield EngineDifference(name, format_value(np.float32(wanted)), format_value(np.float32(found)))
-    if lens.fovx is None or lens.fovy is None:
+    if len(angles) == 1:
         yield from _property_differences(("fx / fy", 1.0, component.fx / component.fy))
-    middle = (("cx", camera.width / 2, component.cx), ("cy", camera.height / 2, component.cy))
-    yield from _property_differences(*middle, ("skew", 0.0, component.skew))
-
-
-def _value_differences(expected: dict[str, Value], component: Any, row: int) -> Iterator[EngineDifference]:
-    """`expected`: values of the plan by the engine's names."""
-    yield from _property_differences(
-        *((name, value.row(row), getattr(component, name)) for name, value in expected.items())
-    )
+    if isinstance(camera.lens, Perspective):
+        middle = (("cx", camera.width / 2, component.cx), ("cy", camera.height / 2, component.cy))
+        yield from _property_differences(*middle, ("skew", 0.0, component.skew))
 
 
 def _property_differences(*triples: tuple[str, Any, Any]) -> Iterator[EngineDifference]:
