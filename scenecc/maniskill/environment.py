@@ -106,9 +106,9 @@ class YamlEnv(BaseEnv):
         lone = sorted(self.own_robots & agents_by_uid.keys())
         if not lone or listed in ([], ["none"]) or not self.own_robots.isdisjoint(names):
             return
-        robots, asked = (", ".join(f"'{name}'" for name in found) for found in (lone, names))
+        robots, requested = (", ".join(f"'{name}'" for name in found) for found in (lone, names))
         warnings.warn(
-            f"no agent controls the robots that the scene has ({robots}): ManiSkill builds {asked} beside them;"
+            f"no agent controls the robots that the scene has ({robots}): ManiSkill builds {requested} beside them;"
             " leave them out of the scene, or give their names as `robot_uids`",
             stacklevel=3,
         )
@@ -277,8 +277,8 @@ def _compile_options(
 def _make_environment_class(name: str, plan: ScenePlan, **attributes: object) -> type[YamlEnv]:
     """The class of a plan's environment. `attributes`: of `YamlEnv`, but for those that the plan tells."""
     robots = (entity.name for entity in plan.entities if isinstance(entity.structures[0], ArticulationStructure))
-    told = {"__doc__": plan.description or f"The scene of '{plan.name}'.", "own_robots": frozenset(robots)}
-    return type("".join(filter(str.isidentifier, name)) or "SceneEnv", (YamlEnv,), {**told, **attributes})
+    own = {"__doc__": plan.description or f"The scene of '{plan.name}'.", "own_robots": frozenset(robots)}
+    return type("".join(filter(str.isidentifier, name)) or "SceneEnv", (YamlEnv,), {**own, **attributes})
 
 
 def _robot_uids(robot_uids: str | Sequence[str] | None) -> str | tuple[str, ...]:

@@ -362,9 +362,9 @@ def render_scene(
     grid, collision = flag(grid, "grid"), flag(collision, "collision")
     hidden = camera is None if hidden is None else flag(hidden, "hidden")
     sink = Sink()
-    asked = Options.of(**options)
+    compile_options = Options.of(**options)
     _need_packages(sink, mp4=film == "mp4")
-    found = compiled(source, asked, sink)
+    found = compiled(source, compile_options, sink)
     setup = choose_pictures(found.plan, camera, scenes, size, what, sink, grid=grid, film=film is not None)
     plan, timings = restrict_to_camera(found.plan, setup.camera, collision=collision), dict(found.timings)
     started = time.perf_counter()
@@ -374,9 +374,9 @@ def render_scene(
         timings["build"], started = time.perf_counter() - started, time.perf_counter()
         if collision:
             batch.show_collision()
-        studio = FrameRecorder(batch, setup, what, progress, human=hidden)
+        recorder = FrameRecorder(batch, setup, what, progress, human=hidden)
         try:
-            pictures, made = studio.take(steps, film, every)
+            pictures, made = recorder.take(steps, film, every)
         except SceneError as error:
             raise SceneError([*sink.diagnostics(), *error.diagnostics]) from error
         except (RuntimeError, OSError) as error:

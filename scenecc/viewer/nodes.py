@@ -142,31 +142,31 @@ class Files:
 
 
 def page_content(
-    seen: tuple[SceneMeshes, ...], colliding: tuple[SceneMeshes, ...] | None, look: ViewOptions, files: Files
+    visual: tuple[SceneMeshes, ...], colliding: tuple[SceneMeshes, ...] | None, look: ViewOptions, files: Files
 ) -> PageContent:
     """All that is shown.
 
     Args:
-        seen: the scenes with what is seen of bodies.
+        visual: the scenes with what is seen of bodies.
         colliding: the same scenes with what collides; None: it is not shown.
         look: what is shown of them.
         files: takes the surfaces.
     """
     painter = _Painter(look, files)
-    drawn = (*(seen if look.visual else ()), *(colliding or ())) or seen
+    drawn = (*(visual if look.visual else ()), *(colliding or ())) or visual
     solid = tuple(map(_solid, drawn))
     drawn = solid if any(one.entities for one in solid) else drawn
     cell = grid_cell(drawn) if look.grid else None
-    origins = np.zeros((len(seen), 3)) if cell is None else cell.origins(len(seen))
+    origins = np.zeros((len(visual), 3)) if cell is None else cell.origins(len(visual))
     half = None if cell is None else cell.half
-    for number, (scene, origin) in enumerate(zip(seen, origins, strict=True)):
+    for number, (scene, origin) in enumerate(zip(visual, origins, strict=True)):
         root = f"/scene {scene.scene.index}"
         x, y, z = map(float, origin)
         painter.nodes[root] = Frame((x, y, z), _UNTURNED)
         painter.scene(root, scene, "visual", half, show=look.visual)
         if colliding is not None:
             painter.scene(root, colliding[number], "collision", half, show=True)
-    at = {scene.scene.index: origin for scene, origin in zip(seen, origins, strict=True)}
+    at = {scene.scene.index: origin for scene, origin in zip(visual, origins, strict=True)}
     corners = [scene_corners([scene]) + at[scene.scene.index] for scene in drawn]
     return PageContent(painter.nodes, painter.bodies, np.concatenate(corners), look.shadows)
 

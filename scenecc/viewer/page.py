@@ -118,9 +118,9 @@ class _Guard:
             cookies = SimpleCookie()
             with suppress(CookieError):
                 cookies.load("; ".join(request.headers.get_all("Cookie")))
-            told = given or (unquote(cookies[name].value) if name in cookies else "")
+            sent = given or (unquote(cookies[name].value) if name in cookies else "")
             # Compared in a time that tells nothing of where they differ.
-            if not compare_digest(token.encode(), told.encode(errors="replace")):
+            if not compare_digest(token.encode(), sent.encode(errors="replace")):
                 return connection.respond(HTTPStatus.FORBIDDEN, "This page needs a token: /?token=...\n")
         response = process(connection, request)
         if token is not None and response is not None and given:

@@ -81,8 +81,8 @@ def _listed(gui: viser.GuiApi, row: ParamRow, value: Any, hint: str) -> tuple[An
     values = row.options or (True, False)
     words = [_written(option) for option in values]
     # A number and a text may be written the same.
-    told = [json.dumps(option) if words.count(word) > 1 else word for option, word in zip(values, words, strict=True)]
-    options: dict[str, Any] = {_AS_IN_THE_FILE: AS_WRITTEN, **dict(zip(told, values, strict=True))}
+    labels = [json.dumps(option) if words.count(word) > 1 else word for option, word in zip(values, words, strict=True)]
+    options: dict[str, Any] = {_AS_IN_THE_FILE: AS_WRITTEN, **dict(zip(labels, values, strict=True))}
     chosen = next((word for word, option in options.items() if _is_same(option, value)), _AS_IN_THE_FILE)
     handle = gui.add_dropdown(row.name, [*options], initial_value=chosen, hint=hint)
     # A browser may send anything.
@@ -172,9 +172,9 @@ def facts(item: Item) -> str:
 def _item(item: Item, group: str = "") -> Iterator[str]:
     name, kind = escape(item.name or group), escape(item.type)
     yield f'<div><b>{name}</b> <span style="opacity:0.6">{kind}</span></div>'
-    told = [f"{_label(fact.label)}{escape(fact.words)}" for fact in item.facts if fact.words]
-    if told:
-        yield f"<div>{'<br>'.join(told)}</div>"
+    facts = [f"{_label(fact.label)}{escape(fact.words)}" for fact in item.facts if fact.words]
+    if facts:
+        yield f"<div>{'<br>'.join(facts)}</div>"
     for word, things in item.groups:
         listed = things if isinstance(things, tuple) else (things,)
         for one in listed:
@@ -371,10 +371,10 @@ class Panel:
         self._tree = panel.add_tab("Objects")
         panel.dock_left()
         panel.set_width(_WIDTH)
-        told = self._gui.add_panel()
-        with told.add_tab("Selected"):
+        tabs = self._gui.add_panel()
+        with tabs.add_tab("Selected"):
             self._facts = self._gui.add_html(line(_UNSELECTED))
-        told.dock_below(panel)
+        tabs.dock_below(panel)
         self._gui.main_panel.dock_right()
         self._gui.main_panel.set_width(_WIDTH)
 

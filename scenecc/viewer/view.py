@@ -60,12 +60,12 @@ def view_scene(
     from scenecc.viewer.session import Session
 
     look, place = look or ViewOptions(), place or PageAddress()
-    asked = Options.of(**options)
+    compile_options = Options.of(**options)
     path = Path(fspath(source)).absolute() if isinstance(source, str | PathLike) else None
     label = "scenecc" if path is None else f"scenecc: {path.stem}"
     with (
         _served(place, label) as server,
-        closing(Session(server, _again(source), asked, look, path=path, told=told or _untold)) as session,
+        closing(Session(server, _again(source), compile_options, look, path=path, told=told or _untold)) as session,
     ):
         session.serve(lambda: (ready or _untold)(address(place, server.get_port())))
 
@@ -109,8 +109,8 @@ def page_of_source(
 
     look = look or ViewOptions()
     steps = integer(steps, "steps", 0)
-    asked = Options.of(**options)
-    loading = load(source, asked, {})
+    compile_options = Options.of(**options)
+    loading = load(source, compile_options, {})
     if loading.loaded is None:
         raise SceneError(loading.diagnostics)
     check_scene(look, loading.loaded.plan)

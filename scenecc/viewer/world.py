@@ -113,7 +113,7 @@ class World:
         Raises:
             SceneError: a file cannot be shown, or a package for it is missing.
         """
-        return page_content(self._seen, self._colliding if look.collision else None, look, files)
+        return page_content(self._visual, self._colliding if look.collision else None, look, files)
 
     def entities(self) -> dict[int, list[tuple[str, tuple[str, ...]]]]:
         """What is in each scene: names of entities, and of the links of those that have some."""
@@ -135,7 +135,7 @@ class World:
         self._batch.close()
 
     @cached_property
-    def _seen(self) -> tuple[SceneMeshes, ...]:
+    def _visual(self) -> tuple[SceneMeshes, ...]:
         return self._drawn("visual")
 
     @cached_property

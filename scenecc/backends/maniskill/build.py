@@ -96,12 +96,12 @@ def sim_config(physics: Physics, sink: Sink, control_freq: int | None = None) ->
     return config
 
 
-def _control_freq(sim_freq: int, asked: int | None) -> int:
-    if asked is None:
+def _control_freq(sim_freq: int, requested: int | None) -> int:
+    if requested is None:
         return next(each for each in range(min(_DEFAULT_CONTROL_FREQ, sim_freq), 0, -1) if sim_freq % each == 0)
-    if asked < 1 or sim_freq % asked:
-        raise ValueError(f"control_freq divides the {sim_freq} steps a second, and {asked} does not")
-    return asked
+    if requested < 1 or sim_freq % requested:
+        raise ValueError(f"control_freq divides the {sim_freq} steps a second, and {requested} does not")
+    return requested
 
 
 def _compared_settings(physics: Physics, scene: Any) -> Iterator[tuple[tuple[str, ...], Any, Any]]:
@@ -162,32 +162,36 @@ def build_plan(plan: ScenePlan, scene: Any, sink: Sink) -> LoadedScene | None:
         return None
     # The environment has no say in these alone.
     with engine_settings(Physics(sdf=plan.physics.sdf)), collector_paused():
-        turns = prepare_entities(built, tuple(range(plan.num_scenes)), sink, rendered=scene.can_render())
-        loaded = None if turns is None else _fill_scene(plan, turns, scene, sink)
+        prepared_entities = prepare_entities(built, tuple(range(plan.num_scenes)), sink, rendered=scene.can_render())
+        loaded = None if prepared_entities is None else _fill_scene(plan, prepared_entities, scene, sink)
     return loaded if loaded is not None and report_changed_files(plan, sink) else None
 
 
-def _fill_scene(plan: ScenePlan, turns: list[PreparedEntity], scene: Any, sink: Sink) -> LoadedScene | None:
+def _fill_scene(plan: ScenePlan, prepared_entities: list[PreparedEntity], scene: Any, sink: Sink) -> LoadedScene | None:
     actors: dict[str, Any] = {}
     articulations: dict[str, Any] = {}
     place = plan.origin
     try:
-        for turn in turns:
-            name, place = turn.entity.name, turn.entity.origin
-            if isinstance(turn, PreparedArticulation):
-                articulations[name] = build_articulation(turn, scene)
+        for prepared in prepared_entities:
+            name, place = prepared.entity.name, prepared.entity.origin
+            if isinstance(prepared, PreparedArticulation):
+                articulations[name] = build_articulation(prepared, scene)
             else:
-                actors[name] = build_actor(turn, scene)
+                actors[name] = build_actor(prepared, scene)
         place = plan.origin
-        standing = ManiSkillEntityLookup(tuple(range(plan.num_scenes)), _environment_scenes(scene), turns)
+        lookup = ManiSkillEntityLookup(tuple(range(plan.num_scenes)), _environment_scenes(scene), prepared_entities)
         _refuse_world_constraints(plan, scene)
-        ties = ConstraintSet(plan, standing)
-        lights = LightSet(plan, _light_lookup(standing, scene, turns), rendered=True) if scene.can_render() else None
+        constraints = ConstraintSet(plan, lookup)
+        lights = (
+            LightSet(plan, _light_lookup(lookup, scene, prepared_entities), rendered=True)
+            if scene.can_render()
+            else None
+        )
     except EngineFailure as failure:
         report_failure(failure, sink, place)
         return None
-    held = {turn.entity.name: turn.held() for turn in turns}
-    return LoadedScene(plan, scene, actors, articulations, held, ties, lights)
+    held = {prepared.entity.name: prepared.held() for prepared in prepared_entities}
+    return LoadedScene(plan, scene, actors, articulations, held, constraints, lights)
 
 
 def _refuse_world_constraints(plan: ScenePlan, scene: Any) -> None:
@@ -206,9 +210,13 @@ def _environment_scenes(scene: Any) -> list[Any]:
     return list(scene.sub_scenes)
 
 
-def _light_lookup(standing: ManiSkillEntityLookup, scene: Any, turns: list[PreparedEntity]) -> ManiSkillEntityLookup:
+def _light_lookup(
+    lookup: ManiSkillEntityLookup, scene: Any, prepared_entities: list[PreparedEntity]
+) -> ManiSkillEntityLookup:
     """Where lights are built: once where environments are shown together, as ManiSkill's."""
-    return ManiSkillEntityLookup((0,), standing.scenes[:1], turns) if scene.parallel_in_single_scene else standing
+    return (
+        ManiSkillEntityLookup((0,), lookup.scenes[:1], prepared_entities) if scene.parallel_in_single_scene else lookup
+    )
 
 
 def _check_environment(plan: ScenePlan, scene: Any, sink: Sink) -> bool:

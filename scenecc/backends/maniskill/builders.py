@@ -88,37 +88,37 @@ _BODY_TYPES = {"none": "static"}
 
 
 class PlannedActorBuilder(ActorBuilder):
-    """ManiSkill's builder, whose entities come from a turn of the plan, scene by scene.
+    """ManiSkill's builder, whose entities a `PreparedActor` makes, scene by scene.
 
     ManiSkill's `build` names them, places them, adds them to their sub-scenes and registers the actor. What it would
-    have made of its records is made by the turn, which leaves out nothing that the engine refuses.
+    have made of its records is made by the `PreparedActor`, which leaves out nothing that the engine refuses.
     """
 
-    def __init__(self, turn: PreparedActor) -> None:
+    def __init__(self, prepared: PreparedActor) -> None:
         super().__init__()  # pyright: ignore[reportUnknownMemberType]
-        self._turn = turn
+        self._prepared = prepared
         # Shapes come from the plan alone: the add_* methods append to these, and must not do so unheard.
         self.collision_records = self.visual_records = ()
-        structure = turn.parts[0].structure
+        structure = prepared.parts[0].structure
         self.physx_body_type = _BODY_TYPES.get(structure.body_type, structure.body_type)
 
     def build_entity(self) -> Any:
-        """The next of the turn's entities, by ascending scene index."""
-        turn = self._turn
-        index = turn.scene_idxs[len(turn.objs)]
-        if turn.make is not None:
-            entity, component = turn.make(index)
+        """The next of the prepared actor's entities, by ascending scene index."""
+        prepared = self._prepared
+        index = prepared.scene_idxs[len(prepared.objs)]
+        if prepared.make is not None:
+            entity, component = prepared.make(index)
         else:
-            own = turn.table[index]
+            own = prepared.table[index]
             assert own is not None
             entity, component = own[0](own[1])
-        turn.objs.append(entity)
-        turn.components.append(component)
+        prepared.objs.append(entity)
+        prepared.components.append(component)
         return entity
 
 
-def build_actor(turn: PreparedActor, scene: Any) -> Any:
-    """One entity of the plan in a `ManiSkillScene`, all of whose sub-scenes are among the turn's, by their index.
+def build_actor(prepared: PreparedActor, scene: Any) -> Any:
+    """One entity of the plan in a `ManiSkillScene`, all of whose sub-scenes have it, by their index.
 
     Where the shapes are not the same in all of its scenes, what is returned is a view by `Actor.merge`, in scene order.
     The actor in `scene.actors`, and in the environment's state, has the same bodies and name.
@@ -126,38 +126,38 @@ def build_actor(turn: PreparedActor, scene: Any) -> Any:
     Raises:
         EngineFailure: the engine refuses a shape or a value, or ManiSkill cannot handle the bodies as one actor.
     """
-    _refuse_mixed_types(turn)
-    name = turn.entity.name
-    builder = PlannedActorBuilder(turn)
+    _refuse_mixed_types(prepared)
+    name = prepared.entity.name
+    builder = PlannedActorBuilder(prepared)
     builder.set_scene(scene)
-    builder.set_scene_idxs(list(turn.scene_idxs))
-    builder.initial_pose = batched_pose(turn, scene)
+    builder.set_scene_idxs(list(prepared.scene_idxs))
+    builder.initial_pose = batched_pose(prepared, scene)
     actor = builder.build(name)
-    return Actor.merge([actor], name=name) if _shapes_differ(turn) else actor
+    return Actor.merge([actor], name=name) if _shapes_differ(prepared) else actor
 
 
-def batched_pose(turn: PreparedEntity, scene: Any) -> Any:
+def batched_pose(prepared: PreparedEntity, scene: Any) -> Any:
     """Where an entity starts: a row for each of its scenes, or one for all."""
-    rows = select_rows(turn.entity.pose, turn.rows).astype(np.float32)
+    rows = select_rows(prepared.entity.pose, prepared.rows).astype(np.float32)
     return Pose.create(torch.from_numpy(np.ascontiguousarray(rows)), device=scene.device)
 
 
-def _refuse_mixed_types(turn: PreparedActor) -> None:
-    types = sorted({part.structure.body_type for part in turn.parts})
+def _refuse_mixed_types(prepared: PreparedActor) -> None:
+    types = sorted({part.structure.body_type for part in prepared.parts})
     if len(types) > 1:
-        message = f"the variants of '{turn.entity.name}' are bodies of the types {' and '.join(types)}"
+        message = f"the variants of '{prepared.entity.name}' are bodies of the types {' and '.join(types)}"
         hint = "an actor of ManiSkill's is of one type in all environments: give them one, or entities of their own"
         raise EngineFailure(UNSUPPORTED_CODE, message, hint=hint)
 
 
-def _shapes_differ(turn: PreparedActor) -> bool:
+def _shapes_differ(prepared: PreparedActor) -> bool:
     """Whether a mesh of one scene's body would be wrong for another's."""
-    if len(turn.scene_idxs) == 1:
+    if len(prepared.scene_idxs) == 1:
         return False
-    first, *others = (without_planes(part.structure) for part in turn.parts)
+    first, *others = (without_planes(part.structure) for part in prepared.parts)
     return any(other != first for other in others) or any(
         value.varies
-        for part in turn.parts
+        for part in prepared.parts
         for shape in (*part.structure.collisions, *part.structure.visuals)
         for value in (shape.pose, *(getattr(shape.geometry, each.name) for each in fields(shape.geometry)))
         if isinstance(value, Value)
@@ -165,22 +165,22 @@ def _shapes_differ(turn: PreparedActor) -> bool:
 
 
 class PlannedArticulationBuilder(ArticulationBuilder):
-    """ManiSkill's builder, whose links come from a turn of the plan, scene by scene.
+    """ManiSkill's builder, whose links a `PreparedArticulation` makes, scene by scene.
 
     ManiSkill's `build` adds them to their sub-scenes and registers the articulation. Links, joints and mimics are made
-    by the turn: ManiSkill's own have frictions that are dropped and mimics that mean something else.
+    by the `PreparedArticulation`: ManiSkill's own have frictions that are dropped and mimics that mean something else.
     """
 
-    def __init__(self, turn: PreparedArticulation, scene_idxs: Sequence[int]) -> None:
+    def __init__(self, prepared: PreparedArticulation, scene_idxs: Sequence[int]) -> None:
         super().__init__()  # pyright: ignore[reportUnknownMemberType]
-        self._turn = turn
+        self._prepared = prepared
         self._waiting = list(scene_idxs)
 
     def _build_entities(
         self, fix_root_link: object = None, name_prefix: str = "", initial_pose: Any = None
     ) -> list[Any]:
-        del fix_root_link  # the turn has it
-        own = self._turn.table[self._waiting.pop(0)]
+        del fix_root_link  # the prepared articulation has it
+        own = self._prepared.table[self._waiting.pop(0)]
         assert own is not None
         builder, row = own
         entities, links = builder.make(row)
@@ -190,13 +190,13 @@ class PlannedArticulationBuilder(ArticulationBuilder):
             joint.set_name(name_prefix + joint.get_name())
         if initial_pose is not None:
             entities[0].set_pose(initial_pose)
-        self._turn.entities.append(entities)
-        self._turn.links.append(links)
+        self._prepared.entities.append(entities)
+        self._prepared.links.append(links)
         return entities
 
 
-def build_articulation(turn: PreparedArticulation, scene: Any) -> Any:
-    """One articulation of the plan in a `ManiSkillScene`, all of whose sub-scenes are among the turn's, by their index.
+def build_articulation(prepared: PreparedArticulation, scene: Any) -> Any:
+    """One articulation of the plan in a `ManiSkillScene`, all of whose sub-scenes have it, by their index.
 
     Where the links are not the same in all of its scenes, each scene has one of its own, `NAME-INDEX`, and what is
     returned, and stands in the environment's state, is a view by `Articulation.merge`, in scene order.
@@ -204,36 +204,40 @@ def build_articulation(turn: PreparedArticulation, scene: Any) -> Any:
     Raises:
         EngineFailure: the engine refuses a shape or a value.
     """
-    name, pose = turn.entity.name, batched_pose(turn, scene)
-    if len(turn.parts) == 1:
-        return _build_part(turn, scene, name, turn.scene_idxs, pose)
+    name, pose = prepared.entity.name, batched_pose(prepared, scene)
+    if len(prepared.parts) == 1:
+        return _build_part(prepared, scene, name, prepared.scene_idxs, pose)
     parts: list[Any] = []
-    for number, index in enumerate(turn.scene_idxs):
-        part = _build_part(turn, scene, f"{name}-{index}", (index,), pose if len(pose) == 1 else pose[number])
+    for number, index in enumerate(prepared.scene_idxs):
+        part = _build_part(prepared, scene, f"{name}-{index}", (index,), pose if len(pose) == 1 else pose[number])
         scene.remove_from_state_dict_registry(part)
         parts.append(part)
-    links = [[link.name for link in part.structure.links] for part in turn.parts]
+    links = [[link.name for link in part.structure.links] for part in prepared.parts]
     view = Articulation.merge(parts, name=name, merge_links=all(names == links[0] for names in links))
     view.initial_pose = pose
     scene.add_to_state_dict_registry(view)
     return view
 
 
-def _build_part(turn: PreparedArticulation, scene: Any, name: str, scene_idxs: Sequence[int], pose: Any) -> Any:
-    builder = PlannedArticulationBuilder(turn, scene_idxs)
+def _build_part(prepared: PreparedArticulation, scene: Any, name: str, scene_idxs: Sequence[int], pose: Any) -> Any:
+    builder = PlannedArticulationBuilder(prepared, scene_idxs)
     builder.set_scene(scene)
     builder.set_scene_idxs(list(scene_idxs))
     builder.initial_pose = pose
-    before = len(turn.links)
+    before = len(prepared.links)
     articulation = builder.build(name)
-    for index, links in zip(scene_idxs, turn.links[before:], strict=True):
-        turn.objs.append(_start_articulation(turn, links, index, f"scene-{index}_{name}", on_gpu=scene.gpu_sim_enabled))
+    for index, links in zip(scene_idxs, prepared.links[before:], strict=True):
+        prepared.objs.append(
+            _start_articulation(prepared, links, index, f"scene-{index}_{name}", on_gpu=scene.gpu_sim_enabled)
+        )
     return articulation
 
 
-def _start_articulation(turn: PreparedArticulation, links: list[Any], index: int, name: str, *, on_gpu: bool) -> Any:
+def _start_articulation(
+    prepared: PreparedArticulation, links: list[Any], index: int, name: str, *, on_gpu: bool
+) -> Any:
     """Everything that ManiSkill's builder does not set; a GPU holds positions in buffers that are not there yet."""
-    own = turn.table[index]
+    own = prepared.table[index]
     assert own is not None
     builder, row = own
     articulation = builder.settle(links, row) if on_gpu else builder.start(links, row)
@@ -292,8 +296,8 @@ def _unsupported_camera(camera: Camera, plan: ScenePlan) -> tuple[str, str] | No
         return "stands relative to what a reset draws anew", "mount it on that, and it moves along"
     mount = camera.mount and next(entity for entity in plan.entities if entity.name == camera.mount.entity)
     if mount is not None and _has_several_links(mount):
-        told = f"is mounted on '{mount.name}', whose links differ from environment to environment"
-        return told, "ManiSkill's view of such robots has no links: leave `mount` out"
+        reason = f"is mounted on '{mount.name}', whose links differ from environment to environment"
+        return reason, "ManiSkill's view of such robots has no links: leave `mount` out"
     return _unsupported_lens(camera)
 
 

@@ -37,13 +37,13 @@ class ManiSkillEntityLookup(EntityLookup):
 
     def component(self, mount: Mount, number: int) -> Any:
         """The physical component that a mount names in the scene of a number. Errors as of `EntityLookup`."""
-        turn = self._turns[mount.entity]
-        if not isinstance(turn, PreparedArticulation) or mount.link is None:
+        prepared = self._prepared[mount.entity]
+        if not isinstance(prepared, PreparedArticulation) or mount.link is None:
             return super().component(mount, number)
         row = self._row_of[mount.entity][self.scene_idxs[number]]
-        (part,) = (part for part in turn.parts if row in part.numbers)
+        (part,) = (part for part in prepared.parts if row in part.numbers)
         names = [link.name for link in part.structure.links]
-        return turn.links[row][names.index(mount.link)]
+        return prepared.links[row][names.index(mount.link)]
 
 
 def write_state_on_cpu(held: BodyObjects | ArticulationObjects, state: AnyState) -> None:
@@ -144,7 +144,7 @@ class LoadedScene:
         actors: Mapping[str, Any],
         articulations: Mapping[str, Any],
         held: Mapping[str, BodyObjects | ArticulationObjects],
-        ties: ConstraintSet,
+        constraints: ConstraintSet,
         lights: LightSet | None,
     ) -> None:
         self.plan = plan
@@ -152,7 +152,7 @@ class LoadedScene:
         self.actors = dict(actors)
         self.articulations = dict(articulations)
         self._held = dict(held)
-        self._ties = ties
+        self._constraints = constraints
         self._lights = lights
 
     @property
@@ -196,7 +196,7 @@ class LoadedScene:
         batch = self._start.batch(chosen, seeds, draws or {})
         states = self._start.drawn(batch)
         moves = [] if self._lights is None else self._lights.moves(batch)
-        pulls = self._ties.again(batch)
+        pulls = self._constraints.again(batch)
         for entity, pose in moves:
             entity.set_pose(pose)
         for component, name, arguments in pulls:

@@ -132,7 +132,7 @@ class PreparedLink:
 
 def _refuse_link_fields(body: BodyStructure) -> None:
     """SAPIEN's links have no such property, and nothing is dropped unheard."""
-    said = [knob.get for knob, _ in BODY_PROPERTIES.said(body) if knob.get not in LINK_FIELDS]
+    said = [prop.get for prop, _ in BODY_PROPERTIES.said(body) if prop.get not in LINK_FIELDS]
     if said:
         raise EngineFailure(REFUSED_CODE, f"a link has no {said[0]}", origin=body.origin)
 
@@ -193,7 +193,7 @@ class BatchArticulationBuilder:
         self._root_type = "fixed" if structure.fix_root_link else "undefined"
         self._poses = to_poses(select_rows(entity.pose, rows))
         self._tendons = prepare_tendons(structure, rows)
-        self._knobs = split_setters(ARTICULATION_PROPERTIES.steps(structure, rows))
+        self._properties = split_setters(ARTICULATION_PROPERTIES.steps(structure, rows))
         self._velocities = split_setters(ROOT_PROPERTIES.steps(structure, rows))
         self._qpos: list[NDArray[np.float32]] | None = None
         self._qvel: list[NDArray[np.float32]] = []
@@ -229,9 +229,9 @@ class BatchArticulationBuilder:
             EngineFailure: the engine refuses a value.
         """
         articulation = links[0].get_articulation()
-        with self._told():
+        with self._report_refusal():
             articulation.set_name(self._name)
-            apply_setters(self._knobs, articulation, row)
+            apply_setters(self._properties, articulation, row)
         return articulation
 
     def start(self, links: list[Any], row: int) -> Any:
@@ -241,12 +241,12 @@ class BatchArticulationBuilder:
             EngineFailure: the engine refuses a value.
         """
         articulation = self.settle(links, row)
-        with self._told():
+        with self._report_refusal():
             self._start(articulation, links, row)
         return articulation
 
     @contextmanager
-    def _told(self) -> Generator[None]:
+    def _report_refusal(self) -> Generator[None]:
         try:
             yield
         except (RuntimeError, TypeError, ValueError) as error:
@@ -293,5 +293,5 @@ def _refuse_unsupported_articulation(structure: ArticulationStructure) -> None:
     if count > MAX_LINKS:
         message = f"an articulation of {count} links; PhysX on the CPU takes {MAX_LINKS} at most"
         raise EngineFailure(REFUSED_CODE, message, origin=structure.origin)
-    if structure.fix_root_link and (said := [knob.get for knob, _ in ROOT_PROPERTIES.said(structure)]):
+    if structure.fix_root_link and (said := [prop.get for prop, _ in ROOT_PROPERTIES.said(structure)]):
         raise EngineFailure(REFUSED_CODE, f"a root that is fixed has no {said[0]}", origin=structure.origin)

@@ -157,7 +157,7 @@ class ObjectRegistry:
         }
         self._order = list(self.held)
         self._removed: dict[str, EntityBatch | ArticulationBatch] = {}
-        self._parked: dict[str, RemovedArticulation] = {}
+        self._removed_articulations: dict[str, RemovedArticulation] = {}
 
     def remove(self, name: str, scene_at: Callable[[int], Any]) -> None:
         """Takes one out of every scene. `scene_at`: from the plan's index to the scene.
@@ -171,7 +171,7 @@ class ObjectRegistry:
         self._removed[name] = self._present(name)
         held = self.held[name]
         if isinstance(held, ArticulationObjects):
-            self._parked[name] = RemovedArticulation(read_articulations(held, held.scene_idxs))
+            self._removed_articulations[name] = RemovedArticulation(read_articulations(held, held.scene_idxs))
         for index, entity in iterate_entities(held):
             scene_at(index).remove_entity(entity)
         self.entities.pop(name, None)
@@ -197,7 +197,7 @@ class ObjectRegistry:
         else:
             self.articulations[name] = batch
         if isinstance(held, ArticulationObjects):
-            self._parked.pop(name).put_back(held)
+            self._removed_articulations.pop(name).put_back(held)
 
     def present(self) -> Iterator[BodyObjects | ArticulationObjects]:
         """Those that are in the scenes now."""
@@ -205,7 +205,10 @@ class ObjectRegistry:
 
     def state(self, scene_idxs: tuple[int, ...]) -> SceneState:
         """The state of all in these scenes, and of those that are removed from them."""
-        found = {name: read_state(held, self._parked.get(name), scene_idxs) for name, held in self.held.items()}
+        found = {
+            name: read_state(held, self._removed_articulations.get(name), scene_idxs)
+            for name, held in self.held.items()
+        }
         return SceneState.of(scene_idxs, found)
 
     def placements(self, states: Mapping[str, AnyState]) -> list[StateWriter]:
@@ -214,8 +217,8 @@ class ObjectRegistry:
         Args:
             states: by name, of some or all.
         """
-        for name in self._parked.keys() & states.keys():
-            self._parked[name].change(states[name])
+        for name in self._removed_articulations.keys() & states.keys():
+            self._removed_articulations[name].change(states[name])
         names = [name for name in (*self._order, *self._removed) if name in states]
         return [make_state_writer(self.held[name], states[name]) for name in names]
 
@@ -224,7 +227,7 @@ class ObjectRegistry:
         for each in (*self.entities.values(), *self.articulations.values(), *self._removed.values()):
             each._close()  # noqa: SLF001  # pyright: ignore[reportPrivateUsage]
         self.held, self.entities, self.articulations = {}, {}, {}
-        self._order, self._removed, self._parked = [], {}, {}
+        self._order, self._removed, self._removed_articulations = [], {}, {}
 
     def _present(self, name: str) -> EntityBatch | ArticulationBatch:
         present = {**self.entities, **self.articulations}
@@ -255,8 +258,8 @@ class SceneBatch:
         self._members = ObjectRegistry(bodies)
         self._render = render
         self._number_of = {index: number for number, index in enumerate(scene_idxs)}
-        self._ties: ConstraintSet | None = None
-        self._dress: LightsAndCameras | None = None
+        self._constraints: ConstraintSet | None = None
+        self._rendering: LightsAndCameras | None = None
         self._sink = sink
         self._steps = dict.fromkeys(scene_idxs, 0)
         self._seeds = dict.fromkeys(scene_idxs, plan.seed)
@@ -315,7 +318,7 @@ class SceneBatch:
     def lights(self) -> dict[str, LightBatch]:
         """Lights by name; those of the default rig where the plan has none. Raises RuntimeError once closed."""
         self._check_open()
-        return {} if self._dress is None else self._dress.lights
+        return {} if self._rendering is None else self._rendering.lights
 
     @property
     def cameras(self) -> dict[str, CameraBatch]:
@@ -325,7 +328,7 @@ class SceneBatch:
         closed.
         """
         self._check_open()
-        return {} if self._dress is None else self._dress.cameras
+        return {} if self._rendering is None else self._rendering.cameras
 
     def framed(self, width: int = 640, height: int = 480) -> CameraBatch:
         """A new camera that frames each scene as it stands when the first picture of it is taken, and then stays there.
@@ -333,8 +336,8 @@ class SceneBatch:
         Sizes are in pixels. Raises ValueError if no renderer makes pictures of this size, RuntimeError once closed.
         """
         self._check_open()
-        assert self._dress is not None
-        return self._dress.framed(width, height)
+        assert self._rendering is not None
+        return self._rendering.framed(width, height)
 
     def show_collision(self) -> None:
         """Draws bodies as they collide in place of how they look, from now on, in colours by type of body.
@@ -343,22 +346,22 @@ class SceneBatch:
         has cooked them. Raises RuntimeError if the batch was built without rendering, or is closed.
         """
         self._check_open()
-        assert self._dress is not None
-        self._dress.show_collision()
+        assert self._rendering is not None
+        self._rendering.show_collision()
 
     @property
     def constraints(self) -> dict[str, ConstraintBatch]:
         """Constraints by name, in build order. Raises RuntimeError once closed."""
         self._check_open()
-        return {} if self._ties is None else self._ties.batches
+        return {} if self._constraints is None else self._constraints.batches
 
-    def tie(self, ties: ConstraintSet) -> None:
+    def attach_constraints(self, constraints: ConstraintSet) -> None:
         """Takes in the constraints that were built into its scenes; for those who build batches."""
-        self._ties = ties
+        self._constraints = constraints
 
-    def dress(self, dress: LightsAndCameras) -> None:
+    def attach_rendering(self, rendering: LightsAndCameras) -> None:
         """Takes in the lights and cameras that were built into its scenes; for those who build batches."""
-        self._dress = dress
+        self._rendering = rendering
 
     @property
     def timestep(self) -> float:
@@ -452,11 +455,11 @@ class SceneBatch:
         drawing = self._start.batch(chosen, seeds, draws or {})
         states = self._start.drawn(drawing)
         moves: EntityPoses = []
-        if self._dress is not None and self._dress.follows:
-            moves = self._dress.moves(drawing)
+        if self._rendering is not None and self._rendering.follows:
+            moves = self._rendering.moves(drawing)
         again: TargetCalls = []
-        if self._ties is not None and self._ties.pulls:
-            again = self._ties.again(drawing)
+        if self._constraints is not None and self._constraints.pulls:
+            again = self._constraints.again(drawing)
         self._place(chosen, states, exact=exact)
         for component, setter, arguments in again:
             getattr(component, setter)(*arguments)
@@ -510,7 +513,7 @@ class SceneBatch:
             return
         self._closed = True
         self._members.close()
-        for held in (self._ties, self._dress):
+        for held in (self._constraints, self._rendering):
             if held is not None:
                 held.close()
         for scene in self._scenes:
@@ -530,7 +533,7 @@ class SceneBatch:
                     number = self._number_of[index]
                     self._scenes[number] = restore_in_new_scene(placements, index, self._scenes[number])
                 else:
-                    with nullcontext() if self._ties is None else self._ties.apart(index):
+                    with nullcontext() if self._constraints is None else self._constraints.apart(index):
                         restore_scene(placements, index)
 
     def _chosen(self, scene_idxs: Sequence[int] | None) -> tuple[int, ...]:

@@ -42,15 +42,15 @@ def build_scenes(
     progress: Callable[[int, int], None] | None,
 ) -> tuple[SceneBatch, list[PreparedEntity]] | None:
     """Builds the scenes named; after a failure, which is reported, nothing is left of them."""
-    turns = prepare_entities(plan, scene_idxs, sink, rendered=rendered)
-    if turns is None:
+    prepared_entities = prepare_entities(plan, scene_idxs, sink, rendered=rendered)
+    if prepared_entities is None:
         return None
     scenes: list[Any] = []
     try:
         scenes.extend(new_scene(plan, rendered=rendered) for _ in scene_idxs)
-        fill_scenes(scenes, turns, progress)
-        bodies = [turn.held() for turn in turns]
-        return SceneBatch(plan, scene_idxs, scenes, bodies, render=rendered, sink=sink.another()), turns
+        fill_scenes(scenes, prepared_entities, progress)
+        bodies = [prepared.held() for prepared in prepared_entities]
+        return SceneBatch(plan, scene_idxs, scenes, bodies, render=rendered, sink=sink.another()), prepared_entities
     except BaseException as error:
         for scene in scenes:
             scene.clear()
@@ -73,14 +73,14 @@ def new_scene(plan: ScenePlan, *, rendered: bool) -> Any:
 
 
 def fill_scenes(
-    scenes: Sequence[Any], turns: Sequence[PreparedEntity], progress: Callable[[int, int], None] | None
+    scenes: Sequence[Any], prepared_entities: Sequence[PreparedEntity], progress: Callable[[int, int], None] | None
 ) -> None:
     """Builds scene after scene: faster than entity after entity, since a scene's memory stays warm.
 
     Raises:
         EngineFailure: the engine cannot make a shape.
     """
-    order = [turn.placer() for turn in turns]
+    order = [prepared.placer() for prepared in prepared_entities]
     for number, scene in enumerate(scenes):
         add = scene.add_entity
         for place in order:
@@ -122,13 +122,13 @@ def build_batch(
         if built is None:
             return None
         del renderer
-        batch, turns = built
+        batch, prepared_entities = built
         good = False
         try:
             # Before anything else is built: the audit of bodies finds nothing but them in the scenes.
             good = (
-                (audit == "off" or audit_batch(batch, turns, present, sink, audit))
-                and _add_constraints_and_cameras(batch, turns, sink, audited=audit != "off")
+                (audit == "off" or audit_batch(batch, prepared_entities, present, sink, audit))
+                and _add_constraints_and_cameras(batch, prepared_entities, sink, audited=audit != "off")
                 and report_changed_files(plan, sink)
             )
         finally:
@@ -138,21 +138,23 @@ def build_batch(
         return batch if good else None
 
 
-def _add_constraints_and_cameras(batch: SceneBatch, turns: list[PreparedEntity], sink: Sink, *, audited: bool) -> bool:
+def _add_constraints_and_cameras(
+    batch: SceneBatch, prepared_entities: list[PreparedEntity], sink: Sink, *, audited: bool
+) -> bool:
     """Builds constraints, lights and cameras; whether they are there, and as the plan asks where it is audited."""
-    plan, standing = batch.plan, EntityLookup(batch.scene_idxs, batch.scenes, turns)
+    plan, lookup = batch.plan, EntityLookup(batch.scene_idxs, batch.scenes, prepared_entities)
     try:
         if plan.constraints:
-            ties = ConstraintSet(plan, standing)
-            batch.tie(ties)
-            if audited and not ties.audit(sink):
+            constraints = ConstraintSet(plan, lookup)
+            batch.attach_constraints(constraints)
+            if audited and not constraints.audit(sink):
                 return False
-        dress = LightsAndCameras(plan, standing, rendered=batch.render)
+        rendering = LightsAndCameras(plan, lookup, rendered=batch.render)
     except EngineFailure as failure:
         report_failure(failure, sink, plan.origin)
         return False
-    batch.dress(dress)
-    return not (audited and batch.render) or audit_rendering(plan, dress, standing, sink)
+    batch.attach_rendering(rendering)
+    return not (audited and batch.render) or audit_rendering(plan, rendering, lookup, sink)
 
 
 def _should_render(*, render: bool | None) -> bool:

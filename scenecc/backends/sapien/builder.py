@@ -222,8 +222,8 @@ class PreparedBody:
         given = structure.collision_groups
         groups = [] if given is None else property_setters(COLLISION_GROUPS, given, rows)
         self._collisions = tuple(_prepare_collision(shape, groups, rows, resources) for shape in structure.collisions)
-        seen = structure.visuals if rendered else ()
-        self.visuals = tuple(_prepare_visual(shape, rows, resources) for shape in seen)
+        visuals = structure.visuals if rendered else ()
+        self.visuals = tuple(_prepare_visual(shape, rows, resources) for shape in visuals)
         self._set_mass = prepare_mass(structure, rows)
         self._properties = split_setters(BODY_PROPERTIES.steps(structure, rows))
         self._look = split_setters(RENDER_PROPERTIES.steps(structure, rows) if self.visuals else [])
@@ -355,7 +355,7 @@ class BatchActorBuilder(sapien.ActorBuilder):
 
 def _refuse_unsupported_fields(structure: BodyStructure) -> None:
     """These types have no component that could hold it, and nothing is dropped unheard."""
-    said = [knob.get for knob, _ in BODY_PROPERTIES.said(structure)]
+    said = [prop.get for prop, _ in BODY_PROPERTIES.said(structure)]
     said += [name for name in ("mass", "inertial") if getattr(structure, name) is not None]
     if structure.body_type == "none":
         said += [name for name in ("collisions", "collision_groups") if getattr(structure, name)]

@@ -282,14 +282,14 @@ def render_bodies(entity: Any) -> list[Any]:
     return [each for each in entity.components if isinstance(each, render.RenderBodyComponent)]
 
 
-def attach_component(component: Any, held: Light | Camera, row: int, standing: EntityLookup, number: int) -> None:
+def attach_component(component: Any, held: Light | Camera, row: int, lookup: EntityLookup, number: int) -> None:
     """Puts a component into a scene.
 
     Args:
         component: of SAPIEN's, in no entity yet.
         held: what it is in the plan.
         row: its row in the plan's values.
-        standing: what stands in the scenes.
+        lookup: what stands in the scenes.
         number: of the scene.
 
     Raises:
@@ -298,14 +298,14 @@ def attach_component(component: Any, held: Light | Camera, row: int, standing: E
     component.name = held.name
     try:
         if held.mount is not None:
-            standing.entity(held.mount, number).add_component(component)
+            lookup.entity(held.mount, number).add_component(component)
             component.local_pose = to_pose(held.pose.row(row))
             return
         entity: Any = sapien.Entity()
         entity.name = held.name
         entity.add_component(component)
         entity.set_pose(to_pose(held.pose.row(row)))
-        standing.scenes[number].add_entity(entity)
+        lookup.scenes[number].add_entity(entity)
     except RuntimeError as error:
         raise EngineFailure("SC807", f"the renderer cannot make '{held.name}': {error}", origin=held.origin) from error
 
@@ -315,7 +315,7 @@ def to_pose(numbers: NDArray[np.float64]) -> Any:
     return to_poses(numbers[None])[0]
 
 
-def build_camera(camera: Camera, standing: EntityLookup) -> list[Any]:
+def build_camera(camera: Camera, lookup: EntityLookup) -> list[Any]:
     """The component of a camera in each scene that has it, among those that are built.
 
     Raises:
@@ -330,10 +330,10 @@ def build_camera(camera: Camera, standing: EntityLookup) -> list[Any]:
         )
     rows = {index: row for row, index in enumerate(camera.scene_idxs)}
     made: list[Any] = []
-    for number, index in enumerate(standing.scene_idxs):
+    for number, index in enumerate(lookup.scene_idxs):
         if (row := rows.get(index)) is not None:
             component = new_camera(camera, row)
-            attach_component(component, camera, row, standing, number)
+            attach_component(component, camera, row, lookup, number)
             made.append(component)
     return made
 

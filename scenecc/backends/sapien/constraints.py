@@ -89,20 +89,20 @@ class PreparedConstraint:
     def _poses(self, value: Value | None) -> Column:
         return to_poses(select_rows(_IDENTITY if value is None else value, self.rows))
 
-    def build(self, standing: EntityLookup) -> list[Any]:
+    def build(self, lookup: EntityLookup) -> list[Any]:
         """The component in each scene, in its child's entity: as `sapien.Scene.create_drive` and its like make it."""
         constraint = self.constraint
-        number_of = {index: number for number, index in enumerate(standing.scene_idxs)}
+        number_of = {index: number for number, index in enumerate(lookup.scene_idxs)}
         made: list[Any] = []
         for row, index in enumerate(self.scene_idxs):
             number = number_of[index]
-            component = _COMPONENTS[type(constraint.joint)](standing.component(constraint.child, number))
+            component = _COMPONENTS[type(constraint.joint)](lookup.component(constraint.child, number))
             component.set_name(constraint.name)
             if constraint.parent is not None:
-                component.set_parent(standing.component(constraint.parent, number))
+                component.set_parent(lookup.component(constraint.parent, number))
             component.set_pose_in_child(self.in_child[row % len(self.in_child)])
             component.set_pose_in_parent(self.in_parent[row % len(self.in_parent)])
-            standing.entity(constraint.child, number).add_component(component)
+            lookup.entity(constraint.child, number).add_component(component)
             for call in self.calls:
                 getattr(component, call.set)(*call.arguments(row))
             made.append(component)
@@ -215,14 +215,18 @@ class ConstraintSet:
         batches: by name, in the order of the plan.
     """
 
-    def __init__(self, plan: ScenePlan, standing: EntityLookup) -> None:
+    def __init__(self, plan: ScenePlan, lookup: EntityLookup) -> None:
         """Builds them, one after the other in each scene. What they tie together stands there already."""
-        self._ties = [
-            tie for each in plan.constraints if (tie := PreparedConstraint(each, standing.scene_idxs)).scene_idxs
+        self._prepared = [
+            prepared
+            for each in plan.constraints
+            if (prepared := PreparedConstraint(each, lookup.scene_idxs)).scene_idxs
         ]
         self.batches: dict[str, ConstraintBatch] = {
-            tie.constraint.name: ConstraintBatch(tie.constraint.name, tie.scene_idxs, tie.build(standing))
-            for tie in self._ties
+            prepared.constraint.name: ConstraintBatch(
+                prepared.constraint.name, prepared.scene_idxs, prepared.build(lookup)
+            )
+            for prepared in self._prepared
         }
 
     def audit(self, sink: Sink) -> bool:
@@ -230,18 +234,21 @@ class ConstraintSet:
 
         The limits of a distance and the scales of a drive SAPIEN gives nobody.
         """
-        told = DifferenceGroups(sink)
-        for tie in self._ties:
-            who, place = f"constraint '{tie.constraint.name}'", tie.constraint.origin
-            for number, component in enumerate(self.batches[tie.constraint.name].objs):
-                for words in _constraint_differences(tie, component, number):
-                    told.add(who, words, tie.scene_idxs[number], place)
-        return told.report()
+        groups = DifferenceGroups(sink)
+        for prepared in self._prepared:
+            who, place = f"constraint '{prepared.constraint.name}'", prepared.constraint.origin
+            for number, component in enumerate(self.batches[prepared.constraint.name].objs):
+                for words in _constraint_differences(prepared, component, number):
+                    groups.add(who, words, prepared.scene_idxs[number], place)
+        return groups.report()
 
     @property
     def pulls(self) -> bool:
         """Whether any of them is driven somewhere, so that a reset has something to set."""
-        return any(isinstance(tie.constraint.joint, Drive) and tie.constraint.joint.drives for tie in self._ties)
+        return any(
+            isinstance(prepared.constraint.joint, Drive) and prepared.constraint.joint.drives
+            for prepared in self._prepared
+        )
 
     def again(self, batch: Batch) -> TargetCalls:
         """The targets of drives at the start; nothing is set yet.
@@ -253,8 +260,8 @@ class ConstraintSet:
             ValueError: something that is drawn has no value.
         """
         steps: TargetCalls = []
-        for tie in self._ties:
-            steps += sample_targets(tie, self.batches[tie.constraint.name].objs, batch)
+        for prepared in self._prepared:
+            steps += sample_targets(prepared, self.batches[prepared.constraint.name].objs, batch)
         return steps
 
     @contextmanager
@@ -281,19 +288,19 @@ class ConstraintSet:
         """Lets go of everything."""
         for each in self.batches.values():
             each._close()  # noqa: SLF001  # pyright: ignore[reportPrivateUsage]
-        self.batches, self._ties = {}, []
+        self.batches, self._prepared = {}, []
 
 
 def sample_targets(
-    tie: PreparedConstraint, objs: Sequence[Any], batch: Batch
+    prepared: PreparedConstraint, objs: Sequence[Any], batch: Batch
 ) -> Iterator[tuple[Any, str, tuple[Any, ...]]]:
     """The targets of one constraint at the start. `objs`: its components in the order of its scenes.
 
     Raises:
         ValueError: something that is drawn has no value.
     """
-    joint = tie.constraint.joint
-    number_of = {index: number for number, index in enumerate(tie.scene_idxs)}
+    joint = prepared.constraint.joint
+    number_of = {index: number for number, index in enumerate(prepared.scene_idxs)}
     part = part_in_scenes(batch, number_of)
     if not isinstance(joint, Drive) or part is None:
         return
@@ -302,8 +309,8 @@ def sample_targets(
     def read(field: str) -> NDArray[Any]:
         value: Value | None = getattr(joint, field)
         if value is None or value.recipe is None:
-            return _target_rows(joint, field, tie.rows[numbers])
-        return _sample_target(tie, "target" if field == "target" else "velocity_target", value.recipe, part)
+            return _target_rows(joint, field, prepared.rows[numbers])
+        return _sample_target(prepared, "target" if field == "target" else "velocity_target", value.recipe, part)
 
     calls = list(_target_calls(joint, read, every=True))
     for place, number in enumerate(numbers if joint.drives else ()):
@@ -311,22 +318,22 @@ def sample_targets(
             yield objs[number], call.set, call.arguments(place)
 
 
-def _sample_target(tie: PreparedConstraint, what: str, recipe: Node, batch: Batch) -> NDArray[np.float64]:
+def _sample_target(prepared: PreparedConstraint, what: str, recipe: Node, batch: Batch) -> NDArray[np.float64]:
     """(B, 7) or (B, 3) of what a reset draws."""
-    found = sample_value(batch, recipe, tie.constraint.name, what)
-    check_finite(found, batch, tie.constraint.name, what)
+    found = sample_value(batch, recipe, prepared.constraint.name, what)
+    check_finite(found, batch, prepared.constraint.name, what)
     return found
 
 
-def _constraint_differences(tie: PreparedConstraint, component: Any, number: int) -> Iterator[str]:
-    frames = (("pose_in_child", tie.in_child), ("pose_in_parent", tie.in_parent))
+def _constraint_differences(prepared: PreparedConstraint, component: Any, number: int) -> Iterator[str]:
+    frames = (("pose_in_child", prepared.in_child), ("pose_in_parent", prepared.in_parent))
     for name, column in frames:
         found, wanted = flatten_values(getattr(component, name)), flatten_values(column[number % len(column)])
         if found[:3] != wanted[:3] or not np.allclose(found[3:], wanted[3:], rtol=0, atol=_ROTATION_TOLERANCE):
             yield f"{name} = {found}, and the plan asks for {wanted}"
-    if (component.get_parent() is None) != (tie.constraint.parent is None):
+    if (component.get_parent() is None) != (prepared.constraint.parent is None):
         yield "another parent than the plan asks for"
-    for call in tie.calls:
+    for call in prepared.calls:
         if call.set == "enable_hinges" and not component.is_hinges_enabled:
             yield "no hinges, and the plan asks for them"
         if call.get is None:

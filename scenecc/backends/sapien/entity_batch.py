@@ -112,12 +112,12 @@ class MovingBatch(ComponentBatch):
         """The rows of the scenes that a user names, or all. Raises KeyError for one that has not the entity."""
         if scene_idxs is None:
             return range(len(self))
-        asked = check_scene_idxs(scene_idxs)
-        missing = [index for index in asked if index not in self._row_of]
+        chosen = check_scene_idxs(scene_idxs)
+        missing = [index for index in chosen if index not in self._row_of]
         if missing:
             there = list(self.scene_idxs)
             raise KeyError(f"'{self.name}' is not in scene {missing[0]} of this batch; it is in {there}")
-        return [self._row_of[index] for index in asked]
+        return [self._row_of[index] for index in chosen]
 
     def _moving(self) -> list[Any]:
         """What has a velocity in each scene."""
@@ -340,8 +340,8 @@ class ArticulationBatch(MovingBatch):
 
     def _check_there(self, rows: Iterable[int] | None = None) -> None:
         self._check_open()
-        asked = range(len(self._held.objs)) if rows is None else rows
-        gone = [self.scene_idxs[row] for row in asked if not self._held.in_scene(row)]
+        chosen = range(len(self._held.objs)) if rows is None else rows
+        gone = [self.scene_idxs[row] for row in chosen if not self._held.in_scene(row)]
         if gone:
             where = "" if len(gone) == len(self) else f" in scene {gone[0]}"
             raise RuntimeError(f"'{self.name}' is removed{where}: the engine knows nothing of its joints there")

@@ -202,9 +202,9 @@ VISUAL_SHAPES: dict[type[VisualGeometry], ShapeType] = {
 """Geometry as it is seen."""
 
 RENDER_SHAPES: dict[Any, ShapeType] = {
-    shape.engine: seen
+    shape.engine: visual
     for geometry, shape in COLLISION_SHAPES.items()
-    for other, seen in VISUAL_SHAPES.items()
+    for other, visual in VISUAL_SHAPES.items()
     if geometry is other
 }
 """SAPIEN's classes of shapes that collide, to what is seen of the same form: those that sizes tell."""

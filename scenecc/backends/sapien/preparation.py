@@ -216,11 +216,16 @@ class EntityLookup:
         scenes: the `sapien.Scene`s in this order.
     """
 
-    def __init__(self, scene_idxs: tuple[int, ...], scenes: list[Any], turns: Sequence[PreparedEntity]) -> None:
+    def __init__(
+        self, scene_idxs: tuple[int, ...], scenes: list[Any], prepared_entities: Sequence[PreparedEntity]
+    ) -> None:
         self.scene_idxs = scene_idxs
         self.scenes = scenes
-        self._turns = {turn.entity.name: turn for turn in turns}
-        self._row_of = {turn.entity.name: {index: row for row, index in enumerate(turn.scene_idxs)} for turn in turns}
+        self._prepared = {prepared.entity.name: prepared for prepared in prepared_entities}
+        self._row_of = {
+            prepared.entity.name: {index: row for row, index in enumerate(prepared.scene_idxs)}
+            for prepared in prepared_entities
+        }
 
     def component(self, mount: Mount, number: int) -> Any:
         """The physical component that a mount names in the scene of a number: of a body, or of a link.
@@ -230,35 +235,35 @@ class EntityLookup:
         Raises:
             KeyError: the entity is not in this scene, or has no such link there.
         """
-        turn = self._turns[mount.entity]
+        prepared = self._prepared[mount.entity]
         row = self._row_of[mount.entity][self.scene_idxs[number]]
-        if not isinstance(turn, PreparedArticulation):
+        if not isinstance(prepared, PreparedArticulation):
             if mount.link is not None:
                 raise KeyError(mount.link)
-            return turn.components[row]
+            return prepared.components[row]
         if mount.link is None:
-            return turn.links[row][0]
-        return find_link(turn.links[row], mount.link)
+            return prepared.links[row][0]
+        return find_link(prepared.links[row], mount.link)
 
     def entity(self, mount: Mount, number: int) -> Any:
         """The `sapien.Entity` of it. Raises KeyError as `component` does."""
-        turn = self._turns[mount.entity]
-        if isinstance(turn, PreparedArticulation):
+        prepared = self._prepared[mount.entity]
+        if isinstance(prepared, PreparedArticulation):
             return self.component(mount, number).get_entity()
         if mount.link is not None:
             raise KeyError(mount.link)
-        return turn.objs[self._row_of[mount.entity][self.scene_idxs[number]]]
+        return prepared.objs[self._row_of[mount.entity][self.scene_idxs[number]]]
 
     def entities(self, index: int) -> Iterator[tuple[str, Any]]:
         """The `sapien.Entity`s of a scene of the plan by name, those of links as ENTITY/LINK."""
-        for name, turn in self._turns.items():
+        for name, prepared in self._prepared.items():
             row = self._row_of[name].get(index)
             if row is None:
                 continue
-            if not isinstance(turn, PreparedArticulation):
-                yield name, turn.objs[row]
+            if not isinstance(prepared, PreparedArticulation):
+                yield name, prepared.objs[row]
                 continue
-            for link in turn.links[row]:
+            for link in prepared.links[row]:
                 yield f"{name}/{link.get_name()}", link.get_entity()
 
 
@@ -279,21 +284,21 @@ def prepare_entities(
     """
     refresh_caches(plan, rendered=rendered)
     resources = Resources(plan)
-    turns: list[PreparedEntity] = []
+    prepared_entities: list[PreparedEntity] = []
     failed, crowded = False, None
     for entity in plan.entities:
         try:
-            turn, failures = prepare_entity(entity, scene_idxs, resources, rendered=rendered)
+            prepared, failures = prepare_entity(entity, scene_idxs, resources, rendered=rendered)
         except EngineFailure as failure:
-            turn, failures = None, [failure]
+            prepared, failures = None, [failure]
         for failure in failures:
             report_failure(failure, sink, entity.origin)
         failed = failed or bool(failures)
-        if turn is not None:
-            turns.append(turn)
+        if prepared is not None:
+            prepared_entities.append(prepared)
         if crowded is None and resources.crowded():
             crowded = entity
     if crowded is not None and (failure := resources.crowded()):
         report_failure(failure, sink, crowded.origin)
         failed = True
-    return None if failed else turns
+    return None if failed else prepared_entities

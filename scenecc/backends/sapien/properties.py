@@ -126,29 +126,29 @@ class EngineProperty:
 
 
 class PropertyTable:
-    """A table of knobs by the plan's field names; all fields of a holder are read in one call."""
+    """Properties by the plan's field names; all fields of a holder are read in one call."""
 
-    def __init__(self, knobs: Mapping[str, EngineProperty]) -> None:
-        self.by_field = knobs
-        self._rows = tuple(knobs.values())
-        self._read = attrgetter(*knobs)
+    def __init__(self, properties: Mapping[str, EngineProperty]) -> None:
+        self.by_field = properties
+        self._rows = tuple(properties.values())
+        self._read = attrgetter(*properties)
 
     def said(self, holder: object) -> list[tuple[EngineProperty, Value]]:
         """What the plan says of its fields, in the order of the table; most say nothing."""
         values: tuple[Value | None, ...] = self._read(holder)
         if values.count(None) == len(values):
             return []
-        return [(knob, value) for knob, value in zip(self._rows, values, strict=True) if value is not None]
+        return [(prop, value) for prop, value in zip(self._rows, values, strict=True) if value is not None]
 
     def steps(self, holder: object, rows: NDArray[np.intp]) -> list[SetterColumn]:
-        """Setters for what the plan says, without those that would set what is there already."""
-        return [step for knob, value in self.said(holder) for step in property_setters(knob, value, rows)]
+        """Setters for what the plan says, without those of values that the engine's object already has."""
+        return [step for prop, value in self.said(holder) for step in property_setters(prop, value, rows)]
 
 
-def property_setters(knob: EngineProperty, value: Value, rows: NDArray[np.intp]) -> list[SetterColumn]:
-    """The setter of one knob; none where it would set what is there already."""
+def property_setters(prop: EngineProperty, value: Value, rows: NDArray[np.intp]) -> list[SetterColumn]:
+    """The setter of a property and its values; none if the engine's object already has this value."""
     data = select_rows(value, rows)
-    return [] if is_default(data, knob.default) else [(knob.set, knob.convert(data))]
+    return [] if is_default(data, prop.default) else [(prop.set, prop.convert(data))]
 
 
 _CollisionShapeClass = physx.PhysxCollisionShape
@@ -170,13 +170,13 @@ def _plan_properties(component: Any, part: Literal["body", "shape"]) -> Property
     """Rows of the plan's table; the engine's names are the plan's."""
     return PropertyTable(
         {
-            knob.field: EngineProperty(
-                getattr(component, f"set_{knob.field}"),
-                knob.field,
-                to_vectors if knob.dtype == "float64" and knob.shape else to_scalars,
-                knob.untouched,
+            prop.field: EngineProperty(
+                getattr(component, f"set_{prop.field}"),
+                prop.field,
+                to_vectors if prop.dtype == "float64" and prop.shape else to_scalars,
+                prop.untouched,
             )
-            for knob in properties_of(part)
+            for prop in properties_of(part)
         }
     )
 

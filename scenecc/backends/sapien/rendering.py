@@ -82,7 +82,7 @@ def light_values(light: Light) -> dict[str, Value]:
     return {"color": light.color, **shadow_parameters(light), **own}
 
 
-def build_light(light: Light, standing: EntityLookup, resources: Resources) -> list[Any]:
+def build_light(light: Light, lookup: EntityLookup, resources: Resources) -> list[Any]:
     """The component of a light in each scene that has it, among those that are built.
 
     Raises:
@@ -91,7 +91,7 @@ def build_light(light: Light, standing: EntityLookup, resources: Resources) -> l
     values = light_values(light)
     rows = {index: row for row, index in enumerate(light.scene_idxs)}
     made: list[Any] = []
-    for number, index in enumerate(standing.scene_idxs):
+    for number, index in enumerate(lookup.scene_idxs):
         row = rows.get(index)
         if row is None:
             continue
@@ -103,19 +103,19 @@ def build_light(light: Light, standing: EntityLookup, resources: Resources) -> l
             setattr(component, name, value if value.ndim else value.item())
         if isinstance(light.light, TexturedLight):
             component.texture = resources.texture(light.light.texture, row)
-        attach_component(component, light, row, standing, number)
+        attach_component(component, light, row, lookup, number)
         made.append(component)
     return made
 
 
-def build_environment(environment: Environment, standing: EntityLookup, resources: Resources) -> None:
+def build_environment(environment: Environment, lookup: EntityLookup, resources: Resources) -> None:
     """Gives scenes what surrounds them.
 
     Raises:
         EngineFailure: the map cannot be loaded.
     """
     maps: dict[tuple[str, ...], Any] = {}
-    for scene, index in zip(standing.scenes, standing.scene_idxs, strict=True):
+    for scene, index in zip(lookup.scenes, lookup.scene_idxs, strict=True):
         if environment.ambient_light is not None:
             scene.render_system.ambient_light = environment.ambient_light.row(index)
         if environment.map is None:
@@ -214,29 +214,29 @@ class LightSet:
         lights: by name, in the order of the plan.
     """
 
-    def __init__(self, plan: ScenePlan, standing: EntityLookup, *, rendered: bool) -> None:
+    def __init__(self, plan: ScenePlan, lookup: EntityLookup, *, rendered: bool) -> None:
         """Builds them, where the scenes render.
 
         Raises:
             EngineFailure: the renderer cannot make one.
         """
         self._plan = plan
-        self._standing: EntityLookup | None = standing
+        self._lookup: EntityLookup | None = lookup
         self._rendered = rendered
         built: dict[str, list[Any]] = {}
         if rendered:
             resources = Resources(plan)
             if plan.environment is not None:
-                build_environment(plan.environment, standing, resources)
-            built = {light.name: build_light(light, standing, resources) for light in plan.lights}
+                build_environment(plan.environment, lookup, resources)
+            built = {light.name: build_light(light, lookup, resources) for light in plan.lights}
         self.lights: dict[str, LightBatch] = {
             light.name: LightBatch(light.name, self._present(light), built.get(light.name)) for light in plan.lights
         }
 
     def _present(self, held: Light | Camera) -> tuple[int, ...]:
-        assert self._standing is not None
+        assert self._lookup is not None
         having = frozenset(held.scene_idxs)
-        return tuple(index for index in self._standing.scene_idxs if index in having)
+        return tuple(index for index in self._lookup.scene_idxs if index in having)
 
     def _placed(self) -> list[tuple[Light | Camera, RenderComponentBatch]]:
         return [(light, self.lights[light.name]) for light in self._plan.lights]
@@ -260,17 +260,17 @@ class LightsAndCameras(LightSet):
         cameras: by name, in the order of the plan.
     """
 
-    def __init__(self, plan: ScenePlan, standing: EntityLookup, *, rendered: bool) -> None:
+    def __init__(self, plan: ScenePlan, lookup: EntityLookup, *, rendered: bool) -> None:
         """Builds them, where the batch renders.
 
         Raises:
             EngineFailure: the renderer cannot make one.
         """
-        super().__init__(plan, standing, rendered=rendered)
+        super().__init__(plan, lookup, rendered=rendered)
         self._seen_by_people = [entity.name for entity in plan.entities if entity.hidden]
-        self._dark = set(standing.scene_idxs) if is_unlit(plan) else set[int]()
+        self._dark = set(lookup.scene_idxs) if is_unlit(plan) else set[int]()
         self.cameras = {
-            camera.name: self._camera(camera, build_camera(camera, standing) if rendered else None)
+            camera.name: self._camera(camera, build_camera(camera, lookup) if rendered else None)
             for camera in plan.cameras
         }
         self._framed: list[CameraBatch] = []
@@ -285,10 +285,10 @@ class LightsAndCameras(LightSet):
 
         Not before, so that what is built is what the file says and nothing more.
         """
-        if index not in self._dark or self._standing is None:
+        if index not in self._dark or self._lookup is None:
             return
         self._dark.remove(index)
-        scene = self._standing.scenes[self._standing.scene_idxs.index(index)]
+        scene = self._lookup.scenes[self._lookup.scene_idxs.index(index)]
         if has_light(scene):
             return
         scene.set_ambient_light(DEFAULT_AMBIENT_LIGHT)
@@ -324,15 +324,15 @@ class LightsAndCameras(LightSet):
         return found
 
     def _frame(self, camera: Camera, batch: CameraBatch, number: int) -> None:
-        assert self._standing is not None
+        assert self._lookup is not None
         if batch.objs[number] is not None:
             return
-        scene = self._standing.scenes[number]
+        scene = self._lookup.scenes[number]
         scene.update_render()
         pose, near, far = frame_scene(scene, camera.width, camera.height)
         camera = replace(camera, pose=literal(tuple(pose.tolist())), near=literal(near), far=literal(far))
         component = new_camera(camera, 0)
-        attach_component(component, camera, 0, self._standing, number)
+        attach_component(component, camera, 0, self._lookup, number)
         batch.objs[number] = component
 
     def show_collision(self) -> None:
@@ -341,30 +341,30 @@ class LightsAndCameras(LightSet):
         Raises:
             RuntimeError: the batch was built without rendering.
         """
-        assert self._standing is not None
+        assert self._lookup is not None
         if not self._rendered:
             raise RuntimeError(NOT_RENDERED.format(what="what is seen"))
         shown = CollisionView()
-        for index in self._standing.scene_idxs:
-            for _, entity in self._standing.entities(index):
+        for index in self._lookup.scene_idxs:
+            for _, entity in self._lookup.entities(index):
                 shown.show(entity)
 
     def _hidden(self, index: int) -> list[Any]:
-        if not self._seen_by_people or self._standing is None:
+        if not self._seen_by_people or self._lookup is None:
             return []
         hidden = {*self._seen_by_people}
         return [
             body
-            for name, entity in self._standing.entities(index)
+            for name, entity in self._lookup.entities(index)
             if name in hidden or name.rpartition("/")[0] in hidden
             for body in render_bodies(entity)
         ]
 
     def _names(self, index: int) -> dict[int, str]:
-        assert self._standing is not None
+        assert self._lookup is not None
         return {
             entity.get_per_scene_id(): name
-            for name, entity in self._standing.entities(index)
+            for name, entity in self._lookup.entities(index)
             if entity.get_scene() is not None
         }
 
@@ -378,7 +378,7 @@ class LightsAndCameras(LightSet):
         """Lets go of everything."""
         for each in (*self.lights.values(), *self.cameras.values(), *self._framed):
             each._close()  # noqa: SLF001  # pyright: ignore[reportPrivateUsage]
-        self.lights, self.cameras, self._framed, self._standing = {}, {}, [], None
+        self.lights, self.cameras, self._framed, self._lookup = {}, {}, [], None
 
 
 def sample_poses(held: Light | Camera, found: RenderComponentBatch, batch: Batch) -> EntityPoses:

@@ -220,10 +220,10 @@ def sample_value(batch: Batch, node: Node, who: str, what: str, *, cite: bool = 
     try:
         return np.asarray(to_field_rows(batch.evaluate(node)), np.float64)
     except DrawError as error:
-        told = f"'{who}' in scene {error.scene}: its {what} has no value: {error.message}"
+        message = f"'{who}' in scene {error.scene}: its {what} has no value: {error.message}"
         if cite and isinstance(error.node, Computed):
-            told = f"{told}, in {cut(error.node.template.text)!r}"
-        raise ValueError(told) from None
+            message = f"{message}, in {cut(error.node.template.text)!r}"
+        raise ValueError(message) from None
 
 
 def check_finite(drawn: NDArray[np.float64], batch: Batch, who: str, what: str) -> None:

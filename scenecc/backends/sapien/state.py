@@ -415,13 +415,13 @@ def _copy_systems(scene: Any) -> list[Any]:
 
 
 def read_state(
-    held: BodyObjects | ArticulationObjects, parked: RemovedArticulation | None, scene_idxs: Iterable[int]
+    held: BodyObjects | ArticulationObjects, removed: RemovedArticulation | None, scene_idxs: Iterable[int]
 ) -> AnyState:
     """The state of what is in these scenes, or was when it was removed."""
     if isinstance(held, BodyObjects):
         return read_bodies(held, scene_idxs)
-    if parked is not None:
-        return parked.state.rows(held.rows_in(scene_idxs))
+    if removed is not None:
+        return removed.state.rows(held.rows_in(scene_idxs))
     return read_articulations(held, scene_idxs)
 
 

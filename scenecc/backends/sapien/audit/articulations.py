@@ -97,82 +97,84 @@ JOINT_TOLERANCE = 1e-5
 
 
 class ArticulationAudit:
-    """Looks at articulations; what differs is in the sweep afterwards."""
+    """Reads articulations; differences go to the comparison."""
 
     def __init__(
-        self, bodies: BodyAudit, defaults: EngineDefaults, meshes: ReferenceMeshes, sweep: BatchComparison
+        self, bodies: BodyAudit, defaults: EngineDefaults, meshes: ReferenceMeshes, comparison: BatchComparison
     ) -> None:
         self._bodies = bodies
         self._defaults = defaults
         self._meshes = meshes
-        self._sweep = sweep
+        self._comparison = comparison
 
-    def look_at(self, turn: PreparedArticulation, *, every: bool) -> None:
+    def look_at(self, prepared: PreparedArticulation, *, every: bool) -> None:
         """One a structure closely, or every one; of the others shape counts and masses of links, and qpos."""
-        for part in turn.parts:
+        for part in prepared.parts:
             closely = part.numbers if every else part.numbers[:1]
             for number in closely.tolist():
-                self._articulation(turn, part.structure, number)
+                self._articulation(prepared, part.structure, number)
             if len(closely) == len(part.numbers):
                 continue
-            self._qpos(turn, part)
+            self._qpos(prepared, part)
             for which, link in enumerate(part.structure.links):
                 own = StructureRows(link.body, part.numbers, part.rows)
-                components: list[Any] = [turn.links[number][which] for number in part.numbers]
-                compare_bodies(turn, own, components, self._meshes, self._sweep, link=link.name)
+                components: list[Any] = [prepared.links[number][which] for number in part.numbers]
+                compare_bodies(prepared, own, components, self._meshes, self._comparison, link=link.name)
 
-    def _articulation(self, turn: PreparedArticulation, structure: ArticulationStructure, number: int) -> None:
-        row, made = int(turn.rows[number]), turn.objs[number]
-        place = BodyLocation(turn, number, structure.origin)
-        found: list[Any] = turn.links[number]
+    def _articulation(self, prepared: PreparedArticulation, structure: ArticulationStructure, number: int) -> None:
+        row, made = int(prepared.rows[number]), prepared.objs[number]
+        place = BodyLocation(prepared, number, structure.origin)
+        found: list[Any] = prepared.links[number]
         if sorted(link.get_index() for link in found) != list(range(len(structure.links))):
-            self._sweep.tell(place, "links", len(structure.links), len(made.get_links()))
+            self._comparison.tell(place, "links", len(structure.links), len(made.get_links()))
             return
         for which in range(len(found)):
-            self._link(turn, structure, which, number)
-        self._sweep.hold("articulation.name", turn.entity.name, made, place)
-        self._sweep.hold("articulation.dof", len(structure.active_joints), made, place)
-        own = {knob.get: row_value(value, row) for knob, value in ARTICULATION_PROPERTIES.said(structure)}
-        self._sweep.expect_but(self._defaults.articulation, own, made, place)
-        for field, knob in ROOT_PROPERTIES.by_field.items():
+            self._link(prepared, structure, which, number)
+        self._comparison.hold("articulation.name", prepared.entity.name, made, place)
+        self._comparison.hold("articulation.dof", len(structure.active_joints), made, place)
+        own = {prop.get: row_value(value, row) for prop, value in ARTICULATION_PROPERTIES.said(structure)}
+        self._comparison.expect_but(self._defaults.articulation, own, made, place)
+        for field, prop in ROOT_PROPERTIES.by_field.items():
             value: Value | None = getattr(structure, field)
-            self._sweep.hold(knob.get, np.zeros(3) if value is None else value.row(row), made, place)
+            self._comparison.hold(prop.get, np.zeros(3) if value is None else value.row(row), made, place)
         order = engine_joint_order(structure, found)
         for field in ("qpos", "qvel"):
-            wanted = joint_rows(structure, field, turn.rows[number : number + 1], order)[0]
+            wanted = joint_rows(structure, field, prepared.rows[number : number + 1], order)[0]
             if (actual := getattr(made, field)).tobytes() != wanted.tobytes():
-                self._sweep.tell(place, field, wanted.tolist(), actual.tolist())
+                self._comparison.tell(place, field, wanted.tolist(), actual.tolist())
 
-    def _qpos(self, turn: PreparedArticulation, part: StructureRows[ArticulationStructure]) -> None:
-        order = engine_joint_order(part.structure, turn.links[int(part.numbers[0])])
+    def _qpos(self, prepared: PreparedArticulation, part: StructureRows[ArticulationStructure]) -> None:
+        order = engine_joint_order(part.structure, prepared.links[int(part.numbers[0])])
         wanted = np.broadcast_to(joint_rows(part.structure, "qpos", part.rows, order), (len(part.rows), len(order)))
-        found = np.array([turn.objs[number].get_qpos() for number in part.numbers], np.float32).reshape(wanted.shape)
+        found = np.array([prepared.objs[number].get_qpos() for number in part.numbers], np.float32).reshape(
+            wanted.shape
+        )
         for i in np.flatnonzero((found != wanted).any(axis=1)).tolist():
-            place = BodyLocation(turn, int(part.numbers[i]), part.structure.origin)
-            self._sweep.tell(place, "qpos", wanted[i].tolist(), found[i].tolist())
+            place = BodyLocation(prepared, int(part.numbers[i]), part.structure.origin)
+            self._comparison.tell(place, "qpos", wanted[i].tolist(), found[i].tolist())
 
-    def _link(self, turn: PreparedArticulation, structure: ArticulationStructure, which: int, number: int) -> None:
-        link, row = structure.links[which], int(turn.rows[number])
-        place = BodyLocation(turn, number, link.body.origin, link.name)
-        self._bodies.components(link.name, link.body, turn.entities[number][which].components, row, place)
-        joint = turn.links[number][which].get_joint()
+    def _link(self, prepared: PreparedArticulation, structure: ArticulationStructure, which: int, number: int) -> None:
+        link, row = structure.links[which], int(prepared.rows[number])
+        place = BodyLocation(prepared, number, link.body.origin, link.name)
+        self._bodies.components(link.name, link.body, prepared.entities[number][which].components, row, place)
+        joint = prepared.links[number][which].get_joint()
         if link.joint is None:
-            self._sweep.hold("root joint.type", "fixed" if structure.fix_root_link else "undefined", joint, place)
+            self._comparison.hold("root joint.type", "fixed" if structure.fix_root_link else "undefined", joint, place)
         else:
             where = place._replace(origin=link.joint.origin or place.origin)
-            links = turn.links[number]
+            links = prepared.links[number]
             ends = [links[which]] if link.parent is None else [links[which], links[link.parent]]
             self._joint(link.joint, joint, row, where, JOINT_TOLERANCE * center_of_mass_reach(ends))
 
     def _joint(self, joint: Joint, found: Any, row: int, place: BodyLocation, tolerance: float) -> None:
-        hold = self._sweep.hold
+        hold = self._comparison.hold
         hold("joint.name", joint.name, found, place)
         hold("joint.type", joint.type, found, place)
         for field in JOINT_FRAMES:
             pose: Value | None = getattr(joint, field)
             wanted, actual = _IDENTITY if pose is None else pose.row(row), getattr(found, field)
             if _pose_error(wanted, actual) > tolerance:
-                self._sweep.tell(place, field, format_value(wanted), format_value(actual))
+                self._comparison.tell(place, field, format_value(wanted), format_value(actual))
         if joint.type == "fixed":
             return
         limits = JOINT_LIMITS.default if joint.limits is None else joint.limits.row(row)
@@ -181,11 +183,11 @@ class ArticulationAudit:
             value: Value | None = getattr(joint, field)
             hold(f"joint.{field}", nothing_said if value is None else float(value.row(row)), found, place)
         hold("drive_mode", joint.drive_mode or "force", found, place)
-        self._sweep.expect_but(self._defaults.joint, _expected_joint(joint, row), found, place)
+        self._comparison.expect_but(self._defaults.joint, _expected_joint(joint, row), found, place)
 
 
 def _expected_joint(joint: Joint, row: int) -> ExpectedProperties:
-    own = {knob.get: row_value(value, row) for knob, value in JOINT_PROPERTIES.said(joint)}
+    own = {prop.get: row_value(value, row) for prop, value in JOINT_PROPERTIES.said(joint)}
     return {name: [value] if name in _AXIS_FIELDS else value for name, value in own.items()}
 
 

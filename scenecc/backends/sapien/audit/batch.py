@@ -49,24 +49,24 @@ _ANGLE_TOLERANCE = 1e-6
 """Of an angle of view, relative: SAPIEN keeps the focal length that it makes of one."""
 
 
-def audit_rendering(plan: ScenePlan, dress: LightsAndCameras, standing: EntityLookup, sink: Sink) -> bool:
+def audit_rendering(plan: ScenePlan, rendering: LightsAndCameras, lookup: EntityLookup, sink: Sink) -> bool:
     """Compares what pictures need with the plan, reports every difference, and says whether there is none.
 
     To be called before the first picture, which may bring lights and a camera of its own.
     """
-    told = DifferenceGroups(sink)
-    for number, index in enumerate(standing.scene_idxs):
-        for each in _environment_differences(plan, standing.scenes[number], index):
-            told.add("the scene", each.words, index, plan.environment and plan.environment.origin, key=each.what)
+    groups = DifferenceGroups(sink)
+    for number, index in enumerate(lookup.scene_idxs):
+        for each in _environment_differences(plan, lookup.scenes[number], index):
+            groups.add("the scene", each.words, index, plan.environment and plan.environment.origin, key=each.what)
     for held in (*plan.lights, *plan.cameras):
-        found: RenderComponentBatch = (dress.cameras if isinstance(held, Camera) else dress.lights)[held.name]
+        found: RenderComponentBatch = (rendering.cameras if isinstance(held, Camera) else rendering.lights)[held.name]
         rows = {index: row for row, index in enumerate(held.scene_idxs)}
         for index, component in zip(found.scene_idxs, found.objs, strict=True):
-            number, row = standing.scene_idxs.index(index), rows[index]
-            placement = _placement_differences(held, component, row, standing, number)
+            number, row = lookup.scene_idxs.index(index), rows[index]
+            placement = _placement_differences(held, component, row, lookup, number)
             for each in chain(placement, _component_differences(plan, held, component, row)):
-                told.add(f"'{held.name}'", each.words, index, held.origin, key=each.what)
-    return told.report()
+                groups.add(f"'{held.name}'", each.words, index, held.origin, key=each.what)
+    return groups.report()
 
 
 def _environment_differences(plan: ScenePlan, scene: Any, index: int) -> Iterator[EngineDifference]:
@@ -85,17 +85,17 @@ def _environment_differences(plan: ScenePlan, scene: Any, index: int) -> Iterato
 
 
 def _placement_differences(
-    held: Light | Camera, component: Any, row: int, standing: EntityLookup, number: int
+    held: Light | Camera, component: Any, row: int, lookup: EntityLookup, number: int
 ) -> Iterator[EngineDifference]:
     """What differs in where a component is: in which entity and at which pose."""
     entity = component.get_entity()
     yield from _property_differences(("name", held.name, component.name))
     if held.mount is not None:
         yield from _property_differences(("local_pose", held.pose.row(row), component.local_pose))
-        if entity != standing.entity(held.mount, number):
+        if entity != lookup.entity(held.mount, number):
             yield EngineDifference("entity", f"that of '{held.mount.entity}'", "another")
         return
-    if entity is None or entity.get_scene() != standing.scenes[number]:
+    if entity is None or entity.get_scene() != lookup.scenes[number]:
         yield EngineDifference("scene", "its own", "another" if entity and entity.get_scene() else "none")
         return
     yield from _property_differences(
@@ -181,7 +181,7 @@ class EntityColumn(NamedTuple):
         link: its name; None: a body.
     """
 
-    turn: PreparedEntity
+    prepared: PreparedEntity
     numbers: Sequence[int]
     name: str
     objs: list[Any]
@@ -191,14 +191,14 @@ class EntityColumn(NamedTuple):
 
     def place(self, body: int) -> BodyLocation:
         """Of one of `numbers`."""
-        return BodyLocation(self.turn, self.numbers[body], self.turn.entity.origin, self.link)
+        return BodyLocation(self.prepared, self.numbers[body], self.prepared.entity.origin, self.link)
 
 
 def compare_entities(
-    turns: Sequence[PreparedEntity],
+    prepared_entities: Sequence[PreparedEntity],
     scenes: Sequence[Any],
     scene_idxs: Sequence[int],
-    sweep: BatchComparison,
+    comparison: BatchComparison,
     *,
     every_name: bool,
 ) -> None:
@@ -206,14 +206,15 @@ def compare_entities(
 
     `every_name`: in all scenes, not only in the first and the last (order and identity are looked at in all).
     """
-    columns = [column for turn in turns for column in _entity_columns(turn)]
+    columns = [column for prepared in prepared_entities for column in _entity_columns(prepared)]
     number_of = {index: number for number, index in enumerate(scene_idxs)}
     scene = np.array(
-        [number_of[column.turn.scene_idxs[number]] for column in columns for number in column.numbers], dtype=np.intp
+        [number_of[column.prepared.scene_idxs[number]] for column in columns for number in column.numbers],
+        dtype=np.intp,
     )
     entities: list[list[Any]] = [each.entities for each in scenes]
     if np.bincount(scene, minlength=len(scenes)).tolist() != list(map(len, entities)):
-        _compare_counts(columns, entities, number_of, sweep)
+        _compare_counts(columns, entities, number_of, comparison)
         return
     # Entities come column by column here and scene by scene there; a stable sort by scene keeps the columns' order.
     order = np.argsort(scene, kind="stable")
@@ -228,27 +229,27 @@ def compare_entities(
     ends = (
         range(len(present)) if every_name else sorted({*range(len(entities[0])), *_last_scene(present, entities[-1])})
     )
-    _compare_names(columns, present, ordered, ends, place, sweep)
-    _compare_order(columns, present, ordered, place, sweep)
+    _compare_names(columns, present, ordered, ends, place, comparison)
+    _compare_order(columns, present, ordered, place, comparison)
     # SAPIEN packs q, then p, of each entity of a scene in the order in which they were added.
     packed = np.concatenate([np.frombuffer(each.pack_poses(), dtype=np.float32).reshape(-1, 7) for each in scenes])
     found, wanted = packed[:, [4, 5, 6, 0, 1, 2, 3]], _expected_poses(columns)[order]
     tolerances = np.repeat([column.tolerance for column in columns], [len(column.numbers) for column in columns])[order]
     for i in _wrong_poses(found, wanted, tolerances).tolist():
-        sweep.tell(place(int(order[i])), "pose", format_value(wanted[i]), format_value(found[i]))
+        comparison.tell(place(int(order[i])), "pose", format_value(wanted[i]), format_value(found[i]))
 
 
-def _entity_columns(turn: PreparedEntity) -> Iterator[EntityColumn]:
-    if not isinstance(turn, PreparedArticulation):
-        yield EntityColumn(turn, range(len(turn.rows)), turn.entity.name, turn.objs)
+def _entity_columns(prepared: PreparedEntity) -> Iterator[EntityColumn]:
+    if not isinstance(prepared, PreparedArticulation):
+        yield EntityColumn(prepared, range(len(prepared.rows)), prepared.entity.name, prepared.objs)
         return
-    for part in turn.parts:
+    for part in prepared.parts:
         numbers: list[int] = part.numbers.tolist()
-        poses = link_poses(turn.entity, part.structure, part.rows)
-        tolerance = LINK_TOLERANCE * center_of_mass_reach(turn.links[numbers[0]])
+        poses = link_poses(prepared.entity, part.structure, part.rows)
+        tolerance = LINK_TOLERANCE * center_of_mass_reach(prepared.links[numbers[0]])
         for which, (link, pose) in enumerate(zip(part.structure.links, poses, strict=True)):
-            objs = [turn.entities[number][which] for number in numbers]
-            yield EntityColumn(turn, numbers, link.name, objs, pose, tolerance, link.name)
+            objs = [prepared.entities[number][which] for number in numbers]
+            yield EntityColumn(prepared, numbers, link.name, objs, pose, tolerance, link.name)
 
 
 def _wrong_poses(
@@ -277,13 +278,13 @@ def _compare_names(
     order: list[int],
     which: Sequence[int],
     place: Callable[[int], BodyLocation],
-    sweep: BatchComparison,
+    comparison: BatchComparison,
 ) -> None:
     names = [name for column in columns for name in [column.name] * len(column.numbers)]
     for i in which:
         wanted, name = names[order[i]], _get_name(present[i])
         if wanted != name:
-            sweep.tell(place(order[i]), "name at its place in the build order", repr(wanted), repr(name))
+            comparison.tell(place(order[i]), "name at its place in the build order", repr(wanted), repr(name))
 
 
 def _compare_order(
@@ -291,7 +292,7 @@ def _compare_order(
     present: list[Any],
     order: list[int],
     place: Callable[[int], BodyLocation],
-    sweep: BatchComparison,
+    comparison: BatchComparison,
 ) -> None:
     objs = list(chain.from_iterable(column.objs for column in columns))
     handed_out = [objs[body] for body in order]
@@ -299,38 +300,45 @@ def _compare_order(
     if handed_out != present:
         for body, ours, entity in zip(order, handed_out, present, strict=True):
             if ours is not entity:
-                sweep.tell(place(body), "entity", "the one of the batch", "another")
+                comparison.tell(place(body), "entity", "the one of the batch", "another")
 
 
 def _expected_poses(columns: Sequence[EntityColumn]) -> NDArray[np.float32]:
     """Of all entities, column by column; rounded at once for all that have one pose."""
-    fixed = [(0.0,) * 7 if column.turn.entity.pose.varies else column.turn.entity.pose.as_drawn() for column in columns]
+    fixed = [
+        (0.0,) * 7 if column.prepared.entity.pose.varies else column.prepared.entity.pose.as_drawn()
+        for column in columns
+    ]
     counts = [len(column.numbers) for column in columns]
     poses = np.repeat(np.array(fixed).astype(np.float32), counts, axis=0)
     for column, end in zip(columns, np.cumsum(counts).tolist(), strict=True):
         if column.poses is not None:
             poses[end - len(column.numbers) : end] = column.poses
-        elif column.turn.entity.pose.varies:
-            poses[end - len(column.numbers) : end] = select_rows(column.turn.entity.pose, column.turn.rows)
+        elif column.prepared.entity.pose.varies:
+            poses[end - len(column.numbers) : end] = select_rows(column.prepared.entity.pose, column.prepared.rows)
     return poses
 
 
 def _compare_counts(
-    columns: Sequence[EntityColumn], entities: list[list[Any]], number_of: dict[int, int], sweep: BatchComparison
+    columns: Sequence[EntityColumn], entities: list[list[Any]], number_of: dict[int, int], comparison: BatchComparison
 ) -> None:
     counted: dict[int, list[tuple[PreparedEntity, int]]] = {}
     for column in columns:
         for number in column.numbers:
-            counted.setdefault(column.turn.scene_idxs[number], []).append((column.turn, number))
+            counted.setdefault(column.prepared.scene_idxs[number], []).append((column.prepared, number))
     for index, bodies in counted.items():
         found = len(entities[number_of[index]])
         if found != len(bodies):
-            turn, body = bodies[0]
-            sweep.tell(BodyLocation(turn, body, None), "entities in the scene", len(bodies), found)
+            prepared, body = bodies[0]
+            comparison.tell(BodyLocation(prepared, body, None), "entities in the scene", len(bodies), found)
 
 
 def audit_batch(
-    batch: SceneBatch, turns: list[PreparedEntity], present: EngineDefaults, sink: Sink, level: Literal["full", "fast"]
+    batch: SceneBatch,
+    prepared_entities: list[PreparedEntity],
+    present: EngineDefaults,
+    sink: Sink,
+    level: Literal["full", "fast"],
 ) -> bool:
     """Compares what the engine holds with the plan, reports every difference, and says whether there is none.
 
@@ -338,62 +346,62 @@ def audit_batch(
     `present` are the engine's as they were before the build set any.
     """
     plan, scenes = batch.plan, batch.scenes
-    defaults = present.asked(plan.physics)
-    told = DifferenceGroups(sink)
+    defaults = present.with_settings(plan.physics)
+    groups = DifferenceGroups(sink)
     settings = [(batch.scene_idxs[0], difference) for difference in cooking_differences(defaults)]
     for index, scene in zip(batch.scene_idxs, scenes if level == "full" else scenes[:1], strict=False):
         settings += [(index, difference) for difference in scene_differences(defaults, scene)]
     for index, difference in settings:
         origin = plan.physics.origin or plan.origin
-        told.add("the scene", difference.words, index, origin, key=(difference.what, index))
-    sweep = BatchComparison()
-    if turns:
-        _compare_objects(batch, turns, defaults, sweep, level)
+        groups.add("the scene", difference.words, index, origin, key=(difference.what, index))
+    comparison = BatchComparison()
+    if prepared_entities:
+        _compare_objects(batch, prepared_entities, defaults, comparison, level)
     found: dict[str, list[tuple[BodyLocation, EngineDifference]]] = {}
-    for place, difference in sweep.differences():
-        found.setdefault(place.turn.entity.name, []).append((place, difference))
-    for turn in turns:
-        _tell_entity(told, turn, found.get(turn.entity.name, []))
-    return told.report()
+    for place, difference in comparison.differences():
+        found.setdefault(place.prepared.entity.name, []).append((place, difference))
+    for prepared in prepared_entities:
+        _tell_entity(groups, prepared, found.get(prepared.entity.name, []))
+    return groups.report()
 
 
 def _compare_objects(
     batch: SceneBatch,
-    turns: list[PreparedEntity],
+    prepared_entities: list[PreparedEntity],
     defaults: EngineDefaults,
-    sweep: BatchComparison,
+    comparison: BatchComparison,
     level: Literal["full", "fast"],
 ) -> None:
     meshes = ReferenceMeshes(batch.plan, defaults.material)
-    bodies = BodyAudit(batch.plan, defaults, meshes, sweep, rendered=batch.render)
-    compare_entities(turns, batch.scenes, batch.scene_idxs, sweep, every_name=level == "full")
-    articulations = ArticulationAudit(bodies, defaults, meshes, sweep)
-    for turn in turns:
-        if isinstance(turn, PreparedArticulation):
-            articulations.look_at(turn, every=level == "full")
+    bodies = BodyAudit(batch.plan, defaults, meshes, comparison, rendered=batch.render)
+    compare_entities(prepared_entities, batch.scenes, batch.scene_idxs, comparison, every_name=level == "full")
+    articulations = ArticulationAudit(bodies, defaults, meshes, comparison)
+    for prepared in prepared_entities:
+        if isinstance(prepared, PreparedArticulation):
+            articulations.look_at(prepared, every=level == "full")
             continue
-        for part in turn.parts:
+        for part in prepared.parts:
             closely = part.numbers if level == "full" else part.numbers[:1]
             for number in closely.tolist():
-                bodies.look_at(turn, part.structure, number)
+                bodies.look_at(prepared, part.structure, number)
             if len(closely) < len(part.numbers) and part.structure.body_type != "none":
-                components: list[Any] = [turn.components[number] for number in part.numbers]
-                compare_bodies(turn, part, components, meshes, sweep)
+                components: list[Any] = [prepared.components[number] for number in part.numbers]
+                compare_bodies(prepared, part, components, meshes, comparison)
 
 
 def _tell_entity(
-    told: DifferenceGroups, turn: PreparedEntity, found: list[tuple[BodyLocation, EngineDifference]]
+    groups: DifferenceGroups, prepared: PreparedEntity, found: list[tuple[BodyLocation, EngineDifference]]
 ) -> None:
     """One group a property and place."""
     # What follows from a mistake of the scene is not told beside it.
     causes = [(place, difference) for place, difference in found if difference.code != AUDIT_CODE]
     for place, difference in causes or found:
-        who = f"'{turn.entity.name}'" if place.link is None else f"link '{place.link}' of '{turn.entity.name}'"
-        told.add(
+        who = f"'{prepared.entity.name}'" if place.link is None else f"link '{place.link}' of '{prepared.entity.name}'"
+        groups.add(
             who,
             difference.words,
-            turn.scene_idxs[place.number],
-            difference.origin or turn.entity.origin,
+            prepared.scene_idxs[place.number],
+            difference.origin or prepared.entity.origin,
             key=(difference.what, difference.origin),
             code=difference.code,
         )

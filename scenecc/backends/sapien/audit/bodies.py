@@ -54,11 +54,11 @@ class ShapeAudit:
     """Reads the colliding shapes of bodies."""
 
     def __init__(
-        self, plan: ScenePlan, defaults: EngineDefaults, meshes: ReferenceMeshes, sweep: BatchComparison
+        self, plan: ScenePlan, defaults: EngineDefaults, meshes: ReferenceMeshes, comparison: BatchComparison
     ) -> None:
         self._defaults = defaults
         self._meshes = meshes
-        self._sweep = sweep
+        self._comparison = comparison
         self._materials = plan.physical_materials
         self._frictions: dict[int, ExpectedProperties] = {}
 
@@ -66,11 +66,11 @@ class ShapeAudit:
         """All shapes of a body."""
         found, counts = body.collision_shapes, part_counts(structure, row, self._meshes)
         if len(found) != sum(counts):
-            self._sweep.tell(place, "collision_shapes", sum(counts), len(found))
+            self._comparison.tell(place, "collision_shapes", sum(counts), len(found))
             return
         start = 0
         for shape, count in zip(structure.collisions, counts, strict=True):
-            where = BodyLocation(place.turn, place.number, shape.origin, place.link)
+            where = BodyLocation(place.prepared, place.number, shape.origin, place.link)
             self._shape(structure, shape, found[start : start + count], row, where)
             start += count
 
@@ -85,15 +85,15 @@ class ShapeAudit:
         friction = self._defaults.friction if material is None else self._friction(int(material.row(row)), row)
         for number, part in enumerate(parts):
             if type(part) is not known.engine:
-                self._sweep.tell(place, "type", known.engine.__name__, type(part).__name__)
+                self._comparison.tell(place, "type", known.engine.__name__, type(part).__name__)
                 continue
             for name, size in known.expected(shape.geometry, row).items():
-                self._sweep.hold(name, size, part, place)
+                self._comparison.hold(name, size, part, place)
             if isinstance(shape.geometry, MeshGeometry):
                 self._mesh(shape.geometry, part, number, row, place)
-            compare_shape_pose(shape.pose, part, row, place, self._sweep, self._defaults)
-            self._sweep.expect_but(defaults, own, part, place)
-            self._sweep.expect(friction, part.physical_material, place)
+            compare_shape_pose(shape.pose, part, row, place, self._comparison, self._defaults)
+            self._comparison.expect_but(defaults, own, part, place)
+            self._comparison.expect(friction, part.physical_material, place)
 
     def _friction(self, index: int, row: int) -> ExpectedProperties:
         known = self._frictions.get(index)
@@ -105,7 +105,7 @@ class ShapeAudit:
         return known
 
     def _own(self, structure: BodyStructure, shape: CollisionShape, row: int) -> ExpectedProperties:
-        said = {knob.get: row_value(value, row) for knob, value in SHAPE_PROPERTIES.said(shape)}
+        said = {prop.get: row_value(value, row) for prop, value in SHAPE_PROPERTIES.said(shape)}
         if structure.collision_groups is not None:
             said[COLLISION_GROUPS.get] = structure.collision_groups.row(row).tolist()
         return said
@@ -122,17 +122,17 @@ class ShapeAudit:
                 reference = self._meshes.triangles(int(file.row(row)), sdf=sdf)
         for name in ("vertices", "triangles"):
             if not np.array_equal(getattr(reference, name), getattr(part, name)):
-                self._sweep.tell(place, name, "those of the file", "others")
+                self._comparison.tell(place, name, "those of the file", "others")
 
 
 def compare_shape_pose(
-    pose: Value | None, part: Any, row: int, place: BodyLocation, sweep: BatchComparison, defaults: EngineDefaults
+    pose: Value | None, part: Any, row: int, place: BodyLocation, comparison: BatchComparison, defaults: EngineDefaults
 ) -> None:
     """The pose of a shape, colliding or seen, in its body."""
     if pose is None:
-        sweep.expect(defaults.pose, part, place)
+        comparison.expect(defaults.pose, part, place)
     else:
-        sweep.hold("local_pose", pose.row(row), part, place)
+        comparison.hold("local_pose", pose.row(row), part, place)
 
 
 _TEXTURE_FIELDS = tuple(
@@ -156,18 +156,18 @@ _DEFAULT_MATERIAL = VisualMaterial()
 class VisualAudit:
     """Reads the render components of bodies."""
 
-    def __init__(self, plan: ScenePlan, defaults: EngineDefaults, sweep: BatchComparison) -> None:
+    def __init__(self, plan: ScenePlan, defaults: EngineDefaults, comparison: BatchComparison) -> None:
         self._plan = plan
         self._defaults = defaults
-        self._sweep = sweep
+        self._comparison = comparison
 
     def look_at(self, structure: BodyStructure, component: Any, row: int, place: BodyLocation) -> None:
         """A render component and all its shapes."""
-        own = {knob.get: row_value(value, row) for knob, value in RENDER_PROPERTIES.said(structure)}
-        self._sweep.expect_but(self._defaults.look, own, component, place)
+        own = {prop.get: row_value(value, row) for prop, value in RENDER_PROPERTIES.said(structure)}
+        self._comparison.expect_but(self._defaults.look, own, component, place)
         found = component.render_shapes
         if len(found) != len(structure.visuals):
-            self._sweep.tell(place, "render_shapes", len(structure.visuals), len(found))
+            self._comparison.tell(place, "render_shapes", len(structure.visuals), len(found))
             return
         for shape, made in zip(structure.visuals, found, strict=True):
             self._shape(shape, made, row, place._replace(origin=shape.origin))
@@ -175,7 +175,7 @@ class VisualAudit:
     def _shape(self, shape: VisualShape, found: Any, row: int, place: BodyLocation) -> None:
         known = VISUAL_SHAPES[type(shape.geometry)]
         if type(found) is not known.engine:
-            self._sweep.tell(place, "type", known.engine.__name__, type(found).__name__)
+            self._comparison.tell(place, "type", known.engine.__name__, type(found).__name__)
             return
         expected = known.expected(shape.geometry, row) | {
             "name": shape.name or "",
@@ -184,40 +184,40 @@ class VisualAudit:
         if isinstance(shape.geometry, Mesh):
             expected["filename"] = self._path(int(shape.geometry.file.row(row)))
         self._compare(expected, found, place)
-        compare_shape_pose(shape.pose, found, row, place, self._sweep, self._defaults)
+        compare_shape_pose(shape.pose, found, row, place, self._comparison, self._defaults)
         if isinstance(shape.geometry, TiledPlane):
             half_size, repeat = shape.geometry.half_size.row(row), shape.geometry.texture_repeat.row(row)
             (corners,), (uvs,) = tiled_plane_vertices(half_size[None], repeat[None])
             part = found.parts[0]
             for name, wanted, actual in (("vertices", corners, part.vertices), ("uvs", uvs, part.get_vertex_uv())):
                 if not is_same(wanted, actual):
-                    self._sweep.tell(place, name, wanted.tolist(), actual.tolist())
+                    self._comparison.tell(place, name, wanted.tolist(), actual.tolist())
         if shape.material is not None or not isinstance(shape.geometry, Mesh):
-            asked = (
+            material = (
                 _DEFAULT_MATERIAL
                 if shape.material is None
                 else self._plan.visual_materials[int(shape.material.row(row))]
             )
             for part in found.parts:
-                self._paint(asked, part.material, row, place)
+                self._paint(material, part.material, row, place)
 
-    def _paint(self, asked: VisualMaterial, found: Any, row: int, place: BodyLocation) -> None:
-        self._compare(self._defaults.paint | asked.row(row), found, place)
+    def _paint(self, material: VisualMaterial, found: Any, row: int, place: BodyLocation) -> None:
+        self._compare(self._defaults.paint | material.row(row), found, place)
         for name in _TEXTURE_FIELDS:
-            texture, image = getattr(asked, name), getattr(found, name)
+            texture, image = getattr(material, name), getattr(found, name)
             if texture is None or image is None:
                 if texture is not image:
-                    self._sweep.tell(place, name, _image_presence(texture), _image_presence(image))
+                    self._comparison.tell(place, name, _image_presence(texture), _image_presence(image))
                 continue
             for key, wanted in expected_texture(self._plan, texture, row).items():
                 if wanted != (actual := getattr(image, key)):
-                    self._sweep.tell(place, f"{name}.{key}", wanted, actual)
+                    self._comparison.tell(place, f"{name}.{key}", wanted, actual)
 
     def _compare(self, expected: Mapping[str, Any], found: Any, place: BodyLocation) -> None:
         for name, value in expected.items():
             actual = getattr(found, name)
             if not is_same(value, actual):
-                self._sweep.tell(place, name, format_value(value), format_value(actual))
+                self._comparison.tell(place, name, format_value(value), format_value(actual))
 
     def _path(self, file: int) -> str:
         return str(self._plan.files[file].path)
@@ -250,28 +250,30 @@ _COMPONENT_CLASSES = {
 
 
 class BodyAudit:
-    """Looks at bodies; what differs is in the sweep afterwards."""
+    """Reads bodies; differences go to the comparison."""
 
     def __init__(
         self,
         plan: ScenePlan,
         defaults: EngineDefaults,
         meshes: ReferenceMeshes,
-        sweep: BatchComparison,
+        comparison: BatchComparison,
         *,
         rendered: bool,
     ) -> None:
         self._meshes = meshes
         self._defaults = defaults
-        self._sweep = sweep
+        self._comparison = comparison
         self._rendered = rendered
-        self._shapes = ShapeAudit(plan, defaults, meshes, sweep)
-        self._visuals = VisualAudit(plan, defaults, sweep)
+        self._shapes = ShapeAudit(plan, defaults, meshes, comparison)
+        self._visuals = VisualAudit(plan, defaults, comparison)
 
-    def look_at(self, turn: PreparedActor, structure: BodyStructure, number: int) -> None:
+    def look_at(self, prepared: PreparedActor, structure: BodyStructure, number: int) -> None:
         """The body that is number `number` of its entity; its name, scene and pose are looked at elsewhere."""
-        place = BodyLocation(turn, number, structure.origin)
-        self.components(turn.entity.name, structure, turn.objs[number].components, int(turn.rows[number]), place)
+        place = BodyLocation(prepared, number, structure.origin)
+        self.components(
+            prepared.entity.name, structure, prepared.objs[number].components, int(prepared.rows[number]), place
+        )
 
     def components(
         self, name: str, structure: BodyStructure, components: list[Any], row: int, place: BodyLocation
@@ -280,30 +282,30 @@ class BodyAudit:
         kinds = self._kinds(structure)
         if list(map(type, components)) != kinds:
             names = [[kind.__name__ for kind in some] for some in (kinds, map(type, components))]
-            self._sweep.tell(place, "components", names[0], names[1])
+            self._comparison.tell(place, "components", names[0], names[1])
             return
         for component in components:
-            self._sweep.hold("component.name", name, component, place)
+            self._comparison.hold("component.name", name, component, place)
             if isinstance(component, render.RenderBodyComponent):
                 self._visuals.look_at(structure, component, row, place)
             else:
                 self._body(structure, component, row, place)
 
     def _kinds(self, structure: BodyStructure) -> list[Any]:
-        seen: list[Any] = [render.RenderBodyComponent] if self._rendered and structure.visuals else []
+        visible: list[Any] = [render.RenderBodyComponent] if self._rendered and structure.visuals else []
         if structure.body_type == "none":
-            return seen
+            return visible
         own = _COMPONENT_CLASSES[structure.body_type]
         # SAPIEN's builders make the look of an actor first, and that of a link last.
-        return [own, *seen] if structure.body_type == "link" else [*seen, own]
+        return [own, *visible] if structure.body_type == "link" else [*visible, own]
 
     def _body(self, structure: BodyStructure, body: Any, row: int, place: BodyLocation) -> None:
         self._shapes.look_at(structure, body, row, place)
         if structure.body_type != "static":
             kinds = {"kinematic": self._defaults.kinematic, "link": self._defaults.link}
             defaults = kinds.get(structure.body_type, self._defaults.dynamic)
-            own = {knob.get: row_value(value, row) for knob, value in BODY_PROPERTIES.said(structure)}
-            self._sweep.expect_but(defaults, own, body, place)
+            own = {prop.get: row_value(value, row) for prop, value in BODY_PROPERTIES.said(structure)}
+            self._comparison.expect_but(defaults, own, body, place)
             if structure.inertial is not None:
                 self._given_mass(structure.inertial, body, row, place)
             else:
@@ -312,7 +314,7 @@ class BodyAudit:
     def _given_mass(self, inertial: Inertial, body: Any, row: int, place: BodyLocation) -> None:
         self._stored(inertial.mass.row(row), inertial.inertia.row(row), body, place)
         if not is_same_local_pose(inertial.com.row(row), body.cmass_local_pose):
-            self._sweep.tell(
+            self._comparison.tell(
                 place, "cmass_local_pose", format_value(inertial.com.row(row)), format_value(body.cmass_local_pose)
             )
 
@@ -321,27 +323,30 @@ class BodyAudit:
         reference = self._reference(structure, row)
         weight, mass = body_mass(structure, row, self._meshes), reference.mass
         if not is_right_mass(mass, weight):
-            self._sweep.tell(place, "mass", format_value(weight), format_value(mass), wrong_mass_code(weight))
+            self._comparison.tell(place, "mass", format_value(weight), format_value(mass), wrong_mass_code(weight))
         wanted = reference.cmass_local_pose
-        centre = pose_numbers(wanted)[:3]
-        if structure.body_type != "kinematic" and not all(abs(x) <= MAX_BODY_OFFSET for x in centre):
-            self._sweep.tell(place, "cmass_local_pose.p", "a place within 10 km", format_value(centre), PRECISION_CODE)
+        x, y, z = centre = pose_numbers(wanted)[:3]
+        near = abs(x) <= MAX_BODY_OFFSET and abs(y) <= MAX_BODY_OFFSET and abs(z) <= MAX_BODY_OFFSET
+        if structure.body_type != "kinematic" and not near:
+            self._comparison.tell(
+                place, "cmass_local_pose.p", "a place within 10 km", format_value(centre), PRECISION_CODE
+            )
         if structure.mass is not None:
             given = structure.mass.row(row)
             self._stored(given, reference.inertia.astype(np.float64) * (given / mass), body, place)
         else:
-            self._sweep.hold("mass", mass, body, place)
-            self._sweep.hold("inertia", reference.inertia, body, place)
+            self._comparison.hold("mass", mass, body, place)
+            self._comparison.hold("inertia", reference.inertia, body, place)
         # To the bit, unlike poses of the plan: the engine has computed and normalised both.
         found = body.cmass_local_pose
         if pose_numbers(found) != pose_numbers(wanted):
-            self._sweep.tell(place, "cmass_local_pose", format_value(wanted), format_value(found))
+            self._comparison.tell(place, "cmass_local_pose", format_value(wanted), format_value(found))
 
     def _stored(self, mass: Any, inertia: Any, body: Any, place: BodyLocation) -> None:
         if body.mass != round_as_inverse(mass):
-            self._sweep.tell(place, "mass", format_value(mass), format_value(body.mass))
+            self._comparison.tell(place, "mass", format_value(mass), format_value(body.mass))
         if (body.inertia != round_as_inverse(inertia)).any():
-            self._sweep.tell(place, "inertia", format_value(inertia), format_value(body.inertia))
+            self._comparison.tell(place, "inertia", format_value(inertia), format_value(body.inertia))
 
     def _reference(self, structure: BodyStructure, row: int) -> Any:
         body = physx.PhysxRigidDynamicComponent()
@@ -361,22 +366,22 @@ _get_mass = physx.PhysxRigidBodyComponent.get_mass
 
 
 def compare_bodies(
-    turn: PreparedEntity,
+    prepared: PreparedEntity,
     part: StructureRows[BodyStructure],
     components: list[Any],
     meshes: ReferenceMeshes,
-    sweep: BatchComparison,
+    comparison: BatchComparison,
     *,
     link: str | None = None,
 ) -> None:
     """Shape count and mass of all bodies of one structure, given their components."""
 
     def place(body: int) -> BodyLocation:
-        return BodyLocation(turn, int(part.numbers[body]), part.structure.origin, link)
+        return BodyLocation(prepared, int(part.numbers[body]), part.structure.origin, link)
 
-    _compare_shape_counts(part, components, place, meshes, sweep)
+    _compare_shape_counts(part, components, place, meshes, comparison)
     if part.structure.body_type != "static":
-        _compare_masses(part, components, place, meshes, sweep)
+        _compare_masses(part, components, place, meshes, comparison)
 
 
 def _compare_shape_counts(
@@ -384,7 +389,7 @@ def _compare_shape_counts(
     components: list[Any],
     place: Callable[[int], BodyLocation],
     meshes: ReferenceMeshes,
-    sweep: BatchComparison,
+    comparison: BatchComparison,
 ) -> None:
     # One body's shapes at a time: Python's objects for all of them would have to be made and kept at once.
     shapes: Iterator[Any] = map(_get_collision_shapes, components)
@@ -394,7 +399,7 @@ def _compare_shape_counts(
     else:
         expected = np.full(len(found), len(part.structure.collisions))
     for i in np.flatnonzero(found != expected).tolist():
-        sweep.tell(place(i), "collision_shapes", int(expected[i]), int(found[i]))
+        comparison.tell(place(i), "collision_shapes", int(expected[i]), int(found[i]))
 
 
 def _compare_masses(
@@ -402,7 +407,7 @@ def _compare_masses(
     components: list[Any],
     place: Callable[[int], BodyLocation],
     meshes: ReferenceMeshes,
-    sweep: BatchComparison,
+    comparison: BatchComparison,
 ) -> None:
     found = np.array([*map(_get_mass, components)], dtype=np.float32)
     expected, exact = expected_mass(part.structure, part.rows, meshes)
@@ -415,7 +420,7 @@ def _compare_masses(
             wrong |= found != found[0]
     for i in np.flatnonzero(wrong).tolist():
         wanted = np.broadcast_to(expected, found.shape)[i]
-        sweep.tell(
+        comparison.tell(
             place(i),
             "mass",
             format_value(wanted),

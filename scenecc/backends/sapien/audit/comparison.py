@@ -135,7 +135,7 @@ ExpectedProperties = dict[str, Any]
 class BodyLocation(NamedTuple):
     """A body: its entity, its number there, the node that asked for what is looked at, and which link it is."""
 
-    turn: PreparedEntity
+    prepared: PreparedEntity
     number: int
     origin: Origin | None
     link: str | None = None

@@ -95,7 +95,7 @@ class EngineDefaults:
     sdf: ExpectedProperties
     timestep: float = DEFAULT_TIMESTEP
 
-    def asked(self, physics: Physics) -> EngineDefaults:
+    def with_settings(self, physics: Physics) -> EngineDefaults:
         """These where the plan's settings say nothing, and what they say where they do."""
         friction = self.friction if physics.default_material is None else expected_friction(physics.default_material)
         return replace(
@@ -165,8 +165,8 @@ def setting_names(config: object) -> list[str]:
     return [name for name, kind in vars(type(config)).items() if isinstance(kind, property)]
 
 
-def _overlay(present: ExpectedProperties, asked: object) -> ExpectedProperties:
-    found = {name: getattr(asked, _PLAN_NAMES.get(name, name), None) for name in present}
+def _overlay(present: ExpectedProperties, settings: object) -> ExpectedProperties:
+    found = {name: getattr(settings, _PLAN_NAMES.get(name, name), None) for name in present}
     return present | {
         name: round_to_float32(value) if isinstance(value, float) else value
         for name, value in found.items()
@@ -174,8 +174,8 @@ def _overlay(present: ExpectedProperties, asked: object) -> ExpectedProperties:
     }
 
 
-def _read_table(knobs: PropertyTable, engine: object) -> ExpectedProperties:
-    return _read_properties(engine, [knob.get for knob in knobs.by_field.values()])
+def _read_table(properties: PropertyTable, engine: object) -> ExpectedProperties:
+    return _read_properties(engine, [prop.get for prop in properties.by_field.values()])
 
 
 def _read_properties(engine: object, names: Iterable[str]) -> ExpectedProperties:
