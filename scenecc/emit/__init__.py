@@ -10,8 +10,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Literal
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.plan.json_writer import plan_to_json
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from scenecc.diagnostics import Sink
@@ -43,11 +45,22 @@ class ExportOptions:
     binary: bool = False
 
 
-EMITTERS: dict[str, str] = {
-    "json": "scenecc.emit.plan_json",
-    "python": "scenecc.emit.python",
+def _emit_json(plan: ScenePlan, sink: Sink, base: Path | None) -> str | None:
+    """Canonical JSON; every plan can be written."""
+    del sink
+    return plan_to_json(plan, base=base)
+
+
+def _emit_python(plan: ScenePlan, sink: Sink, base: Path | None) -> str | None:
+    text: str | None = import_module("scenecc.emit.python").write(plan, sink, base)
+    return text
+
+
+EMITTERS: dict[str, Callable[[ScenePlan, Sink, Path | None], str | None]] = {
+    "json": _emit_json,
+    "python": _emit_python,
 }
-"""Target to the module whose `write(plan, sink, base)` makes its text."""
+"""Text target to the function that writes it."""
 
 
 @frozen
@@ -89,8 +102,7 @@ def emit(plan: ScenePlan, target: str, sink: Sink, *, base: Path | None = None) 
     Raises:
         KeyError: if there is no such target.
     """
-    text: str | None = import_module(EMITTERS[target]).write(plan, sink, base)
-    return text
+    return EMITTERS[target](plan, sink, base)
 
 
 def export(

@@ -9,9 +9,21 @@ from math import atan2, hypot
 from typing import TYPE_CHECKING, Final
 
 from scenecc.diagnostics import Location
-from scenecc.emit import xml
-from scenecc.emit.unsupported import UnsupportedFeatures, unsupported_fields
-from scenecc.emit.xml import MAX_LIMIT, UNLIMITED, AssetFolder, UniqueNames, XmlElement, format_document, format_obj
+from scenecc.emit.output import (
+    MAX_LIMIT,
+    UNLIMITED,
+    AssetFolder,
+    UniqueNames,
+    UnsupportedFeatures,
+    XmlElement,
+    compose_poses,
+    format_document,
+    format_obj,
+    invert_pose,
+    is_pure_damping,
+    transform_direction,
+    unsupported_fields,
+)
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.meshes.builder import MeshBuilder, bake_scale
 from scenecc.meshes.surface import MeshError, SurfaceMaterial, report_mesh_error
@@ -49,7 +61,7 @@ def write_origin(element: XmlElement, pose: Pose7) -> None:
 
 def roll_pitch_yaw(pose: Pose7) -> Vec3:
     """Roll, pitch and yaw [rad]."""
-    x, y, z = (xml.transform_direction(pose, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+    x, y, z = (transform_direction(pose, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
     level = hypot(x[0], x[1])
     pitch = atan2(-x[2], level)
     if level < _GIMBAL_LOCK:
@@ -75,8 +87,8 @@ def write_collisions(robot: UrdfRobot, body: MeasuredBody, back: Pose7, link: Xm
             robot.unsupported.leave_out(robot.name, "a plane", shape.shape.origin)
             continue
         element = link.add("collision")
-        pose = xml.compose_poses(shape.pose, _X_TO_Z) if shape.kind in LYING_SOLIDS else shape.pose
-        write_origin(element, xml.compose_poses(back, pose))
+        pose = compose_poses(shape.pose, _X_TO_Z) if shape.kind in LYING_SOLIDS else shape.pose
+        write_origin(element, compose_poses(back, pose))
         _write_collision_geometry(robot, shape, element.add("geometry"))
 
 
@@ -114,8 +126,8 @@ def write_visuals(robot: UrdfRobot, body: MeasuredBody, back: Pose7, link: XmlEl
         kind = type_name(type(plan.geometry))
         for part in parts:
             element = link.add("visual", name=shape.name or None)
-            pose = xml.compose_poses(shape.pose, _X_TO_Z) if kind in LYING_SOLIDS else shape.pose
-            write_origin(element, xml.compose_poses(back, pose))
+            pose = compose_poses(shape.pose, _X_TO_Z) if kind in LYING_SOLIDS else shape.pose
+            write_origin(element, compose_poses(back, pose))
             geometry = element.add("geometry")
             if solid is None:
                 uvs = part.uvs if part.look.base_color_image else None
@@ -215,10 +227,10 @@ def _link_offset(robot: UrdfRobot, body: MeasuredBody) -> Pose7:
 
 def _write_link(robot: UrdfRobot, number: int, body: MeasuredBody) -> None:
     link = robot.root.add("link", name=body.name)
-    back = xml.invert_pose(robot.moved[number])
+    back = invert_pose(robot.moved[number])
     if body.mass is not None:
         inertial = link.add("inertial")
-        write_origin(inertial, xml.compose_poses(back, body.mass.com))
+        write_origin(inertial, compose_poses(back, body.mass.com))
         inertial.add("mass", value=body.mass.mass)
         x, y, z = body.mass.inertia
         inertial.add("inertia", ixx=x, ixy=0, ixz=0, iyy=y, iyz=0, izz=z)
@@ -231,16 +243,16 @@ def _write_joint(robot: UrdfRobot, number: int, joint: MeasuredJoint) -> None:
     body = robot.measured.bodies[number]
     assert body.parent is not None  # of every link with a joint
     element = robot.root.add("joint", name=robot.joints[number], type=_joint_type(joint))
-    parent_back = xml.invert_pose(robot.moved[body.parent])
-    at = xml.compose_poses(parent_back, xml.compose_poses(joint.pose_in_parent, xml.invert_pose(joint.pose_in_child)))
-    write_origin(element, xml.compose_poses(at, robot.moved[number]))
+    parent_back = invert_pose(robot.moved[body.parent])
+    at = compose_poses(parent_back, compose_poses(joint.pose_in_parent, invert_pose(joint.pose_in_child)))
+    write_origin(element, compose_poses(at, robot.moved[number]))
     element.add("parent", link=robot.measured.bodies[body.parent].name)
     element.add("child", link=body.name)
     if joint.type == "fixed":
         return
-    element.add("axis", xyz=xml.transform_direction(joint.pose_in_child, (1.0, 0.0, 0.0)))
+    element.add("axis", xyz=transform_direction(joint.pose_in_child, (1.0, 0.0, 0.0)))
     _write_limit(robot, element, joint)
-    damping = joint.damping if xml.is_pure_damping(joint) else 0.0
+    damping = joint.damping if is_pure_damping(joint) else 0.0
     friction = 0.0 if joint.joint.friction is None else joint.friction
     if damping or friction:
         element.add("dynamics", damping=damping, friction=friction)
@@ -280,7 +292,7 @@ def _write_mimic(robot: UrdfRobot, element: XmlElement, joint: MeasuredJoint) ->
 
 def _report_joint(robot: UrdfRobot, joint: MeasuredJoint) -> None:
     unsupported, name, place = robot.unsupported, robot.name, joint.joint.origin
-    if not xml.is_pure_damping(joint) and (joint.stiffness or joint.damping):
+    if not is_pure_damping(joint) and (joint.stiffness or joint.damping):
         unsupported.leave_out(name, "the drive of a joint, but for its `force_limit`", place)
     if joint.armature:
         unsupported.leave_out(name, "`armature` of a joint", place)

@@ -11,8 +11,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.emit.unsupported import PHYSX_SETTINGS, UnsupportedFeatures, unsupported_fields
-from scenecc.emit.xml import AssetFolder, UniqueNames, pose_in_row
+from scenecc.emit.output import (
+    PHYSX_SETTINGS,
+    AssetFolder,
+    UniqueNames,
+    UnsupportedFeatures,
+    pose_in_row,
+    unsupported_fields,
+)
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.interrupt import interrupts_wait, undoing
 from scenecc.meshes.builder import MeshBuilder, bake_scale

@@ -1,22 +1,43 @@
-"""Exports one measured scene to a MuJoCo model, section by section."""
+"""Exports one measured scene to a MuJoCo model: all sections, and its lights and cameras."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from math import degrees, tan
+from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.emit.mjcf.bodies import write_entity
-from scenecc.emit.mjcf.constraints import write_constraints, write_contact_exclusions
-from scenecc.emit.mjcf.model import SECTIONS, MjcfModel
-from scenecc.emit.mjcf.rendering import write_cameras, write_lights
-from scenecc.emit.unsupported import PHYSX_SETTINGS, UnsupportedFeatures
-from scenecc.emit.xml import AssetFolder, XmlElement, format_document
+from scenecc.emit.mjcf.bodies import write_constraints, write_contact_exclusions, write_entity
+from scenecc.emit.mjcf.model import SECTIONS, MjcfModel, pose_attributes
+from scenecc.emit.output import (
+    PHYSX_SETTINGS,
+    AssetFolder,
+    UnsupportedFeatures,
+    XmlElement,
+    compose_poses,
+    format_document,
+    to_pose,
+    transform_direction,
+    unsupported_fields,
+)
 from scenecc.meshes.builder import MeshBuilder
 from scenecc.meshes.surface import MeshError, report_mesh_error
+from scenecc.plan.rendering import (
+    AreaLight,
+    DirectionalLight,
+    Intrinsic,
+    Orthographic,
+    Perspective,
+    PointLight,
+    Shadow,
+    SpotLight,
+    TexturedLight,
+)
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.emit import ExportOptions
+    from scenecc.geometry.rotations import Pose7
     from scenecc.plan import ScenePlan
+    from scenecc.plan.rendering import Camera, Light
     from scenecc.plan.snapshot import EngineSnapshot
 
 
@@ -34,8 +55,8 @@ def write(plan: ScenePlan, measured: EngineSnapshot, choice: ExportOptions, sink
         return None
     write_contact_exclusions(model)
     write_constraints(model)
-    write_lights(model)
-    write_cameras(model)
+    _write_lights(model)
+    _write_cameras(model)
     unsupported.fields("physics", plan.physics, PHYSX_SETTINGS, plan.physics.origin)
     unsupported.report()
     return {f"{choice.name}.xml": format_document(_assemble_root(model)), **assets.files}
@@ -68,3 +89,112 @@ def _write_keyframe(model: MjcfModel) -> None:
     qvel = [number for start in starts for number in start.qvel]
     if any(qvel) or any(model.controls):
         model.sections["keyframe"].add("key", name="start", qpos=qpos, qvel=qvel, ctrl=model.controls or None)
+
+
+_CAMERA_TO_MUJOCO: Final[Pose7] = (0.0, 0.0, 0.0, 0.5, 0.5, -0.5, -0.5)
+"""From a frame whose x looks ahead and whose z is up to MuJoCo's, which looks along -z and whose y is up."""
+
+_DEFAULT_NEAR, _DEFAULT_FAR = 0.01, 100.0
+"""The language's, of a camera of which nothing is said."""
+
+_UNSUPPORTED_SHADOW_FIELDS: Final = unsupported_fields(Shadow)
+
+
+def _write_lights(model: MjcfModel) -> None:
+    """Lights and ambient light; MuJoCo's own headlight shines where the scene has none."""
+    around, index = model.plan.environment, model.scene.index
+    lights = [light for light in model.plan.lights if index in light.scene_idxs]
+    for light in lights:
+        _write_light(model, light, light.scene_idxs.index(index))
+    ambient = None if around is None or around.ambient_light is None else around.ambient_light.row(index)
+    if around is not None and around.map is not None:
+        model.unsupported.leave_out("environment", "its `map`", around.origin)
+    if lights or ambient is not None:
+        dark = (0, 0, 0)
+        headlight = model.head("visual").add("headlight", ambient=dark if ambient is None else ambient)
+        headlight.attributes |= {"diffuse": "0 0 0", "specular": "0 0 0"}
+
+
+def _write_light(model: MjcfModel, light: Light, row: int) -> None:
+    unsupported, kind = model.unsupported, light.light
+    if isinstance(kind, AreaLight):
+        unsupported.leave_out(light.name, "a light with an area", light.origin)
+        return
+    pose = to_pose(light.pose.row(row))
+    shadow = light.shadow
+    if shadow is not None:
+        unsupported.fields(light.name, shadow, _UNSUPPORTED_SHADOW_FIELDS, light.origin, " of a shadow")
+    shone: dict[str, Any] = {"type": "directional"}
+    match kind:
+        case DirectionalLight():
+            pass
+        case PointLight():
+            shone = {"type": "point", "attenuation": (0, 0, 1)}
+        case SpotLight() | TexturedLight():
+            shone = {"type": "spot", "attenuation": (0, 0, 1), "cutoff": degrees(float(kind.outer_fov.row(row)) / 2)}
+            if float(kind.inner_fov.row(row)) == float(kind.outer_fov.row(row)):
+                shone["exponent"] = 0  # as bright up to the edge; MuJoCo's own light is darker there
+            else:
+                unsupported.leave_out(light.name, "`inner_fov` of a light", light.origin)
+    if isinstance(kind, TexturedLight):
+        unsupported.change(light.name, "the picture that it throws is left out, and it is a spot light", light.origin)
+    _mount_element(model, light).add(
+        "light",
+        name=model.name("light", light.name),
+        pos=pose[:3],
+        dir=transform_direction(pose, (1.0, 0.0, 0.0)),
+        castshadow=shadow is not None and bool(shadow.on.row(row)),
+        ambient=(0, 0, 0),
+        diffuse=light.color.row(row),
+        specular=light.color.row(row),
+        **shone,
+    )
+
+
+def _write_cameras(model: MjcfModel) -> None:
+    """All cameras of the scene."""
+    for camera in model.plan.cameras:
+        if model.scene.index in camera.scene_idxs:
+            _write_camera(model, camera, camera.scene_idxs.index(model.scene.index))
+
+
+def _write_camera(model: MjcfModel, camera: Camera, row: int) -> None:
+    if (float(camera.near.row(row)), float(camera.far.row(row))) != (_DEFAULT_NEAR, _DEFAULT_FAR):
+        model.unsupported.leave_out(camera.name, "`near` and `far` of one camera", camera.origin)
+    model.unsupported.fields(camera.name, camera, ("shader",), camera.origin)
+    _mount_element(model, camera).add(
+        "camera",
+        name=model.name("camera", camera.name),
+        **pose_attributes(compose_poses(to_pose(camera.pose.row(row)), _CAMERA_TO_MUJOCO)),
+        resolution=(camera.width, camera.height),
+        **_projection(model, camera, row),
+    )
+
+
+def _projection(model: MjcfModel, camera: Camera, row: int) -> dict[str, Any]:
+    """How it projects. MuJoCo takes a field of view in degrees, or numbers in pixels with the sensor's size."""
+    width, height, lens = camera.width, camera.height, camera.lens
+    match lens:
+        case Orthographic():
+            return {"projection": "orthographic", "fovy": 2 * float(lens.top.row(row))}
+        case Perspective(fovx=None, fovy=fovy) if fovy is not None:
+            return {"fovy": degrees(float(fovy.row(row)))}
+        case Perspective():
+            assert lens.fovx is not None  # one of the two is given
+            fx = width / 2 / tan(float(lens.fovx.row(row)) / 2)
+            fy = fx if lens.fovy is None else height / 2 / tan(float(lens.fovy.row(row)) / 2)
+            return _pixel_projection(width, height, fx, fy, (0.0, 0.0))
+        case Intrinsic():
+            fx, fy, cx, cy, skew = (float(getattr(lens, name).row(row)) for name in ("fx", "fy", "cx", "cy", "skew"))
+            if skew:
+                model.unsupported.leave_out(camera.name, "`skew` of a camera", camera.origin)
+            # MuJoCo moves the view: a positive number moves the axis in the picture left, or up.
+            return _pixel_projection(width, height, fx, fy, (width / 2 - cx, height / 2 - cy))
+
+
+def _pixel_projection(width: int, height: int, fx: float, fy: float, middle: tuple[float, float]) -> dict[str, Any]:
+    return {"sensorsize": (width / fy, height / fy), "focalpixel": (fx, fy), "principalpixel": middle}
+
+
+def _mount_element(model: MjcfModel, held: Light | Camera) -> XmlElement:
+    return model.world if held.mount is None else model.bodies[model.key(held.mount)].element

@@ -1,21 +1,33 @@
-"""Writes MuJoCo bodies, joints, actuators and the equalities of mimic joints."""
+"""Writes MuJoCo bodies, joints, actuators, and the equalities, tendons and contact exclusions between them."""
 
 from __future__ import annotations
 
 import math
+from itertools import combinations
 from typing import TYPE_CHECKING
 
-from scenecc.emit import xml
 from scenecc.emit.mjcf.model import InitialState, ModelBody, pose_attributes, write_collisions, write_visuals
-from scenecc.emit.unsupported import unsupported_fields
-from scenecc.emit.xml import MAX_LIMIT, UNLIMITED
-from scenecc.plan import ArticulationStructure, BodyStructure
+from scenecc.emit.output import (
+    MAX_LIMIT,
+    UNLIMITED,
+    compose_poses,
+    format_number,
+    invert_pose,
+    is_pure_damping,
+    pose_in_row,
+    relative_pose,
+    transform_direction,
+    unsupported_fields,
+)
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
+from scenecc.plan import ArticulationStructure, BodyStructure, Connection, Distance, Drive, Gear, Weld
 from scenecc.plan.articulation import VELOCITY_FIELDS
 from scenecc.plan.properties import property_fields
 
 if TYPE_CHECKING:
     from scenecc.emit.mjcf.model import MjcfModel
-    from scenecc.emit.xml import XmlElement
+    from scenecc.emit.output import XmlElement
+    from scenecc.plan import Constraint, Value
     from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredJoint, MeasuredMass, Vec3
 
 
@@ -34,7 +46,7 @@ def write_joint(model: MjcfModel, measured: MeasuredEntity, number: int, element
         name=name,
         type="slide" if joint.type == "prismatic" else "hinge",
         pos=joint.pose_in_child[:3],
-        axis=xml.transform_direction(joint.pose_in_child, (1.0, 0.0, 0.0)),
+        axis=transform_direction(joint.pose_in_child, (1.0, 0.0, 0.0)),
         ref=joint.qpos or None,
         range=_range(joint),
         armature=joint.armature or None,
@@ -59,7 +71,7 @@ def _range(joint: MeasuredJoint) -> tuple[float, float] | None:
 
 
 def _is_pure_damping(joint: MeasuredJoint) -> bool:
-    return xml.is_pure_damping(joint) and joint.force_limit >= MAX_LIMIT
+    return is_pure_damping(joint) and joint.force_limit >= MAX_LIMIT
 
 
 def _write_drive(model: MjcfModel, entity: str, name: str, joint: MeasuredJoint) -> None:
@@ -168,7 +180,7 @@ def _start_body(
     """A new body in the one that it hangs on, at its place."""
     entity = measured.entity.name
     name = model.name("body", entity if link is None else f"{entity}/{link}")
-    pose = body.pose if parent is None else xml.relative_pose(parent.pose, body.pose)
+    pose = body.pose if parent is None else relative_pose(parent.pose, body.pose)
     gravity = None if body.body.disable_gravity is None else float(bool(body.body.disable_gravity.row(measured.row)))
     element = (model.world if parent is None else parent.element).add(
         "body",
@@ -200,7 +212,7 @@ def _write_contents(model: MjcfModel, measured: MeasuredEntity, written: ModelBo
 
 
 def _write_mass(model: MjcfModel, name: str, body: MeasuredBody, mass: MeasuredMass, element: XmlElement) -> None:
-    inertia = tuple(float(xml.format_number(each)) for each in mass.inertia)  # as MuJoCo reads them
+    inertia = tuple(float(format_number(each)) for each in mass.inertia)  # as MuJoCo reads them
     low, middle, high = sorted(inertia)
     if high > low + middle:
         # MuJoCo refuses what no body can have; a flat one is at the edge of that, and a rounding brings it over.
@@ -222,22 +234,22 @@ def _write_free_axes(model: MjcfModel, measured: MeasuredEntity, body: MeasuredB
             model.unsupported.leave_out(name, "`locked_axes` that leave two axes to turn about", structure.origin)
         _write_free_joint(model, element, name, body, linear, angular)
         return
-    back = xml.invert_pose(body.pose)
+    back = invert_pose(body.pose)
     for axis, word, speed, is_locked in zip(_AXES, "xyz", linear, locked[:3], strict=True):
         if not is_locked:
             made = element.add(
                 "joint",
                 name=model.name("joint", f"{name}/{word}"),
                 type="slide",
-                axis=xml.transform_direction(back, axis),
+                axis=transform_direction(back, axis),
             )
             model.starts[id(made)] = InitialState((0.0,), (speed,))
     if not any(locked[3:]):
         made = element.add("joint", name=model.name("joint", f"{name}/turn"), type="ball", pos=_center_of_mass(body))
-        model.starts[id(made)] = InitialState((1.0, 0.0, 0.0, 0.0), xml.transform_direction(back, angular))
+        model.starts[id(made)] = InitialState((1.0, 0.0, 0.0, 0.0), transform_direction(back, angular))
     for axis, word, speed, is_locked in zip(_AXES, "xyz", angular, locked[3:], strict=True):
         if not is_locked and any(locked[3:]):
-            about = {"type": "hinge", "axis": xml.transform_direction(back, axis), "pos": _center_of_mass(body)}
+            about = {"type": "hinge", "axis": transform_direction(back, axis), "pos": _center_of_mass(body)}
             made = element.add("joint", name=model.name("joint", f"{name}/r{word}"), **about)
             model.starts[id(made)] = InitialState((0.0,), (speed,))
 
@@ -264,9 +276,144 @@ def _write_free_joint(
     made = element.add("freejoint", name=model.name("joint", name))
     x, y, z = angular
     # MuJoCo has the velocity of the body's origin, PhysX that of its centre of mass; a turn is in the body's frame.
-    about = xml.transform_direction(body.pose, _center_of_mass(body))
+    about = transform_direction(body.pose, _center_of_mass(body))
     a, b, c = about
     swept = (y * c - z * b, z * a - x * c, x * b - y * a)
     origin = tuple(speed - part for speed, part in zip(linear, swept, strict=True))
-    turning = xml.transform_direction(xml.invert_pose(body.pose), (x, y, z))
+    turning = transform_direction(invert_pose(body.pose), (x, y, z))
     model.starts[id(made)] = InitialState(body.pose, (*origin, *turning))
+
+
+_GROUP_ID_MASK = 0xFFFF
+"""The bits of the fourth integer that say which bodies the third is about."""
+
+
+def write_contact_exclusions(model: MjcfModel) -> None:
+    """Excludes links and what they hang on, bodies that a constraint ties, and those that ignore one another by bits.
+
+    MuJoCo leaves out a body and its parent by itself, but not where the parent is fixed to the world.
+    """
+    found: dict[tuple[str, str], None] = {}
+    for (entity, _), body in model.bodies.items():
+        parent = body.measured.parent
+        if parent is not None and not body.is_fixed:
+            above = [each for (name, _), each in model.bodies.items() if name == entity][parent]
+            if above.is_fixed and above.measured.shapes and body.measured.shapes:
+                found[above.name, body.name] = None
+    for constraint in model.plan.constraints:
+        if constraint.parent is not None and model.scene.index in constraint.scene_idxs:
+            a, b = (model.bodies[model.key(mount)].name for mount in (constraint.parent, constraint.child))
+            found[a, b] = None
+    ignoring = [body for body in model.bodies.values() if body.measured.shapes and body.measured.shapes[0].groups[2]]
+    for a, b in combinations(ignoring, 2):
+        if (
+            _ignore_each_other(a, b)
+            and not (a.is_fixed and b.is_fixed)
+            and not {(a.name, b.name), (b.name, a.name)} & found.keys()
+        ):
+            found[a.name, b.name] = None
+    for a, b in found:
+        model.sections["contact"].add("exclude", body1=a, body2=b)
+
+
+def _ignore_each_other(a: ModelBody, b: ModelBody) -> bool:
+    (_, _, bits_a, id_a), (_, _, bits_b, id_b) = (each.measured.shapes[0].groups for each in (a, b))
+    return bool(bits_a & bits_b) and id_a & _GROUP_ID_MASK == id_b & _GROUP_ID_MASK
+
+
+_SITE_SIZE = 0.005
+"""Size of a site where it is drawn [m]."""
+
+_HIDDEN_GROUP = 5
+"""A group that nobody sees unless he asks."""
+
+_LINEAR_AXES = ("x", "y", "z")
+
+
+def write_constraints(model: MjcfModel) -> None:
+    """All constraints of the scene."""
+    for constraint in model.plan.constraints:
+        if model.scene.index in constraint.scene_idxs:
+            _write_constraint(model, constraint, constraint.scene_idxs.index(model.scene.index))
+
+
+def _write_constraint(model: MjcfModel, constraint: Constraint, row: int) -> None:
+    name, joint = constraint.name, constraint.joint
+    match joint:
+        case Weld():
+            _write_equality(model, "weld", constraint, row)
+        case Connection():
+            _write_equality(model, "connect", constraint, row)
+        case Distance():
+            _write_distance(model, constraint, joint, row)
+        case Drive() if _is_connection(joint, row):
+            _write_equality(model, "connect", constraint, row)
+            rest = (
+                len(joint.limits) > len(_LINEAR_AXES)
+                or joint.drives
+                or joint.inv_mass_scales
+                or joint.inv_inertia_scales
+            )
+            if rest:
+                words = (
+                    "a drive whose x, y and z are locked is a `connect`; its other limits and its drives are left out"
+                )
+                model.unsupported.change(name, words, constraint.origin)
+        case Drive():
+            model.unsupported.leave_out(name, "a drive between two bodies", constraint.origin)
+        case Gear():
+            model.unsupported.leave_out(name, "a gear", constraint.origin)
+
+
+def _is_connection(drive: Drive, row: int) -> bool:
+    locked = {each.axis for each in drive.limits if each.stiffness is None and not each.limits.row(row).any()}
+    return locked >= set(_LINEAR_AXES)
+
+
+def _write_equality(model: MjcfModel, kind: str, constraint: Constraint, row: int) -> None:
+    parent, child = _write_sites(model, constraint, row)
+    name = model.name("equality", constraint.name)
+    model.sections["equality"].add(kind, name=name, site1=parent[0], site2=child[0])
+
+
+def _write_distance(model: MjcfModel, constraint: Constraint, joint: Distance, row: int) -> None:
+    (parent, at), (child, there) = _write_sites(model, constraint, row)
+    low, high = map(float, joint.limits.row(row))
+    stiffness = _number_in_row(joint.stiffness, row)
+    name = model.name("tendon", constraint.name)
+    soft = stiffness > 0
+    tendon = model.sections["tendon"].add(
+        "spatial",
+        name=name,
+        range=(low, min(high, UNLIMITED)) if not soft and low < high else None,
+        stiffness=stiffness or None,
+        damping=_number_in_row(joint.damping, row) or None if soft else None,
+        springlength=(low, min(high, UNLIMITED)) if soft else None,
+        group=_HIDDEN_GROUP,
+    )
+    for site in (parent, child):
+        tendon.add("site", site=site)
+    if not soft and low == high:
+        # A range has two ends; an equality counts from where the model starts.
+        now = math.dist(at[:3], there[:3])
+        model.sections["equality"].add("tendon", tendon1=name, polycoef=(low - now, 0, 0, 0, 0))
+
+
+def _number_in_row(value: Value | None, row: int) -> float:
+    return 0.0 if value is None else float(value.row(row))
+
+
+def _write_sites(model: MjcfModel, constraint: Constraint, row: int) -> tuple[tuple[str, Pose7], tuple[str, Pose7]]:
+    """Sites where the frames of a constraint are, in its parent and in its child, and their places in the world."""
+    found: list[tuple[str, Pose7]] = []
+    for word, mount, frame in (
+        ("parent", constraint.parent, constraint.pose_in_parent),
+        ("child", constraint.child, constraint.pose_in_child),
+    ):
+        pose = pose_in_row(frame, row)
+        body = None if mount is None else model.bodies[model.key(mount)]
+        name = model.name("site", f"{constraint.name}/{word}")
+        element = model.world if body is None else body.element
+        element.add("site", name=name, **pose_attributes(pose), size=(_SITE_SIZE,), group=_HIDDEN_GROUP)
+        found.append((name, compose_poses(IDENTITY_POSE if body is None else body.pose, pose)))
+    return found[0], found[1]

@@ -8,9 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.emit import xml
-from scenecc.emit.unsupported import unsupported_fields
-from scenecc.emit.xml import Z_TO_X, UniqueNames, XmlElement, format_obj
+from scenecc.emit.output import Z_TO_X, UniqueNames, XmlElement, compose_poses, format_obj, unsupported_fields
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.meshes.builder import bake_scale
 from scenecc.meshes.surface import encode_png
@@ -21,8 +19,7 @@ from scenecc.plan.schema import type_name
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from scenecc.emit.unsupported import UnsupportedFeatures
-    from scenecc.emit.xml import AssetFolder
+    from scenecc.emit.output import AssetFolder, UnsupportedFeatures
     from scenecc.meshes import Image
     from scenecc.meshes.builder import MeshBuilder
     from scenecc.meshes.surface import MeshShape, SurfaceMaterial
@@ -212,7 +209,7 @@ def write_collisions(model: MjcfModel, name: str, body: MeasuredBody, element: X
 
 def _collision_geom(model: MjcfModel, name: str, shape: MeasuredShape) -> tuple[Pose7, dict[str, Any]]:
     """The pose of a geom and what it is."""
-    upright = xml.compose_poses(shape.pose, Z_TO_X)
+    upright = compose_poses(shape.pose, Z_TO_X)
     if shape.kind == "plane":
         return upright, {"type": "plane", "size": (0, 0, _GRID_SPACING)}
     if shape.mesh is None:
@@ -247,7 +244,7 @@ def write_visuals(
     for shape, plan in zip(model.drawer.visuals(body, row), body.visuals, strict=False):
         parts = bake_scale(shape)
         native = None if parts[0].look.base_color_image else _primitive_geom(plan.geometry, row, is_fixed=is_fixed)
-        pose = shape.pose if native is None else xml.compose_poses(shape.pose, native[0])
+        pose = shape.pose if native is None else compose_poses(shape.pose, native[0])
         for part in parts if native is None else parts[:1]:
             if native is None:
                 data = format_obj(part.vertices, part.faces, part.uvs if part.look.base_color_image else None)
