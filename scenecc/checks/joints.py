@@ -209,10 +209,10 @@ def _check_ends(constraint: Constraint, entities: Mapping[str, Entity], origin: 
     for key, mount in (("child", constraint.child), ("parent", constraint.parent)):
         kinds = _motion_types(mount, entities) if mount is not None else frozenset[str]()
         if "none" in kinds:
-            message = f"`{cut(_mount_name(mount))}` is only seen: nothing can be tied to it"
+            message = f"`{cut(str(mount))}` is only seen: nothing can be tied to it"
             hint = "give it another body_type, or let it go with `relative_to`"
         elif key == "child" and "static" in kinds:
-            message = f"`{cut(_mount_name(mount))}` never moves, so it cannot carry a constraint"
+            message = f"`{cut(str(mount))}` never moves, so it cannot carry a constraint"
             hint = "exchange `parent` and `child`: SAPIEN hangs a constraint on a child that can move"
         else:
             continue
@@ -225,7 +225,7 @@ def _check_movable(constraint: Constraint, entities: Mapping[str, Entity], origi
     ends = [mount for mount in (constraint.child, constraint.parent) if mount is not None]
     if any("dynamic" in _motion_types(mount, entities) for mount in ends):
         return
-    names = [f"`{cut(_mount_name(mount))}`" for mount in ends]
+    names = [f"`{cut(str(mount))}`" for mount in ends]
     moved = f"no force moves {names[0]}" if len(names) == 1 else f"forces move neither {names[0]} nor {names[1]}"
     message = f"`{cut(constraint.name)}` does nothing: {moved}"
     sink.report("SC564", message, origin, at="key", hint="one of both must be dynamic, or a link that can move")
@@ -269,7 +269,7 @@ def _check_drive(joint: Drive, name: str, origin: Origin, sink: Sink) -> None:
 def _check_hinges(constraint: Constraint, entities: Mapping[str, Entity], origin: Origin, sink: Sink) -> None:
     for mount in (constraint.parent, constraint.child):
         if mount is None or not _is_hinged(mount, entities):
-            what = "the world" if mount is None else f"`{cut(_mount_name(mount))}`"
+            what = "the world" if mount is None else f"`{cut(str(mount))}`"
             message = f"`enable_hinges` does nothing: {what} is no link with a revolute joint"
             hint = "leave it out: the velocities of the two are held to the ratio without it"
             sink.report("SC115", message, origin.child("enable_hinges"), at="key", hint=hint)
@@ -283,8 +283,3 @@ def _is_hinged(mount: Mount, entities: Mapping[str, Entity]) -> bool:
         if joint is None or joint.type not in {"revolute", "revolute_unwrapped"}:
             return False
     return True
-
-
-def _mount_name(mount: Mount | None) -> str:
-    assert mount is not None
-    return mount.entity if mount.link is None else f"{mount.entity}/{mount.link}"

@@ -14,7 +14,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from scenecc.diagnostics import Location
-from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, normalized, rotate
+from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, normalized, rotate, to_pose
 from scenecc.geometry.rotations import compose as compose_poses
 from scenecc.geometry.rotations import invert as invert_pose
 from scenecc.plan.display import SPEC_FIELD_NAMES
@@ -145,12 +145,6 @@ def transform_direction(pose: Pose7, vector: Vec3) -> Vec3:
 def pose_in_row(value: Value | None, row: int) -> Pose7:
     """A pose of the plan in a row; the identity where it says none."""
     return IDENTITY_POSE if value is None else to_pose(value.row(row))
-
-
-def to_pose(row: Any) -> Pose7:
-    """Seven numbers as a pose."""
-    x, y, z, qw, qx, qy, qz = map(float, row)
-    return x, y, z, qw, qx, qy, qz
 
 
 _DIGEST_LENGTH = 8

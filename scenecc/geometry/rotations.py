@@ -15,7 +15,7 @@ import math
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
 
 Vec3 = tuple[float, float, float]
@@ -41,6 +41,18 @@ RIGID_TOLERANCE = 1e-3
 
 MIN_HORIZONTAL = 1e-6
 """Below this length of what is horizontal of a direction, where it points is rounding noise."""
+
+
+def to_pose(row: Iterable[float]) -> Pose7:
+    """Seven numbers of any type as a pose."""
+    x, y, z, qw, qx, qy, qz = map(float, row)
+    return x, y, z, qw, qx, qy, qz
+
+
+def to_vector(row: Iterable[float]) -> Vec3:
+    """Three numbers of any type as a vector."""
+    x, y, z = map(float, row)
+    return x, y, z
 
 
 def multiply(a: Quat, b: Quat) -> Quat:

@@ -284,9 +284,7 @@ def plain_data(item: Any) -> Any:
 
 def mount_words(mount: Mount | None) -> str:
     """What something holds on to, as a scene file names it."""
-    if mount is None:
-        return "world"
-    return mount.entity if mount.link is None else f"{mount.entity}/{mount.link}"
+    return "world" if mount is None else str(mount)
 
 
 TINY = 1e-300

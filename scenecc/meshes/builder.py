@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.geometry.rotation_arrays import pose_matrix
-from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
+from scenecc.geometry.rotations import IDENTITY_POSE, to_pose, to_vector
 from scenecc.meshes import primitives
 from scenecc.meshes.files import MeshFiles
 from scenecc.meshes.surface import MaterialCache, MeshError, MeshPart, MeshShape, SurfaceMaterial
@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Origin
-    from scenecc.meshes.surface import Surface, Vec3
+    from scenecc.geometry.rotations import Vec3
+    from scenecc.meshes.surface import Surface
     from scenecc.plan import BodyStructure, ScenePlan, VisualGeometry, VisualShape
     from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredMesh, MeasuredScene, MeasuredShape
 
@@ -77,7 +78,7 @@ class MeshBuilder:
             parts = tuple(map(MeshPart, shown, looks))
         mirrored = isinstance(shape.geometry, Mesh) and scale[0] * scale[1] * scale[2] < 0
         turned = shape.front_face is not None and (shape.front_face == "clockwise") != mirrored
-        pose = IDENTITY_POSE if shape.pose is None else _pose(shape.pose.row(row))
+        pose = IDENTITY_POSE if shape.pose is None else to_pose(shape.pose.row(row))
         kind = type_name(type(shape.geometry))
         return MeshShape(shape.name or "", kind, parts, pose, scale, turned, origin=shape.origin)
 
@@ -89,7 +90,7 @@ class MeshBuilder:
             parts = self._files.parts(self._plan.files[int(geometry.file.row(row))])
             if own is not None:
                 parts = tuple(MeshPart(part.surface, own) for part in parts)
-            return parts, _vec3(geometry.scale.row(row))
+            return parts, to_vector(geometry.scale.row(row))
         surface, scale = self._primitive(type_name(type(geometry)), geometry.sizes(row))
         return (MeshPart(surface, own or SurfaceMaterial()),), scale
 
@@ -116,16 +117,6 @@ class MeshBuilder:
         if mesh.digest not in self._meshes:
             self._meshes[mesh.digest] = primitives.make_surface(mesh.vertices, mesh.triangles, None, None)
         return self._meshes[mesh.digest]
-
-
-def _pose(row: Any) -> Pose7:
-    x, y, z, qw, qx, qy, qz = map(float, row)
-    return x, y, z, qw, qx, qy, qz
-
-
-def _vec3(row: Any) -> Vec3:
-    x, y, z = map(float, row)
-    return x, y, z
 
 
 _MARGIN: Final = 0.1

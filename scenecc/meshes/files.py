@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from scenecc.files import ChangedError, read_checked
+from scenecc.geometry.rotations import to_vector
 from scenecc.meshes.primitives import make_surface
 from scenecc.meshes.surface import ImageCache, MeshError, MeshPart, SurfaceMaterial, convert_image
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from scenecc.meshes.surface import Vec3, Vec4
+    from scenecc.meshes.surface import Vec4
     from scenecc.plan import AssetFile, NamedFile
 
 _WHITE: Final = (1.0, 1.0, 1.0, 1.0)
@@ -168,7 +169,7 @@ def _convert_pbr(material: Any, path: Path) -> SurfaceMaterial:
     image = convert_image(material.baseColorTexture, name, srgb=True)
     return SurfaceMaterial(
         base_color=_WHITE if color is None else _rgba(np.asarray(color) / 255),
-        emission=_rgb(glow) if glow is not None else (0.0, 0.0, 0.0),
+        emission=to_vector(glow) if glow is not None else (0.0, 0.0, 0.0),
         specular=_SPECULAR,
         roughness=_number(material.roughnessFactor, 1.0),
         metallic=_number(material.metallicFactor, 1.0),
@@ -188,12 +189,12 @@ def _convert_simple(material: Any, path: Path, named: _MeshResolver, images: Ima
     """
     given: dict[str, Any] = material.kwargs
     shine = min(max(_number(given.get("ns"), 0.0) / 1000, 0.0), 1.0) ** 0.5
-    bright = float(np.dot(_rgb(given.get("ks", (0.0, 0.0, 0.0))), _LUMINANCE))
+    bright = float(np.dot(to_vector(given.get("ks", (0.0, 0.0, 0.0))), _LUMINANCE))
     opaque = _first(given.get("d"), 1.0)
-    red, green, blue = _rgb(given.get("kd", _GRAY[:3]))
+    red, green, blue = to_vector(given.get("kd", _GRAY[:3]))
     return SurfaceMaterial(
         base_color=(red, green, blue, opaque),
-        emission=_rgb(given.get("ke", (0.0, 0.0, 0.0))),
+        emission=to_vector(given.get("ke", (0.0, 0.0, 0.0))),
         specular=_SPECULAR,
         roughness=1 - shine * bright,
         base_color_image=convert_image(material.image, path.stem, srgb=True),
@@ -223,11 +224,6 @@ def _first(words: Sequence[str] | None, default: float) -> float:
 
 def _number(value: Any, default: float) -> float:
     return default if value is None else float(value)
-
-
-def _rgb(values: Any) -> Vec3:
-    red, green, blue = (float(value) for value in values)
-    return red, green, blue
 
 
 def _rgba(values: Any) -> Vec4:

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.meshes.surface import Surface, Vec3
+from scenecc.meshes.surface import Surface
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
+
+    from scenecc.geometry.rotations import Vec3
 
 _AROUND: Final = 32
 """Corners of a circle."""

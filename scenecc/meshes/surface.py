@@ -22,11 +22,8 @@ if TYPE_CHECKING:
     from PIL.Image import Image as Pixels
 
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.geometry.rotations import Pose7
+    from scenecc.geometry.rotations import Pose7, Vec3
     from scenecc.plan import ScenePlan, Value
-
-
-Vec3 = tuple[float, float, float]
 
 
 Vec4 = tuple[float, float, float, float]

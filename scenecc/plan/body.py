@@ -138,6 +138,10 @@ class Mount:
     entity: str
     link: str | None = None
 
+    def __str__(self) -> str:
+        """As a scene file names it: `ENTITY` or `ENTITY/LINK`."""
+        return self.entity if self.link is None else f"{self.entity}/{self.link}"
+
 
 COLLISION_ID_BITS = 0xFFFF
 """The bits of the fourth integer within which those of the third count."""

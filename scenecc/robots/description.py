@@ -9,14 +9,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Literal
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.geometry.rotations import IDENTITY_POSE
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from scenecc.diagnostics import Location
+    from scenecc.geometry.rotations import Pose7, Vec3
 
-PoseNumbers = tuple[float, float, float, float, float, float, float]
-Vector3 = tuple[float, float, float]
 SapienJointType = Literal["fixed", "revolute", "revolute_unwrapped", "prismatic"]
 
 
@@ -49,7 +49,7 @@ class MeshGeometry:
 
     uri: str
     path: Path
-    scale: Vector3
+    scale: Vec3
     parts: bool | None = None
 
 
@@ -87,7 +87,7 @@ class DescribedCollision:
     """
 
     geometry: Geometry
-    pose: PoseNumbers
+    pose: Pose7
     location: Location
     friction: tuple[float, float, float] | None = None
     density: float | None = None
@@ -98,7 +98,7 @@ class DescribedVisual:
     """A shape that is seen. `look`: None: a mesh shows its own materials, all else a plain one."""
 
     geometry: Geometry
-    pose: PoseNumbers
+    pose: Pose7
     location: Location
     name: str = ""
     look: DescribedMaterial | None = None
@@ -109,8 +109,8 @@ class DescribedInertial:
     """Mass [kg], centre of mass with the principal axes, principal moments [kg·m²]."""
 
     mass: float
-    com: PoseNumbers
-    inertia: Vector3
+    com: Pose7
+    inertia: Vec3
     location: Location
 
 
@@ -138,8 +138,8 @@ class DescribedJoint:
 
     name: str
     type: SapienJointType
-    pose_in_parent: PoseNumbers
-    pose_in_child: PoseNumbers
+    pose_in_parent: Pose7
+    pose_in_child: Pose7
     location: Location
     limits: tuple[float, float] | None = None
     friction: float | None = None
@@ -186,7 +186,7 @@ class DescribedRobot:
     links: tuple[DescribedLink, ...]
     body_type: Literal["dynamic", "kinematic", "static"] | None = None
     fixed: bool | None = None
-    pose: PoseNumbers = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+    pose: Pose7 = IDENTITY_POSE
     location: Location | None = None
     ignored: tuple[Location, ...] = ()
 

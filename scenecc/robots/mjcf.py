@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from scenecc.diagnostics import Location, Origin, Sink
-    from scenecc.robots.description import DescribedFile, PoseNumbers
+    from scenecc.geometry.rotations import Pose7
+    from scenecc.robots.description import DescribedFile
     from scenecc.robots.xml import SourceElement
     from scenecc.source.paths import AssetScope, ResolvedFile
 
@@ -320,7 +321,7 @@ class _MjcfReader:
         # The loader hangs included sections behind the file's own.
         worlds = sorted(self._root.all("worldbody"), key=lambda world: world.location.file != self._file)
         trees: list[tuple[list[LinkDraft], bool]] = []
-        standing: list[tuple[LinkDraft, PoseNumbers]] = []
+        standing: list[tuple[LinkDraft, Pose7]] = []
         for number, body in enumerate(body for world in worlds for body in world.all("body")):
             if mjcf_bodies.has_joint(body):
                 trees.append(self._bodies.articulation(body, number))

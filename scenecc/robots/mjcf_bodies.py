@@ -31,7 +31,7 @@ from scenecc.robots.xml import warn_if_degrees
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from scenecc.robots.description import PoseNumbers
+    from scenecc.geometry.rotations import Pose7
     from scenecc.robots.mjcf import MjcfReport
     from scenecc.robots.mjcf_attributes import CompilerSettings, DefaultClasses, MjcfAttributes
     from scenecc.robots.mjcf_geoms import GeomReader
@@ -56,7 +56,7 @@ class JointReader:
     classes: DefaultClasses
     compiler: CompilerSettings
 
-    def make(self, element: SourceElement, scope: ClassScope, in_parent: PoseNumbers) -> DescribedJoint:
+    def make(self, element: SourceElement, scope: ClassScope, in_parent: Pose7) -> DescribedJoint:
         """The joint of an element. One that cannot be built is reported, and fixed.
 
         Args:
@@ -93,14 +93,14 @@ class JointReader:
             damping=0.0 if kind == "fixed" else joint.number("damping", 0.0, 0.0),
         )
 
-    def fixed(self, body: SourceElement, scope: ClassScope, in_parent: PoseNumbers) -> DescribedJoint:
+    def fixed(self, body: SourceElement, scope: ClassScope, in_parent: Pose7) -> DescribedJoint:
         """The joint of a body that has none: its frame is its class's, as ManiSkill's loader has it."""
         joint = self.classes.inherited("joint", body, scope)
         frame = _joint_frame(joint, "fixed")
         return DescribedJoint("", "fixed", compose_poses(in_parent, frame), frame, body.location)
 
 
-def _joint_frame(joint: MjcfAttributes, kind: str) -> PoseNumbers:
+def _joint_frame(joint: MjcfAttributes, kind: str) -> Pose7:
     """A frame in the body whose x is the axis."""
     p = joint.singles("pos", (0.0, 0.0, 0.0))
     axis = _read_axis(joint, kind)
@@ -242,7 +242,7 @@ class BodyReader:
             self.report.not_built("empty body", what, body.location)
         return made if made.visuals or made.collisions else None
 
-    def pose(self, body: SourceElement) -> PoseNumbers:
+    def pose(self, body: SourceElement) -> Pose7:
         """Where a body of the world stands."""
         pose = self._pose(body)
         if pose != IDENTITY_POSE:
@@ -251,7 +251,7 @@ class BodyReader:
         return pose
 
     def _links(
-        self, body: SourceElement, parent: int, scope: ClassScope, around: PoseNumbers, links: list[LinkDraft]
+        self, body: SourceElement, parent: int, scope: ClassScope, around: Pose7, links: list[LinkDraft]
     ) -> None:
         """Adds the links of a body and of those in it. `around`: pose of what the body's pose is in, in the parent."""
         inner = self._scope(body, scope)
@@ -289,7 +289,7 @@ class BodyReader:
         for child in body.all("body"):
             self._links(child, last, inner, IDENTITY_POSE, links)
 
-    def _stand(self, body: SourceElement, made: LinkDraft, scope: ClassScope, pose: PoseNumbers) -> int:
+    def _stand(self, body: SourceElement, made: LinkDraft, scope: ClassScope, pose: Pose7) -> int:
         """Adds the shapes of a body and of those in it to a body that stands still; how many geoms there were."""
         inner = self._scope(body, scope)
         if inner is None:
@@ -313,7 +313,7 @@ class BodyReader:
             geoms += self._stand(child, made, inner, own if pose == IDENTITY_POSE else compose_poses(pose, own))
         return geoms
 
-    def _fill(self, body: SourceElement, made: LinkDraft, scope: ClassScope, pose: PoseNumbers) -> int:
+    def _fill(self, body: SourceElement, made: LinkDraft, scope: ClassScope, pose: Pose7) -> int:
         """Adds the shapes of a body's own geoms, which are in a frame of some pose; how many geoms there are."""
         geoms = list(body.all("geom"))
         for geom in geoms:
@@ -323,7 +323,7 @@ class BodyReader:
         return len(geoms)
 
     def make(
-        self, geom: SourceElement, scope: ClassScope, pose: PoseNumbers
+        self, geom: SourceElement, scope: ClassScope, pose: Pose7
     ) -> tuple[list[DescribedVisual], list[DescribedCollision]]:
         """What is seen of a geom, and what of it collides."""
         self._once_named("geom", geom)
@@ -343,7 +343,7 @@ class BodyReader:
         known = self.joints.classes.known(name, body, "childclass")
         return ClassScope((*scope.names, name)) if known else scope
 
-    def _pose(self, body: SourceElement) -> PoseNumbers:
+    def _pose(self, body: SourceElement) -> Pose7:
         given = own_attributes(body, self.report)
         p = given.singles("pos", (0.0, 0.0, 0.0))
         return pose_numbers((p[0], p[1], p[2]), read_rotation(given, self.joints.compiler))
@@ -419,7 +419,7 @@ def describe_articulation(links: list[LinkDraft], *, fixed: bool) -> DescribedRo
     return DescribedRobot(tuple(map(_describe_link, links)), fixed=fixed, location=links[0].element.location)
 
 
-def describe_static_body(made: LinkDraft, pose: PoseNumbers) -> DescribedRobot:
+def describe_static_body(made: LinkDraft, pose: Pose7) -> DescribedRobot:
     """A body that stands still, in place of an articulation."""
     return DescribedRobot((_describe_link(made),), "static", pose=pose, location=made.element.location)
 

@@ -36,7 +36,8 @@ from scenecc.robots.poses import (
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from scenecc.robots.description import DescribedFile, PoseNumbers
+    from scenecc.geometry.rotations import Pose7
+    from scenecc.robots.description import DescribedFile
     from scenecc.robots.mjcf import MjcfFiles, MjcfReport
     from scenecc.robots.mjcf_attributes import CompilerSettings, DefaultClasses, MjcfAttributes
     from scenecc.robots.poses import Symmetry
@@ -269,7 +270,7 @@ class GeomReader:
 
     assets: MjcfAssets
 
-    def make(self, element: SourceElement, scope: ClassScope, around: PoseNumbers) -> GeomShapes:
+    def make(self, element: SourceElement, scope: ClassScope, around: Pose7) -> GeomShapes:
         """The shapes of a geom: those that are seen and those that collide, one or none of each.
 
         Args:
@@ -326,7 +327,7 @@ class GeomReader:
             return None
         return kind
 
-    def _shape(self, kind: str, geom: MjcfAttributes) -> tuple[Geometry, PoseNumbers] | None:
+    def _shape(self, kind: str, geom: MjcfAttributes) -> tuple[Geometry, Pose7] | None:
         """A geom's geometry and pose; None, reported, where they are wrong."""
         if "fromto" in geom and kind in {"sphere", "mesh"}:
             geom.wrong("fromto", f"says nothing of a {kind}")
@@ -341,7 +342,7 @@ class GeomReader:
             return self._between(kind, geom, size[0])
         return self._upright(kind, geom, size)
 
-    def _upright(self, kind: str, geom: MjcfAttributes, size: tuple[float, ...]) -> tuple[Geometry, PoseNumbers]:
+    def _upright(self, kind: str, geom: MjcfAttributes, size: tuple[float, ...]) -> tuple[Geometry, Pose7]:
         """A geom that stands where its pose says."""
         solid = SolidGeometry(kind, size)
         if kind in LYING_SOLIDS:
@@ -367,12 +368,12 @@ class GeomReader:
             return size[:wanted]
         return None
 
-    def _pose(self, geom: MjcfAttributes, symmetry: Symmetry) -> PoseNumbers:
+    def _pose(self, geom: MjcfAttributes, symmetry: Symmetry) -> Pose7:
         p = geom.singles("pos", (0.0, 0.0, 0.0))
         turn = read_rotation(geom, self.assets.compiler, symmetry)
         return pose_numbers((p[0], p[1], p[2]), turn)
 
-    def _between(self, kind: str, geom: MjcfAttributes, radius: float) -> tuple[Geometry, PoseNumbers] | None:
+    def _between(self, kind: str, geom: MjcfAttributes, radius: float) -> tuple[Geometry, Pose7] | None:
         """A geom from one point to another; in single precision up to the direction, as the loader has it."""
         ends = np.array(geom.numbers("fromto", (0.0, 0.0, 0.0, 1.0, 0.0, 0.0)), np.float32)
         start, end = ends[:3], ends[3:]

@@ -16,8 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.geometry.rotations import Quat
-    from scenecc.robots.description import PoseNumbers, Vector3
+    from scenecc.geometry.rotations import Pose7, Quat, Vec3
     from scenecc.robots.mjcf_attributes import CompilerSettings, MjcfAttributes
 
     Array = NDArray[np.floating[Any]]
@@ -31,7 +30,7 @@ _HALF, _ONE, _TWO = _F(0.5), _F(1), _F(2)
 Float32Tuple = tuple[np.float32, ...]
 
 
-def pose_of_matrix(matrix: NDArray[np.float64]) -> PoseNumbers:
+def pose_of_matrix(matrix: NDArray[np.float64]) -> Pose7:
     """What `sapien.Pose(matrix)` is.
 
     Args:
@@ -44,7 +43,7 @@ def pose_of_matrix(matrix: NDArray[np.float64]) -> PoseNumbers:
 
 
 @lru_cache(maxsize=1024)
-def axis_pose(axis: Vector3, p: Vector3 = (0.0, 0.0, 0.0)) -> PoseNumbers:
+def axis_pose(axis: Vec3, p: Vec3 = (0.0, 0.0, 0.0)) -> Pose7:
     """A frame at `p` whose x is an axis of length 1; y and z are those that SAPIEN's and ManiSkill's loaders choose."""
     y: NDArray[np.float64] = np.cross(axis, (0.0, 0.0, 1.0) if abs(axis[0]) > 0.9 else (1.0, 0.0, 0.0))
     y /= np.linalg.norm(y)
@@ -54,7 +53,7 @@ def axis_pose(axis: Vector3, p: Vector3 = (0.0, 0.0, 0.0)) -> PoseNumbers:
     return pose_of_matrix(matrix)
 
 
-def compose_poses(first: PoseNumbers, second: PoseNumbers) -> PoseNumbers:
+def compose_poses(first: Pose7, second: Pose7) -> Pose7:
     """What `first * second` is: `second`, in the frame of `first`."""
     with np.errstate(all="ignore"):
         p, q = _floats(first[:3]), _floats(first[3:])
@@ -63,7 +62,7 @@ def compose_poses(first: PoseNumbers, second: PoseNumbers) -> PoseNumbers:
     return _numbers((turned[0] + p[0], turned[1] + p[1], turned[2] + p[2], *rotation))
 
 
-def pose_numbers(p: Vector3, q: tuple[float, float, float, float]) -> PoseNumbers:
+def pose_numbers(p: Vec3, q: tuple[float, float, float, float]) -> Pose7:
     """What `sapien.Pose(p, q)` is: single precision, the quaternion as it is given."""
     return _numbers(_floats((*p, *q)))
 
@@ -72,8 +71,8 @@ def _floats(values: tuple[float, ...]) -> Float32Tuple:
     return tuple(_F(value) for value in values)
 
 
-def _numbers(values: Float32Tuple) -> PoseNumbers:
-    return cast("PoseNumbers", tuple(float(value) for value in values))
+def _numbers(values: Float32Tuple) -> Pose7:
+    return cast("Pose7", tuple(float(value) for value in values))
 
 
 def _quaternion_of_matrix(m: Any) -> Float32Tuple:

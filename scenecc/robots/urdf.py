@@ -45,7 +45,8 @@ if TYPE_CHECKING:
     from typing import Literal
 
     from scenecc.diagnostics import Location, Origin, Sink
-    from scenecc.robots.description import Geometry, PoseNumbers
+    from scenecc.geometry.rotations import Pose7
+    from scenecc.robots.description import Geometry
     from scenecc.robots.xml import SourceElement
     from scenecc.source.paths import AssetScope, Refusal, ResolvedFile
 
@@ -438,7 +439,7 @@ class _UrdfReader:
             inertial=inertial,
         )
 
-    def _shape(self, element: SourceElement) -> tuple[Geometry, PoseNumbers, Location] | None:
+    def _shape(self, element: SourceElement) -> tuple[Geometry, Pose7, Location] | None:
         pose = read_origin(element, self._scale, self._findings)
         # A shape whose pose is wrong is read all the same, for what else is wrong with it.
         shape = read_geometry(element, pose or IDENTITY_POSE, self._scale, self._files, self._findings)

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.robots.description import SapienJointType, Vector3
+    from scenecc.geometry.rotations import Vec3
+    from scenecc.robots.description import SapienJointType
     from scenecc.robots.files import FileReport
     from scenecc.robots.xml import SourceElement
 
@@ -109,7 +110,7 @@ def read_joint(row: JointElement, scale: float, findings: FileReport) -> Describ
     )
 
 
-def _read_axis(row: JointElement, findings: FileReport) -> Vector3 | None:
+def _read_axis(row: JointElement, findings: FileReport) -> Vec3 | None:
     """The axis, of length 1; x where there is none."""
     element = row.element.find("axis")
     if element is None:

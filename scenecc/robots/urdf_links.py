@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.diagnostics import Location
-    from scenecc.robots.description import PoseNumbers, Vector3
+    from scenecc.geometry.rotations import Pose7, Vec3
     from scenecc.robots.files import FileReport, RobotFiles
     from scenecc.robots.xml import SourceElement
 
@@ -30,7 +30,7 @@ _Z_TO_X_POSE = pose_numbers((0.0, 0.0, 0.0), (0.7071068, 0.0, 0.7071068, 0.0))
 """From SAPIEN's lying solids to URDF's, which stand along z."""
 
 
-def read_origin(element: SourceElement, scale: float, findings: FileReport) -> PoseNumbers | None:
+def read_origin(element: SourceElement, scale: float, findings: FileReport) -> Pose7 | None:
     """The pose of an element by its <origin>; the identity where it has none; None, reported, where that is wrong."""
     origin = element.find("origin")
     if origin is None:
@@ -47,7 +47,7 @@ def read_origin(element: SourceElement, scale: float, findings: FileReport) -> P
     return pose_of_matrix(matrix)
 
 
-def _rpy_matrix(rpy: Vector3) -> list[list[Any]]:
+def _rpy_matrix(rpy: Vec3) -> list[list[Any]]:
     """Rotation by roll about x, then pitch about y, then yaw about z."""
     # As arrays: NumPy's sines of arrays and of numbers may differ in the last bit.
     cosines, sines = np.cos(np.array(rpy)), np.sin(np.array(rpy))
@@ -61,8 +61,8 @@ def _rpy_matrix(rpy: Vector3) -> list[list[Any]]:
 
 
 def read_geometry(
-    element: SourceElement, pose: PoseNumbers, scale: float, files: RobotFiles, findings: FileReport
-) -> tuple[Geometry, PoseNumbers, Location] | None:
+    element: SourceElement, pose: Pose7, scale: float, files: RobotFiles, findings: FileReport
+) -> tuple[Geometry, Pose7, Location] | None:
     """The shape of a <visual> or <collision>, its pose and the place that says what it is; None, reported, if wrong."""
     holder = element.find("geometry")
     if holder is None:
@@ -88,8 +88,8 @@ def read_geometry(
 
 
 def _read_round_shape(
-    kind: SourceElement, pose: PoseNumbers, scale: float, findings: FileReport
-) -> tuple[Geometry, PoseNumbers, Location] | None:
+    kind: SourceElement, pose: Pose7, scale: float, findings: FileReport
+) -> tuple[Geometry, Pose7, Location] | None:
     wanted = ("radius",) if kind.tag == "sphere" else ("radius", "length")
     read = [(name, read_number(kind, name, findings)) for name in wanted]
     sizes = [size for name, size in read if size is not None and _check_size(kind, name, size, scale, findings)]
@@ -165,7 +165,7 @@ _INERTIA_KEYS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 def _principal_inertia(
     mass: float,
-    pose: PoseNumbers,
+    pose: Pose7,
     inertia: NDArray[np.float64],
     scale: float,
     tensor: SourceElement,

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from scenecc.diagnostics import Location
-    from scenecc.robots.description import Vector3
+    from scenecc.geometry.rotations import Vec3
     from scenecc.robots.files import FileReport
 
 
@@ -311,7 +311,7 @@ def read_optional_number(
     return found, found is not None
 
 
-def read_vector3(element: SourceElement, attribute: str, findings: FileReport) -> Vector3 | None:
+def read_vector3(element: SourceElement, attribute: str, findings: FileReport) -> Vec3 | None:
     """Three numbers of an attribute that must be there."""
     found = read_numbers(element, attribute, 3, findings)
     return None if found is None else (found[0], found[1], found[2])

@@ -9,13 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from scenecc.robots.description import PoseNumbers
+from scenecc.geometry.rotations import Pose7
 from scenecc.robots.poses import compose_poses, pose_numbers, pose_of_matrix
 
 COUNT = 100_000
 
 
-def bits(pose: PoseNumbers | sapien.Pose) -> tuple[int, ...]:
+def bits(pose: Pose7 | sapien.Pose) -> tuple[int, ...]:
     """The bits of seven numbers, which tell the zeros apart."""
     values = (*pose.p, *pose.q) if isinstance(pose, sapien.Pose) else pose
     return tuple(np.asarray(values, np.float32).view(np.uint32).tolist())

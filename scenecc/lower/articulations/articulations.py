@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from scenecc.diagnostics import Origin, Sink
+    from scenecc.geometry.rotations import Pose7
     from scenecc.lower.articulations.drafts import Alternative, ArticulationDraft, DraftJoint
     from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.materials import MaterialLowerer
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from scenecc.lower.shapes import GroupBits, ShapeLowerer
     from scenecc.plan import AssetFile, BodyStructure, Value
     from scenecc.plan.body import BodyType
-    from scenecc.robots.description import DescribedRobot, PoseNumbers, RobotDescription
+    from scenecc.robots.description import DescribedRobot, RobotDescription
 
 
 _VISIBLE_KEYS = ("visibility",)
@@ -139,7 +140,7 @@ class LoweredArticulation:
     """
 
     suffix: str
-    pose: PoseNumbers | None
+    pose: Pose7 | None
     structures: tuple[BodyStructure | ArticulationStructure, ...]
     pick: Value | None = None
 

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from scenecc.diagnostics import Location, Origin, Sink
+    from scenecc.geometry.rotations import Pose7
     from scenecc.lower.articulations.drafts import Layer
     from scenecc.lower.field_types import FieldType
     from scenecc.lower.fields import FieldLowerer
@@ -245,7 +246,7 @@ def _joint(joint: DescribedJoint, origin: Origin) -> DraftJoint:
     )
 
 
-def _pose(pose: robots.PoseNumbers) -> Value | None:
+def _pose(pose: Pose7) -> Value | None:
     """None for the identity. To the bit: a pose with -0.0 is passed to the engine."""
     return None if pose == _IDENTITY_NUMBERS and "-" not in repr(pose) else literal(pose)
 
