@@ -26,15 +26,15 @@ Show = Literal["visual", "collision"]
 
 @frozen
 class ExportOptions:
-    """How the measured scenes are to be written.
+    """How to write the measured scenes.
 
     Attributes:
-        name: of the file without its suffix. Files that lie beside it are in a folder `NAME.assets`.
-        show: what bodies look like: as they are seen, or their colliding shapes.
-        grid: whether all scenes that were measured are written side by side; otherwise there is one.
-        entity: the one to write; None: all.
-        folder: whether entities are to be written one by one, each into a file of its own name.
-        binary: whether the file is to be in the binary form of its kind.
+        name: of the file, without its suffix. Meshes and images are in the folder `NAME.assets` next to it.
+        show: whether bodies are shown by their visual or their collision shapes.
+        grid: whether to write all measured scenes side by side, or only one.
+        entity: name of the entity to write; None: all.
+        folder: whether to write one file per entity, named after it.
+        binary: whether to write the binary variant of the format.
     """
 
     name: str
@@ -65,13 +65,13 @@ EMITTERS: dict[str, Callable[[ScenePlan, Sink, Path | None], str | None]] = {
 
 @frozen
 class ExportTarget:
-    """A kind of files for another program.
+    """A file format of another program.
 
     Attributes:
-        module: its `write(plan, measured, options, sink)` makes the files; None after an error.
+        module: its `write(plan, measured, options, sink)` returns the files; None after an error.
         suffix: of the file.
-        takes: fields of `ExportOptions` that mean something to it, beside `name`.
-        needs: a module that every file takes, and the package of the extra `export` that brings it; None where only
+        takes: fields of `ExportOptions` that it uses, besides `name`.
+        needs: a module that every file requires, and the package of the extra `export` that provides it; None: only
             some scenes need one.
     """
 
@@ -87,17 +87,17 @@ EXPORTS: dict[str, ExportTarget] = {
     "urdf": ExportTarget("scenecc.emit.urdf", ".urdf", frozenset({"entity", "folder"})),
     "usd": ExportTarget("scenecc.emit.usd", ".usda", frozenset({"show", "binary"}), ("pxr.Usd", "usd-core")),
 }
-"""Target to what writes it."""
+"""Target name to its format."""
 
 
 def emit(plan: ScenePlan, target: str, sink: Sink, *, base: Path | None = None) -> str | None:
-    """The plan as text; None if it cannot be written so, which `sink` then tells.
+    """The plan as text; None after an error, which is reported to `sink`.
 
     Args:
         plan: what to write.
         target: a key of `EMITTERS`.
         sink: takes diagnostics.
-        base: folder that the text will lie in; relative uris are rewritten against it. None: they stay as they are.
+        base: folder in which the text will be saved, from which relative uris then start; None: they stay as they are.
 
     Raises:
         KeyError: if there is no such target.
@@ -108,17 +108,20 @@ def emit(plan: ScenePlan, target: str, sink: Sink, *, base: Path | None = None) 
 def export(
     plan: ScenePlan, measured: EngineSnapshot, target: str, options: ExportOptions, sink: Sink
 ) -> dict[str, bytes] | None:
-    """The files of another program, by their paths relative to the folder that they will lie in.
+    """The exported files, by their paths relative to the output folder.
 
-    The first is the file itself, `NAME` and the target's suffix, and the others, which it refers to, lie in
-    `NAME.assets`. Where entities are written one by one, there is one such file each.
+    The first is the file itself, `NAME` with the target's suffix. The files that it refers to are in `NAME.assets`.
+    With `folder`, there is one such file per entity.
 
     Args:
         plan: what to write.
-        measured: what was built of it: the one scene that is written, or all of a grid.
+        measured: snapshot of the built plan: the scene to write, or all scenes of a grid.
         target: a key of `EXPORTS`.
-        options: what is asked for.
-        sink: takes a warning of everything that the target cannot hold, and errors; then there are no files.
+        options: how to write it.
+        sink: takes a warning for every feature that the format does not support, and errors.
+
+    Returns:
+        None after an error.
 
     Raises:
         KeyError: if there is no such target.

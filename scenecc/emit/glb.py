@@ -35,7 +35,7 @@ _UNSUPPORTED_SECTIONS: Final = {"lights": "light", "cameras": "camera"}
 
 
 def report_unsupported_sections(plan: ScenePlan, scenes: AbstractSet[int], sink: Sink) -> None:
-    """Warns of lights, cameras and surroundings of the scenes that are written."""
+    """Warns of lights, cameras and the environment of the written scenes."""
     for section, word in _UNSUPPORTED_SECTIONS.items():
         for item in getattr(plan, section):
             if scenes & set(item.scene_idxs):
@@ -46,15 +46,17 @@ def report_unsupported_sections(plan: ScenePlan, scenes: AbstractSet[int], sink:
 
 
 def report_unsupported_material(look: SurfaceMaterial, origin: Origin | None, sink: Sink) -> None:
-    """Warns of what a material says and glTF has no word for. `origin`: of the first shape that has it."""
+    """Warns of material properties that glTF does not support. `origin`: of the first shape that has the material."""
     place = origin or Location(None)
     if look.transmission_image is not None:
         sink.report("SC745", f"`transmission_texture` ({look.transmission_image.name}) is left out", place)
     if look.transmission > 0 and look.transmission_roughness != look.roughness:
-        sink.report("SC745", "`transmission_roughness` is left out: `roughness` stands for it", place)
+        sink.report("SC745", "`transmission_roughness` is left out: glTF uses `roughness`", place)
     rough, metal = look.roughness_image, look.metallic_image
     if rough is not None and metal is not None and _sampling(rough) != _sampling(metal):
-        message = f"`metallic_texture` ({metal.name}) is sampled as `roughness_texture` is: glTF has both in one image"
+        message = (
+            f"`metallic_texture` ({metal.name}) has the sampler of `roughness_texture`: glTF stores both in one image"
+        )
         sink.report("SC745", message, place)
         metal = None
     for image in (look.base_color_image, look.normal_image, rough, metal, look.emission_image):
@@ -78,18 +80,18 @@ _SLOTS: Final = {
 }
 
 _SAPIEN_SPECULAR: Final = 2.0
-"""glTF's reflectance of 0.04 is SAPIEN's at `specular` 0.5."""
+"""glTF's default reflectance of 0.04 equals SAPIEN's at `specular` 0.5."""
 
 
 class _EncodedImage:
-    """An image that is in the right format already, as trimesh asks for one."""
+    """An encoded image, with the interface of Pillow's that trimesh uses to save one."""
 
     def __init__(self, data: bytes, suffix: Suffix) -> None:
         self.format = "JPEG" if suffix == ".jpg" else "PNG"
         self._data = data
 
     def save(self, file: BytesIO, **options: str) -> None:
-        """Writes the image; of `options` the format is known."""
+        """Writes the image; the format in `options` is always its own."""
         del options
         file.write(self._data)
 
@@ -99,18 +101,18 @@ def _encode_image(image: Image) -> _EncodedImage:
 
 
 class GltfMaterials:
-    """The materials of a file, in the order in which they are first asked for."""
+    """The materials of a file, in order of first use."""
 
     def __init__(self) -> None:
         self._names: dict[SurfaceMaterial, str] = {}
 
     @property
     def looks(self) -> AbstractSet[SurfaceMaterial]:
-        """All looks that were asked for."""
+        """All materials used so far."""
         return self._names.keys()
 
     def material(self, look: SurfaceMaterial) -> Any:
-        """Trimesh's material of a look."""
+        """The trimesh material of a `SurfaceMaterial`."""
         name = self._names.setdefault(look, f"material {len(self._names)}")
         images = {
             "baseColorTexture": (look.base_color_image, True),
@@ -128,7 +130,7 @@ class GltfMaterials:
         return import_module("trimesh.visual.material").PBRMaterial(name=name, **given)
 
     def finish(self, tree: dict[str, Any]) -> None:
-        """Sets the numbers of all materials in the header of a file, and how their images are sampled."""
+        """Sets the factors of all materials and the samplers of their images in the JSON of a file."""
         found = {material["name"]: material for material in tree.get("materials", [])}
         samplers: list[dict[str, int]] = []
         used: set[str] = set()
@@ -149,7 +151,7 @@ class GltfMaterials:
 
 
 def _material_factors(look: SurfaceMaterial) -> dict[str, Any]:
-    """An image stands in place of a number in SAPIEN; glTF multiplies them."""
+    """In SAPIEN an image replaces a number; glTF multiplies them."""
     packed = look.roughness_image is not None or look.metallic_image is not None
     return {
         "baseColorFactor": list(look.tint),
@@ -159,7 +161,7 @@ def _material_factors(look: SurfaceMaterial) -> dict[str, Any]:
 
 
 def _emissive_factor(look: SurfaceMaterial) -> dict[str, Any]:
-    """GlTF's factor ends at 1; what is brighter is in the strength of an extension."""
+    """GlTF's factor is at most 1; brighter emission is in the strength of an extension."""
     strength = max(1.0, *look.emission)
     return {"emissiveFactor": [value / strength for value in look.emission]}
 
@@ -204,7 +206,7 @@ def _set_samplers(
 
 
 def _metallic_roughness_image(look: SurfaceMaterial) -> Any:
-    """Roughness in green and metallic in blue, as glTF has both in one image; None where neither has an image."""
+    """One image with roughness in green and metallic in blue, as glTF stores them; None if neither has an image."""
     images = look.roughness_image, look.metallic_image
     rough, metal = (None if image is None else convert_color_space(image, srgb=False) for image in images)
     if rough is None and metal is None:
@@ -236,7 +238,7 @@ def _channel_image(image: Image) -> Any:
 
 
 def build_trimesh(part: MeshPart, materials: GltfMaterials, *, turned: bool) -> Any:
-    """Trimesh's mesh of a part. `turned`: its triangles are seen from the other side."""
+    """The trimesh mesh of a part. `turned`: its triangles face the other side."""
     from trimesh import Trimesh
     from trimesh.visual import TextureVisuals
 
@@ -255,7 +257,7 @@ def build_trimesh(part: MeshPart, materials: GltfMaterials, *, turned: bool) -> 
 
 
 def part_to_glb(part: MeshPart, *, turned: bool) -> bytes:
-    """A part as a file of its own, in the axes of its shape and before that is scaled: nothing turns z up to y up."""
+    """One part as a GLB file, in the frame of its shape and unscaled: z is not rotated to y up."""
     import trimesh
 
     scene: Any = trimesh.Scene()
@@ -267,11 +269,11 @@ def part_to_glb(part: MeshPart, *, turned: bool) -> bytes:
 
 
 _Y_UP: Final = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
-"""From a frame with z up to glTF's, in which y is up: a quarter turn about x."""
+"""From z up to glTF's y up: a rotation by -90° about x."""
 
 
 def write(plan: ScenePlan, measured: EngineSnapshot, choice: ExportOptions, sink: Sink) -> dict[str, bytes] | None:
-    """The file; None after an error, which `sink` then tells."""
+    """The file; None after an error, which is reported to `sink`."""
     drawer = MeshBuilder(plan, lambda problem, origin: report_mesh_error(problem, origin, sink))
     try:
         drawn = tuple(build_scene_meshes(drawer, scene, choice.show) for scene in measured.scenes)
@@ -285,7 +287,7 @@ def write(plan: ScenePlan, measured: EngineSnapshot, choice: ExportOptions, sink
 
 
 class _GlbWriter:
-    """Fills a scene of trimesh's: surfaces and looks that are the same are written once."""
+    """Fills a trimesh scene; equal surfaces and materials are written once."""
 
     def __init__(self, name: str, sink: Sink) -> None:
         import trimesh
@@ -298,7 +300,7 @@ class _GlbWriter:
         self._root = self._node(name, None, _Y_UP)
 
     def add(self, scenes: tuple[SceneMeshes, ...], cell: GridCell | None) -> None:
-        """Adds scenes, side by side where they have a cell each."""
+        """Adds scenes; with a grid cell, side by side."""
         if cell is None:
             for scene in scenes:
                 self._add_scene(scene, self._root, "", None)
@@ -311,7 +313,7 @@ class _GlbWriter:
 
     def file(self) -> bytes:
         """The bytes of the file."""
-        # `Scene.export` refuses a scene that shows nothing.
+        # `Scene.export` rejects a scene without geometry.
         gltf: Any = import_module("trimesh.exchange.gltf")
         return bytes(gltf.export_glb(self._scene, tree_postprocessor=self._materials.finish))
 
@@ -329,17 +331,17 @@ class _GlbWriter:
                     place = np.linalg.inv(entity.bodies[parent].place) @ body.place
                     nodes.append(self._node(f"{node}/{body.body.name}", nodes[parent], place))
                 for shape in body.shapes:
-                    self._add_shape(self._bounded(shape, body, scene, half), nodes[-1])
+                    self._add_shape(self._clip_plane(shape, body, scene, half), nodes[-1])
 
-    def _bounded(self, shape: MeshShape, body: BodyMeshes, scene: SceneMeshes, half: float | None) -> MeshShape:
-        """The shape; of a plane as much as there is room for."""
-        seen = clip_to_scene(shape, body, scene, half)
-        if seen.scale != shape.scale:
+    def _clip_plane(self, shape: MeshShape, body: BodyMeshes, scene: SceneMeshes, half: float | None) -> MeshShape:
+        """The shape; a plane is clipped to the room that its scene has."""
+        clipped = clip_to_scene(shape, body, scene, half)
+        if clipped.scale != shape.scale:
             word = "endless plane" if shape.endless else "plane"
-            _, y, z = seen.scale
+            _, y, z = clipped.scale
             message = f"this {word} is drawn {2 * y:.3g} m by {2 * z:.3g} m"
             self._sink.report("SC746", message, shape.origin or Location(None))
-        return seen
+        return clipped
 
     def _add_shape(self, shape: MeshShape, above: str) -> None:
         place = pose_matrix(shape.pose) @ np.diag([*shape.scale, 1.0])
@@ -352,7 +354,7 @@ class _GlbWriter:
             self._node(f"{node}/{number}", node, np.eye(4), self._mesh(shape, number))
 
     def _mesh(self, shape: MeshShape, number: int) -> str:
-        """The name of a mesh, which shapes that show the same share."""
+        """The name of a part's mesh; equal parts share one."""
         part = shape.parts[number]
         key = (part.surface, part.look, shape.turned)
         if key not in self._meshes:
@@ -363,7 +365,7 @@ class _GlbWriter:
         return self._meshes[key]
 
     def _node(self, name: str, above: str | None, place: NDArray[np.float64], mesh: str | None = None) -> str:
-        """Adds a node by a name that no other has, which is returned."""
+        """Adds a node and returns its unique name."""
         unique = self._names.new(name)
         graph = self._scene.graph
         shown = {} if mesh is None else {"geometry": mesh}

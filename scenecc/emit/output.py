@@ -1,4 +1,4 @@
-"""What exporters share: XML elements, unique names, pose arithmetic, asset files, and reports of unsupported features.
+"""Shared by all exporters: XML elements, unique names, pose arithmetic, asset files, reports of unsupported features.
 
 A pose is p [m], then q (wxyz).
 """
@@ -34,7 +34,7 @@ _INDENT = "  "
 
 
 class XmlElement:
-    """An element and those in it. Attributes that are None are not there."""
+    """An element and its children. Attributes that are None are left out."""
 
     __slots__ = ("attributes", "children", "tag")
 
@@ -44,22 +44,22 @@ class XmlElement:
         self.children: list[XmlElement] = []
 
     def add(self, tag: str, **attributes: Any) -> XmlElement:
-        """A new element in this one."""
+        """Appends a new child."""
         return self.take(XmlElement(tag, **attributes))
 
     def take(self, child: XmlElement) -> XmlElement:
-        """Puts an element into this one, as the last."""
+        """Appends an element as the last child."""
         self.children.append(child)
         return child
 
     def walk(self) -> Iterator[XmlElement]:
-        """This one and all below it, in the order of the text."""
+        """This element and all its descendants, in document order."""
         yield self
         for child in self.children:
             yield from child.walk()
 
     def lines(self, depth: int = 0) -> Iterator[str]:
-        """The text of it, line by line."""
+        """Its text, line by line."""
         head = "".join(f" {name}={quoteattr(value)}" for name, value in self.attributes.items())
         if not self.children:
             yield f"{_INDENT * depth}<{self.tag}{head}/>"
@@ -71,12 +71,12 @@ class XmlElement:
 
 
 def format_document(root: XmlElement) -> bytes:
-    """A file of this element."""
+    """An XML file with this root element."""
     return "\n".join(['<?xml version="1.0" encoding="utf-8"?>', *root.lines(), ""]).encode()
 
 
 def format_attribute(value: Any) -> str:
-    """An attribute: a text, a flag, a number, or several numbers."""
+    """The text of an attribute: a string, a flag, a number, or several numbers."""
     if isinstance(value, str):
         return value
     if isinstance(value, bool | np.bool_):
@@ -85,12 +85,12 @@ def format_attribute(value: Any) -> str:
 
 
 def format_numbers(values: Iterable[float]) -> str:
-    """Numbers with spaces between them."""
+    """Numbers separated by spaces."""
     return " ".join(format_number(float(value)) for value in values)
 
 
 def format_number(value: float) -> str:
-    """The shortest text of a number; of one that single precision holds, the shortest that this reads as it."""
+    """The shortest text of a number: for a float32 number, the shortest that float32 reads back as the same number."""
     if value == 0:
         return "0"
     with np.errstate(over="ignore"):
@@ -100,14 +100,14 @@ def format_number(value: float) -> str:
 
 
 class UniqueNames:
-    """Names of one kind. `separator`: between a name that is taken and its number."""
+    """Unique names of one kind. `separator`: between a name that is taken and its number."""
 
     def __init__(self, *taken: str, separator: str = "_") -> None:
         self._taken = set(taken)
         self._separator = separator
 
     def new(self, wish: str) -> str:
-        """The name that is wished for, or with a number where it is taken."""
+        """The requested name, with a number appended if it is taken."""
         name, count = wish, 1
         while name in self._taken:
             count += 1
@@ -117,33 +117,33 @@ class UniqueNames:
 
 
 UNLIMITED: Final = 1e10
-"""Where a limit is written that a joint has not, of a kind that the format has two of, or asks for [m, rad]."""
+"""Written for a limit that the joint does not have but the format requires [m, rad]."""
 
 MAX_LIMIT: Final = 1e38
-"""A limit of force or of velocity above which there is none."""
+"""A force or velocity limit above this counts as unlimited."""
 
 
 def is_pure_damping(joint: MeasuredJoint) -> bool:
-    """Whether its drive does nothing but slow it down, but for a limit of its force: the damping of a joint."""
+    """Whether its drive acts as joint damping alone: no stiffness and no velocity target (a force limit is allowed)."""
     return joint.drive_mode == "force" and joint.stiffness == 0 and joint.drive_velocity_target == 0
 
 
 Z_TO_X: Final[Pose7] = (0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.5)
-"""Turns z to x, x to y and y to z: from a frame in which things lie along z to one in which they lie along x."""
+"""Rotates z to x, x to y and y to z: from shapes along z (MuJoCo) to shapes along x (SAPIEN)."""
 
 
 def relative_pose(outer: Pose7, inner: Pose7) -> Pose7:
-    """`inner` in the frame of `outer`, both in one frame."""
+    """outer⁻¹ · inner: `inner` relative to `outer`, both given in the same frame."""
     return compose_poses(invert_pose(outer), inner)
 
 
 def transform_direction(pose: Pose7, vector: Vec3) -> Vec3:
-    """A vector of a pose's frame in the frame that the pose is given in."""
+    """A direction of a pose's own frame, in the parent frame."""
     return rotate(normalized(pose[3:]), vector)
 
 
 def pose_in_row(value: Value | None, row: int) -> Pose7:
-    """A pose of the plan in a row; the identity where it says none."""
+    """One row of a pose of the plan; the identity if it is None."""
     return IDENTITY_POSE if value is None else to_pose(value.row(row))
 
 
@@ -151,11 +151,11 @@ _DIGEST_LENGTH = 8
 
 
 class AssetFolder:
-    """Files in the folder beside a file. Those that hold the same are one.
+    """The folder `NAME.assets` next to an exported file. Files with the same content are written once.
 
     Attributes:
         folder: its name.
-        files: by their paths from the folder in which the file lies.
+        files: content by path, relative to the output folder.
     """
 
     def __init__(self, name: str) -> None:
@@ -163,7 +163,7 @@ class AssetFolder:
         self.files: dict[str, bytes] = {}
 
     def add(self, stem: str, suffix: str, data: bytes) -> str:
-        """Puts a file into the folder; its name there, with a part that only the same content has."""
+        """Adds a file to the folder and returns its name there, which includes a hash of the content."""
         digest = sha256(data).hexdigest()[:_DIGEST_LENGTH]
         name = f"{re.sub(r'[^A-Za-z0-9_.-]+', '_', stem) or 'file'}-{digest}{suffix}"
         self.files[f"{self.folder}/{name}"] = data
@@ -190,47 +190,47 @@ def format_obj(
 
 
 def _format_float32(values: NDArray[np.floating]) -> list[list[str]]:
-    """The shortest texts that single precision reads as these numbers."""
+    """The shortest texts that float32 reads back as the same numbers."""
     return values.astype(np.float32).astype(str).tolist()
 
 
 def unsupported_fields(part: type, *supported: str) -> tuple[str, ...]:
-    """What may be said of a part of a plan, less what a format holds of it. `part`: a dataclass of the plan."""
+    """The optional fields of `part`, a dataclass of the plan, without those that a format supports."""
     return tuple(
         item.name for item in fields(part) if item.compare and item.default is None and item.name not in supported
     )
 
 
 PHYSX_SETTINGS: Final = unsupported_fields(Physics, "timestep", "gravity", "default_material")
-"""Fields of `Physics` that are PhysX's own, or for scenes side by side: no other program has them."""
+"""Fields of `Physics` that are specific to PhysX or to parallel scenes: no other format supports them."""
 
 
 class UnsupportedFeatures:
-    """Gathers what is left out or said otherwise, and tells it in the end: one warning for all that are alike."""
+    """Collects what is left out or changed, and reports it at the end: one warning for equal findings."""
 
     def __init__(self, sink: Sink, *, left_out: str, otherwise: str) -> None:
-        """Codes of the two warnings."""
+        """`left_out`, `otherwise`: codes of the two warnings."""
         self._sink = sink
         self._left_out = left_out
         self._otherwise = otherwise
         self._found: dict[tuple[str, str, str], tuple[Origin | None, int]] = {}
 
     def leave_out(self, name: str, what: str, place: Origin | None) -> None:
-        """Something of `name` is not in the file. `what`: the thing, as in "`damping` of a joint"."""
+        """A feature of the entity `name` is not in the file. `what`: the feature, as in "`damping` of a joint"."""
         self._take(self._left_out, name, f"left out: {what}", place)
 
     def change(self, name: str, what: str, place: Origin | None) -> None:
-        """Something of `name` is in the file as something else. `what`: the sentence that says so."""
+        """A feature of the entity `name` is approximated in the file. `what`: a sentence that says how."""
         self._take(self._otherwise, name, what, place)
 
     def fields(self, name: str, thing: object, fields: Iterable[str], place: Origin | None, of: str = "") -> None:
-        """Leaves out those fields of a plan's `thing` that it says something of. `of`: as in " of a joint"."""
-        said = [f"`{SPEC_FIELD_NAMES.get(field, field)}`" for field in fields if getattr(thing, field) is not None]
-        if said:
-            self.leave_out(name, f"{', '.join(said)}{of}", place)
+        """Leaves out those of some `fields` that are set in `thing`, a part of the plan. `of`: as in " of a joint"."""
+        names = [f"`{SPEC_FIELD_NAMES.get(field, field)}`" for field in fields if getattr(thing, field) is not None]
+        if names:
+            self.leave_out(name, f"{', '.join(names)}{of}", place)
 
     def report(self) -> None:
-        """Reports all of it."""
+        """Reports everything that was collected."""
         for (code, name, what), (place, count) in self._found.items():
             times = f" ({count} times)" if count > 1 else ""
             self._sink.report(code, f"`{name}`: {what}{times}", place or Location(None))

@@ -50,11 +50,11 @@ if TYPE_CHECKING:
 
 
 _GIMBAL_LOCK: Final = 1e-6
-"""How near x may come to ±z for the turns about x and z to be told apart."""
+"""Below this length of x's projection onto the xy plane, roll and yaw are not distinguishable."""
 
 
 def write_origin(element: XmlElement, pose: Pose7) -> None:
-    """Adds where something is; nothing for the identity."""
+    """Adds an `<origin>`, unless the pose is the identity."""
     if pose != IDENTITY_POSE:
         element.add("origin", xyz=pose[:3], rpy=roll_pitch_yaw(pose))
 
@@ -70,7 +70,7 @@ def roll_pitch_yaw(pose: Pose7) -> Vec3:
 
 
 _X_TO_Z: Final[Pose7] = (0.0, 0.0, 0.0, 0.7071067811865476, 0.0, -0.7071067811865476, 0.0)
-"""From a frame in which a capsule lies along x to one in which it stands along z."""
+"""From shapes along z (URDF) to shapes along x (SAPIEN)."""
 
 _UNSUPPORTED_SHAPE_FIELDS: Final = unsupported_fields(CollisionShape, "pose", "density")
 
@@ -80,7 +80,7 @@ _DEFAULT_MATERIAL: Final = SurfaceMaterial()
 
 
 def write_collisions(robot: UrdfRobot, body: MeasuredBody, back: Pose7, link: XmlElement) -> None:
-    """A collision for each colliding shape of the engine. `back`: from the link's own frame to that in the file."""
+    """Writes one collision per collision shape of the engine. `back`: from the link's frame to that in the file."""
     for shape in body.shapes:
         robot.unsupported.fields(robot.name, shape.shape, _UNSUPPORTED_SHAPE_FIELDS, shape.shape.origin, " of a shape")
         if shape.kind == "plane":
@@ -118,7 +118,7 @@ def _write_mesh(robot: UrdfRobot, geometry: XmlElement, stem: str, data: bytes) 
 
 
 def write_visuals(robot: UrdfRobot, body: MeasuredBody, back: Pose7, link: XmlElement) -> None:
-    """A visual for all that is seen, a mesh for each of its parts. Raises MeshError."""
+    """Writes the visual shapes, one `<visual>` per mesh part. Raises MeshError."""
     row = robot.measured.row
     for shape, plan in zip(robot.drawer.visuals(body.body, row), body.body.visuals, strict=False):
         parts = bake_scale(shape)
@@ -138,7 +138,7 @@ def write_visuals(robot: UrdfRobot, body: MeasuredBody, back: Pose7, link: XmlEl
 
 
 def _material(robot: UrdfRobot, look: SurfaceMaterial, shape: MeshShape) -> XmlElement:
-    """A colour or an image."""
+    """A `<material>` with a colour or a texture."""
     unsupported = [
         f"`{item.name.replace('_image', '_texture')}`" for item in fields(look) if _is_unsupported(look, item.name)
     ]
@@ -168,11 +168,11 @@ _UNSUPPORTED_ARTICULATION_FIELDS: Final = unsupported_fields(ArticulationStructu
 
 @dataclass(slots=True)
 class UrdfRobot:
-    """A robot on its way into a file.
+    """One robot, while it is written.
 
     Attributes:
-        moved: how the frame of each link in the file is moved from the link's own, in that.
-        joints: the name of each link's joint.
+        moved: pose of each link's frame in the file, relative to the link's own frame.
+        joints: name of each link's joint, by the link's number.
         looks: names of materials.
     """
 
@@ -192,10 +192,10 @@ class UrdfRobot:
 
 
 def write_robot(robot: UrdfRobot) -> None:
-    """All links, then all joints. Raises MeshError."""
+    """Writes all links, then all joints. Raises MeshError."""
     measured = robot.measured
     if measured.entity.hidden:
-        robot.unsupported.leave_out(robot.name, "that only people see it", measured.entity.origin)
+        robot.unsupported.leave_out(robot.name, "`hidden`, which hides it from sensors", measured.entity.origin)
     robot.moved = [_link_offset(robot, body) for body in measured.bodies]
     robot.joints = _joint_names(measured)
     for number, body in enumerate(measured.bodies):
@@ -210,14 +210,14 @@ def write_robot(robot: UrdfRobot) -> None:
 
 
 def _joint_names(measured: MeasuredEntity) -> dict[int, str]:
-    """The name of each link's joint by the link's number: its own, or one that no joint has."""
+    """The name of each link's joint, by the link's number: its own, or a new unique one."""
     joints = {number: body.joint.name for number, body in enumerate(measured.bodies) if body.joint is not None}
     names = UniqueNames(*joints.values())
     return {number: name or names.new(f"{measured.bodies[number].name}_joint") for number, name in joints.items()}
 
 
 def _link_offset(robot: UrdfRobot, body: MeasuredBody) -> Pose7:
-    """A link that turns has its frame on its joint's axis in a URDF."""
+    """URDF puts the frame of a link with a revolute joint on the joint's axis."""
     joint = body.joint
     if joint is None or joint.type in {"fixed", "prismatic"} or joint.pose_in_child[:3] == IDENTITY_POSE[:3]:
         return IDENTITY_POSE
@@ -312,7 +312,7 @@ def write(plan: ScenePlan, measured: EngineSnapshot, choice: ExportOptions, sink
     chosen = _select_entities(measured.scenes[0], choice, sink)
     unsupported = UnsupportedFeatures(sink, left_out="SC740", otherwise="SC741")
     drawer = MeshBuilder(plan, lambda problem, place: unsupported.leave_out(plan.name, str(problem), place))
-    names, files, beside = UniqueNames(), dict[str, bytes](), dict[str, bytes]()
+    names, files, assets = UniqueNames(), dict[str, bytes](), dict[str, bytes]()
     for entity in chosen:
         wish = re.sub(r"[^A-Za-z0-9_.-]+", "_", entity.entity.name) if choice.folder else choice.name
         name = names.new(wish)
@@ -323,9 +323,9 @@ def write(plan: ScenePlan, measured: EngineSnapshot, choice: ExportOptions, sink
             report_mesh_error(problem, drawer.at, sink)
             return None
         files[f"{name}.urdf"] = format_document(robot.root)
-        beside |= robot.assets.files
+        assets |= robot.assets.files
     unsupported.report()
-    return None if sink.failed else files | beside
+    return None if sink.failed else files | assets
 
 
 def _select_entities(scene: MeasuredScene, choice: ExportOptions, sink: Sink) -> Sequence[MeasuredEntity]:

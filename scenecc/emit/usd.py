@@ -49,21 +49,21 @@ if TYPE_CHECKING:
 
 
 Prim = Any
-"""An object of usd-core, which is loaded where it is needed and says nothing of its types."""
+"""An object of usd-core, which is loaded lazily and has no type hints."""
 
 
 class Stage:
-    """A stage of usd-core's and its modules by their own names.
+    """A USD stage and the modules of usd-core.
 
     Attributes:
-        stage: usd-core's; metres, kilograms, z up.
-        root: path of the prim below which all is.
-        unsupported: takes what USD has not.
+        stage: in metres and kilograms, z up.
+        root: path of the root prim.
+        unsupported: takes the features that USD does not support.
         assets: images.
     """
 
     def __init__(self, name: str, unsupported: UnsupportedFeatures) -> None:
-        """`name`: of the file without its suffix."""
+        """`name`: of the file, without its suffix."""
         self.usd: Any = import_module("pxr.Usd")
         self.geom: Any = import_module("pxr.UsdGeom")
         self.physics: Any = import_module("pxr.UsdPhysics")
@@ -83,11 +83,11 @@ class Stage:
         self.stage.SetDefaultPrim(self.geom.Xform.Define(self.stage, self.root).GetPrim())
 
     def path(self, above: str, name: str) -> str:
-        """A path below another, of a name that nothing else has there: names in USD are identifiers."""
+        """A unique path below another. Names in USD are identifiers."""
         return self._paths.new(f"{above}/{self.tf.MakeValidIdentifier(name)}")
 
     def xform(self, above: str, name: str, pose: tuple[float, ...] | None = None) -> Prim:
-        """A frame, shown by its name as the scene has it. `pose`: p then q (wxyz); None: the identity."""
+        """Adds an Xform with the scene's name as display name. `pose`: p then q (wxyz); None: the identity."""
         made = self.geom.Xform.Define(self.stage, self.path(above, name))
         made.GetPrim().SetDisplayName(name)
         if pose is not None:
@@ -95,7 +95,7 @@ class Stage:
         return made
 
     def place(self, made: Prim, pose: tuple[float, ...], scale: tuple[float, ...] | None = None) -> None:
-        """Puts something somewhere: p then q (wxyz), then a scale along its own axes."""
+        """Sets pose, p [m] then q (wxyz), and scale of a prim."""
         made.AddTranslateOp(self.geom.XformOp.PrecisionDouble).Set(self.gf.Vec3d(*pose[:3]))
         made.AddOrientOp(self.geom.XformOp.PrecisionDouble).Set(self.gf.Quatd(*pose[3:]))
         if scale is not None:
@@ -131,30 +131,30 @@ class UsdMaterials:
     def __init__(self, stage: Stage) -> None:
         self._stage = stage
         self._made: dict[SurfaceMaterial, Prim] = {}
-        self._rubbing: dict[tuple[float, float, float], Prim] = {}
+        self._frictions: dict[tuple[float, float, float], Prim] = {}
         self._scope: str | None = None
 
     def bind(self, made: Prim, look: SurfaceMaterial, entity: str, place: Origin | None) -> None:
-        """Gives something a look. `entity`, `place`: who is told of what USD has not."""
+        """Binds a material to a prim. `entity`, `place`: where unsupported features are reported."""
         stage = self._stage
         if look not in self._made:
             self._made[look] = self._material(look)
-            self._tell(look, entity, place)
+            self._report_unsupported(look, entity, place)
         stage.shade.MaterialBindingAPI.Apply(made.GetPrim()).Bind(self._made[look])
 
-    def rub(self, made: Prim, shape: MeasuredShape) -> None:
-        """Gives a collider its friction and restitution."""
+    def bind_friction(self, made: Prim, shape: MeasuredShape) -> None:
+        """Binds a physics material, friction and restitution, to a collider."""
         stage = self._stage
         key = (shape.static_friction, shape.dynamic_friction, shape.restitution)
-        if key not in self._rubbing:
+        if key not in self._frictions:
             material = stage.shade.Material.Define(stage.stage, stage.path(self._folder(), "friction"))
             physics = stage.physics.MaterialAPI.Apply(material.GetPrim())
             physics.CreateStaticFrictionAttr(shape.static_friction)
             physics.CreateDynamicFrictionAttr(shape.dynamic_friction)
             physics.CreateRestitutionAttr(shape.restitution)
-            self._rubbing[key] = material
+            self._frictions[key] = material
         binding = stage.shade.MaterialBindingAPI.Apply(made.GetPrim())
-        binding.Bind(self._rubbing[key], stage.shade.Tokens.fallbackStrength, "physics")
+        binding.Bind(self._frictions[key], stage.shade.Tokens.fallbackStrength, "physics")
 
     def _folder(self) -> str:
         if self._scope is None:
@@ -170,7 +170,7 @@ class UsdMaterials:
         shader.CreateIdAttr("UsdPreviewSurface")
         types = stage.sdf.ValueTypeNames
         red, green, blue, alpha = look.tint
-        # UsdPreviewSurface reflects by `ior`, SAPIEN by `specular`: the same share of what falls on it from the front.
+        # UsdPreviewSurface derives the reflectance at normal incidence from `ior`, SAPIEN from `specular`.
         root = math.sqrt(0.08 * look.specular)
         inputs: dict[str, tuple[Any, Any]] = {
             "diffuseColor": (types.Color3f, stage.gf.Vec3f(red, green, blue)),
@@ -232,7 +232,7 @@ class UsdMaterials:
         output = texture.CreateOutput(channel, types.Float3 if channel == "rgb" else types.Float)
         shader.CreateInput(name, kind).ConnectToSource(output)
 
-    def _tell(self, look: SurfaceMaterial, entity: str, place: Origin | None) -> None:
+    def _report_unsupported(self, look: SurfaceMaterial, entity: str, place: Origin | None) -> None:
         images = (look.base_color_image, look.normal_image, look.roughness_image, look.metallic_image)
         images = (*images, look.emission_image)
         if any(image is not None and image.filter_mode == "nearest" for image in images):
@@ -244,13 +244,13 @@ class UsdMaterials:
 UNSUPPORTED_BODY_FIELDS: Final = unsupported_fields(
     BodyStructure, "mass", "inertial", "visibility", *VELOCITY_FIELDS, "shading_mode"
 )
-"""What UsdPhysics has no word for."""
+"""Fields that UsdPhysics does not support."""
 
 _UNSUPPORTED_SHAPE_FIELDS: Final = unsupported_fields(CollisionShape, "pose", "material", "density")
 
 
 class UsdBodyWriter:
-    """Writes bodies below their entities."""
+    """Writes bodies: mass, visual geometry and colliders."""
 
     def __init__(self, stage: Stage, drawer: MeshBuilder, looks: UsdMaterials, show: Show) -> None:
         self._stage = stage
@@ -258,11 +258,11 @@ class UsdBodyWriter:
         self._looks = looks
         self._show = show
 
-    def fill(self, made: Prim, entity: MeasuredEntity, body: MeasuredBody) -> None:
-        """Makes a frame the body: its mass, what it looks like, what of it collides.
+    def write(self, made: Prim, entity: MeasuredEntity, body: MeasuredBody) -> None:
+        """Writes a body into its Xform: mass, visual geometry, colliders.
 
         Raises:
-            MeshError: a file cannot be shown.
+            MeshError: a mesh file cannot be written.
         """
         stage = self._stage
         prim = made.GetPrim()
@@ -270,28 +270,28 @@ class UsdBodyWriter:
             rigid = stage.physics.RigidBodyAPI.Apply(prim)
             if body.body_type == "kinematic":
                 rigid.CreateKinematicEnabledAttr(defaultValue=True)
-            self._move(rigid, entity, body)
-            self._weigh(prim, body)
+            self._write_velocities(rigid, entity, body)
+            self._write_mass(prim, body)
         path = str(prim.GetPath())
         if self._show == "visual":
             for shape in self._drawer.visuals(body.body, entity.row):
-                self._draw(path, shape, entity.entity.name)
+                self._write_visual(path, shape, entity.entity.name)
         for shape in body.shapes:
-            self._collide(path, shape, body, entity)
+            self._write_collision(path, shape, body, entity)
         place = body.body.origin or entity.structure.origin
         stage.unsupported.fields(entity.entity.name, body.body, UNSUPPORTED_BODY_FIELDS, place)
         if body.body.shading_mode is not None and self._show == "collision":
             stage.unsupported.fields(entity.entity.name, body.body, ("shading_mode",), place)
 
-    def _move(self, rigid: Prim, entity: MeasuredEntity, body: MeasuredBody) -> None:
-        """Velocities at the start; USD counts in degrees."""
+    def _write_velocities(self, rigid: Prim, entity: MeasuredEntity, body: MeasuredBody) -> None:
+        """Initial velocities; USD's angular ones are in degrees per second."""
         linear, angular = body.body.linear_velocity, body.body.angular_velocity
         if linear is not None:
             rigid.CreateVelocityAttr(self._stage.vec3(tuple(linear.row(entity.row))))
         if angular is not None:
             rigid.CreateAngularVelocityAttr(self._stage.vec3(tuple(map(math.degrees, angular.row(entity.row)))))
 
-    def _weigh(self, prim: Prim, body: MeasuredBody) -> None:
+    def _write_mass(self, prim: Prim, body: MeasuredBody) -> None:
         mass = body.mass
         assert mass is not None  # of every body that moves
         api = self._stage.physics.MassAPI.Apply(prim)
@@ -300,7 +300,7 @@ class UsdBodyWriter:
         api.CreateDiagonalInertiaAttr(self._stage.vec3(mass.inertia))
         api.CreatePrincipalAxesAttr(self._stage.quat(mass.com))
 
-    def _draw(self, above: str, shape: MeshShape, entity: str) -> None:
+    def _write_visual(self, above: str, shape: MeshShape, entity: str) -> None:
         stage = self._stage
         for part in bake_scale(shape):
             mesh = self._mesh(stage.path(above, shape.name or shape.kind), part.vertices, part.faces)
@@ -311,7 +311,7 @@ class UsdBodyWriter:
             uvs = np.zeros((len(part.vertices), 2)) if part.uvs is None else part.uvs
             kind = stage.sdf.ValueTypeNames.TexCoord2fArray
             st = stage.geom.PrimvarsAPI(mesh).CreatePrimvar("st", kind, stage.geom.Tokens.vertex)
-            st.Set(stage.vec2s(uvs * (1, -1) + (0, 1)))  # USD counts from the bottom of an image
+            st.Set(stage.vec2s(uvs * (1, -1) + (0, 1)))  # USD's v starts at the bottom of an image
             self._looks.bind(mesh, part.look, entity, shape.origin)
 
     def _mesh(self, path: str, vertices: Any, faces: Any) -> Prim:
@@ -324,13 +324,13 @@ class UsdBodyWriter:
         mesh.CreateExtentAttr(stage.vec3s([vertices.min(axis=0), vertices.max(axis=0)]))
         return mesh
 
-    def _collide(self, above: str, shape: MeasuredShape, body: MeasuredBody, entity: MeasuredEntity) -> None:
+    def _write_collision(self, above: str, shape: MeasuredShape, body: MeasuredBody, entity: MeasuredEntity) -> None:
         stage = self._stage
         path = stage.path(above, f"{shape.kind}_collision")
         made, scale = self._collider(path, shape)
         stage.place(made, shape.pose, scale)
         stage.physics.CollisionAPI.Apply(made.GetPrim())
-        self._looks.rub(made, shape)
+        self._looks.bind_friction(made, shape)
         if self._show == "visual":
             made.CreatePurposeAttr(stage.geom.Tokens.guide)
         else:
@@ -341,7 +341,7 @@ class UsdBodyWriter:
         )
 
     def _collider(self, path: str, shape: MeasuredShape) -> tuple[Prim, tuple[float, ...] | None]:
-        """A shape, and its scale where it has one. As in SAPIEN, what is round lies along x, and a plane faces x."""
+        """A collider prim and its scale, if any. As in SAPIEN, solids lie along x, and a plane's normal is x."""
         stage, geom = self._stage, self._stage.geom
         match shape.kind, shape.sizes:
             case "box", sizes:
@@ -382,7 +382,7 @@ _UNSUPPORTED_ARTICULATION_FIELDS: Final = unsupported_fields(ArticulationStructu
 
 
 def write_joints(stage: Stage, entity: MeasuredEntity, above: str, links: list[str]) -> None:
-    """The joints of an articulation, whose prim is at `above`. `links`: paths of its links."""
+    """Writes the joints of an articulation, whose prim is at `above`. `links`: paths of its links."""
     structure = entity.structure
     assert isinstance(structure, ArticulationStructure)
     name = entity.entity.name
@@ -465,7 +465,7 @@ def _write_drive_api(
 def connect_bodies(
     stage: Stage, made: Prim, parent: str | None, child: str, in_parent: tuple[float, ...], in_child: tuple[float, ...]
 ) -> None:
-    """Puts a joint between two bodies, by their paths. `parent`: None is the world. Frames: p then q (wxyz)."""
+    """Connects two bodies, given by their paths, with a joint. `parent`: None: the world. Frames: p then q (wxyz)."""
     if parent is not None:
         made.CreateBody0Rel().SetTargets([parent])
     made.CreateBody1Rel().SetTargets([child])
@@ -483,7 +483,7 @@ _DEGREES_OF_FREEDOM: Final = {
     "swing": ("rotY", "rotZ"),
     "slerp": ("rotX", "rotY", "rotZ"),
 }
-"""An axis of a drive as USD's degrees of freedom."""
+"""Axis of a drive to USD's degrees of freedom."""
 
 _JOINT_CLASSES: Final[dict[type, str]] = {
     Weld: "FixedJoint",
@@ -545,7 +545,7 @@ def _write_axis_limit(stage: Stage, made: Prim, limit: AxisLimit, row: int) -> N
 
 
 def _axis_targets(joint: Drive, row: int) -> dict[str, tuple[float, float]]:
-    """Position and velocity along each axis that the drive pulls to [m, m/s]."""
+    """Target position and velocity along each linear axis [m, m/s]."""
 
     def rows(value: Value | None) -> list[float]:
         return [0.0] * 3 if value is None else [float(number) for number in value.row(row)[:3]]
@@ -555,11 +555,11 @@ def _axis_targets(joint: Drive, row: int) -> dict[str, tuple[float, float]]:
 
 
 _UNSUPPORTED_PHYSICS_FIELDS: Final = ("timestep", *PHYSX_SETTINGS)
-"""Settings of a simulation, which UsdPhysics leaves to the program that simulates."""
+"""Simulation settings, which are not part of UsdPhysics."""
 
 
 def write(plan: ScenePlan, measured: EngineSnapshot, choice: ExportOptions, sink: Sink) -> dict[str, bytes] | None:
-    """The file and its images; None after an error, which `sink` then tells."""
+    """The file and its images; None after an error, which is reported to `sink`."""
     unsupported = UnsupportedFeatures(sink, left_out="SC750", otherwise="SC750")
     drawer = MeshBuilder(plan, lambda problem, origin: report_mesh_error(problem, origin, sink))
     try:
@@ -592,26 +592,26 @@ def _write_entity(
 ) -> None:
     name = entity.entity.name
     if entity.entity.hidden:
-        stage.unsupported.leave_out(name, "that only people see it", entity.entity.origin)
+        stage.unsupported.leave_out(name, "`hidden`, which hides it from sensors", entity.entity.origin)
     if not isinstance(entity.structure, ArticulationStructure):
         (body,) = entity.bodies
         made = stage.xform(stage.root, name, body.pose)
         paths[name, None] = str(made.GetPath())
-        bodies.fill(made, entity, body)
+        bodies.write(made, entity, body)
         return
-    # Links stand beside one another, each where it is in the world: a body below a body would move with it twice.
+    # Links are siblings at their world poses: USD would move a body nested in another one twice.
     above = str(stage.xform(stage.root, name).GetPath())
     links: list[str] = []
     for body in entity.bodies:
         made = stage.xform(above, body.name, body.pose)
         links.append(str(made.GetPath()))
         paths[name, body.name] = links[-1]
-        bodies.fill(made, entity, body)
+        bodies.write(made, entity, body)
     write_joints(stage, entity, above, links)
 
 
 def _report_unsupported(stage: Stage, plan: ScenePlan, scene: int) -> None:
-    """Warns of all that is not in the file."""
+    """Warns of everything that is not in the file."""
     unsupported = stage.unsupported
     for item in (*plan.lights, *plan.cameras):
         if scene in item.scene_idxs:
@@ -623,7 +623,7 @@ def _report_unsupported(stage: Stage, plan: ScenePlan, scene: int) -> None:
 
 
 def _stage_to_bytes(stage: Stage, suffix: str) -> bytes:
-    """A stage as the bytes of a file: usd-core writes its binary form into files alone."""
+    """A stage as bytes. Usd-core writes the binary format only to files."""
     layer = stage.stage.GetRootLayer()
     if suffix == ".usda":
         return str(layer.ExportToString()).encode()

@@ -207,7 +207,7 @@ def test_what_is_seen_of_an_image_and_by_whom_is_told(tmp_path: Path) -> None:
     }
     path, found = written(source, tmp_path, "goal", allow_outside_assets=True)
     assert [each.message for each in found] == [
-        "`goal`: left out: that only people see it",
+        "`goal`: left out: `hidden`, which hides it from sensors",
         "`goal`: left out: `visibility`",
     ]
     (texture,) = ET.parse(path).iter("texture")

@@ -1,4 +1,4 @@
-"""Exports one measured scene to a MuJoCo model: all sections, and its lights and cameras."""
+"""Exports one measured scene to a MuJoCo model. This module assembles it, and writes lights and cameras."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _assemble_root(model: MjcfModel) -> XmlElement:
 
 
 def _write_keyframe(model: MjcfModel) -> None:
-    """A keyframe with what a model does not start with by itself: velocities, and targets of actuators."""
+    """Writes a keyframe for the initial velocities and actuator targets, which a model itself cannot store."""
     starts = [model.starts[id(each)] for each in model.world.walk() if id(each) in model.starts]
     qpos = [number for start in starts for number in start.qpos]
     qvel = [number for start in starts for number in start.qvel]
@@ -92,16 +92,16 @@ def _write_keyframe(model: MjcfModel) -> None:
 
 
 _CAMERA_TO_MUJOCO: Final[Pose7] = (0.0, 0.0, 0.0, 0.5, 0.5, -0.5, -0.5)
-"""From a frame whose x looks ahead and whose z is up to MuJoCo's, which looks along -z and whose y is up."""
+"""From SAPIEN's camera frame (x forward, z up) to MuJoCo's (-z forward, y up)."""
 
 _DEFAULT_NEAR, _DEFAULT_FAR = 0.01, 100.0
-"""The language's, of a camera of which nothing is said."""
+"""Clip planes of a camera that does not set them [m]."""
 
 _UNSUPPORTED_SHADOW_FIELDS: Final = unsupported_fields(Shadow)
 
 
 def _write_lights(model: MjcfModel) -> None:
-    """Lights and ambient light; MuJoCo's own headlight shines where the scene has none."""
+    """Writes lights and ambient light. A scene without either keeps MuJoCo's headlight."""
     around, index = model.plan.environment, model.scene.index
     lights = [light for light in model.plan.lights if index in light.scene_idxs]
     for light in lights:
@@ -124,20 +124,24 @@ def _write_light(model: MjcfModel, light: Light, row: int) -> None:
     shadow = light.shadow
     if shadow is not None:
         unsupported.fields(light.name, shadow, _UNSUPPORTED_SHADOW_FIELDS, light.origin, " of a shadow")
-    shone: dict[str, Any] = {"type": "directional"}
+    attributes: dict[str, Any] = {"type": "directional"}
     match kind:
         case DirectionalLight():
             pass
         case PointLight():
-            shone = {"type": "point", "attenuation": (0, 0, 1)}
+            attributes = {"type": "point", "attenuation": (0, 0, 1)}
         case SpotLight() | TexturedLight():
-            shone = {"type": "spot", "attenuation": (0, 0, 1), "cutoff": degrees(float(kind.outer_fov.row(row)) / 2)}
+            attributes = {
+                "type": "spot",
+                "attenuation": (0, 0, 1),
+                "cutoff": degrees(float(kind.outer_fov.row(row)) / 2),
+            }
             if float(kind.inner_fov.row(row)) == float(kind.outer_fov.row(row)):
-                shone["exponent"] = 0  # as bright up to the edge; MuJoCo's own light is darker there
+                attributes["exponent"] = 0  # equally bright up to the edge; by default MuJoCo's light fades towards it
             else:
                 unsupported.leave_out(light.name, "`inner_fov` of a light", light.origin)
     if isinstance(kind, TexturedLight):
-        unsupported.change(light.name, "the picture that it throws is left out, and it is a spot light", light.origin)
+        unsupported.change(light.name, "its texture is left out: it is written as a spot light", light.origin)
     _mount_element(model, light).add(
         "light",
         name=model.name("light", light.name),
@@ -147,12 +151,12 @@ def _write_light(model: MjcfModel, light: Light, row: int) -> None:
         ambient=(0, 0, 0),
         diffuse=light.color.row(row),
         specular=light.color.row(row),
-        **shone,
+        **attributes,
     )
 
 
 def _write_cameras(model: MjcfModel) -> None:
-    """All cameras of the scene."""
+    """Writes all cameras of the scene."""
     for camera in model.plan.cameras:
         if model.scene.index in camera.scene_idxs:
             _write_camera(model, camera, camera.scene_idxs.index(model.scene.index))
@@ -172,7 +176,7 @@ def _write_camera(model: MjcfModel, camera: Camera, row: int) -> None:
 
 
 def _projection(model: MjcfModel, camera: Camera, row: int) -> dict[str, Any]:
-    """How it projects. MuJoCo takes a field of view in degrees, or numbers in pixels with the sensor's size."""
+    """Attributes of the projection: a field of view [degrees], or intrinsics [px] with a sensor size."""
     width, height, lens = camera.width, camera.height, camera.lens
     match lens:
         case Orthographic():
@@ -188,7 +192,7 @@ def _projection(model: MjcfModel, camera: Camera, row: int) -> dict[str, Any]:
             fx, fy, cx, cy, skew = (float(getattr(lens, name).row(row)) for name in ("fx", "fy", "cx", "cy", "skew"))
             if skew:
                 model.unsupported.leave_out(camera.name, "`skew` of a camera", camera.origin)
-            # MuJoCo moves the view: a positive number moves the axis in the picture left, or up.
+            # MuJoCo shifts the view: a positive number moves the principal point left, or up.
             return _pixel_projection(width, height, fx, fy, (width / 2 - cx, height / 2 - cy))
 
 
@@ -196,5 +200,5 @@ def _pixel_projection(width: int, height: int, fx: float, fy: float, middle: tup
     return {"sensorsize": (width / fy, height / fy), "focalpixel": (fx, fy), "principalpixel": middle}
 
 
-def _mount_element(model: MjcfModel, held: Light | Camera) -> XmlElement:
-    return model.world if held.mount is None else model.bodies[model.key(held.mount)].element
+def _mount_element(model: MjcfModel, mounted: Light | Camera) -> XmlElement:
+    return model.world if mounted.mount is None else model.bodies[model.key(mounted.mount)].element

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 def write_joint(model: MjcfModel, measured: MeasuredEntity, number: int, element: XmlElement) -> None:
-    """The joint by which link `number` hangs on its parent; nothing for a fixed one."""
+    """Writes the joint between link `number` and its parent; nothing for a fixed joint."""
     body = measured.bodies[number]
     joint = body.joint
     if joint is None or joint.type == "fixed":
@@ -56,7 +56,7 @@ def write_joint(model: MjcfModel, measured: MeasuredEntity, number: int, element
     model.starts[id(made)] = InitialState((joint.qpos,), (joint.qvel,))
     low, high = joint.limits
     if low == high:
-        # A range has two ends.
+        # `range` needs low < high.
         hold = low - joint.qpos
         model.sections["equality"].add("joint", joint1=name, polycoef=(hold, 0, 0, 0, 0))
     _write_drive(model, entity, name, joint)
@@ -75,7 +75,7 @@ def _is_pure_damping(joint: MeasuredJoint) -> bool:
 
 
 def _write_drive(model: MjcfModel, entity: str, name: str, joint: MeasuredJoint) -> None:
-    """An actuator that pulls as the drive does: stiffness · (control - position) - damping · velocity."""
+    """Writes an actuator equal to the drive: stiffness · (control - position) - damping · velocity."""
     if _is_pure_damping(joint) or (joint.stiffness == 0 and joint.damping == 0):
         return
     if joint.drive_mode == "acceleration":
@@ -105,7 +105,7 @@ def _report_joint(model: MjcfModel, entity: str, joint: MeasuredJoint) -> None:
 
 
 def write_mimics(model: MjcfModel, measured: MeasuredEntity, structure: ArticulationStructure) -> None:
-    """An equality a mimic: MuJoCo counts both positions from where the model starts."""
+    """Writes one equality per mimic joint. MuJoCo counts both positions from the initial ones."""
     entity, row = measured.entity.name, measured.row
     starts = {body.joint.name: body.joint.qpos for body in measured.bodies if body.joint is not None}
     for mimic in structure.mimics:
@@ -137,14 +137,14 @@ _UNSUPPORTED_ARTICULATION_FIELDS = unsupported_fields(ArticulationStructure, "fi
 _AXES: tuple[Vec3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 _INERTIA_TOLERANCE = 1e-5
-"""How far moments of a body that is flat may miss those that a body can have, by a rounding."""
+"""Relative rounding error by which a flat body's moments may violate the triangle inequality."""
 
 
 def write_entity(model: MjcfModel, measured: MeasuredEntity) -> None:
     """Writes a body, or all links of an articulation."""
     entity, structure = measured.entity, measured.structure
     if entity.hidden:
-        model.unsupported.leave_out(entity.name, "that only people see it", entity.origin)
+        model.unsupported.leave_out(entity.name, "`hidden`, which hides it from sensors", entity.origin)
     if isinstance(structure, ArticulationStructure):
         _write_articulation(model, measured, structure)
         return
@@ -177,7 +177,7 @@ def _write_articulation(model: MjcfModel, measured: MeasuredEntity, structure: A
 def _start_body(
     model: MjcfModel, measured: MeasuredEntity, body: MeasuredBody, parent: ModelBody | None, link: str | None = None
 ) -> XmlElement:
-    """A new body in the one that it hangs on, at its place."""
+    """Adds a body element to its parent's, at its pose."""
     entity = measured.entity.name
     name = model.name("body", entity if link is None else f"{entity}/{link}")
     pose = body.pose if parent is None else relative_pose(parent.pose, body.pose)
@@ -202,7 +202,7 @@ def _is_fixed(measured: MeasuredEntity, body: MeasuredBody, parent: ModelBody | 
 
 
 def _write_contents(model: MjcfModel, measured: MeasuredEntity, written: ModelBody) -> None:
-    """Its mass and its shapes, and what of it MuJoCo has not."""
+    """Writes mass and shapes, and reports what MuJoCo does not support."""
     name, body, element = measured.entity.name, written.measured, written.element
     if body.mass is not None:
         _write_mass(model, name, body, body.mass, element)
@@ -215,7 +215,7 @@ def _write_mass(model: MjcfModel, name: str, body: MeasuredBody, mass: MeasuredM
     inertia = tuple(float(format_number(each)) for each in mass.inertia)  # as MuJoCo reads them
     low, middle, high = sorted(inertia)
     if high > low + middle:
-        # MuJoCo refuses what no body can have; a flat one is at the edge of that, and a rounding brings it over.
+        # MuJoCo rejects moments that violate the triangle inequality; for a flat body, rounding alone may do that.
         inertia = tuple(min(each, low + middle) for each in inertia)
         if high > (1 + _INERTIA_TOLERANCE) * (low + middle):
             words = "its largest moment of inertia is lowered to the sum of the others, above which no body has one"
@@ -224,7 +224,7 @@ def _write_mass(model: MjcfModel, name: str, body: MeasuredBody, mass: MeasuredM
 
 
 def _write_free_axes(model: MjcfModel, measured: MeasuredEntity, body: MeasuredBody, element: XmlElement) -> None:
-    """How a dynamic body moves: freely, or along and about those of the world's axes that are not locked."""
+    """Writes joints of a dynamic body: a free joint, or one joint per world axis that is not locked."""
     structure, row, name = body.body, measured.row, measured.entity.name
     linear, angular = (_initial_velocity(structure, field, row) for field in VELOCITY_FIELDS)
     value = structure.locked_motion_axes
@@ -255,7 +255,7 @@ def _write_free_axes(model: MjcfModel, measured: MeasuredEntity, body: MeasuredB
 
 
 def _center_of_mass(body: MeasuredBody) -> Vec3:
-    """Where a body turns about: its centre of mass."""
+    """Centre of mass, in the body's frame [m]."""
     return (0.0, 0.0, 0.0) if body.mass is None else body.mass.com[:3]
 
 
@@ -275,7 +275,8 @@ def _write_free_joint(
 ) -> None:
     made = element.add("freejoint", name=model.name("joint", name))
     x, y, z = angular
-    # MuJoCo has the velocity of the body's origin, PhysX that of its centre of mass; a turn is in the body's frame.
+    # MuJoCo stores the velocity of the body's origin, PhysX that of its centre of mass; MuJoCo's angular velocity is in
+    # the body's frame.
     about = transform_direction(body.pose, _center_of_mass(body))
     a, b, c = about
     swept = (y * c - z * b, z * a - x * c, x * b - y * a)
@@ -285,13 +286,13 @@ def _write_free_joint(
 
 
 _GROUP_ID_MASK = 0xFFFF
-"""The bits of the fourth integer that say which bodies the third is about."""
+"""Bits of the fourth integer: the third one applies between shapes that have these in common."""
 
 
 def write_contact_exclusions(model: MjcfModel) -> None:
-    """Excludes links and what they hang on, bodies that a constraint ties, and those that ignore one another by bits.
+    """Excludes contacts between child and parent links, constrained bodies, and bodies that ignore each other by bits.
 
-    MuJoCo leaves out a body and its parent by itself, but not where the parent is fixed to the world.
+    MuJoCo itself excludes a body and its parent, but not if the parent is fixed to the world.
     """
     found: dict[tuple[str, str], None] = {}
     for (entity, _), body in model.bodies.items():
@@ -322,16 +323,16 @@ def _ignore_each_other(a: ModelBody, b: ModelBody) -> bool:
 
 
 _SITE_SIZE = 0.005
-"""Size of a site where it is drawn [m]."""
+"""Displayed size of a site [m]."""
 
 _HIDDEN_GROUP = 5
-"""A group that nobody sees unless he asks."""
+"""A group that MuJoCo's viewer hides by default."""
 
 _LINEAR_AXES = ("x", "y", "z")
 
 
 def write_constraints(model: MjcfModel) -> None:
-    """All constraints of the scene."""
+    """Writes all constraints of the scene."""
     for constraint in model.plan.constraints:
         if model.scene.index in constraint.scene_idxs:
             _write_constraint(model, constraint, constraint.scene_idxs.index(model.scene.index))
@@ -394,7 +395,7 @@ def _write_distance(model: MjcfModel, constraint: Constraint, joint: Distance, r
     for site in (parent, child):
         tendon.add("site", site=site)
     if not soft and low == high:
-        # A range has two ends; an equality counts from where the model starts.
+        # `range` needs low < high; an equality counts from the initial length.
         now = math.dist(at[:3], there[:3])
         model.sections["equality"].add("tendon", tendon1=name, polycoef=(low - now, 0, 0, 0, 0))
 
@@ -404,7 +405,7 @@ def _number_in_row(value: Value | None, row: int) -> float:
 
 
 def _write_sites(model: MjcfModel, constraint: Constraint, row: int) -> tuple[tuple[str, Pose7], tuple[str, Pose7]]:
-    """Sites where the frames of a constraint are, in its parent and in its child, and their places in the world."""
+    """Adds sites at the frames of a constraint, and returns name and world pose of the parent's and the child's."""
     found: list[tuple[str, Pose7]] = []
     for word, mount, frame in (
         ("parent", constraint.parent, constraint.pose_in_parent),

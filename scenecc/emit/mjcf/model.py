@@ -1,4 +1,4 @@
-"""The MuJoCo model that is being written: sections, names, files, and geoms with their materials.
+"""The MuJoCo model under construction: sections, names, files, and geoms with their materials.
 
 Collision geoms are in group 3, visual geoms in group 0.
 """
@@ -38,9 +38,9 @@ class ModelBody:
     Attributes:
         name: in the model.
         element: its element.
-        pose: in the world, where the model starts.
-        measured: what was measured of it.
-        is_fixed: whether nothing moves it: it is static, moved by its pose alone, or fixed to what is.
+        pose: initial pose in the world.
+        measured: its snapshot.
+        is_fixed: whether no force moves it: it is static or kinematic, or fixed to such a body.
     """
 
     name: str
@@ -52,10 +52,10 @@ class ModelBody:
 
 @dataclass(frozen=True, slots=True)
 class InitialState:
-    """Where a joint, an actuator or a free body starts.
+    """Initial state of a joint.
 
     Attributes:
-        qpos, qvel: its numbers in these vectors of MuJoCo.
+        qpos, qvel: its entries of MuJoCo's `qpos` and `qvel`.
     """
 
     qpos: tuple[float, ...]
@@ -64,7 +64,7 @@ class InitialState:
 
 @dataclass(slots=True)
 class MjcfModel:
-    """One scene on its way into a file.
+    """One scene, while it is written.
 
     Attributes:
         sections: elements of the root, by their tags.
@@ -101,18 +101,18 @@ class MjcfModel:
         return self.sections["worldbody"]
 
     def name(self, kind: str, wish: str) -> str:
-        """A name that nothing else of the kind has. "world" is the world's."""
+        """A unique name of a kind ("world" is reserved)."""
         if kind not in self._names:
             self._names[kind] = UniqueNames("world")
         return self._names[kind].new(wish)
 
     def key(self, mount: Mount) -> tuple[str, str | None]:
-        """The key in `bodies` of what a mount names, an articulation standing for its root."""
+        """The key of a mount in `bodies`; for an articulation without a link, that of its root."""
         key = (mount.entity, mount.link)
         return key if key in self.bodies else next(each for each in self.bodies if each[0] == mount.entity)
 
     def head(self, tag: str) -> XmlElement:
-        """A section that stands before all bodies, made when it is first asked for."""
+        """A section before all bodies, created on first use."""
         for each in self.root.children:
             if each.tag == tag:
                 return each
@@ -129,7 +129,7 @@ _UNSUPPORTED_IMAGES: Final = (
 
 
 def write_material(model: MjcfModel, look: SurfaceMaterial, shape: MeshShape, name: str) -> str:
-    """The material of a look, its name; looks that are the same share one. `name`: of what has it first."""
+    """The name of a material's element; equal materials share one. `name`: of the first entity that has it."""
     if look not in model.looks:
         _report_material(model, look, shape, name)
         emission = _emission(model, look, shape, name)
@@ -150,7 +150,7 @@ def write_material(model: MjcfModel, look: SurfaceMaterial, shape: MeshShape, na
 
 
 def _emission(model: MjcfModel, look: SurfaceMaterial, shape: MeshShape, name: str) -> float:
-    """What multiplies the colour of a material that shines: MuJoCo has one number."""
+    """Emission relative to the material's colour: MuJoCo has a single number."""
     strongest, brightest = max(look.emission), max(look.tint[:3])
     if strongest == 0:
         return 0.0
@@ -172,7 +172,7 @@ def _report_material(model: MjcfModel, look: SurfaceMaterial, shape: MeshShape, 
 
 
 def _texture(model: MjcfModel, image: Image) -> str:
-    """The texture of an image, its name: a PNG, which is what MuJoCo reads."""
+    """The name of an image's texture element; the file is a PNG, which MuJoCo reads."""
     if image.digest not in model.textures:
         data = image.data if image.suffix == ".png" else encode_png(image.pixels)
         file = model.assets.add(image.name or "texture", ".png", data)
@@ -184,13 +184,13 @@ def _texture(model: MjcfModel, image: Image) -> str:
 COLLISION_GROUP, VISUAL_GROUP = 3, 0
 
 _GRID_SPACING = 1.0
-"""Distance of the lines that a plane is drawn with [m]."""
+"""Spacing of the grid lines of a plane [m]."""
 
 _UNSUPPORTED_SHAPE_FIELDS = unsupported_fields(CollisionShape, "pose", "material", "density")
 
 
 def write_collisions(model: MjcfModel, name: str, body: MeasuredBody, element: XmlElement) -> None:
-    """A geom for each colliding shape of the engine, without a mass of its own."""
+    """Writes one massless geom per collision shape of the engine."""
     for shape in body.shapes:
         pose, attributes = _collision_geom(model, name, shape)
         bits, mask, _, _ = map(_to_int32, shape.groups)
@@ -208,7 +208,7 @@ def write_collisions(model: MjcfModel, name: str, body: MeasuredBody, element: X
 
 
 def _collision_geom(model: MjcfModel, name: str, shape: MeasuredShape) -> tuple[Pose7, dict[str, Any]]:
-    """The pose of a geom and what it is."""
+    """Pose and geometry attributes of a geom."""
     upright = compose_poses(shape.pose, Z_TO_X)
     if shape.kind == "plane":
         return upright, {"type": "plane", "size": (0, 0, _GRID_SPACING)}
@@ -240,7 +240,7 @@ def _report_shape(model: MjcfModel, name: str, shape: MeasuredShape) -> None:
 def write_visuals(
     model: MjcfModel, name: str, row: int, body: BodyStructure, element: XmlElement, *, is_fixed: bool
 ) -> None:
-    """Geoms for all that is seen of a body. `is_fixed`: whether nothing moves it. Raises MeshError."""
+    """Writes geoms for the visual shapes of a body. `is_fixed`: whether no force moves it. Raises MeshError."""
     for shape, plan in zip(model.drawer.visuals(body, row), body.visuals, strict=False):
         parts = bake_scale(shape)
         native = None if parts[0].look.base_color_image else _primitive_geom(plan.geometry, row, is_fixed=is_fixed)
@@ -264,19 +264,19 @@ def write_visuals(
 
 
 def _primitive_geom(geometry: VisualGeometry, row: int, *, is_fixed: bool) -> tuple[Pose7, dict[str, Any]] | None:
-    """A geom's own type for what is seen, and how it is turned there; None: it is drawn of triangles."""
+    """Relative pose and attributes of a visual shape as a primitive geom; None: it needs a mesh."""
     match geometry:
         case Solid():
             kind = type_name(type(geometry))
             return Z_TO_X if kind in LYING_SOLIDS else IDENTITY_POSE, {"type": kind, "size": geometry.sizes(row)}
-        case VisualPlane(half_size=size) if is_fixed:  # MuJoCo has planes on what does not move alone
+        case VisualPlane(half_size=size) if is_fixed:  # MuJoCo allows planes on fixed bodies only
             return Z_TO_X, {"type": "plane", "size": (*size.row(row), _GRID_SPACING)}
         case _:
             return None
 
 
 def _mesh_asset(model: MjcfModel, stem: str, data: bytes) -> str:
-    """The asset of a mesh's file; of files that hold the same, one. Its inertia is asked of nobody."""
+    """The name of the asset of a mesh file; equal files share one. Its inertia is unused."""
     file = model.assets.add(stem, ".obj", data)
     name = file.removesuffix(".obj")
     if name not in model.meshes:
@@ -286,7 +286,7 @@ def _mesh_asset(model: MjcfModel, stem: str, data: bytes) -> str:
 
 
 def pose_attributes(pose: Pose7) -> dict[str, Sequence[float] | None]:
-    """A pose as attributes, those of the identity left out."""
+    """`pos` and `quat` of a pose; None where it is the identity."""
     return {
         "pos": None if pose[:3] == IDENTITY_POSE[:3] else pose[:3],
         "quat": None if pose[3:] == IDENTITY_POSE[3:] else pose[3:],
@@ -294,5 +294,5 @@ def pose_attributes(pose: Pose7) -> dict[str, Sequence[float] | None]:
 
 
 def _to_int32(bits: int) -> int:
-    """32 bits as MuJoCo reads them."""
+    """32 bits as a signed integer, as MuJoCo reads them."""
     return bits - (1 << 32) if bits >= 1 << 31 else bits
