@@ -272,18 +272,18 @@ _Y_UP: Final = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 
 """From z up to glTF's y up: a rotation by -90° about x."""
 
 
-def write(plan: ScenePlan, measured: EngineSnapshot, choice: ExportOptions, sink: Sink) -> dict[str, bytes] | None:
+def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sink: Sink) -> dict[str, bytes] | None:
     """The file; None after an error, which is reported to `sink`."""
-    drawer = MeshBuilder(plan, lambda problem, origin: report_mesh_error(problem, origin, sink))
+    mesh_builder = MeshBuilder(plan, lambda problem, origin: report_mesh_error(problem, origin, sink))
     try:
-        drawn = tuple(build_scene_meshes(drawer, scene, choice.show) for scene in measured.scenes)
+        drawn = tuple(build_scene_meshes(mesh_builder, scene, options.show) for scene in measured.scenes)
     except MeshError as problem:
-        report_mesh_error(problem, drawer.at, sink)
+        report_mesh_error(problem, mesh_builder.at, sink)
         return None
     report_unsupported_sections(plan, {scene.index for scene in measured.scenes}, sink)
-    writer = _GlbWriter(choice.name, sink)
-    writer.add(drawn, grid_cell(drawn) if choice.grid else None)
-    return {f"{choice.name}.glb": writer.file()}
+    writer = _GlbWriter(options.name, sink)
+    writer.add(drawn, grid_cell(drawn) if options.grid else None)
+    return {f"{options.name}.glb": writer.file()}
 
 
 class _GlbWriter:

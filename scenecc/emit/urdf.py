@@ -120,7 +120,7 @@ def _write_mesh(robot: UrdfRobot, geometry: XmlElement, stem: str, data: bytes) 
 def write_visuals(robot: UrdfRobot, body: MeasuredBody, back: Pose7, link: XmlElement) -> None:
     """Writes the visual shapes, one `<visual>` per mesh part. Raises MeshError."""
     row = robot.measured.row
-    for shape, plan in zip(robot.drawer.visuals(body.body, row), body.body.visuals, strict=False):
+    for shape, plan in zip(robot.mesh_builder.visuals(body.body, row), body.body.visuals, strict=False):
         parts = bake_scale(shape)
         solid = plan.geometry if isinstance(plan.geometry, Solid) else None
         kind = type_name(type(plan.geometry))
@@ -178,7 +178,7 @@ class UrdfRobot:
 
     measured: MeasuredEntity
     root: XmlElement
-    drawer: MeshBuilder
+    mesh_builder: MeshBuilder
     assets: AssetFolder
     unsupported: UnsupportedFeatures
     moved: list[Pose7] = field(default_factory=list["Pose7"])
@@ -307,20 +307,22 @@ def _report_joint(robot: UrdfRobot, joint: MeasuredJoint) -> None:
         unsupported.change(name, words, place)
 
 
-def write(plan: ScenePlan, measured: EngineSnapshot, choice: ExportOptions, sink: Sink) -> dict[str, bytes] | None:
+def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sink: Sink) -> dict[str, bytes] | None:
     """A URDF, `NAME.urdf`, or one for each articulation; None after an error. See `scenecc.emit.export`."""
-    chosen = _select_entities(measured.scenes[0], choice, sink)
+    chosen = _select_entities(measured.scenes[0], options, sink)
     unsupported = UnsupportedFeatures(sink, left_out="SC740", otherwise="SC741")
-    drawer = MeshBuilder(plan, lambda problem, place: unsupported.leave_out(plan.name, str(problem), place))
+    mesh_builder = MeshBuilder(plan, lambda problem, place: unsupported.leave_out(plan.name, str(problem), place))
     names, files, assets = UniqueNames(), dict[str, bytes](), dict[str, bytes]()
     for entity in chosen:
-        wish = re.sub(r"[^A-Za-z0-9_.-]+", "_", entity.entity.name) if choice.folder else choice.name
+        wish = re.sub(r"[^A-Za-z0-9_.-]+", "_", entity.entity.name) if options.folder else options.name
         name = names.new(wish)
-        robot = UrdfRobot(entity, XmlElement("robot", name=entity.entity.name), drawer, AssetFolder(name), unsupported)
+        robot = UrdfRobot(
+            entity, XmlElement("robot", name=entity.entity.name), mesh_builder, AssetFolder(name), unsupported
+        )
         try:
             write_robot(robot)
         except MeshError as problem:
-            report_mesh_error(problem, drawer.at, sink)
+            report_mesh_error(problem, mesh_builder.at, sink)
             return None
         files[f"{name}.urdf"] = format_document(robot.root)
         assets |= robot.assets.files
@@ -328,20 +330,20 @@ def write(plan: ScenePlan, measured: EngineSnapshot, choice: ExportOptions, sink
     return None if sink.failed else files | assets
 
 
-def _select_entities(scene: MeasuredScene, choice: ExportOptions, sink: Sink) -> Sequence[MeasuredEntity]:
+def _select_entities(scene: MeasuredScene, options: ExportOptions, sink: Sink) -> Sequence[MeasuredEntity]:
     """The entities to write; none after an error."""
     named = {each.entity.name: each for each in scene.entities}
     robots = {name: each for name, each in named.items() if isinstance(each.structure, ArticulationStructure)}
     words = ", ".join(f"`{name}`" for name in robots) or "none"
-    if choice.entity is not None:
-        if choice.entity in named:
-            return (named[choice.entity],)
-        message = f"there is no entity `{choice.entity}` in scene {scene.index}; its articulations: {words}"
+    if options.entity is not None:
+        if options.entity in named:
+            return (named[options.entity],)
+        message = f"there is no entity `{options.entity}` in scene {scene.index}; its articulations: {words}"
         sink.report("SC915", message, Location("--entity"))
     elif not robots:
         hint = "name a body with --entity: it becomes a robot of one link"
         sink.report("SC915", f"scene {scene.index} has no articulation", Location("--to"), hint=hint)
-    elif len(robots) > 1 and not choice.folder:
+    elif len(robots) > 1 and not options.folder:
         hint = "name one with --entity, or a folder after -o"
         sink.report("SC915", f"one file is one robot, and scene {scene.index} has {words}", Location("-o"), hint=hint)
     else:

@@ -252,9 +252,9 @@ _UNSUPPORTED_SHAPE_FIELDS: Final = unsupported_fields(CollisionShape, "pose", "m
 class UsdBodyWriter:
     """Writes bodies: mass, visual geometry and colliders."""
 
-    def __init__(self, stage: Stage, drawer: MeshBuilder, looks: UsdMaterials, show: Show) -> None:
+    def __init__(self, stage: Stage, mesh_builder: MeshBuilder, looks: UsdMaterials, show: Show) -> None:
         self._stage = stage
-        self._drawer = drawer
+        self._mesh_builder = mesh_builder
         self._looks = looks
         self._show = show
 
@@ -274,7 +274,7 @@ class UsdBodyWriter:
             self._write_mass(prim, body)
         path = str(prim.GetPath())
         if self._show == "visual":
-            for shape in self._drawer.visuals(body.body, entity.row):
+            for shape in self._mesh_builder.visuals(body.body, entity.row):
                 self._write_visual(path, shape, entity.entity.name)
         for shape in body.shapes:
             self._write_collision(path, shape, body, entity)
@@ -334,7 +334,7 @@ class UsdBodyWriter:
         if self._show == "visual":
             made.CreatePurposeAttr(stage.geom.Tokens.guide)
         else:
-            (drawn,) = self._drawer.collision(shape, body).parts
+            (drawn,) = self._mesh_builder.collision(shape, body).parts
             self._looks.bind(made, drawn.look, entity.entity.name, shape.shape.origin)
         stage.unsupported.fields(
             entity.entity.name, shape.shape, _UNSUPPORTED_SHAPE_FIELDS, shape.shape.origin, " of a shape"
@@ -558,19 +558,21 @@ _UNSUPPORTED_PHYSICS_FIELDS: Final = ("timestep", *PHYSX_SETTINGS)
 """Simulation settings, which are not part of UsdPhysics."""
 
 
-def write(plan: ScenePlan, measured: EngineSnapshot, choice: ExportOptions, sink: Sink) -> dict[str, bytes] | None:
+def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sink: Sink) -> dict[str, bytes] | None:
     """The file and its images; None after an error, which is reported to `sink`."""
     unsupported = UnsupportedFeatures(sink, left_out="SC750", otherwise="SC750")
-    drawer = MeshBuilder(plan, lambda problem, origin: report_mesh_error(problem, origin, sink))
+    mesh_builder = MeshBuilder(plan, lambda problem, origin: report_mesh_error(problem, origin, sink))
     try:
-        stage = Stage(choice.name, unsupported)
-        _write_scene(stage, plan, measured.scenes[0], UsdBodyWriter(stage, drawer, UsdMaterials(stage), choice.show))
+        stage = Stage(options.name, unsupported)
+        _write_scene(
+            stage, plan, measured.scenes[0], UsdBodyWriter(stage, mesh_builder, UsdMaterials(stage), options.show)
+        )
     except MeshError as problem:
-        report_mesh_error(problem, drawer.at, sink)
+        report_mesh_error(problem, mesh_builder.at, sink)
         return None
     _report_unsupported(stage, plan, measured.scenes[0].index)
-    suffix = ".usdc" if choice.binary else ".usda"
-    return {f"{choice.name}{suffix}": _stage_to_bytes(stage, suffix), **stage.assets.files}
+    suffix = ".usdc" if options.binary else ".usda"
+    return {f"{options.name}{suffix}": _stage_to_bytes(stage, suffix), **stage.assets.files}
 
 
 def _write_scene(stage: Stage, plan: ScenePlan, scene: MeasuredScene, bodies: UsdBodyWriter) -> None:

@@ -1,4 +1,4 @@
-"""A plan in numbers and words that a person checks at a glance: a row an object, and what differs between scenes."""
+"""Summaries of a plan or a built scene for people: one row per object, the fields that vary, and a tree of facts."""
 
 from scenecc.inspect.entities import SummaryRow, summarize
 from scenecc.inspect.facts import Fact, Item

@@ -33,14 +33,14 @@ if TYPE_CHECKING:
 
 
 def extent(structure: BodyStructure, row: int = 0) -> tuple[float, float, float] | None:
-    """The extents of a body along the axes of its own frame [m], shapes that are only seen included.
+    """The extents of a body along the axes of its own frame [m], visual shapes included.
 
     Args:
         structure: the body.
         row: which of its entity's scenes.
 
     Returns:
-        None where a shape is a mesh, or an endless plane that nothing is seen of.
+        None if a shape is a mesh, or an infinite plane without a visual.
     """
     corners: list[NDArray[np.float64]] = []
     seen_plane = any(isinstance(shape.geometry, VisualPlane) for shape in structure.visuals)
@@ -63,9 +63,9 @@ Size = tuple[float, float, float]
 
 
 def measured_size(bodies: Iterable[MeasuredBody]) -> Size | None:
-    """Extents of what of some bodies collides, along the axes of the first one [m].
+    """Extents of the collision shapes of some bodies, along the axes of the first body [m].
 
-    None where nothing of them collides, or a plane does.
+    None if there are no collision shapes, or one is a plane.
     """
     found: list[NDArray[np.float64] | None] = []
     root: NDArray[np.float64] | None = None
@@ -85,7 +85,7 @@ def _bounds(
     vertices: NDArray[np.float64] | None,
     frame: NDArray[np.float64],
 ) -> NDArray[np.float64] | None:
-    """Points (n, 3) that bound a solid or a mesh in a frame, (4, 4) its own in that; None for a plane."""
+    """Points (n, 3) that bound a solid or a mesh at a pose, (4, 4); None for a plane."""
     rotation, centre = frame[:3, :3], frame[:3, 3]
     if vertices is not None:
         return vertices @ rotation.T + centre
@@ -96,7 +96,7 @@ def _bounds(
 
 
 def _extents(bounds: Sequence[NDArray[np.float64] | None]) -> Size | None:
-    """Of all points; None where there are none, or something has no bounds."""
+    """Extents of all points; None if there are none, or a shape has no bounds."""
     points = [one for one in bounds if one is not None]
     if not points or len(points) < len(bounds):
         return None
@@ -112,27 +112,27 @@ _TURNING: Final = {
 _SLIDING: Final = {name: unit.replace("rad", "m") for name, unit in _TURNING.items()}
 
 SIZE_FIELDS: Final = frozenset(("half_size", "radius", "half_length", "scale", "file", "pick", "p", "q"))
-"""Fields by which the size of a body differs, and its mass."""
+"""Fields that change the size and the mass of a body."""
 
 _MASSES: Final = SIZE_FIELDS | {"density", "mass"}
 
 _POSITIONS: Final = SIZE_FIELDS | {"qpos"}
 
 _NEUTRAL: Final[dict[str, Any]] = {"pose.p": [0, 0, 0], "scale": [1, 1, 1]}
-"""What is said of a shape and changes nothing."""
+"""Facts of a shape without an effect, which people are not shown."""
 
 Made = tuple[int, "MeasuredEntity"]
-"""An entity as built, and the scene in which it was."""
+"""Index of a scene, and a measured entity of it."""
 
 
 def entity_item(entity: Entity, plan: ScenePlan, scene: int | None, made: Made | None) -> Item:
-    """What is said of an entity.
+    """The item of an entity.
 
     Args:
-        entity: in the scene, if one is asked for.
+        entity: which is in `scene`, if that is given.
         plan: that has it.
-        scene: the scene that is told; None: all of them.
-        made: as the engine has it; None: it was not asked.
+        scene: the scene to describe; None: all of them.
+        made: the measured entity; None: nothing was built.
     """
     row = None if scene is None else entity.scene_idxs.index(scene)
     structures = entity.structures if row is None else (entity.structure(row),)
@@ -157,7 +157,7 @@ def body_types(structures: Iterable[BodyStructure | ArticulationStructure]) -> s
 
 
 def scene_facts(scene_idxs: Sequence[int], plan: ScenePlan) -> Iterator[Fact]:
-    """In which scenes something is."""
+    """The scenes of an object."""
     if len(scene_idxs) == plan.num_scenes:
         yield Fact("scene_idxs", "all", "")
     else:
@@ -165,7 +165,7 @@ def scene_facts(scene_idxs: Sequence[int], plan: ScenePlan) -> Iterator[Fact]:
 
 
 class _Bodies:
-    """Tells the bodies of one entity."""
+    """Describes the bodies of one entity."""
 
     def __init__(self, entity: Entity, plan: ScenePlan, row: int | None, made: Made | None) -> None:
         self._plan = plan
@@ -180,7 +180,7 @@ class _Bodies:
         self._stance_differs = not _POSITIONS.isdisjoint(name.rsplit(".", 1)[-1] for name in names)
 
     def facts(self, structure: BodyStructure | ArticulationStructure) -> Iterator[Fact]:
-        """What is said of a structure itself."""
+        """Facts of a structure itself."""
         if not isinstance(structure, ArticulationStructure):
             made = self._made_of(structure)
             yield from self._body(structure, made[0] if made else None)
@@ -193,13 +193,13 @@ class _Bodies:
     def groups(
         self, structure: BodyStructure | ArticulationStructure
     ) -> tuple[tuple[str, Item | tuple[Item, ...]], ...]:
-        """What a structure is made of."""
+        """The items of a structure: its shapes, or its links."""
         if not isinstance(structure, ArticulationStructure):
             return (("shapes", tuple(self._shapes(structure, in_link=False))),)
         return (("links", tuple(self._link(structure, number) for number in range(len(structure.links)))),)
 
     def _measured(self, structure: ArticulationStructure) -> Iterator[Fact]:
-        """Mass and size of all links, as the engine has them."""
+        """Measured mass and size of all links."""
         made = self._made_of(structure)
         if made:
             masses = [body.mass.mass for body in made if body.mass is not None]
@@ -209,13 +209,13 @@ class _Bodies:
             yield self._in_scene(_size(size), differs=self._stance_differs)
 
     def _made_of(self, structure: BodyStructure | ArticulationStructure) -> tuple[MeasuredBody, ...]:
-        """The bodies of a structure as built; none where another was, or nothing."""
+        """The measured bodies of a structure; none if it was not built."""
         if self._made is None or self._made[1].structure is not structure:
             return ()
         return self._made[1].bodies
 
     def _body(self, body: BodyStructure, made: MeasuredBody | None) -> Iterator[Fact]:
-        """What is said of a body, or of a link."""
+        """Facts of a body, or of a link."""
         given = body.mass if body.inertial is None else body.inertial.mass
         if given is not None and (made is None or (self._row is None and given.may_vary)):
             yield from self._facts.value("mass", given)
@@ -228,25 +228,26 @@ class _Bodies:
         yield from self._facts.of(body, without=("body_type", "collisions", "visuals", "mass", "inertial"))
         yield from self._facts.of(body.inertial, "inertial", without=("mass",))
 
-    def _in_scene(self, told: Fact, *, differs: bool) -> Fact:
-        """A fact that the engine told of one scene, where it may be otherwise in others."""
+    def _in_scene(self, measured: Fact, *, differs: bool) -> Fact:
+        """A measured fact, with its scene if it may differ in others."""
         if self._made is None or not differs:
-            return told
-        return Fact(told.name, {"value": told.value, "scene": self._made[0]}, f"{told.words} in scene {self._made[0]}")
+            return measured
+        words = f"{measured.words} in scene {self._made[0]}"
+        return Fact(measured.name, {"value": measured.value, "scene": self._made[0]}, words)
 
     def _shapes(self, body: BodyStructure, *, in_link: bool) -> Iterator[Item]:
-        seen = list(enumerate(body.visuals))
+        visuals = list(enumerate(body.visuals))
         for index, shape in enumerate(body.collisions):
             label = _label(shape, f"collisions[{index}]", in_link=in_link)
-            twin = next((pair for pair in seen if _is_same(shape, pair[1], in_link=in_link)), None)
+            twin = next((pair for pair in visuals if _is_same(shape, pair[1], in_link=in_link)), None)
             if twin is not None:
-                seen.remove(twin)
+                visuals.remove(twin)
             yield self._shape(label, shape, None if twin is None else twin[1])
-        for index, shape in seen:
+        for index, shape in visuals:
             yield self._shape(_label(shape, f"visuals[{index}]", in_link=in_link), None, shape)
 
     def _shape(self, label: str, collision: CollisionShape | None, visual: VisualShape | None) -> Item:
-        """A shape that collides, or is seen, or both."""
+        """The item of a collision shape, a visual shape, or both in one."""
         roles = [name for name, shape in (("collides", collision), ("seen", visual)) if shape is not None]
         found: dict[str, Fact] = {"roles": Fact("roles", roles, ", ".join(roles))}
         for shape in (collision, visual):
@@ -318,7 +319,7 @@ def _size(size: Size) -> Fact:
 
 
 def _label(shape: CollisionShape | VisualShape, otherwise: str, *, in_link: bool) -> str:
-    """What a scene file calls a shape below its body."""
+    """The path of a shape below its body, as in a scene file."""
     if in_link:
         return link_shape_path("", shape.origin, otherwise).removeprefix(".")
     place = shape_path(shape.origin, otherwise)
@@ -326,7 +327,7 @@ def _label(shape: CollisionShape | VisualShape, otherwise: str, *, in_link: bool
 
 
 def _is_same(collision: CollisionShape, visual: VisualShape, *, in_link: bool) -> bool:
-    """Whether what is seen is what collides, in one shape of the file."""
+    """Whether a collision and a visual shape come from one shape of the file."""
     a, b = (_label(shape, "", in_link=in_link) for shape in (collision, visual))
     alike = collision.geometry == visual.geometry or (
         isinstance(collision.geometry, Plane) and isinstance(visual.geometry, VisualPlane)
@@ -335,7 +336,7 @@ def _is_same(collision: CollisionShape, visual: VisualShape, *, in_link: bool) -
 
 
 def used_materials(entity: Entity) -> Mapping[str, set[int]]:
-    """The materials that an entity's shapes may have: indices into the plan's tables."""
+    """Indices of the materials that an entity's shapes may have, by table of the plan."""
     found: dict[str, set[int]] = {"physical": set(), "visual": set()}
     for body in entity.bodies:
         shapes: tuple[tuple[str, Any], ...] = (("physical", body.collisions), ("visual", body.visuals))
@@ -347,7 +348,7 @@ def used_materials(entity: Entity) -> Mapping[str, set[int]]:
 
 
 def mesh_size(body: Any) -> Size | None:
-    """Extents of a body that collides by meshes alone: their corners are known once the engine has read them."""
+    """Extents of a body of the engine whose collision shapes are all meshes [m]."""
     shapes = body.collision_shapes
     if not shapes or not all(hasattr(shape, "vertices") for shape in shapes):
         return None
@@ -355,9 +356,9 @@ def mesh_size(body: Any) -> Size | None:
 
 
 def articulation_size(links: Iterable[Any]) -> Size | None:
-    """Extents of what of some links collides, along the axes of the first one, where they are now.
+    """Extents of the collision shapes of some links of the engine, along the axes of the first one, at present [m].
 
-    None where nothing of them collides, or a plane does.
+    None if there are no collision shapes, or one is a plane.
     """
     found: list[NDArray[np.float64] | None] = []
     root: Any = None
@@ -369,7 +370,7 @@ def articulation_size(links: Iterable[Any]) -> Size | None:
 
 
 def _engine_bounds(shape: Any, pose: Any) -> NDArray[np.float64] | None:
-    """The same of a shape of SAPIEN. `pose`: in the frame of the points."""
+    """Points that bound a shape of the engine. `pose`: of the shape."""
     from scenecc.backends.sapien.measure import read_geometry
 
     geometry, sizes = read_geometry(shape)
@@ -383,7 +384,7 @@ Section = Literal["entities", "constraints", "environment", "lights", "cameras"]
 
 @dataclass(frozen=True, slots=True)
 class SummaryRow:
-    """One entity, constraint, light or camera, or what surrounds them.
+    """One entity, constraint, light, camera, or the environment.
 
     Attributes:
         body_type: of its structures, joined by `|` where they differ, "articulation" among them; of what is no
@@ -391,16 +392,16 @@ class SummaryRow:
         shape_count: of the structure in its first scene, or of the largest where no engine was started: colliding
             shapes, or visible ones where those are more; of an articulation, those of its links.
         mass: [kg] in its first scene, as the engine has it; None where the body has none or no engine was started.
-        size: extents along its own axes [m] in its first scene; None where only an engine or a file could tell, and
-            where no engine was started and scenes differ in it.
+        size: extents along its own axes [m] in its first scene; None if it follows from a mesh or from the engine, and
+            if no engine was started and it differs between scenes.
         scene_idxs: the scenes it is in.
-        field_count: how many fields have a value; 0 where an engine was started.
-        varying: those that differ between scenes; empty where an engine was started.
+        field_count: number of fields with a value; 0 if an engine was started.
+        varying: the fields that differ between scenes; empty if an engine was started.
         masses: the least and the largest of its scenes [kg], where there is a mass.
-        size_differs: whether scenes may differ in its size.
+        size_differs: whether its size may differ between scenes.
         section: of the scene file.
         link_count, dof: of an articulation, in its first scene; of a body 0.
-        mounts: what it holds on to, as a scene file names it: of a constraint child and parent.
+        mounts: what it is mounted on, as in a scene file; of a constraint, child and parent.
     """
 
     name: str
@@ -420,12 +421,12 @@ class SummaryRow:
 
 
 def summarize(plan: ScenePlan, batch: SceneBatch | None, scene_idxs: tuple[int, ...] | None = None) -> list[SummaryRow]:
-    """A row an entity, in build order; then a row a constraint, the environment, a row a light and a camera.
+    """One row per entity, in build order; then the constraints, the environment, lights and cameras.
 
     Args:
         plan: the whole plan.
         batch: the live scenes; None after a dry run.
-        scene_idxs: the scenes that were asked for; None: all of them.
+        scene_idxs: scenes to summarize; None: all of them.
     """
     asked = range(plan.num_scenes) if scene_idxs is None else set(scene_idxs)
     rows: list[SummaryRow] = []
@@ -494,7 +495,7 @@ def _planned(entity: Entity, scene_idxs: tuple[int, ...], fields: Fields) -> Sum
 def _common(
     entity: Entity, first: BodyStructure | ArticulationStructure, scene_idxs: tuple[int, ...], fields: Fields
 ) -> SummaryRow:
-    """What is told of an entity whether an engine has it or not. `first`: its structure in the first of the scenes."""
+    """The part of a row that needs no engine. `first`: the structure in the first of the scenes."""
     articulated = isinstance(first, ArticulationStructure)
     return SummaryRow(
         name=entity.name,
@@ -510,7 +511,7 @@ def _common(
 
 
 def _is_known(entity: Entity) -> bool:
-    """Whether its structures are told without drawing."""
+    """Whether its structures are known without drawing."""
     return entity.pick is None or entity.pick.known
 
 
@@ -540,7 +541,7 @@ def _built(entity: Entity, scene_idxs: tuple[int, ...], batch: SceneBatch, field
 
 
 def _of_links(objs: list[Any]) -> tuple[list[float], tuple[float, float, float] | None]:
-    """Masses of some articulations, and the size of the first."""
+    """Masses of some articulations [kg], and the size of the first [m]."""
     masses = [float(sum(link.get_mass() for link in obj.get_links())) for obj in objs]
     return masses, articulation_size(sorted(objs[0].get_links(), key=lambda link: link.get_index()))
 
@@ -548,14 +549,14 @@ def _of_links(objs: list[Any]) -> tuple[list[float], tuple[float, float, float] 
 def _of_bodies(
     objs: list[Any], structure: BodyStructure, row: int
 ) -> tuple[list[float], tuple[float, float, float] | None]:
-    """Masses of some bodies, and the size of the first, which has the structure, in a row of its values."""
+    """Masses of some bodies [kg], and the size of the first [m], which has this structure and row."""
     body = _rigid_body(objs[0])
-    # SAPIEN gives what has nothing to weigh a milligram.
+    # SAPIEN gives a body without collision shapes a milligram.
     weighs = bool(structure.collisions) or structure.inertial is not None
     masses = [mass for obj in objs if (mass := getattr(_rigid_body(obj), "mass", None)) is not None] if weighs else []
     return masses, extent(structure, row) or (None if body is None else mesh_size(body))
 
 
 def _rigid_body(obj: Any) -> Any:
-    """The physical component of an entity of the engine; None where it is only seen."""
+    """The physics component of an entity of the engine; None if it has only visual shapes."""
     return next((component for component in obj.components if hasattr(component, "collision_shapes")), None)

@@ -1,4 +1,4 @@
-"""What is said of a scene, as a tree of items with facts: one form for people and for programs."""
+"""A tree of items with facts that describes a scene, for people and for programs."""
 
 from __future__ import annotations
 
@@ -33,18 +33,18 @@ _LABELS: Final = {
     "defaults": "",
     "bytes": "",
 }
-"""How facts are introduced to people, where not by their names."""
+"""Labels of facts for people, where they differ from the names."""
 
 
 @frozen
 class Fact:
-    """One thing that is said.
+    """One property of an item.
 
     Attributes:
-        name: as scene files have it, where they have it.
+        name: as in scene files, if they have it.
         value: plain data, in SI units; infinite numbers are the texts "inf" and "-inf". Of what scenes differ in and no
             scene was asked for, a mapping: `alternatives`, or `low` and `high`, and `at_reset` where a reset draws it.
-        words: for people, with the unit; "" is for programs alone.
+        words: for people, with the unit; "": only programs are shown it.
     """
 
     name: str
@@ -53,21 +53,21 @@ class Fact:
 
     @property
     def label(self) -> str:
-        """What introduces it to people; "" where its words do so themselves."""
+        """Its label for people; "" if the words suffice."""
         return _LABELS.get(self.name, self.name)
 
 
 @frozen
 class Item:
-    """One thing of which something is said.
+    """One object of the tree.
 
     Attributes:
-        name: "" where it has none.
-        type: what it is; "" where its group says so.
-        facts: in order, each name once.
-        groups: what it is made of, by the kind of these things, in order: one item, or any number.
-        hidden: how many items were left out below it, in all.
-        under: of an item that hangs on another of its group, as links do: that one's number, less than its own.
+        name: "" if it has none.
+        type: "" if its group implies it.
+        facts: in order, with unique names.
+        groups: its parts, by kind: one item, or any number.
+        hidden: total number of items left out below it.
+        under: number of its parent in the same group, as of a link; less than its own.
     """
 
     name: str
@@ -78,7 +78,7 @@ class Item:
     under: int | None = None
 
     def data(self) -> dict[str, Any]:
-        """The same as plain data, for programs."""
+        """The item as plain data, for programs."""
         found: dict[str, Any] = {}
         if self.name:
             found["name"] = self.name
@@ -92,14 +92,14 @@ class Item:
         return found
 
     def cut(self, depth: int) -> Item:
-        """The same with nothing further than so many items below it."""
+        """The item with at most so many levels below it."""
         if depth > 0:
             groups = tuple((name, _cut(group, depth - 1)) for name, group in self.groups)
             return Item(self.name, self.type, self.facts, groups, under=self.under)
         return Item(self.name, self.type, self.facts, hidden=self.count(), under=self.under)
 
     def count(self) -> int:
-        """How many items are below it."""
+        """Number of items below it."""
         items = [item for _, group in self.groups for item in ((group,) if isinstance(group, Item) else group)]
         return len(items) + sum(item.count() for item in items)
 
@@ -109,7 +109,7 @@ def _cut(group: Item | tuple[Item, ...], depth: int) -> Item | tuple[Item, ...]:
 
 
 def some_words(names: tuple[str, ...], most: int = 3) -> str:
-    """Some of many names."""
+    """The first of many names, and the number of the others."""
     more = len(names) - most
     return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
 
@@ -135,7 +135,7 @@ UNITS: Final = {
 _IDENTITY: Final = (1.0, 0.0, 0.0, 0.0)
 _NO_UNITS: Final[Mapping[str, str]] = {}
 _MOST_LISTED: Final = 64
-"""So many alternatives are listed for programs; of more, the bounds."""
+"""Maximum number of alternatives that are listed for programs; of more, the bounds are."""
 
 
 class Facts:
@@ -143,7 +143,7 @@ class Facts:
 
     Args:
         plan: whose tables indices point into.
-        row: which row of the values is told, that of the scene which was asked for; None: what they can be in all.
+        row: of the values, that of the scene to describe; None: the range over all rows.
         units: of numbers, before those of `UNITS`.
     """
 
@@ -153,12 +153,12 @@ class Facts:
         self.units = units
 
     def of(self, node: Any, place: str = "", *, without: Container[str] = ()) -> Iterator[Fact]:
-        """All that a dataclass says, and those that it has.
+        """Facts of all fields of a dataclass and of those nested in it.
 
         Args:
-            node: None says nothing.
-            place: what stands before the names.
-            without: fields that are told otherwise.
+            node: None: there are none.
+            place: prefix of the names.
+            without: fields to leave out.
         """
         if node is None:
             return
@@ -172,14 +172,14 @@ class Facts:
                     yield from self._field(value, label)
 
     def value(self, name: str, value: Value) -> Iterator[Fact]:
-        """What a value says: of a pose a position, and a rotation where it is one."""
+        """The facts of a value; of a pose the position, and the rotation unless it is the identity."""
         if self.row is None and not value.is_constant:
             yield from self._pose(name, value) if is_pose(name) else (self._varying(name, value),)
             return
         found: Any = value.row(self.row or 0).tolist()
         last = name.rsplit(".", 1)[-1]
         if is_pose(name):
-            # An origin in its own place is no news, but of what stands somewhere.
+            # A shape at the origin of its body needs no words; an entity at the world's origin does.
             here = name != "pose" and found[:3] == [0, 0, 0]
             yield Fact(f"{name}.p", found[:3], "") if here else fact(f"{name}.p", found[:3])
             if tuple(found[3:]) != _IDENTITY:
@@ -217,11 +217,11 @@ class Facts:
     def _pose(self, name: str, value: Value) -> Iterator[Fact]:
         support = value.bounds
         words = pose_words(value)
-        for part, start, end, told in (("p", 0, 3, words[0]), ("q", 3, 7, words[1])):
+        for part, start, end, shown in (("p", 0, 3, words[0]), ("q", 3, 7, words[1])):
             of = support if support.low is None else slice_value_bounds(support, start, end)
             one = of.low if of.low == of.high else None
             if one is None:
-                yield Fact(f"{name}.{part}", self._range(part, of, value), told)
+                yield Fact(f"{name}.{part}", self._range(part, of, value), shown)
             elif part == "p":
                 yield fact(f"{name}.p", list(one))
             elif one != _IDENTITY:
@@ -247,7 +247,7 @@ class Facts:
 
 
 def fact(name: str, value: Any, unit: str | None = None) -> Fact:
-    """A number, flag, text or vector with its unit, which follows from the name where none is given."""
+    """A number, flag, text or vector with its unit, by default that of the name."""
     unit = unit_of(name) if unit is None else unit
     item = tuple(cast("list[Any]", value)) if isinstance(value, list) else value
     words = _words(item)
@@ -255,7 +255,7 @@ def fact(name: str, value: Any, unit: str | None = None) -> Fact:
 
 
 def unit_of(name: str) -> str:
-    """The unit of a field's numbers; "" where they have none, or it depends on what has the field."""
+    """The unit of a field's numbers; "" if they have none, or if it depends on the owner of the field."""
     above, _, last = name.rpartition(".")
     if above == "limits":
         return "rad" if last == "twist" else "m"
@@ -263,7 +263,7 @@ def unit_of(name: str) -> str:
 
 
 def _words(item: Any) -> str:
-    """As `format_item`; of integers, which are counts, bits and seeds, every digit."""
+    """Like `format_item`, but integers (counts, bits, seeds) with all digits."""
     if isinstance(item, tuple):
         return f"[{', '.join(map(_words, cast('tuple[Any, ...]', item)))}]"
     return str(item) if type(item) is int else format_item(item)
@@ -276,19 +276,19 @@ def _is_number(item: Any) -> bool:
 
 
 def plain_data(item: Any) -> Any:
-    """Numbers, texts, flags, and lists of such, as JSON has them; it has no infinite numbers."""
+    """Numbers, texts, flags, and lists of these for JSON; infinite numbers become texts."""
     if isinstance(item, tuple | list):
         return [plain_data(one) for one in cast("tuple[Any, ...]", item)]
     return str(item) if isinstance(item, float) and not math.isfinite(item) else item
 
 
 def mount_words(mount: Mount | None) -> str:
-    """What something holds on to, as a scene file names it."""
+    """A mount as in a scene file; "world" for None."""
     return "world" if mount is None else str(mount)
 
 
 TINY = 1e-300
-"""A length below which a quotient by it may be no number."""
+"""Lengths below this are not divided by."""
 
 
 def rotation_words(q: list[float]) -> str:
@@ -302,7 +302,7 @@ def rotation_words(q: list[float]) -> str:
 
 
 def axis_words(axis: list[float]) -> str:
-    """A direction of unit length: `z`, `-x` or `[0.6, 0, 0.8]`."""
+    """A unit vector: `z`, `-x` or `[0.6, 0, 0.8]`."""
     rounded = [round(component, 6) + 0.0 for component in axis]
     for index, name in enumerate("xyz"):
         if abs(rounded[index]) == 1:

@@ -1,4 +1,4 @@
-"""`inspect_scene`: everything that is said of a scene, as one tree, with the files that it is made of."""
+"""`inspect_scene`: a scene as one tree of facts, with the files that it uses."""
 
 from __future__ import annotations
 
@@ -46,14 +46,14 @@ def scene_item(
     given: Mapping[str, Any] | None = None,
     files: tuple[Item, ...] = (),
 ) -> Item:
-    """All that is said of a scene.
+    """The tree of a scene.
 
     Args:
-        plan: of it.
-        scene: the one that is told; None: what all of them can be.
-        made: entities as the engine has them, by name; none where it was not asked.
-        params: of the scene file.
-        given: the values that these were given.
+        plan: of the scenes.
+        scene: the one to describe; None: all of them, with ranges of values.
+        made: measured entities by name; empty if nothing was built.
+        params: parameters of the scene file.
+        given: values of parameters from the caller.
         files: of `scenecc.inspect.inspection`.
     """
     facts = [fact("num_scenes", plan.num_scenes), fact("seed", plan.seed)]
@@ -78,7 +78,7 @@ def scene_item(
 
 
 def entities_item(entities: Iterable[Entity], plan: ScenePlan, *, scene: int | None, made: Mapping[str, Made]) -> Item:
-    """What is said of some entities; other arguments are those of `scene_item`."""
+    """The tree of some entities; other arguments are those of `scene_item`."""
     items = tuple(entity_item(one, plan, scene, made.get(one.name)) for one in entities)
     facts = (fact("num_scenes", plan.num_scenes), *([] if scene is None else [fact("scene", scene)]))
     return Item(plan.name, "scene", facts, (("entities", items),))
@@ -94,12 +94,12 @@ def _in(listed: Iterable[Any], scene: int | None) -> list[Any]:
     return [one for one in listed if scene is None or scene in one.scene_idxs]
 
 
-_TOLD_APART: Final = frozenset({"name", "scene_idxs", "parent", "joint", "light", "width", "height", "lens"})
-"""Fields of a constraint, light or camera that are not told by their names."""
+_DESCRIBED_FIELDS: Final = frozenset({"name", "scene_idxs", "parent", "joint", "light", "width", "height", "lens"})
+"""Fields of a constraint, light or camera that are described separately."""
 
 
 def _object(one: Constraint | Light | Camera, kind: Any, plan: ScenePlan, scene: int | None) -> Item:
-    """What is said of an object beside the entities. `kind`: its joint, light or lens, whose fields are its own."""
+    """The item of a constraint, light or camera. `kind`: its joint, light or lens, whose fields are inlined."""
     facts = Facts(plan, None if scene is None else one.scene_idxs.index(scene))
     first: tuple[Fact, ...] = ()
     if isinstance(one, Constraint):
@@ -107,8 +107,8 @@ def _object(one: Constraint | Light | Camera, kind: Any, plan: ScenePlan, scene:
         first = (Fact("parent", parent, parent),)
     elif isinstance(one, Camera):
         first = (fact("size", [one.width, one.height], "px"),)
-    told = (*scene_facts(one.scene_idxs, plan), *first, *facts.of(one, without=_TOLD_APART), *facts.of(kind))
-    return Item(one.name, type_name(kind.__class__), told)
+    listed = (*scene_facts(one.scene_idxs, plan), *first, *facts.of(one, without=_DESCRIBED_FIELDS), *facts.of(kind))
+    return Item(one.name, type_name(kind.__class__), listed)
 
 
 def _map_word(plan: ScenePlan) -> str:
@@ -154,7 +154,7 @@ def _materials(plan: ScenePlan, scene: int | None) -> tuple[Item, ...]:
 
 
 def _variation(plan: ScenePlan, scene: int | None) -> tuple[Item, ...]:
-    """What scenes differ in, object by object, as a dry run tells it."""
+    """The varying fields of each object, as a dry run lists them."""
     rows = summarize(plan, None, None if scene is None else (scene,))
     return tuple(Item(row.name, "", tuple(map(_differing, row.varying))) for row in rows if row.varying)
 
@@ -271,14 +271,14 @@ def _size(count: int) -> str:
 
 
 class InspectChoices(TypedDict, total=False):
-    """What of a scene is told.
+    """What to describe of a scene.
 
     Attributes:
-        scene: the one that is told; None: what all of them can be.
-        entity: the name of an entity, or a pattern of names (`*`, `?`, `[…]`): nothing else is told.
-        depth: how far below the scene the tree goes; None: to its end.
+        scene: the one to describe; None: all of them, with ranges of values.
+        entity: the name of an entity, or a pattern of names (`*`, `?`, `[…]`), to describe alone.
+        depth: maximum depth of the tree below the scene; None: unlimited.
         build: ask the engine for masses, and for sizes of meshes and articulations, in `scene` or else in the first
-            scene that each entity is in. No render device is needed. Otherwise they are told where the file says them.
+            scene that each entity is in. No render device is needed. Otherwise only those in the file are listed.
         progress: called with (scenes done, scenes in all) while the engine builds.
     """
 
@@ -295,7 +295,7 @@ class InspectArguments(InspectChoices, CompileOptions, total=False):
 
 @frozen
 class Inspection:
-    """Everything that is said of a scene.
+    """The result of `inspect_scene`.
 
     Attributes:
         item: the scene, as a tree.
@@ -316,7 +316,7 @@ def inspect_source(
     progress: Callable[[int, int], None] | None = None,
     **options: Unpack[CompileOptions],
 ) -> Inspection:
-    """Everything that is said of a scene, as a tree.
+    """Describes a scene as a tree of facts.
 
     Args:
         source: whatever holds a scene.
@@ -347,7 +347,7 @@ def inspect_source(
 
 
 def _chosen(plan: ScenePlan, scene: int | None, entity: str | None, sink: Sink) -> list[Entity]:
-    """The entities that are told. Raises SceneError where what was asked for is not there."""
+    """The entities to describe. Raises SceneError if the scene or the entity does not exist."""
     if scene is not None:
         select_scenes(str(integer(scene, "scene", 0)), plan.num_scenes, sink, "--scene")
         if sink.failed:
@@ -368,7 +368,7 @@ def _made(
     sink: Sink,
     progress: Callable[[int, int], None] | None,
 ) -> dict[str, Made]:
-    """Some entities as the engine has them, by name."""
+    """Builds and measures some entities; by name."""
     from scenecc.backends.sapien.measure import measure
 
     first = {one.name: one.scene_idxs[0] if scene is None else scene for one in entities}
@@ -386,7 +386,6 @@ def _made(
 
 
 def _files(done: Compiled) -> tuple[Item, ...]:
-
     document = done.document
     top = (document.name, document.path) if document is not None and document.name and document.path else None
     return file_items(done.plan, top, done.scope.memory.named)

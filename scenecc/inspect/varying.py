@@ -1,4 +1,4 @@
-"""What differs between the scenes of an object, field by field."""
+"""The fields of an object that differ between its scenes."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ class VaryingField:
 
     Attributes:
         field: as in the scene file: `pose.p`, `shapes[0].half_size`.
-        values: everything that it can be, in words: `0.1 | 0.5`, `0.1 … 0.5`.
-        at_reset: whether a reset draws it anew.
+        values: its possible values in words: `0.1 | 0.5`, `0.1 … 0.5`.
+        at_reset: whether a reset draws it again.
     """
 
     field: str
@@ -55,10 +55,10 @@ class VaryingField:
 
 @dataclass(frozen=True, slots=True)
 class Fields:
-    """What an object says.
+    """The fields of an object.
 
     Attributes:
-        count: how many fields have a value; a pose is two.
+        count: number of fields with a value; a pose counts as two.
         varying: those that differ, in the order of the plan.
     """
 
@@ -81,12 +81,12 @@ class _Found:
 
 
 def _found(label: str, value: Value) -> _Found:
-    support, drawn = _told(value)
+    support, drawn = _shown_bounds(value)
     return _Found(label, support, value.may_vary, value.recipe is not None, drawn)
 
 
-def _told(value: Value) -> tuple[ValueBounds, bool]:
-    """What is told of a value: everything that it can be, or what it is where nothing bounds that."""
+def _shown_bounds(value: Value) -> tuple[ValueBounds, bool]:
+    """The bounds to show for a value, and whether they are those of its drawn data: if nothing else bounds it."""
     support = value.bounds
     if support.alternatives is not None or not value.may_vary or _is_finite(support.low, support.high):
         return support, False
@@ -94,8 +94,8 @@ def _told(value: Value) -> tuple[ValueBounds, bool]:
 
 
 def varying_words(name: str, value: Value, files: Sequence[AssetFile], unit: str = "") -> str:
-    """Everything that a value of a field can be, as a person reads it. `name`: of the field, as scene files have it."""
-    support, drawn = _told(value)
+    """The possible values of a field, for people. `name`: of the field in scene files."""
+    support, drawn = _shown_bounds(value)
     start, end = ("", ", as drawn") if drawn else _around(support)
     words = _words(name, support, files)
     each = " each" if words.endswith(" each") else ""
@@ -103,8 +103,8 @@ def varying_words(name: str, value: Value, files: Sequence[AssetFile], unit: str
 
 
 def pose_words(value: Value) -> tuple[str, str]:
-    """Everything that the position [m] and the rotation (wxyz) of a pose can be, likewise."""
-    support, drawn = _told(value)
+    """The possible positions [m] and rotations (wxyz) of a pose, likewise."""
+    support, drawn = _shown_bounds(value)
     if support.low is None:
         return ("by an expression", "by an expression")
     start, end = ("", ", as drawn") if drawn else _around(support)
@@ -124,12 +124,12 @@ _FILES: Final = frozenset({"file", "px", "nx", "py", "ny", "pz", "nz"})
 
 
 def entity_fields(entity: Entity, plan: ScenePlan) -> Fields:
-    """What an entity says, and what of it differs between its scenes."""
+    """The fields of an entity, and which of them vary."""
     return _fields(_values(entity, plan), plan)
 
 
 def object_fields(one: Constraint | Light | Camera | Environment, plan: ScenePlan) -> Fields:
-    """What another object says, likewise."""
+    """The fields of another object, likewise."""
     return _fields(_plain_values(one, ""), plan)
 
 
@@ -145,12 +145,12 @@ def _fields(values: Iterable[_Found], plan: ScenePlan) -> Fields:
 
 
 def is_file(name: str) -> bool:
-    """Whether a field's numbers are indices of files."""
+    """Whether a field is an index of a file."""
     return name in _FILES or name.endswith("texture")
 
 
 def is_pose(label: str) -> bool:
-    """Whether a field is told as two: a position and a rotation."""
+    """Whether a field is shown as position and rotation."""
     return label.rsplit(".", 1)[-1] in {"pose", "com", "pose_in_parent", "pose_in_child", "target"}
 
 
@@ -179,7 +179,7 @@ def _articulation(structure: ArticulationStructure, plan: ScenePlan) -> Iterator
 
 
 def _plain_values(node: Any, place: str) -> Iterator[_Found]:
-    """Values of a dataclass and of what it has."""
+    """The values of a dataclass and of those nested in it."""
     for name, item in _given(node):
         where = field_path(place, name, node.__class__)
         if isinstance(item, Value):
@@ -195,7 +195,7 @@ def _plain_values(node: Any, place: str) -> Iterator[_Found]:
 
 
 def _body(structure: BodyStructure, plan: ScenePlan, above: str = "") -> Iterator[_Found]:
-    """A body, or a link: what stands before its fields' names is then `above`."""
+    """The values of a body or a link. `above`: prefix of its fields' names."""
     for name, value in _given(structure):
         if isinstance(value, Value):
             yield _found(above + SPEC_FIELD_NAMES.get(name, name), value)
@@ -215,7 +215,7 @@ def _body(structure: BodyStructure, plan: ScenePlan, above: str = "") -> Iterato
 
 
 def _given(node: Any) -> list[tuple[str, Any]]:
-    """The fields of a dataclass that have a value; none of None."""
+    """The fields of a dataclass that have a value; none if it is None."""
     if node is None:
         return []
     pairs = [(item.name, getattr(node, item.name)) for item in fields(node) if item.compare]
@@ -225,20 +225,20 @@ def _given(node: Any) -> list[tuple[str, Any]]:
 def _material(
     where: str, indices: Sequence[Any], table: Sequence[PhysicalMaterial] | Sequence[VisualMaterial]
 ) -> Iterator[_Found]:
-    """The fields of all materials that a shape may have, each over all of these."""
+    """Each field of the materials that a shape may have, over all of them."""
     rows = [table[int(index)] for index in indices]
     names = dict.fromkeys(name for row in rows for name, _ in _given(row))
     for name in names:
         values = [_value(getattr(row, name)) for row in rows]
         given = [value for value in values if value is not None]
-        told = [_told(value) for value in given]
-        support = union_bounds(part for part, _ in told)
+        shown = [_shown_bounds(value) for value in given]
+        support = union_bounds(part for part, _ in shown)
         one = support.alternatives is not None and len(support.alternatives) == 1
         yield _Found(
             f"{where}.material.{name}",
             support,
             varies=len(given) < len(rows) or not one,
-            drawn=any(drawn for _, drawn in told),
+            drawn=any(drawn for _, drawn in shown),
         )
 
 
@@ -262,7 +262,7 @@ def _differing(label: str, items: list[_Found], plan: ScenePlan) -> Iterator[Var
 
 
 def _around(support: ValueBounds) -> tuple[str, str]:
-    """Bounds of what is computed may be wider than what occurs."""
+    """Words around bounds: those of an expression may be wider than its values."""
     return ("", "") if support.exact or support.alternatives is not None else ("within ", "")
 
 

@@ -35,23 +35,23 @@ _COLLISION_MATERIALS: Final = {kind: SurfaceMaterial(base_color=color) for kind,
 
 
 class MeshBuilder:
-    """Draws the bodies of a plan. What several shapes have in common is one object, files are read once."""
+    """Builds meshes of the bodies of a plan. Equal surfaces and materials are shared, and files are read once."""
 
-    def __init__(self, plan: ScenePlan, told: Callable[[MeshError, Origin | None], None]) -> None:
-        """`told` takes what is left out, each once, and the shape that first had it."""
+    def __init__(self, plan: ScenePlan, on_left_out: Callable[[MeshError, Origin | None], None]) -> None:
+        """`on_left_out` is called once for each image that is left out, with the first shape that has it."""
         self._plan = plan
         self._now: Origin | None = None
-        self._looks = MaterialCache(plan, lambda problem: told(problem, self._now))
+        self._looks = MaterialCache(plan, lambda problem: on_left_out(problem, self._now))
         self._files = MeshFiles()
         self._primitives: dict[tuple[str, tuple[float, ...]], tuple[Surface, Vec3]] = {}
         self._meshes: dict[str, Surface] = {}
         self._flat: dict[Surface, Surface] = {}
 
     def visuals(self, body: BodyStructure, row: int) -> tuple[MeshShape, ...]:
-        """What is seen of a body in a row of its entity; nothing where its visibility is 0.
+        """The visual shapes of a body in a row of its entity; none if its visibility is 0.
 
         Raises:
-            MeshProblem: a file cannot be shown, or a package is missing. `MeshBuilder.at` is the shape that has it.
+            MeshError: a file cannot be shown, or a package is missing. `MeshBuilder.at` is the shape that has it.
         """
         visibility = 1.0 if body.visibility is None else float(body.visibility.row(row))
         if visibility == 0:
@@ -60,12 +60,12 @@ class MeshBuilder:
         return tuple(self._visual(shape, row, visibility, flat=flat) for shape in body.visuals)
 
     def collisions(self, body: MeasuredBody) -> tuple[MeshShape, ...]:
-        """The colliding shapes of a body, meshes as they were cooked."""
+        """The collision shapes of a body, with cooked meshes."""
         return tuple(self.collision(shape, body) for shape in body.shapes)
 
     @property
     def at(self) -> Origin | None:
-        """The shape that was drawn last."""
+        """The shape that was built last."""
         return self._now
 
     def _visual(self, shape: VisualShape, row: int, visibility: float, *, flat: bool) -> MeshShape:
@@ -85,7 +85,7 @@ class MeshBuilder:
     def _parts(
         self, geometry: VisualGeometry, row: int, own: SurfaceMaterial | None
     ) -> tuple[tuple[MeshPart, ...], Vec3]:
-        """A geometry's surfaces and looks, and its scale."""
+        """Surfaces and materials of a geometry, and its scale."""
         if isinstance(geometry, Mesh):
             parts = self._files.parts(self._plan.files[int(geometry.file.row(row))])
             if own is not None:
@@ -104,7 +104,7 @@ class MeshBuilder:
         return self._flat.setdefault(surface, replace(surface, normals=None)) if flat else surface
 
     def collision(self, shape: MeasuredShape, body: MeasuredBody) -> MeshShape:
-        """One of them."""
+        """One collision shape of a body."""
         endless = shape.kind == "plane"
         if shape.mesh is not None:
             surface, scale = self._cooked(shape.mesh), (1.0, 1.0, 1.0)
@@ -120,10 +120,10 @@ class MeshBuilder:
 
 
 _MARGIN: Final = 0.1
-"""Of what a scene takes, on each of its sides."""
+"""Margin on each side of a scene, as a fraction of its size."""
 
 _MIN_HALF_SIZE: Final = 0.5
-"""Half the side of a plane at least [m]."""
+"""Minimum half side of a clipped plane [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +132,7 @@ class BodyMeshes:
 
     Attributes:
         place: (4, 4) in its scene.
-        corners: (·, 3) of boxes around all surfaces that are no planes, in its scene [m].
+        corners: (·, 3) of the bounding boxes of all surfaces other than planes, in its scene [m].
     """
 
     body: MeasuredBody
@@ -142,7 +142,7 @@ class BodyMeshes:
 
     @staticmethod
     def of(body: MeasuredBody, shapes: tuple[MeshShape, ...]) -> BodyMeshes:
-        """A body where it was measured."""
+        """A body at its measured pose."""
         place = pose_matrix(body.pose)
         corners = [
             _box_corners(part.surface, place, shape)
@@ -171,42 +171,44 @@ class SceneMeshes:
 
 @dataclass(frozen=True, slots=True)
 class GridCell:
-    """The room that each scene has: (2,) lowest and highest x and y from the scene's origin [m]."""
+    """The cell of each scene: (2,) lowest and highest x and y relative to the scene's origin [m]."""
 
     low: NDArray[np.float64]
     high: NDArray[np.float64]
 
     @property
     def half(self) -> float:
-        """Of its shorter side [m]."""
+        """Half of its shorter side [m]."""
         return float((self.high - self.low).min()) / 2
 
     def origins(self, count: int) -> NDArray[np.float64]:
-        """(count, 3) where the origins of as many scenes are: row by row, as one reads, seen from above [m]."""
+        """(count, 3) origins of so many scenes, row by row [m]: x to the right and y up, viewed from above."""
         columns = math.ceil(math.sqrt(count))
         row, column = np.divmod(np.arange(count), columns)
         x, y = self.high - self.low
         return np.stack([column * x, -row * y, np.zeros(count)], axis=1)
 
 
-def build_scene_meshes(drawer: MeshBuilder, scene: MeasuredScene, show: Literal["visual", "collision"]) -> SceneMeshes:
-    """A scene's bodies as they are seen, or as they collide.
+def build_scene_meshes(
+    mesh_builder: MeshBuilder, scene: MeasuredScene, show: Literal["visual", "collision"]
+) -> SceneMeshes:
+    """Builds the visual or the collision meshes of a scene.
 
     Raises:
-        MeshProblem: a file cannot be shown, or a package is missing. `MeshBuilder.at` is the shape that has it.
+        MeshError: a file cannot be shown, or a package is missing. `MeshBuilder.at` is the shape that has it.
     """
     entities: list[EntityMeshes] = []
     for entity in scene.entities:
         bodies: list[BodyMeshes] = []
         for body in entity.bodies:
-            shapes = drawer.visuals(body.body, entity.row) if show == "visual" else drawer.collisions(body)
+            shapes = mesh_builder.visuals(body.body, entity.row) if show == "visual" else mesh_builder.collisions(body)
             bodies.append(BodyMeshes.of(body, shapes))
         entities.append(EntityMeshes(entity, tuple(bodies)))
     return SceneMeshes(scene, tuple(entities))
 
 
 def grid_cell(scenes: tuple[SceneMeshes, ...]) -> GridCell:
-    """A room for each scene that holds what any of them has, planes left out."""
+    """A cell that contains each of the scenes, planes left out."""
     every = scene_corners(scenes)[:, :2]
     if not len(every):
         return GridCell(np.full(2, -1.0), np.full(2, 1.0))
@@ -216,7 +218,7 @@ def grid_cell(scenes: tuple[SceneMeshes, ...]) -> GridCell:
 
 
 def plane_half_size(scene: SceneMeshes, place: NDArray[np.float64]) -> float:
-    """Half the side of an endless plane that reaches below all of a scene [m]. `place`: its own."""
+    """Half the side of an infinite plane that extends below the whole scene [m]. `place`: of the plane, (4, 4)."""
     corners = scene_corners([scene])
     if not len(corners):
         return _MIN_HALF_SIZE
@@ -225,19 +227,19 @@ def plane_half_size(scene: SceneMeshes, place: NDArray[np.float64]) -> float:
 
 
 def clip_plane(shape: MeshShape, half: float) -> MeshShape:
-    """A plane with sides of at most twice `half` [m]."""
+    """A plane with sides of at most 2 · `half` [m]."""
     x, y, z = shape.scale
     return replace(shape, scale=(x, half, half) if shape.endless else (x, min(y, half), min(z, half)))
 
 
 def clip_to_scene(shape: MeshShape, body: BodyMeshes, scene: SceneMeshes, half: float | None) -> MeshShape:
-    """The shape; of a plane as much as there is room for.
+    """The shape; a plane is clipped to the room that its scene has.
 
     Args:
         shape: of the body.
         body: in the scene.
-        scene: as it was drawn.
-        half: of the side of the scene's cell [m]; None: it has none, and only endless planes are cut.
+        scene: that has the body.
+        half: half the side of the scene's cell [m]; None: it has no cell, and only infinite planes are clipped.
     """
     if shape.kind != "plane" or (half is None and not shape.endless):
         return shape
@@ -245,7 +247,7 @@ def clip_to_scene(shape: MeshShape, body: BodyMeshes, scene: SceneMeshes, half: 
 
 
 def scene_corners(scenes: Iterable[SceneMeshes]) -> NDArray[np.float64]:
-    """(·, 3) corners of all bodies of scenes, each in its own [m]. Planes have none."""
+    """(·, 3) corners of all bodies of scenes, each in its own scene [m]. Planes have none."""
     corners = [body.corners for scene in scenes for entity in scene.entities for body in entity.bodies]
     return np.concatenate([np.zeros((0, 3)), *corners])
 
@@ -263,7 +265,7 @@ class BakedMesh:
 
     Attributes:
         vertices: (V, 3) float64 [m].
-        faces: (F, 3) int64, counterclockwise from where they are seen.
+        faces: (F, 3) int64, counterclockwise from the front.
         normals: (V, 3) float64 of unit length; None: every triangle is flat.
         uvs: (V, 2) float64 from the image's top left corner; None: (0, 0) everywhere.
     """
@@ -276,7 +278,7 @@ class BakedMesh:
 
 
 def bake_scale(shape: MeshShape) -> tuple[BakedMesh, ...]:
-    """The parts of a shape, its scale taken in and its pose not."""
+    """The parts of a shape with its scale applied, but not its pose."""
     scale = np.array(shape.scale)
     inside_out = (np.prod(scale) < 0) != shape.turned
     found: list[BakedMesh] = []

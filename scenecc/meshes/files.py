@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 _WHITE: Final = (1.0, 1.0, 1.0, 1.0)
 _GRAY: Final = (0.6, 0.6, 0.6, 1.0)
 _DEFAULT_COLORS: Final = {".obj": _GRAY, ".dae": _GRAY}
-"""Colours that SAPIEN's readers give a file without a material; others are white."""
+"""Base colour that SAPIEN's readers give a file without a material; white for other formats."""
 
 _METALLIC: Final = {".glb": 1.0, ".gltf": 1.0}
-"""And how metallic: glTF's own default. Others are not."""
+"""Metallic of such a file: glTF's default; 0 for other formats."""
 
 _MTL_MAPS: Final = {
     "norm": "normal_image",
@@ -40,15 +40,15 @@ _MTL_MAPS: Final = {
     "map_pr": "roughness_image",
     "map_pm": "metallic_image",
 }
-"""Images of an OBJ's material that SAPIEN loads, beside that of its colour."""
+"""Images of an OBJ material that SAPIEN loads, besides the colour image."""
 
 _LUMINANCE: Final = (0.2125, 0.7154, 0.0721)
 _SPECULAR: Final = 0.5
-"""Of all materials of files in SAPIEN."""
+"""Specular of all materials of mesh files in SAPIEN."""
 
 
 class MeshFiles:
-    """Mesh files that are read once, also where several hold the same."""
+    """Mesh files; files with the same content are read once."""
 
     def __init__(self) -> None:
         self._paths: dict[Path, tuple[MeshPart, ...]] = {}
@@ -58,7 +58,7 @@ class MeshFiles:
         """The surfaces of a file in its own frame [m], and their looks.
 
         Raises:
-            MeshProblem: it cannot be read, or a package is missing.
+            MeshError: it cannot be read, or a package is missing.
         """
         if file.path not in self._paths:
             self._paths[file.path] = self._found(file)
@@ -96,7 +96,7 @@ class _MeshResolver:
 
 
 def _read_file(path: Path, digest: str | None) -> bytes:
-    """The content of a file. Raises MeshProblem where it is not what it was when it was checked."""
+    """The content of a file. Raises MeshError where it is not what it was when it was checked."""
     try:
         return read_checked(path, digest)
     except ChangedError as error:
@@ -149,7 +149,7 @@ def _collada_unit(mesh: Any) -> float:
 
 
 def _convert_material(visual: Any, path: Path, named: _MeshResolver, images: ImageCache) -> SurfaceMaterial:
-    """Colours of vertices are in no picture of SAPIEN's, so they are in none here."""
+    """The material of a mesh. Vertex colours are ignored, as in SAPIEN."""
     material = getattr(visual, "material", None)
     if material is None:
         suffix = path.suffix.lower()
@@ -185,7 +185,7 @@ def _convert_simple(material: Any, path: Path, named: _MeshResolver, images: Ima
     """A material of an OBJ, whose roughness SAPIEN's reader makes of `Ns` and `Ks`.
 
     Raises:
-        MeshProblem: one of its images cannot be read.
+        MeshError: one of its images cannot be read.
     """
     given: dict[str, Any] = material.kwargs
     shine = min(max(_number(given.get("ns"), 0.0) / 1000, 0.0), 1.0) ** 0.5

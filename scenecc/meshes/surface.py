@@ -1,4 +1,4 @@
-"""Triangles, colours and images of what is drawn of a shape."""
+"""Triangles, materials and images of visual shapes."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _WHITE: Final[Vec4] = (1.0, 1.0, 1.0, 1.0)
 
 
 class MeshError(Exception):
-    """A file that cannot be shown.
+    """A mesh or image that cannot be converted.
 
     Attributes:
         code: of the diagnostic.
@@ -51,7 +51,7 @@ class MeshError(Exception):
 
 @frozen
 class Surface:
-    """Triangles of one look. Its arrays are read-only, and surfaces are told apart by identity.
+    """Triangles of one material. Its arrays are read-only; surfaces compare by identity.
 
     Attributes:
         vertices: (V, 3) float32 [m].
@@ -96,7 +96,7 @@ class Image:
 
 @frozen
 class SurfaceMaterial:
-    """What SAPIEN's `RenderMaterial` says, its defaults filled in. An image stands in place of the number.
+    """The values of SAPIEN's `RenderMaterial`, defaults filled in. An image replaces the number.
 
     Attributes:
         base_color: linear RGBA in 0..1.
@@ -123,14 +123,14 @@ class SurfaceMaterial:
 
     @property
     def tint(self) -> Vec4:
-        """What is seen of the base colour, linear RGBA: with an image, what multiplies its own."""
+        """Displayed base colour, linear RGBA; with an image, the factor of its colour."""
         red, green, blue, alpha = self.base_color if self.base_color_image is None else _WHITE
         return red, green, blue, alpha * self.visibility
 
 
 @frozen
 class MeshPart:
-    """A surface and its look."""
+    """A surface and its material."""
 
     surface: Surface
     look: SurfaceMaterial
@@ -145,9 +145,9 @@ class MeshShape:
         kind: its type in the language.
         parts: its surfaces, before they are scaled.
         pose: in the body's frame.
-        scale: along the shape's own axes; what it mirrors is seen from outside all the same.
-        turned: whether its triangles are seen from the other side.
-        endless: a plane without an end, whose surface is 2 m × 2 m.
+        scale: along the shape's own axes; a mirrored shape still faces outwards.
+        turned: whether its triangles face the other side.
+        endless: whether it is an infinite plane, whose surface is 2 m × 2 m.
         origin: in the document.
     """
 
@@ -162,7 +162,7 @@ class MeshShape:
 
 
 def report_mesh_error(problem: MeshError, place: Origin | None, sink: Sink) -> None:
-    """Reports a problem of the shape at a place."""
+    """Reports a `MeshError` at the origin of its shape."""
     sink.report(problem.code, problem.message, place or Location(None), hint=problem.hint)
 
 
@@ -187,7 +187,7 @@ class ImageCache:
             sampling: what of filter mode, address mode and sRGB is given.
 
         Raises:
-            MeshProblem: it cannot be read, or Pillow is missing.
+            MeshError: it cannot be read, or Pillow is missing.
         """
         if path not in self._read:
             self._read[path] = _open_image(path, digest)
@@ -197,7 +197,7 @@ class ImageCache:
 
 
 def convert_image(pixels: Pixels | None, name: str, channel: Channel = "r", *, srgb: bool) -> Image | None:
-    """An image that a mesh file holds or names, as trimesh has read it."""
+    """An image of a mesh file, as read by trimesh."""
     if pixels is None:
         return None
     data = encode_png(pixels)
@@ -205,7 +205,7 @@ def convert_image(pixels: Pixels | None, name: str, channel: Channel = "r", *, s
 
 
 def convert_color_space(image: Image, *, srgb: bool) -> Image:
-    """The image with values that are sRGB or not, as another program takes them: itself where they are so already."""
+    """The image converted to sRGB or to linear values; itself if it has them already."""
     if image.srgb == srgb:
         return image
     value = np.arange(256) / 255
@@ -255,21 +255,21 @@ def _digest(data: bytes) -> str:
 
 
 class MaterialCache:
-    """The visual materials of a plan, each made once for each set of numbers."""
+    """The visual materials of a plan; equal ones are created once."""
 
-    def __init__(self, plan: ScenePlan, told: Callable[[MeshError], None]) -> None:
-        """`told` takes images that are left out, each once."""
+    def __init__(self, plan: ScenePlan, on_left_out: Callable[[MeshError], None]) -> None:
+        """`on_left_out` is called once for each image that is left out."""
         self._plan = plan
-        self._told = told
+        self._on_left_out = on_left_out
         self._images = ImageCache()
         self._made: dict[tuple[object, ...], SurfaceMaterial] = {}
         self._left_out: set[str] = set()
 
     def look(self, material: Value, row: int) -> SurfaceMaterial:
-        """What a material is in one row of what has it.
+        """The material in one row of the shape that has it.
 
         Raises:
-            MeshProblem: a package is missing.
+            MeshError: a package is missing.
         """
         index = int(material.row(row))
         made = self._plan.visual_materials[index]
@@ -289,12 +289,12 @@ class MaterialCache:
                 raise
             if problem.message not in self._left_out:
                 self._left_out.add(problem.message)
-                self._told(problem)
+                self._on_left_out(problem)
             return None
 
 
 def _material_numbers(given: dict[str, float | list[float]]) -> dict[str, Any]:
-    """The plan's numbers as those of a look: a colour as a tuple, and of emission strength and colour in one."""
+    """The plan's numbers as those of a `SurfaceMaterial`: colours as tuples, emission multiplied by its strength."""
     found: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in given.items()}
     if "emission" in found:
         red, green, blue, strength = found["emission"]

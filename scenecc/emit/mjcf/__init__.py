@@ -41,17 +41,19 @@ if TYPE_CHECKING:
     from scenecc.plan.snapshot import EngineSnapshot
 
 
-def write(plan: ScenePlan, measured: EngineSnapshot, choice: ExportOptions, sink: Sink) -> dict[str, bytes] | None:
+def write(plan: ScenePlan, measured: EngineSnapshot, options: ExportOptions, sink: Sink) -> dict[str, bytes] | None:
     """The model, `NAME.xml`, and its meshes and images; None after an error. See `scenecc.emit.export`."""
     unsupported = UnsupportedFeatures(sink, left_out="SC730", otherwise="SC731")
-    assets = AssetFolder(choice.name)
-    drawer = MeshBuilder(plan, lambda problem, place: unsupported.leave_out(plan.name, str(problem), place))
-    model = MjcfModel(plan, measured.scenes[0], drawer, assets, unsupported, XmlElement("mujoco", model=plan.name))
+    assets = AssetFolder(options.name)
+    mesh_builder = MeshBuilder(plan, lambda problem, place: unsupported.leave_out(plan.name, str(problem), place))
+    model = MjcfModel(
+        plan, measured.scenes[0], mesh_builder, assets, unsupported, XmlElement("mujoco", model=plan.name)
+    )
     try:
         for entity in model.scene.entities:
             write_entity(model, entity)
     except MeshError as problem:
-        report_mesh_error(problem, drawer.at, sink)
+        report_mesh_error(problem, mesh_builder.at, sink)
         return None
     write_contact_exclusions(model)
     write_constraints(model)
@@ -59,7 +61,7 @@ def write(plan: ScenePlan, measured: EngineSnapshot, choice: ExportOptions, sink
     _write_cameras(model)
     unsupported.fields("physics", plan.physics, PHYSX_SETTINGS, plan.physics.origin)
     unsupported.report()
-    return {f"{choice.name}.xml": format_document(_assemble_root(model)), **assets.files}
+    return {f"{options.name}.xml": format_document(_assemble_root(model)), **assets.files}
 
 
 def _assemble_root(model: MjcfModel) -> XmlElement:

@@ -78,7 +78,7 @@ class MjcfModel:
 
     plan: ScenePlan
     scene: MeasuredScene
-    drawer: MeshBuilder
+    mesh_builder: MeshBuilder
     assets: AssetFolder
     unsupported: UnsupportedFeatures
     root: XmlElement
@@ -241,7 +241,7 @@ def write_visuals(
     model: MjcfModel, name: str, row: int, body: BodyStructure, element: XmlElement, *, is_fixed: bool
 ) -> None:
     """Writes geoms for the visual shapes of a body. `is_fixed`: whether no force moves it. Raises MeshError."""
-    for shape, plan in zip(model.drawer.visuals(body, row), body.visuals, strict=False):
+    for shape, plan in zip(model.mesh_builder.visuals(body, row), body.visuals, strict=False):
         parts = bake_scale(shape)
         native = None if parts[0].look.base_color_image else _primitive_geom(plan.geometry, row, is_fixed=is_fixed)
         pose = shape.pose if native is None else compose_poses(shape.pose, native[0])

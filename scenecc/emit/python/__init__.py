@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class ProcessSettings:
-    """The defaults that a plan changes."""
+    """The process-wide PhysX defaults that a plan changes."""
 
     def __init__(self, physics: Physics) -> None:
         self._workers = physics.cpu_workers
@@ -46,13 +46,13 @@ class ProcessSettings:
         return bool(self._kinds())
 
     def imports(self) -> list[str]:
-        """What `write` needs of the standard library."""
+        """Import statements that the text of `write` needs."""
         if not self.needed:
             return []
         return ["from collections.abc import Iterator", "from contextlib import contextmanager"]
 
     def write(self, source: SourceWriter) -> None:
-        """A context manager `physics_settings`."""
+        """Writes a context manager `physics_settings`."""
         if not self.needed:
             return
         source.line()
@@ -96,7 +96,7 @@ def _setting_literal(value: float | tuple[float, ...]) -> SourceNode:
 
 
 def _check_supported(plan: ScenePlan, sink: Sink) -> bool:
-    """Whether a script can say all of a plan; `sink` is told what not."""
+    """Whether a script can express the whole plan; otherwise errors are reported to `sink`."""
     found = True
     for entity in plan.entities:
         for structure in entity.structures:
@@ -107,7 +107,7 @@ def _check_supported(plan: ScenePlan, sink: Sink) -> bool:
 
 
 def _unsupported_parts(structure: BodyStructure | ArticulationStructure) -> Iterator[tuple[Origin | None, str]]:
-    """What nothing in SAPIEN would hold: where it is, and what it is."""
+    """Parts of a structure that SAPIEN cannot represent: origin and description."""
     for body in structure.bodies:
         for name in _unsupported_fields(body):
             yield (
@@ -138,21 +138,21 @@ def _tendon_error(structure: ArticulationStructure, mimic: Mimic) -> str | None:
 
 
 def _unsupported_fields(structure: BodyStructure) -> list[str]:
-    """Fields that nothing in SAPIEN would hold."""
-    lost: list[str] = []
+    """Fields that SAPIEN cannot represent."""
+    fields: list[str] = []
     if structure.body_type in {"static", "none"}:
-        lost += present_fields(structure, (*BODY_PROPERTIES, "mass", "inertial"))
+        fields += present_fields(structure, (*BODY_PROPERTIES, "mass", "inertial"))
     if structure.body_type == "link":
-        lost += present_fields(structure, NON_LINK_FIELDS)
+        fields += present_fields(structure, NON_LINK_FIELDS)
     if structure.body_type == "none":
-        lost += present_fields(structure, ("collision_groups",)) + (["collisions"] if structure.collisions else [])
-    return lost if structure.visuals else lost + present_fields(structure, RENDER_PROPERTIES)
+        fields += present_fields(structure, ("collision_groups",)) + (["collisions"] if structure.collisions else [])
+    return fields if structure.visuals else fields + present_fields(structure, RENDER_PROPERTIES)
 
 
 def write(plan: ScenePlan, sink: Sink, base: Path | None) -> str | None:
-    """The script; None if the plan holds what no SAPIEN call takes, which `sink` then tells.
+    """The script; None if SAPIEN cannot represent the plan, which is reported to `sink`.
 
-    The script finds files relative to its own place: `base` is the folder that it will lie in, None the plan's own.
+    The script finds files relative to its own folder. `base`: that folder; None: the plan's own.
     """
     if not _check_supported(plan, sink):
         return None
@@ -210,7 +210,7 @@ if __name__ == "__main__":
 
 
 def _write_head(source: SourceWriter, plan: ScenePlan) -> None:
-    # Python takes a comment in the first two lines that says "coding:" at its word, so these two are never a scene's.
+    # Python obeys a "coding:" comment in the first two lines, so neither may contain text of the scene.
     source.comment("A script of plain SAPIEN calls, written by scenecc.")
     source.comment("")
     source.comment(f"{plan.name}: {_scene_count_text(plan.num_scenes)}.")
@@ -227,7 +227,7 @@ def _write_head(source: SourceWriter, plan: ScenePlan) -> None:
 
 
 def _has_reset_draws(plan: ScenePlan) -> bool:
-    """Whether a reset would draw anything anew."""
+    """Whether a reset would draw any value again."""
     return any(value.recipe is not None for _, _, value in plan_values(plan))
 
 

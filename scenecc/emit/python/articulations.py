@@ -56,7 +56,7 @@ if TYPE_CHECKING:
 
 
 def write_tendons(source: SourceWriter, structure: ArticulationStructure, columns: SceneValues) -> None:
-    """One call a joint that follows another, on `articulation` and its `links`."""
+    """Writes one tendon call per mimic joint, on `articulation` and its `links`."""
     for mimic in structure.mimics:
         over = tendon_links(structure, mimic)
         pairs = np.stack([columns.of_rows(mimic.multiplier), columns.of_rows(mimic.offset)], axis=1)
@@ -78,21 +78,21 @@ def write_tendons(source: SourceWriter, structure: ArticulationStructure, column
 
 
 _DRIVE_FIELDS = ("stiffness", "force_limit", "drive_mode")
-"""Of a drive, what the builder of a link is not told: it takes a damping."""
+"""Drive fields that a link builder does not take: of a drive, it takes the damping only."""
 
 _NO_LIMITS = constant([-np.inf, np.inf])
 
 _TARGETS = ("drive_target", "drive_velocity_target")
 
 MIN_LOOP_JOINTS = 3
-"""How many joints make a loop that is worth reading."""
+"""From this number of joints on, a loop is shorter to read."""
 
 JOINT_PROPERTIES = property_fields("joint")
 """Properties of a joint by the plan's names."""
 
 
 def write_joint_properties(source: SourceWriter, joint: Joint, columns: SceneValues, builder: str) -> None:
-    """What the builder of a link is told of its joint."""
+    """Writes the joint properties that a link builder takes."""
     if joint.name:
         source.statement(call(f"{builder}.set_joint_name", string(joint.name)))
     alone = joint.damping is not None and not present_fields(joint, _DRIVE_FIELDS)
@@ -110,36 +110,36 @@ def write_joint_properties(source: SourceWriter, joint: Joint, columns: SceneVal
 
 
 def write_joint_component(source: SourceWriter, joint: Joint, columns: SceneValues) -> None:
-    """The same, of the joint of `body`."""
+    """Writes the same properties to the joint of `body`."""
     source.line("joint = body.joint")
     if joint.name:
         source.statement(string(joint.name), assign="joint.name")
     source.statement(string(joint.type), assign="joint.type")
     for name in ("pose_in_child", "pose_in_parent"):
-        # As the builder does, also where nothing is said: shapes have moved the frames by a rounding.
+        # Also where the plan has none, as the builder does: shapes have moved the frames by a rounding.
         source.statement(frame_expression(getattr(joint, name), name, columns), assign=f"joint.{name}")
     if joint.type == "fixed":
         return
     source.statement(columns.value(joint.limits or _NO_LIMITS, "limits"), assign="joint.limit")
     if not present_fields(joint, _DRIVE_FIELDS):
-        # As the builder does, which leaves no joint without.
+        # As the builder does for every joint.
         source.statement(_drive_call(joint, columns))
 
 
 def write_joints(source: SourceWriter, structure: ArticulationStructure, columns: SceneValues) -> None:
-    """What no builder is told of the joints of `articulation`."""
+    """Writes the joint properties of `articulation` that no builder takes."""
     links = [link for link in structure.links if link.joint is not None and link.joint.type != "fixed"]
     things = [(link, _joint_statements(link.joint, columns)) for link in links if link.joint is not None]
-    told = [(link, units) for link, units in things if units]
-    find, suffix, names = _find_joints([link for link, _ in told])
+    written = [(link, units) for link, units in things if units]
+    find, suffix, names = _find_joints([link for link, _ in written])
     among = NameLookup("joint", "articulation.active_joints", find, len(links), suffix)
-    write_shared_statements(source, [(name, units) for name, (_, units) in zip(names, told, strict=True)], among)
+    write_shared_statements(source, [(name, units) for name, (_, units) in zip(names, written, strict=True)], among)
 
 
 def _find_joints(links: Sequence[Link]) -> tuple[str, str, list[str]]:
-    """What finds the joints of some links: a function, what leads from its result to the joint, and what it is given.
+    """How to find the joints of some links: a function, the suffix from its result to the joint, and its arguments.
 
-    These are the joints' own names, or the links' where a joint has none.
+    The arguments are the joints' names, or the links' names if a joint has none.
     """
     names = [link.joint.name for link in links if link.joint is not None]
     if all(names):
@@ -170,16 +170,16 @@ def _drive_call(joint: Joint, columns: SceneValues) -> SourceNode:
 
 
 def engine_order(structure: ArticulationStructure) -> list[Link]:
-    """The links whose joints move, in the order of `active_joints`: the engine goes level after level."""
+    """The links with active joints, in the order of SAPIEN's `active_joints`: breadth first."""
     links = [structure.links[number] for number in breadth_first_order(link.parent for link in structure.links)]
     return [link for link in links if link.joint is not None and link.joint.type != "fixed"]
 
 
 def write_positions(source: SourceWriter, structure: ArticulationStructure, columns: SceneValues) -> None:
-    """Where the joints are at the start, how they move, and what their drives pull them to."""
+    """Writes initial joint positions and velocities, and drive targets."""
     joints = [link.joint for link in engine_order(structure) if link.joint is not None]
     if not joints:
-        # Until they are told to, SAPIEN leaves the entities of all links but the root at the origin.
+        # SAPIEN places the entities of links other than the root only when the root pose or `qpos` is set.
         source.line("articulation.root_pose = articulation.root_pose")
         return
     qpos = _stack_joint_values(joints, "qpos", columns)
@@ -205,7 +205,7 @@ def write_positions(source: SourceWriter, structure: ArticulationStructure, colu
 
 
 def _write_targets(source: SourceWriter, name: str, values: SourceNode) -> None:
-    """Targets of all joints, in the engine's order."""
+    """Writes targets of all joints, in the engine's order."""
     source.statement(call("zip", "articulation.active_joints", values), assign="targets")
     with source.block("for joint, target in targets:"):
         source.line(f"joint.set_{name}(target)")
@@ -214,7 +214,7 @@ def _write_targets(source: SourceWriter, name: str, values: SourceNode) -> None:
 def _write_some_targets(
     source: SourceWriter, structure: ArticulationStructure, name: str, columns: SceneValues
 ) -> None:
-    """Targets of the joints that have one, where not all have."""
+    """Writes targets of the joints that have one."""
     links = [link for link in structure.links if link.joint is not None and getattr(link.joint, name) is not None]
     joints = [link.joint for link in links if link.joint is not None]
     find, suffix, names = _find_joints(links)
@@ -235,7 +235,7 @@ def _all_present(joints: list[Joint], name: str) -> bool:
 
 
 def _stack_joint_values(joints: list[Joint], name: str, columns: SceneValues) -> NDArray[Any]:
-    """(B, dof) of a number of all joints, 0 where nothing is said."""
+    """(B, dof) values of a field of all joints; 0 where it is None."""
     values = [getattr(joint, name) for joint in joints]
     nothing = np.zeros(len(columns.rows))
     return np.stack([nothing if value is None else columns.of_rows(value) for value in values], axis=1)
@@ -244,10 +244,10 @@ def _stack_joint_values(joints: list[Joint], name: str, columns: SceneValues) ->
 _LINK_COMPONENT = "physx.PhysxArticulationLinkComponent"
 
 ARTICULATION_PROPERTIES = ("solver_position_iterations", "solver_velocity_iterations", "sleep_threshold")
-"""Properties of an articulation by the plan's names."""
+"""Properties of an articulation, by their names in the plan."""
 
 ROOT_PROPERTIES = ("linear_velocity", "angular_velocity")
-"""Properties of its root, which SAPIEN calls `root_…`."""
+"""Properties of its root, named `root_…` in SAPIEN."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -256,9 +256,9 @@ class ArticulationScript:
 
     Attributes:
         name: an expression for the entity's.
-        source: where statements go; the loop over scenes, if any, is open.
+        source: takes the statements; the loop over scenes, if any, is open.
         columns: the entity's quantities in these scenes.
-        mounted_links: names of links that something holds on to.
+        mounted_links: names of links that are mount targets.
     """
 
     entity: Entity
@@ -318,7 +318,7 @@ def _write_builder(robot: ArticulationScript) -> None:
 
 
 def _add_to_scene(robot: ArticulationScript) -> None:
-    """From `entities` and their `links`, of which SAPIEN takes tendons only ahead of the scene."""
+    """Adds `entities` and their `links` to the scene, after the tendons: SAPIEN rejects tendons later."""
     robot.source.line("articulation = links[0].articulation")
     write_tendons(robot.source, robot.structure, robot.columns)
     with robot.source.block("for entity in entities:"):
@@ -347,7 +347,7 @@ def _write_components(robot: ArticulationScript) -> None:
 
 
 def _write_link_properties(robot: ArticulationScript) -> None:
-    """What the builder of a link is not told."""
+    """Writes the link properties that a link builder does not take."""
     links = robot.structure.links
     among = NameLookup("body", "articulation.links", "articulation.find_link_by_name", len(links))
     write_shared_statements(robot.source, [(link.name, _link_statements(robot, link)) for link in links], among)

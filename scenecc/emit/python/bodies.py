@@ -1,4 +1,4 @@
-"""Python for bodies and their shapes."""
+"""Writes bodies and their shapes."""
 
 from __future__ import annotations
 
@@ -53,12 +53,12 @@ Arguments = dict[str, SourceNode]
 
 @dataclass(frozen=True, slots=True)
 class ShapeCall:
-    """How a type of shape is made.
+    """How a type of shape is created.
 
     Attributes:
-        add: method of `ActorBuilder`; "" where it has none.
-        make: constructor of the shape itself.
-        arguments: geometry to keyword arguments of both.
+        add: method of `ActorBuilder`; "" if it has none.
+        make: constructor of the shape.
+        arguments: keyword arguments of both, from a geometry.
     """
 
     add: str
@@ -111,7 +111,7 @@ def _tuple_literal(row: Any) -> SourceNode:
 
 def _visual_plane_arguments(geometry: VisualPlane, columns: SceneValues, files: ScriptFiles) -> Arguments:
     del files
-    # As SAPIEN's own ground has it; the first number shows nowhere.
+    # As SAPIEN's own ground; the first number has no effect.
     return {"scale": columns.value(Value(np.insert(geometry.half_size.data, 0, 10.0, axis=1)), "scale")}
 
 
@@ -161,20 +161,20 @@ VISUALS: dict[type[VisualGeometry], ShapeCall] = {
 }
 
 BODY_PROPERTIES = property_fields("body")
-"""Properties of a dynamic component by the plan's names."""
+"""Properties of a dynamic component, by their names in the plan."""
 
 RENDER_PROPERTIES = property_fields("look")
-"""Properties of a render component by the plan's names."""
+"""Properties of a render component, by their names in the plan."""
 
 CONTACT_OFFSETS = ("contact_offset", "rest_offset")
 """Properties of a collision shape that no `add_*_collision` takes."""
 
 SHAPE_ARGUMENTS = tuple(name for name in property_fields("shape") if name not in CONTACT_OFFSETS)
-"""Properties of a collision shape that all of them take."""
+"""Properties of a collision shape that every `add_*_collision` takes."""
 
 
 def write_mass(source: SourceWriter, structure: BodyStructure, columns: SceneValues) -> None:
-    """The mass that is given in place of what follows from the densities, to `body`."""
+    """Sets the mass of `body`, and scales the inertia that follows from the densities."""
     if structure.mass is not None:
         mass = columns.value(structure.mass, "mass", lambda row: number_literal(float(row)))
         source.line(f"body.inertia = body.inertia.astype(float) * ({mass} / body.mass)")
@@ -191,7 +191,7 @@ def inertial_nodes(inertial: Inertial, columns: SceneValues) -> tuple[SourceNode
 
 
 def write_inertial(source: SourceWriter, inertial: Inertial, columns: SceneValues) -> None:
-    """The same three, to `body`."""
+    """Sets mass, centre of mass and inertia of `body`."""
     mass, com, inertia = inertial_nodes(inertial, columns)
     source.statement(mass, assign="body.mass")
     source.statement(com, assign="body.cmass_local_pose")
@@ -199,7 +199,7 @@ def write_inertial(source: SourceWriter, inertial: Inertial, columns: SceneValue
 
 
 def write_offsets(source: SourceWriter, shapes: tuple[CollisionShape, ...], columns: SceneValues) -> None:
-    """Offsets of the shapes of `body`; one loop where all shapes have the same."""
+    """Sets contact and rest offsets of the shapes of `body`; one loop if all shapes have the same."""
     wanted = [
         [
             (name, columns.value(getattr(shape, name), name, numbers_literal))
@@ -230,9 +230,9 @@ class BodyScript:
 
     Attributes:
         name: an expression for the entity's.
-        source: where statements go; the loop over scenes, if any, is open.
+        source: takes the statements; the loop over scenes, if any, is open.
         columns: the entity's quantities in these scenes.
-        is_mount_target: whether something holds on to it.
+        is_mount_target: whether a constraint, light or camera is mounted on it.
     """
 
     entity: Entity
@@ -257,14 +257,14 @@ def write_body(body: BodyScript) -> None:
 
 
 def needs_components(structure: BodyStructure) -> bool:
-    """Whether `ActorBuilder`, or a builder of links, would build something else."""
+    """Whether an actor or link builder would build something different, so that components are needed."""
     shapes, dynamic = structure.collisions, structure.body_type in {"dynamic", "link"}
     parts = any(isinstance(shape.geometry, ConvexParts) for shape in shapes)
     return (
         structure.body_type == "none"
-        # Shapes are then found by their place, and nobody knows how many parts there are before they are loaded.
+        # Offsets are set by shape index, and the number of parts is unknown until they are loaded.
         or (parts and any(present_fields(shape, CONTACT_OFFSETS) for shape in shapes))
-        # The builder decides by the body's type whether to cook a signed distance field, and a plane's density is 0.
+        # The builder decides by body type whether to cook a signed distance field, and sets a plane's density to 0.
         or any(isinstance(shape.geometry, TriangleMesh) and shape.geometry.sdf != dynamic for shape in shapes)
         or any(isinstance(shape.geometry, Plane) and shape.density is not None for shape in shapes)
         or any(shape.front_face is not None or isinstance(shape.geometry, TiledPlane) for shape in structure.visuals)
@@ -295,7 +295,7 @@ def _write_builder(body: BodyScript) -> None:
 
 
 def write_shapes(body: BodyScript, builder: str) -> None:
-    """What a builder is told before it builds."""
+    """Writes collision groups, shapes and inertial to a builder."""
     source, structure, columns = body.source, body.structure, body.columns
     if structure.collision_groups is not None:
         source.statement(columns.value(structure.collision_groups, "groups"), assign=f"{builder}.collision_groups")
@@ -312,7 +312,7 @@ def write_shapes(body: BodyScript, builder: str) -> None:
 
 
 def write_render_properties(body: BodyScript, entity: str) -> None:
-    """Properties of the render component of what is built. `entity`: an expression for its entity."""
+    """Sets render properties of a built entity. `entity`: an expression for it."""
     if present_fields(body.structure, RENDER_PROPERTIES):
         with _render_block(body.source, body.columns):
             body.source.line(f"look = {entity}.find_component_by_type({_RENDER_BODY})")
@@ -329,7 +329,7 @@ def _needs_body_component(structure: BodyStructure) -> bool:
 
 
 def _write_kinematic_inertial(body: BodyScript) -> None:
-    """The builder leaves out what a kinematic body weighs."""
+    """Sets the inertial of a kinematic body, which the builder ignores."""
     if body.structure.inertial is not None and body.structure.body_type == "kinematic":
         write_inertial(body.source, body.structure.inertial, body.columns)
 
@@ -383,7 +383,7 @@ def _write_components(body: BodyScript) -> None:
 
 
 def write_render_component(body: BodyScript) -> None:
-    """The render component of `entity`, where anything is seen."""
+    """Adds a render component to `entity`, if it has visual shapes."""
     if body.structure.visuals:
         with _render_block(body.source, body.columns):
             body.source.line(f"look = {_RENDER_BODY}()")
@@ -395,7 +395,7 @@ def write_render_component(body: BodyScript) -> None:
 
 
 def write_body_component(body: BodyScript) -> None:
-    """Shapes, mass and properties of `body`, which is then the component of `entity`."""
+    """Writes shapes, mass and properties of `body`, and adds it to `entity`."""
     source, structure, columns = body.source, body.structure, body.columns
     for shape in structure.collisions:
         _write_collision(shape, body)
@@ -411,7 +411,7 @@ def _write_collision(shape: CollisionShape, body: BodyScript) -> None:
     row = COLLISIONS[type(geometry)]
     arguments = row.arguments(geometry, body.columns, body.files)
     if isinstance(geometry, ConvexMesh | ConvexParts | TriangleMesh):
-        arguments.setdefault("scale", "[1, 1, 1]")  # what has no default here
+        arguments.setdefault("scale", "[1, 1, 1]")  # has no default here
     arguments |= _material_argument(shape, body) or {"material": call("physx.get_default_material")}
     if isinstance(geometry, TriangleMesh):
         arguments["sdf"] = str(geometry.sdf)
@@ -455,7 +455,7 @@ def _write_visual(shape: VisualShape, body: BodyScript) -> None:
 
 
 def _front_face(shape: VisualShape, columns: SceneValues) -> SourceNode | None:
-    """The builder turns a mirrored mesh, and so must a script that does without it."""
+    """The front face of a shape; that of a mirrored mesh is flipped, as the builder does."""
     if shape.front_face is not None:
         return string(shape.front_face)
     if not isinstance(shape.geometry, Mesh):
@@ -468,6 +468,6 @@ def _front_face(shape: VisualShape, columns: SceneValues) -> SourceNode | None:
 
 @contextmanager
 def _render_block(source: SourceWriter, columns: SceneValues) -> Generator[None]:
-    """A block that runs where there is a renderer; so do the lists that it needs."""
+    """A block that runs only if `render`, like the lists that it needs."""
     with source.block("if render:"), columns.rendered():
         yield

@@ -1,4 +1,4 @@
-"""What the parts of a script share: values by scene, materials, mount targets, identifiers and files.
+"""Shared state of a script: values by scene, materials, mount targets, identifiers and files.
 
 A material that is the same in every scene is one variable. One that varies is created in the loop over scenes.
 """
@@ -65,26 +65,26 @@ def pose_call(row: NDArray[np.float64]) -> SourceNode:
 
 
 def frame_expression(value: Value | None, name: str, columns: SceneValues) -> SourceNode:
-    """A pose of a joint or constraint; SAPIEN's identity where the plan says none."""
+    """A pose of a joint or constraint; `sapien.Pose()` if the plan has none."""
     return call("sapien.Pose") if value is None else columns.value(value, name, pose_call)
 
 
 def present_fields(holder: object, names: tuple[str, ...]) -> list[str]:
-    """The names of the fields that the plan gives."""
+    """Those of some fields that are set."""
     return [name for name in names if getattr(holder, name) is not None]
 
 
 def write_properties(
     source: SourceWriter, holder: object, names: tuple[str, ...], columns: SceneValues, variable: str
 ) -> None:
-    """Sets those of some properties that a part of the plan gives. `variable`: what of SAPIEN has them."""
+    """Sets those of some properties that are set in the plan. `variable`: the SAPIEN object that has them."""
     for name in present_fields(holder, names):
         write_property(source, holder, name, columns, variable)
 
 
 def write_property(source: SourceWriter, holder: object, name: str, columns: SceneValues, variable: str) -> None:
-    """One of them, which is given."""
-    # Of an armature one number a degree of freedom.
+    """Sets one property."""
+    # `armature` is one number per degree of freedom.
     literal = _list_literal if name == "armature" else numbers_literal
     node = columns.value(getattr(holder, name), name, literal)
     if name == "locked_motion_axes":
@@ -104,7 +104,7 @@ def _nested_literal(item: float | list[Any]) -> SourceNode:
 
 
 def structure_variants(entity: Entity) -> list[tuple[int, BodyStructure | ArticulationStructure, NDArray[np.intp]]]:
-    """The structures that some scene has: index, structure, and the entity's rows that have it."""
+    """The structures used in some scene: index, structure, and the rows of the entity that have it."""
     pick = np.broadcast_to(0 if entity.pick is None else entity.pick.data, len(entity.scene_idxs))
     found = ((index, structure, np.flatnonzero(pick == index)) for index, structure in enumerate(entity.structures))
     return [(index, structure, rows) for index, structure, rows in found if len(rows)]
@@ -115,10 +115,10 @@ class SceneValues:
     """Expressions for one entity in the scenes of one block.
 
     Attributes:
-        ident: what names of lists start with.
+        ident: prefix of the names of lists.
         rows: the entity's rows (not scene indices) that the block builds.
-        names: where names of lists come from.
-        copies: how many entities in one these rows are of, one after the other.
+        names: source of unique names.
+        copies: how many folded entities these rows belong to, one after the other.
     """
 
     ident: str
@@ -126,26 +126,26 @@ class SceneValues:
     names: Identifiers
     copies: int = 1
     _lists: dict[Group, str] = field(default_factory=dict[Group, str])
-    _seen: set[str] = field(default_factory=set[str])
+    _render_only: set[str] = field(default_factory=set[str])
     _indices: set[str] = field(default_factory=set[str])
     _rendered: bool = False
 
     def value(self, value: Value, name: str, write: Callable[[Any], SourceNode] = numbers_literal) -> SourceNode:
-        """A quantity of the plan; `write` makes an expression of one row."""
+        """An expression for a quantity of the plan. `write`: makes an expression from one row."""
         return self.of_block(value.data[self.rows] if value.varies else value.data, name, write)
 
     def of_block(
         self, data: NDArray[Any], name: str, write: Callable[[Any], SourceNode] = numbers_literal
     ) -> SourceNode:
-        """As `value`, of one row for each of the block, or one in all."""
+        """Like `value`, for data with one row per row of the block, or a single row."""
         return self._chosen([row.tobytes() for row in data], name, lambda row: write(data[row]))
 
     def words(self, items: Sequence[str], name: str) -> SourceNode:
-        """Strings, one a row of the block."""
+        """An expression for strings, one per row of the block."""
         return self._chosen(items, name, lambda row: string(items[row]))
 
     def _chosen(self, keys: Sequence[Hashable], name: str, write: Callable[[int], SourceNode]) -> SourceNode:
-        """What rows have in place where all agree, or else from a list by scene, by copy, or by both."""
+        """A literal if all rows are equal, otherwise an item of a list by scene, by copy, or by both."""
         if len(set(keys)) == 1:
             return write(0)
         scenes = len(keys) // self.copies
@@ -159,42 +159,42 @@ class SceneValues:
         return self._list(name, rows, "[k][i]")
 
     def of_rows(self, value: Value) -> NDArray[Any]:
-        """The plan's data, one row for each of the block."""
+        """The plan's data, one row per row of the block."""
         return value.data[self.rows] if value.varies else np.repeat(value.data, len(self.rows), axis=0)
 
     @contextmanager
     def rendered(self) -> Generator[None]:
-        """Lists that are made inside are needed only where there is a renderer."""
+        """Lists created inside are assigned only if `render`."""
         self._rendered = True
         yield
         self._rendered = False
 
     def reads(self, index: str) -> bool:
-        """Whether any quantity is by scene, `i`, or by copy, `k`."""
+        """Whether any expression uses an index: `i` by scene, `k` by copy."""
         return any(index in at for at in self._indices)
 
     def write(self, source: SourceWriter) -> None:
-        """Assigns the lists, ahead of the loop over scenes."""
+        """Assigns the lists, before the loop over scenes."""
         for items, name in self._lists.items():
-            if name not in self._seen:
+            if name not in self._render_only:
                 source.statement(items, assign=name)
-        if self._seen:
+        if self._render_only:
             with source.block("if render:"):
                 for items, name in self._lists.items():
-                    if name in self._seen:
+                    if name in self._render_only:
                         source.statement(items, assign=name)
 
     def _list(self, name: str, items: Sequence[SourceNode], at: str) -> str:
         self._indices.add(at)
         items_node = list_of(items)
-        # What collides and what is seen mostly have the same sizes: one list serves both.
+        # Collision and visual shapes often have the same sizes, and share a list.
         variable = self._lists.get(items_node)
         if variable is None:
             variable = self._lists[items_node] = self.names.take(f"{self.ident}_{name}")
             if self._rendered:
-                self._seen.add(variable)
+                self._render_only.add(variable)
         elif not self._rendered:
-            self._seen.discard(variable)
+            self._render_only.discard(variable)
         return variable + at
 
 
@@ -202,14 +202,14 @@ class SceneValues:
 def scene_block(
     source: SourceWriter, title: str, name: str, scene_idxs: tuple[int, ...], num_scenes: int, names: Identifiers
 ) -> Generator[tuple[SourceWriter, SceneValues]]:
-    """Statements of one object: what is written to the source that this gives is run in each of its scenes as `scene`.
+    """Writes statements of one object, which run in each of its scenes as `scene`: those written to the yielded source.
 
-    Nothing is written where that is nothing.
+    If there are none, nothing is written.
 
     Args:
         source: of the body of `build_scenes`.
-        title: a comment ahead of them.
-        name: what lists of its values are named after; they are by row, as the columns write them.
+        title: a comment before them.
+        name: prefix of the names of lists of its values.
         scene_idxs: the scenes that it is in.
         num_scenes: how many there are.
         names: of the script.
@@ -227,7 +227,7 @@ def scene_block(
 def append_in_scenes(
     source: SourceWriter, inner: SourceWriter, columns: SceneValues, scene_idxs: tuple[int, ...], num_scenes: int
 ) -> None:
-    """Appends statements that are run in each of some scenes as `scene`, after the lists that they read."""
+    """Appends statements that run in each of some scenes as `scene`, after the lists that they read."""
     scenes = scene_selection(source, columns, scene_idxs, num_scenes)
     columns.write(source)
     if len(scene_idxs) > 1:
@@ -240,7 +240,7 @@ def append_in_scenes(
 
 
 def scene_loop_header(scenes: str, columns: SceneValues) -> str:
-    """The head of a loop, with the row `i` where something reads it."""
+    """The head of a loop over scenes, with the row `i` if it is used."""
     return f"for i, scene in enumerate({scenes}):" if columns.reads("i") else f"for scene in {scenes}:"
 
 
@@ -261,7 +261,7 @@ def scene_selection(source: SourceWriter, columns: SceneValues, scene_idxs: tupl
 
 
 StatementWriter = Callable[[SourceWriter], None]
-"""Writes statements about one thing; what it writes tells whether others have the same."""
+"""Writes statements about one link or joint; equal text is written once for all of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,11 +269,11 @@ class NameLookup:
     """How links or joints are found in a script.
 
     Attributes:
-        variable: what statements call one of them: `body`.
+        variable: name of one of them in statements: `body`.
         all: an expression for all of them.
-        named: what finds one by its name: `articulation.find_link_by_name`.
-        count: of all of them.
-        suffix: what leads from what is found to what is meant.
+        named: function that finds one by name: `articulation.find_link_by_name`.
+        count: number of all of them.
+        suffix: expression from the found object to the wanted one.
     """
 
     variable: str
@@ -286,7 +286,7 @@ class NameLookup:
 def write_shared_statements(
     source: SourceWriter, things: Sequence[tuple[str, Sequence[StatementWriter]]], among: NameLookup
 ) -> None:
-    """Writes the units of every thing. `things`: names of those of which something is said, with what."""
+    """Writes the statements of all things; equal ones are shared. `things`: names, and the statements of each."""
     shared: dict[str, tuple[list[str], StatementWriter]] = {}
     for name, units in things:
         for unit in units:
@@ -322,13 +322,13 @@ def _write_shared_block(
 
 
 MaterialSort = Literal["physical", "look"]
-"""Of colliding shapes, and of those that are seen."""
+"""Of collision shapes and of visual shapes."""
 
 _SORTS: Final[tuple[MaterialSort, ...]] = ("physical", "look")
 
 
 class ScriptMaterials:
-    """The materials that shapes of a plan have."""
+    """The materials that the shapes of a plan use."""
 
     def __init__(self, plan: ScenePlan, names: Identifiers) -> None:
         self._plan = plan
@@ -361,11 +361,11 @@ class ScriptMaterials:
 
     @property
     def default(self) -> str | None:
-        """The variable of the material of shapes that name none; None: SAPIEN's own."""
+        """The variable of the default material; None: SAPIEN's own."""
         return None if self._default is None else "default_material"
 
     def write(self, source: SourceWriter, files: ScriptFiles) -> None:
-        """One assignment a material that is the same everywhere; those that are seen where there is a renderer."""
+        """Assigns the materials that are the same in all scenes; visual ones only if `render`."""
         if self._default is not None or self._shared["physical"]:
             source.line()
         if self._default is not None:
@@ -383,7 +383,7 @@ class ScriptMaterials:
     def write_own(
         self, source: SourceWriter, bodies: Sequence[BodyStructure], columns: SceneValues, files: ScriptFiles
     ) -> None:
-        """The materials of an entity's bodies that differ from scene to scene, ahead of what is made of them."""
+        """Assigns the materials of an entity's bodies that vary by scene, before the bodies."""
         own = self._own = {sort: self._own_names(sort, bodies, columns) for sort in _SORTS}
         for index, name in own["physical"].items():
             self._write_physical(source, name, index, columns)
@@ -421,7 +421,7 @@ def _varies(plan: ScenePlan, sort: MaterialSort, index: int) -> bool:
 
 
 def _material_users(plan: ScenePlan, sort: MaterialSort) -> dict[int, set[str]]:
-    """Index of a material that is the same everywhere to the names of the entities that have it, by first use."""
+    """The entities that use each material that is the same in all scenes, by its index, in order of first use."""
     users: dict[int, set[str]] = {}
     for entity in plan.entities:
         for _, structure, rows in structure_variants(entity):
@@ -440,7 +440,7 @@ def _take_names(users: dict[int, set[str]], sort: MaterialSort, names: Identifie
 
 
 def _material_call(constructor: str, given: dict[str, Value], columns: SceneValues | None) -> Group:
-    """A call with numbers; `columns`: None where they are the same everywhere."""
+    """A call with numbers as arguments. `columns`: None if they are the same in all scenes."""
     arguments = {
         name: numbers_literal(value.data[0]) if columns is None else columns.value(value, name)
         for name, value in given.items()
@@ -457,7 +457,7 @@ def _write_visual_material(
 
 
 def texture_call(texture: Texture, key: str, columns: SceneValues | None, files: ScriptFiles) -> Group:
-    """A `RenderTexture2D`; where scenes may differ, `columns` are those of what has it, and `key` names its list."""
+    """A `RenderTexture2D`. `columns`: None if it is the same in all scenes; `key`: name of the list of its files."""
     arguments: dict[str, SourceNode] = {
         name: string(value) if isinstance(value, str) else repr(value) for name, value in texture.sampling().items()
     }
@@ -466,7 +466,7 @@ def texture_call(texture: Texture, key: str, columns: SceneValues | None, files:
 
 
 class MountTargets:
-    """What of a plan is held on to."""
+    """The entities and links on which constraints, lights and cameras are mounted."""
 
     def __init__(self, plan: ScenePlan) -> None:
         mounts = [mount for constraint in plan.constraints for mount in (constraint.child, constraint.parent)]
@@ -478,23 +478,23 @@ class MountTargets:
 
     @staticmethod
     def expression(mount: Mount) -> str:
-        """The `sapien.Entity` that is held on to, in `scene`."""
+        """An expression for the `sapien.Entity` of a mount, in `scene`."""
         link = "" if mount.link is None else f", {string(mount.link)}"
         return f"held[scene, {string(mount.entity)}{link}]"
 
     def is_body(self, names: tuple[str, ...]) -> bool:
-        """Whether an entity of one of these names is held on to as a body."""
+        """Whether an entity of one of these names is a mount target as a body."""
         return None in self._of(names)
 
     def links(self, names: tuple[str, ...]) -> list[str]:
-        """The links of them that are held on to."""
+        """Their links that are mount targets."""
         return [link for link in self._of(names) if link is not None]
 
     def _of(self, names: tuple[str, ...]) -> dict[str | None, None]:
         return {link: None for name in names for link in self._links.get(name, ())}
 
     def write_head(self, source: SourceWriter) -> None:
-        """The dictionary, where anything is held on to."""
+        """Creates the dictionary of mount targets, if there are any."""
         if self._links:
             source.line()
             source.comment("What constraints, lights and cameras hold on to, by scene and name.")
@@ -502,18 +502,18 @@ class MountTargets:
 
     @staticmethod
     def write_body(source: SourceWriter, name: SourceNode, entity: str) -> None:
-        """Keeps a body. `name`: an expression for its entity's name. `entity`: one for the entity."""
+        """Stores a body. `name`: an expression for its entity's name. `entity`: one for the entity."""
         source.statement(entity, assign=f"held[scene, {name}]")
 
     @staticmethod
     def write_link(source: SourceWriter, name: SourceNode, link: str, entity: str) -> None:
-        """Keeps a link, likewise."""
+        """Stores a link, likewise."""
         source.statement(entity, assign=f"held[scene, {name}, {string(link)}]")
 
 
 @dataclass(frozen=True, slots=True)
 class ScriptContext:
-    """Names, files and materials of a script, and what is held on to in it."""
+    """Names, files, materials and mount targets of a script."""
 
     names: Identifiers
     files: ScriptFiles

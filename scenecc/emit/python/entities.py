@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 
 
 MIN_LOOP_BODIES = 3
-"""How many bodies make a loop that is worth reading; of articulations two do."""
+"""From this number of bodies on, a loop is shorter to read; for articulations, from two."""
 
 _NUMBER_SUFFIX = re.compile(r"[-_.][0-9]+")
-"""What tells the names of copies apart."""
+"""Suffix by which names of copies differ."""
 
 
 @dataclass(frozen=True, slots=True)

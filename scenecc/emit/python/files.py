@@ -107,11 +107,11 @@ COACD_DEFAULTS = CoacdParams(
     merge=True,
     seed=0,
 )
-"""Those of `sapien.wrapper.coacd.do_coacd`, which the script does not call: it writes beside the mesh."""
+"""Those of `sapien.wrapper.coacd.do_coacd`, which the script does not call: it writes next to the mesh."""
 
 
 class ScriptFiles:
-    """What a script says about files."""
+    """The files of a script, and the helper functions that find or make them."""
 
     def __init__(self, files: tuple[AssetFile, ...], names: Identifiers, unread: frozenset[int] = frozenset()) -> None:
         self._all = files
@@ -122,7 +122,7 @@ class ScriptFiles:
         self._packed = any(map(_is_packed, files))
         others = [file.uri for file in files if "://" in file.uri and not _is_packed(file)]
         self._schemes = {uri.partition("://")[0] for uri in others}
-        self._beside = any("://" not in file.uri and not Path(file.uri).is_absolute() for file in files)
+        self._uses_here = any("://" not in file.uri and not Path(file.uri).is_absolute() for file in files)
         self._cut = self._mirrored = False
 
     def name(self, index: int) -> str:
@@ -194,7 +194,7 @@ class ScriptFiles:
         if any(needed for _, needed in (*helpers, *made)):
             source.line()
         source.line()
-        if self._beside:
+        if self._uses_here:
             source.line("HERE = Path(__file__).resolve().parent")
         for file, name in zip(self._files, self._names, strict=True):
             expression = _packed_file_call(file) if _is_packed(file) else _path_expression(file.uri, WIDTH - len(name))
@@ -202,7 +202,7 @@ class ScriptFiles:
         source.statement(list_of(self._names), assign="FILES")
 
     def write_check(self, source: SourceWriter) -> None:
-        """SAPIEN goes on without a mesh that is missing, and the script must not."""
+        """Writes a check that all files exist: SAPIEN ignores a missing mesh."""
         if self._files:
             with source.block("for file in FILES:"), source.block("if not file.is_file():"):
                 source.line("raise FileNotFoundError(file)")
@@ -249,8 +249,8 @@ def _path_expression(uri: str, width: int) -> SourceNode:
     if not separator and Path(uri).is_absolute():
         return call("Path", string(uri))
     if not separator:
-        beside = f"HERE / {string(uri)}"
-        return beside if len(beside) + len(" = ") <= width else call("HERE.joinpath", string(uri))
+        relative = f"HERE / {string(uri)}"
+        return relative if len(relative) + len(" = ") <= width else call("HERE.joinpath", string(uri))
     if scheme == "pkg":
         package, _, inner = path.partition("/")
         return call("package_file", string(package), string(inner))

@@ -155,7 +155,7 @@ class Identifiers:
         self._local: dict[str, str] = {}
 
     def take(self, wanted: str) -> str:
-        """An identifier like `wanted`: what no identifier may hold becomes `_`, and `_2` tells namesakes apart."""
+        """A unique identifier like `wanted`: invalid characters become `_`, and duplicates get a number."""
         stem = re.sub(r"[^A-Za-z0-9_]+", "_", wanted[:60]).strip("_") or "unnamed"
         if stem[0].isdigit() or len(stem) == 1:  # a lone l, O or I is taken for a digit
             stem = f"the_{stem}"
