@@ -69,7 +69,7 @@ def _short_digest(digest: str | None) -> str:
 
 
 def check_environment_map(plan: ScenePlan, sink: Sink) -> None:
-    """Reports pictures around the scenes that do not fit together; each alone was found to be one."""
+    """Reports environment maps whose images do not fit together; each image alone is valid."""
     if plan.environment is None or plan.environment.map is None:
         return
     place = (plan.environment.origin or plan.origin or Origin(None)).child("map")
@@ -80,10 +80,10 @@ def check_environment_map(plan: ScenePlan, sink: Sink) -> None:
 
 
 def _check_cube_map(plan: ScenePlan, surroundings: CubeMap, origin: Origin, sink: Sink) -> None:
-    """That six pictures make a cube in every scene: they have one size, and one kind of pixels."""
+    """Checks that the six images of a cube map have the same size and pixel format in every scene."""
     faces = [getattr(surroundings, item.name) for item in fields(surroundings)]
     found = rows(faces)
-    # Of what is drawn any may meet any.
+    # Drawn values may occur in any combination.
     sides = [[index for face in faces for index in indices(face)]] if found is None else found
     for side in sides:
         numbers = [int(index[0]) if isinstance(index, tuple) else index for index in side]
@@ -102,7 +102,7 @@ def _check_cube_map(plan: ScenePlan, surroundings: CubeMap, origin: Origin, sink
 
 
 def _check_sky_map(plan: ScenePlan, surroundings: SkyMap, origin: Origin, sink: Sink) -> None:
-    """That one picture holds the whole sphere: a turn from left to right, and half a one from top to bottom."""
+    """Checks that an image can be an equirectangular map: twice as wide as high."""
     for index in indices(surroundings.file):
         size = image_size(plan.files[index].path)
         if size.levels and not (size.sides == 6 and size.columns == size.rows and size.has_all_levels):
@@ -117,13 +117,13 @@ def _check_sky_map(plan: ScenePlan, surroundings: SkyMap, origin: Origin, sink: 
 
 
 AssetUse = Literal["hull", "parts", "triangles", "seen", "decomposed", "texture"]
-"""What a file is for: a hull, the hulls of its parts, its triangles, a picture, a decomposition, a texture."""
+"""The use of a file: convex hull, hulls of its parts, triangle mesh, visual mesh, convex decomposition, texture."""
 
 ResolveNamed = Callable[[str, "AssetFile"], "Path | tuple[str, str, str | None]"]
 """Finds a file that an asset names: its path, or why it may not be read (code, message, hint)."""
 
 _REFERENCE_COST = 4096
-"""What a file counts for that a mesh names: it takes time to look for it."""
+"""Budget of looking for one file that a mesh refers to."""
 
 _USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
@@ -134,12 +134,12 @@ class _MissingError(AssetError):
 
 @dataclass(frozen=True, slots=True)
 class _AssetChecker:
-    """What is known of the files of one check.
+    """State of one check of all files.
 
     Attributes:
-        blocks: how much of all JPEGs is looked at.
+        blocks: budget for reading JPEGs.
         read: hash and state of each file that was read, by its path.
-        textures: what is wrong with each texture, by its path: several meshes may share one.
+        textures: the fault of each texture, if any, by its path: several meshes may share one.
     """
 
     sink: Sink
@@ -160,7 +160,7 @@ def check_assets(
     max_assets_bytes: int = 512 * 2**20,
     file_origins: Mapping[int, Origin] | None = None,
 ) -> tuple[AssetFile, ...]:
-    """Reports every file of a plan that SAPIEN could not use as the plan says, or that is not what the plan knows.
+    """Reports every file of a plan that SAPIEN could not use as planned, or that changed since.
 
     Args:
         plan: its `files` are read from their `path`.
@@ -196,7 +196,7 @@ def check_assets(
 
 
 def _file_uses(plan: ScenePlan, origins: Mapping[int, Origin]) -> Iterator[tuple[int, AssetUse, Origin]]:
-    """What every file is for, and where it is named."""
+    """The uses of every file, and where it is named."""
     top = plan.origin or Origin(None)
     for file in _light_and_environment_files(plan):
         yield file, "texture", origins.get(file, top)
@@ -242,7 +242,7 @@ def _material_textures(material: VisualMaterial) -> Iterator[int]:
 
 
 def _check_mesh(checker: _AssetChecker, asset: AssetFile, by_use: dict[AssetUse, Origin]) -> dict[str, Path]:
-    """Checks a mesh for all its uses; the files that it names and a build opens, by the names that it has for them."""
+    """Checks a mesh for all its uses. Returns the files that it names and a build opens, by name."""
     first = next(iter(by_use.values()))
     named: dict[str, Path] = {}
     try:
@@ -252,17 +252,15 @@ def _check_mesh(checker: _AssetChecker, asset: AssetFile, by_use: dict[AssetUse,
         return {}
     _check_references(checker, asset, mesh, by_use, named)
     suffix = Path(asset.path).suffix.lower()
-    told: set[str] = set()
+    reported: set[str] = set()
     for use, origin in by_use.items():
         if suffix in VISUAL_ONLY_SUFFIXES and use != "seen":
             hint = f"convert it to one of {', '.join(MESH_SUFFIXES)}, or give a shape that collides a mesh of its own"
-            _report(
-                checker, asset, origin, AssetError("SC410", f"a `{suffix}` is only seen, and does not collide", hint)
-            )
+            _report(checker, asset, origin, AssetError("SC410", f"a `{suffix}` can only be a visual shape", hint))
             continue
         for fault in check_mesh_use(mesh, use, suffix):
-            if fault.code not in told:
-                told.add(fault.code)
+            if fault.code not in reported:
+                reported.add(fault.code)
                 _report(checker, asset, origin, fault)
     return named
 
@@ -273,7 +271,7 @@ def _read_mesh_asset(checker: _AssetChecker, asset: AssetFile, named: dict[str, 
     if suffix in _USD_SUFFIXES:
         raise AssetError(
             "SC411",
-            "SAPIEN converts USD and writes the result beside the file",
+            "SAPIEN converts USD and writes the result next to the file",
             "convert it to GLB once, and name that",
         )
     if suffix not in (*MESH_SUFFIXES, *VISUAL_ONLY_SUFFIXES):
@@ -293,9 +291,9 @@ def _read_mesh_asset(checker: _AssetChecker, asset: AssetFile, named: dict[str, 
 def _check_references(
     checker: _AssetChecker, asset: AssetFile, mesh: MeshData, by_use: Mapping[AssetUse, Origin], named: dict[str, Path]
 ) -> None:
-    """The files that an asset names: none may be outside. What a build opens of them is added to `named`."""
-    seen = by_use.get("seen")
-    origin = seen or next(iter(by_use.values()))
+    """Checks the files that an asset names. Those that a build opens are added to `named`."""
+    visual = by_use.get("seen")
+    origin = visual or next(iter(by_use.values()))
     waiting = list(mesh.references)
     for reference in waiting:  # which grows
         with _report_asset_errors(checker, asset, origin):
@@ -303,34 +301,34 @@ def _check_references(
                 path = _resolve_reference(checker, asset, reference)
             except AssetError as fault:
                 missing = fault.code == "SC418" and (reference.kind == "image" or isinstance(fault, _MissingError))
-                if seen is not None or reference.kind == "buffer" or not missing:
+                if visual is not None or reference.kind == "buffer" or not missing:
                     raise
                 if reference.kind == "material":
                     waiting.extend(
                         AssetReference(uri, "instead") for uri in fallback_materials(reference.uri, asset.path)
                     )
                 continue
-            if seen is not None and reference.kind == "image":
+            if visual is not None and reference.kind == "image":
                 _check_texture(checker, path)
             elif reference.kind in {"material", "instead"} and any(use != "decomposed" for use in by_use):
                 # The engine reads it for what collides, too (and whatever it takes for one that is missing), and gives
                 # up where it cannot; images it opens for what is seen alone. A decomposition reads none of them.
                 images = mtl_images(_read_bytes(checker, path), MeshBudget(checker.max_bytes, checker.total))
-                if seen is not None:
+                if visual is not None:
                     checker.total.take(_REFERENCE_COST * len(images))
                     waiting.extend(images)
             elif reference.kind != "buffer" or path not in checker.read:
-                # Which nothing opens: an image of what only collides, a buffer that nothing reads.
+                # Nothing opens it: an image of a collision mesh, or an unused buffer.
                 continue
             named[reference.uri] = path
-    for image in mesh.images if seen is not None else ():
+    for image in mesh.images if visual is not None else ():
         with _report_asset_errors(checker, asset, origin):
             check_image(io.BytesIO(image), checker.max_bytes, blocks=checker.blocks)
 
 
 @contextmanager
 def _report_asset_errors(checker: _AssetChecker, asset: AssetFile, origin: Origin) -> Generator[None, None, None]:
-    """Reports the fault that is raised inside."""
+    """Reports an `AssetError` raised inside."""
     try:
         yield
     except AssetError as fault:
@@ -380,7 +378,7 @@ def _check_uncached_texture(checker: _AssetChecker, path: Path) -> None:
 
 
 def _read_bytes(checker: _AssetChecker, path: Path) -> bytes:
-    """The content of a file, whose hash and state are noted."""
+    """The content of a file; its hash and state are recorded."""
     try:
         with open_regular(path) as file:
             state = state_of(os.fstat(file.fileno()))
@@ -400,7 +398,7 @@ def _read_bytes(checker: _AssetChecker, path: Path) -> bytes:
 
 
 def _report(checker: _AssetChecker, asset: AssetFile, origin: Origin, fault: AssetError) -> None:
-    if isinstance(fault, AssetBudgetError) and checker.total.told:
-        return  # one thing to mend, however many files come after
-    checker.total.told |= isinstance(fault, AssetBudgetError)
+    if isinstance(fault, AssetBudgetError) and checker.total.exceeded:
+        return  # reported once, however many files follow
+    checker.total.exceeded |= isinstance(fault, AssetBudgetError)
     checker.sink.report(fault.code, f"{asset.uri}: {fault.message}", origin, hint=fault.hint)

@@ -1,6 +1,4 @@
-"""Readers that measure and validate PNG, BMP, TGA, HDR, OpenEXR and KTX images. SAPIEN's own readers do not report a
-truncated file.
-"""
+"""Size and validity of PNG, BMP, TGA, HDR, EXR and KTX images. SAPIEN's own readers do not report truncated files."""
 
 from __future__ import annotations
 
@@ -18,11 +16,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ImageSize:
-    """Pixels of an image and bytes of one once it is unpacked.
+    """Size of an image, and bytes per pixel once it is decompressed.
 
     Attributes:
-        sides: 6 of a cube.
-        levels: of detail that the file holds, the image itself the first; 0: the format has none.
+        sides: 6 for a cube map.
+        levels: number of mipmap levels in the file, the image itself included; 0: the format has none.
     """
 
     columns: int
@@ -36,7 +34,7 @@ class ImageSize:
 
     @property
     def level_bytes(self) -> list[int]:
-        """Bytes of one side at each level, of which the next has half as many columns and rows."""
+        """Bytes of one side at each mipmap level, each with half the columns and rows of the one before."""
         return [
             max(1, self.columns >> level) * max(1, self.rows >> level) * self.pixel_bytes
             for level in range(self.levels or 1)
@@ -44,7 +42,7 @@ class ImageSize:
 
     @property
     def has_all_levels(self) -> bool:
-        """Whether its levels go down to a single pixel, where the format has any."""
+        """Whether its mipmap levels go down to a single pixel, if the format has any."""
         return self.levels in {0, max(self.columns, self.rows).bit_length()}
 
 
@@ -65,31 +63,31 @@ _PNG_BIT_DEPTHS = {0: (1, 2, 4, 8, 16), 2: (8, 16), 3: (1, 2, 4, 8), 4: (8, 16),
 
 
 _ADAM7_PASSES = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2))
-"""Of an interlaced picture: first column and row of each pass, and the steps between its columns and rows."""
+"""First column and row of each pass of an interlaced image, and the steps between its columns and rows."""
 
 _PNG_READ_SIZE = 1 << 20
 
 _MAX_PNG_CHUNKS = 2**16
-"""A large file of empty ones would take its time."""
+"""Bounds the time for a file of many empty chunks."""
 
 
 def png_size(file: BinaryIO) -> tuple[ImageSize, int, int]:
-    """What its header says: the size, bits a pixel, and whether it is interlaced. The file is read past the header."""
+    """The size, bits per pixel and interlacing of a PNG. The file is then after its header."""
     file.seek(len(PNG_SIGNATURE))
     kind, body = _read_png_chunk(file)
     if kind != b"IHDR" or len(body) != 13:
         raise ValueError("its first chunk is not IHDR")
     columns, rows, depth, colour, packing, filters, interlaced = struct.unpack(">IIBBBBB", body)
     if depth not in _PNG_BIT_DEPTHS.get(colour, ()) or packing or filters or interlaced > 1:
-        raise ValueError("its header says what no PNG has")
+        raise ValueError("its header is not valid")
     return ImageSize(columns, rows, 8 if depth == 16 else 4), depth * _PNG_CHANNELS[colour], interlaced
 
 
 def check_png(file: BinaryIO) -> None:
-    """Reads all of a PNG.
+    """Checks a whole PNG.
 
     Raises:
-        ValueError, EOFError, struct.error: it is cut short, or not what its header says.
+        ValueError, EOFError, struct.error: it is truncated, or contradicts its header.
     """
     size, bits, interlaced = png_size(file)
     file.seek(len(PNG_SIGNATURE) + 8)
@@ -97,30 +95,30 @@ def check_png(file: BinaryIO) -> None:
     file.seek(4, 1)
     rows = _PngRows(size, bits, interlaced)
     palette = 0
-    seen, before = set[bytes](), b""
+    kinds, before = set[bytes](), b""
     for _ in range(_MAX_PNG_CHUNKS):
         kind, body = _read_png_chunk(file)
         if kind == b"IEND":
             rows.end()
             return
-        first = kind not in seen
+        first = kind not in kinds
         if kind == b"IDAT":
             if not first and before != kind:
-                raise ValueError("its pixels stand in pieces among other chunks")
+                raise ValueError("its IDAT chunks are not consecutive")
             if indexed and not palette:
                 raise ValueError("it has no palette")
             rows.take(body)
-        elif kind in {b"PLTE", b"tRNS"} and (not first or b"IDAT" in seen):
-            raise ValueError(f"{kind.decode()} stands twice, or after the pixels")
+        elif kind in {b"PLTE", b"tRNS"} and (not first or b"IDAT" in kinds):
+            raise ValueError(f"{kind.decode()} is repeated, or follows the pixels")
         elif kind == b"PLTE":
             palette = len(body) // 3
             if len(body) % 3 or not 1 <= palette <= 256:
-                raise ValueError("its palette has no whole number of colours, or too many")
+                raise ValueError("its palette is not a whole number of colours, or has more than 256")
         elif kind == b"tRNS":
             _check_png_transparency(len(body), bits, palette, indexed=indexed)
         elif not kind[0] & 0x20:
-            raise ValueError(f"it has the chunk {kind!r}, which no reader knows")
-        seen.add(kind)
+            raise ValueError(f"it has the chunk {kind!r}, which is unknown and critical")
+        kinds.add(kind)
         before = kind
     raise ValueError(f"it has more than {_MAX_PNG_CHUNKS} chunks")
 
@@ -137,11 +135,11 @@ def _read_png_chunk(file: BinaryIO) -> tuple[bytes, bytes]:
 def _check_png_transparency(length: int, bits: int, palette: int, *, indexed: bool) -> None:
     channels = {1: 1, 2: 1, 4: 1, 8: 1, 16: 1, 24: 3, 48: 3}.get(bits)
     if (indexed and length > palette) or (not indexed and (channels is None or length != 2 * channels)):
-        raise ValueError("tRNS is of another length than it should have")
+        raise ValueError("tRNS has the wrong length")
 
 
 class _PngRows:
-    """The rows of a PNG, as they are unpacked: each begins with the number of a filter."""
+    """Checks the rows of a PNG while they are decompressed: each begins with a filter type."""
 
     def __init__(self, size: ImageSize, bits: int, interlaced: int) -> None:
         passes = _ADAM7_PASSES if interlaced else ((0, 0, 1, 1),)
@@ -159,7 +157,7 @@ class _PngRows:
             try:
                 found = self._packed.decompress(data, _PNG_READ_SIZE)
             except zlib.error as error:
-                raise ValueError("its pixels cannot be unpacked") from error
+                raise ValueError("its pixels cannot be decompressed") from error
             self._look(found)
             data = self._packed.unconsumed_tail
 
@@ -173,7 +171,7 @@ class _PngRows:
             first = -self._at % length
             filters = found[at + first : at + here : length]
             if filters and max(filters) > 4:
-                raise ValueError("a row of its pixels has a filter that is none")
+                raise ValueError("a row of its pixels has an invalid filter")
             at += here
             self._at += here
             if self._at == length * rows:
@@ -193,7 +191,7 @@ _TRUNCATED_PIXELS = "it has fewer pixels than its header says"
 
 
 def is_tga(head: bytes) -> bool:
-    """Whether a file can be a TGA, which has no signature: its header holds only what one of them may."""
+    """Whether a header can be that of a TGA, which has no signature."""
     if len(head) < 18 or head[1] > 1 or head[16] not in {8, 15, 16, 24, 32}:
         return False
     if head[1]:
@@ -209,47 +207,47 @@ def bmp_size(head: bytes) -> ImageSize:
 
 
 def check_bmp(file: BinaryIO) -> None:
-    """Reads all of a BMP.
+    """Checks a whole BMP.
 
     Raises:
-        ValueError, EOFError, struct.error: it is cut short, or of a kind that SAPIEN does not load.
+        ValueError, EOFError, struct.error: it is truncated, or of a kind that SAPIEN does not load.
     """
     size = bmp_size(head := read_exactly(file, 26))
     offset, length = struct.unpack_from("<II", head, 10)
     short = length == 12
     if length not in {12, 40, 56, 108, 124}:
-        raise ValueError("its header is of no known length")
+        raise ValueError("its header has an unknown length")
     header = head[14:] + (b"" if short else read_exactly(file, length - 12))
     planes, bits = struct.unpack_from("<HH", header, 8 if short else 12)
     packing = 0 if short else struct.unpack_from("<I", header, 16)[0]
     if planes != 1 or bits not in ({1, 4, 8, 24} if short else {1, 4, 8, 16, 24, 32}):
-        raise ValueError("it has a number of planes or of bits that is none")
+        raise ValueError("its number of planes or bits per pixel is invalid")
     if packing not in {0, 3} or (packing == 3 and bits not in {16, 32}):
-        raise ValueError("it is packed, and SAPIEN reads BMP only as it is")
+        raise ValueError("it is compressed, and SAPIEN reads uncompressed BMP only")
     masks = b""
     if packing == 3:
         masks = header[40:52] if length >= 108 else read_exactly(file, 12)
         if any(
             mask == 0 or mask.bit_length() - (mask & -mask).bit_length() > 7 for mask in struct.unpack("<3I", masks)
         ):
-            raise ValueError("its masks of colours are none")
+            raise ValueError("its colour masks are invalid")
     read = 14 + length + (12 if packing == 3 and length < 108 else 0)
     entry = 3 if short else 4
     colours = (offset - read) // entry if bits <= 8 else 0
     if offset < read or (bits <= 8 and not 1 <= colours <= 256) or (bits > 8 and offset - read > 1024):
-        raise ValueError("its pixels begin where they cannot")
+        raise ValueError("the offset of its pixels is invalid")
     _skip_bytes(file, offset - read)
     _skip_bytes(file, (size.columns * bits + 31) // 32 * 4 * size.rows)
 
 
 def check_tga(file: BinaryIO) -> None:
-    """Reads all of a TGA. Raises like `check_bmp`."""
+    """Checks a whole TGA. Raises like `check_bmp`."""
     head = read_exactly(file, 18)
     length, indexed, kind, _, colours, entry, _, _, columns, rows, bits, _ = struct.unpack("<BBBHHBHHHHBB", head)
     _skip_bytes(file, length)
     if indexed:
         if not colours:
-            raise ValueError("it has no colours")
+            raise ValueError("its colour map is empty")
         _skip_bytes(file, colours * ((entry + 7) // 8))
     pixel = (bits + 7) // 8
     if kind < 8:
@@ -273,7 +271,7 @@ def hdr_size(file: BinaryIO) -> tuple[ImageSize, int]:
 
 
 def check_hdr(file: BinaryIO) -> None:
-    """Reads all of an HDR. Raises like `check_bmp`."""
+    """Checks a whole HDR. Raises like `check_bmp`."""
     size, start = hdr_size(file)
     file.seek(start)
     data = file.read()
@@ -285,7 +283,7 @@ def check_hdr(file: BinaryIO) -> None:
     line = struct.pack(">BBH", 2, 2, size.columns)
     for _ in range(size.rows):
         if data[at : at + 4] != line:
-            raise ValueError("a row of its pixels is not as long as its header says")
+            raise ValueError("the length of a row differs from the header")
         at += 4
         for _ in range(4):
             left = size.columns
@@ -312,36 +310,36 @@ def _skip_bytes(file: BinaryIO, count: int) -> None:
 EXR_MAGIC = b"\x76\x2f\x31\x01"
 
 _DEEP, _LONG_NAMES, _IN_PIECES = 0x800, 0x400, 0x1200
-"""Flags of the version; in pieces: of tiles, or of several parts."""
+"""Flags of the version field; in pieces: tiled, or with several parts."""
 
 _MAX_EXR_HEADER = 1 << 20
-"""Bytes; attributes before the size may hold a small picture."""
+"""Maximum header size [bytes]; attributes may hold a preview image."""
 
 
 def exr_size(file: BinaryIO) -> ImageSize:
-    """The size of an EXR at its start; the renderer keeps four half-floats a pixel.
+    """The size of an EXR; the renderer stores four half-floats per pixel.
 
     Raises:
-        ValueError, EOFError: it is none, or none that SAPIEN loads.
+        ValueError, EOFError: it is invalid, or SAPIEN does not load it.
     """
     left, top, right, bottom = struct.unpack("<4i", _read_exr_attributes(file)[0]["dataWindow"])
     return ImageSize(right - left + 1, bottom - top + 1, 8)
 
 
 def check_exr(file: BinaryIO) -> None:
-    """Looks at all blocks of an EXR of rows, and unpacks what zlib packed; of tiles and parts, at the header alone.
+    """Checks all blocks of a scan line EXR, and decompresses zlib ones; of tiled and multi-part files, only the header.
 
     Raises:
-        ValueError, EOFError, struct.error: it is cut short, or not what its header says.
+        ValueError, EOFError, struct.error: it is truncated, or contradicts its header.
     """
     found, flags = _read_exr_attributes(file)
     packing = found["compression"][0]
     if packing >= len(_EXR_BLOCK_ROWS):
-        raise ValueError("it is packed in a way that is none")
+        raise ValueError("its compression method is unknown")
     left, top, right, bottom = struct.unpack("<4i", found["dataWindow"])
     view = struct.unpack("<4i", found["displayWindow"])
     if view[0] > view[2] or view[1] > view[3] or max(map(abs, (left, top, right, bottom, *view))) >= 2**30:
-        raise ValueError("its windows are none")
+        raise ValueError("its data or display window is invalid")
     row = _exr_row_bytes(found["channels"], right - left + 1, bottom - top + 1)
     if flags & _IN_PIECES or row is None:
         return
@@ -353,15 +351,15 @@ def check_exr(file: BinaryIO) -> None:
         y, size = struct.unpack("<ii", read_exactly(file, 8))
         whole = row * min(rows, bottom + 1 - y)
         if y != top + i * rows or not 0 < size <= whole or (packing == 0 and size != whole):
-            raise ValueError("a block of its pixels is not where or as large as its header says")
+            raise ValueError("the position or size of a block of pixels is wrong")
         data = read_exactly(file, size)
         if packing in _EXR_ZLIB_COMPRESSIONS and size < whole:
             packed = zlib.decompressobj()
             try:
                 if len(packed.decompress(data, whole)) != whole or packed.unconsumed_tail:
-                    raise ValueError("a block of its pixels has another size than its header says")
+                    raise ValueError("the decompressed size of a block of pixels is wrong")
             except zlib.error as error:
-                raise ValueError("its pixels cannot be unpacked") from error
+                raise ValueError("its pixels cannot be decompressed") from error
 
 
 _EXR_ATTRIBUTE_TYPES = {
@@ -378,21 +376,21 @@ _EXR_ATTRIBUTE_TYPES = {
 _EXR_TYPE_SIZES = {b"compression": 1, b"box2i": 16, b"lineOrder": 1, b"float": 4, b"v2f": 8}
 
 _EXR_BLOCK_ROWS = (1, 1, 1, 16, 32, 16, 32, 32, 32, 256)
-"""How many rows a block has, by how it is packed."""
+"""Rows per block, by compression method."""
 
 _EXR_ZLIB_COMPRESSIONS = {2, 3}
 
 
 def _read_exr_attributes(file: BinaryIO) -> tuple[dict[str, bytes], int]:
-    """What the header says, all that every header must say among it, and its flags; the file is then behind it."""
+    """The attributes of the header, all required ones included, and its flags. The file is then after the header."""
     magic, version = struct.unpack("<4sI", read_exactly(file, 8))
     if magic != EXR_MAGIC or version & 0xFF != 2:
-        raise ValueError("it is no EXR, and SAPIEN goes by the suffix")
+        raise ValueError("it is not an EXR, although its suffix says so")
     flags = version & ~0xFF
     if flags & _DEEP:
         raise ValueError("it is a deep EXR, which SAPIEN does not load")
     if flags & ~(_LONG_NAMES | _IN_PIECES):
-        raise ValueError("its header has flags that are none")
+        raise ValueError("its header has unknown flags")
     header = file.read(_MAX_EXR_HEADER)
     found: dict[str, bytes] = {}
     at = 0
@@ -405,34 +403,34 @@ def _read_exr_attributes(file: BinaryIO) -> tuple[dict[str, bytes], int]:
         right = _EXR_ATTRIBUTE_TYPES.get(name)
         size = _EXR_TYPE_SIZES.get(header[end + 1 : kind], len(value))
         if (right is not None and header[end + 1 : kind] != right) or len(value) != length or length != size:
-            raise ValueError(f"`{name[:40]}` of its header is of another kind or size than it should be")
+            raise ValueError(f"`{name[:40]}` of its header has the wrong type or size")
         found[name] = value
         at = kind + 5 + length
     if at >= len(header) or header[at] or not _EXR_ATTRIBUTE_TYPES.keys() <= found.keys():
-        raise ValueError("its header is cut short, or lacks something")
+        raise ValueError("its header is truncated or incomplete")
     ratio, width = (struct.unpack("<f", found[name])[0] for name in ("pixelAspectRatio", "screenWindowWidth"))
     if not 1e-6 <= ratio <= 1e6 or not 0 <= width < math.inf or found["lineOrder"][0] > 2:
-        raise ValueError("its header says what no EXR has")
+        raise ValueError("its header is not valid")
     file.seek(8 + at + 1)
     return found, flags
 
 
 def _exr_row_bytes(channels: bytes, columns: int, rows: int) -> int | None:
-    """Bytes of a row of pixels; None: some channels have fewer pixels than others."""
+    """Bytes per row of pixels; None: some channels are subsampled."""
     total, at, even = 0, 0, True
     while (end := channels.find(b"\0", at)) > at:
         kind, _, across, down = struct.unpack_from("<iIii", channels, end + 1)
         if kind not in {0, 1, 2} or across < 1 or down < 1:
-            raise ValueError("one of its channels is none")
+            raise ValueError("one of its channels is invalid")
         total += 2 if kind == 1 else 4
         if across * down > 1:
-            # Of brightness and two colours, the colours may have half as many.
+            # Chroma channels may have half the resolution.
             if channels[at:end] not in {b"RY", b"BY"} or (across, down) != (2, 2) or columns % 2 or rows % 2:
-                raise ValueError("one of its channels has another number of pixels than the others")
+                raise ValueError("one of its channels has a different number of pixels")
             even = False
         at = end + 17
     if end != at or at != len(channels) - 1 or not total:
-        raise ValueError("its channels are cut short, or none")
+        raise ValueError("its channel list is truncated or empty")
     return total * columns if even else None
 
 
@@ -449,27 +447,27 @@ _KTX2_RGBA8 = 37
 _KTX2_COMPRESSIONS = {2, 3}
 """Zstandard and zlib; the transcoded scheme has no format of its own."""
 
-_UNSUPPORTED_KTX = "SAPIEN loads no KTX but of R8G8B8A8 (UNORM)"
+_UNSUPPORTED_KTX = "SAPIEN loads KTX of the format R8G8B8A8 (UNORM) only"
 
-_TRUNCATED_KTX = "it is cut short, or its levels are not as large as its header says"
+_TRUNCATED_KTX = "it is truncated, or its mipmap levels have the wrong size"
 
 
 def ktx_size(file: BinaryIO) -> ImageSize:
-    """The size of a KTX at its start, all of whose levels are there.
+    """The size of a KTX, with a check that all its mipmap levels are there.
 
     Raises:
-        ValueError, EOFError, struct.error: it is none, or none that SAPIEN loads.
+        ValueError, EOFError, struct.error: it is invalid, or SAPIEN does not load it.
     """
     magic = file.read(12)
     if magic not in KTX_MAGICS:
-        raise ValueError("it is no KTX, and SAPIEN goes by the suffix")
+        raise ValueError("it is not a KTX, although its suffix says so")
     return _ktx1_size(file) if magic == KTX_MAGICS[0] else _ktx2_size(file)
 
 
 def _ktx1_size(file: BinaryIO) -> ImageSize:
     order = "<" if (mark := read_exactly(file, 4)) == b"\1\2\3\4" else ">"
     if order == ">" and mark != b"\4\3\2\1":
-        raise ValueError("the order of its bytes is not told")
+        raise ValueError("its byte order mark is invalid")
     kind, _, layout, internal, _, columns, rows, *more, pairs = struct.unpack(f"{order}12I", read_exactly(file, 48))
     if (kind, layout, internal) != _KTX1_RGBA8:
         raise ValueError(_UNSUPPORTED_KTX)
@@ -504,7 +502,7 @@ def _ktx2_levels(index: bytes) -> Iterator[tuple[int, int, int]]:
 
 def _checked_ktx_size(columns: int, rows: int, depth: int, elements: int, sides: int, levels: int) -> ImageSize:
     if depth or elements or sides not in {1, 6}:
-        raise ValueError("it is neither one picture nor the six sides of a cube")
+        raise ValueError("it is neither a single image nor a cube map")
     if not 1 <= levels <= max(columns, rows).bit_length():
-        raise ValueError("it has no levels, or more than down to one pixel")
+        raise ValueError("its number of mipmap levels is invalid")
     return ImageSize(columns, rows, sides=sides, levels=levels)

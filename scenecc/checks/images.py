@@ -1,4 +1,4 @@
-"""Checks that an image is whole: its format, its size and its data, since SAPIEN's readers take damaged ones."""
+"""Checks that an image is valid: format, size and data. SAPIEN's readers accept damaged images."""
 
 from __future__ import annotations
 
@@ -37,18 +37,19 @@ if TYPE_CHECKING:
 _STUFFED_BYTES = re.compile(rb"\xff+\x00")
 
 _WORD_BYTES = 8
-"""Bytes that are taken up at once."""
+"""Bytes that are buffered at once."""
 
 
 @dataclass(slots=True)
 class JpegComponent:
-    """A colour of a picture.
+    """A component of a JPEG.
 
     Attributes:
-        across: blocks of 8 × 8 pixels in a row of its own, and rows of them `down`; `per` blocks in a piece of a scan
-            that several colours share.
-        step: of its lowest frequency.
-        filled: of a progressive one, which frequencies of each block are not zero: a bit each.
+        across, down: number of blocks of 8 × 8 pixels per row, and of rows of blocks.
+        per: blocks in one unit of a scan of several components.
+        table: number of its quantization table.
+        step: quantization step of the DC coefficient.
+        filled: in a progressive JPEG, the nonzero coefficients of each block, as bits.
     """
 
     across: int
@@ -61,7 +62,7 @@ class JpegComponent:
 
 @dataclass(frozen=True, slots=True)
 class JpegScan:
-    """What a scan says: frequencies from `first` to `last`, whose bits above `low` were told before where `refines`."""
+    """Header of a scan: coefficients `first` to `last`, bits from `low` on; `refines`: adds a bit to earlier scans."""
 
     first: int
     last: int
@@ -71,11 +72,11 @@ class JpegScan:
 
 
 HuffmanTable = list[tuple[int, int, int]]
-"""By the next 16 bits: the length of the code (0: none), how many bits follow it, how many zeros it tells."""
+"""By the next 16 bits: length of the code (0: invalid), number of bits after it, run of zeros before."""
 
 
 def build_huffman_table(sizes: bytes, symbols: bytes) -> HuffmanTable:
-    """The table of codes of which so many have 1, 2, … 16 bits. It is no larger than its codes need."""
+    """The table of codes. `sizes`: how many codes have 1, 2, … 16 bits."""
     table: HuffmanTable = []
     at = 0
     for length, count in enumerate(sizes, 1):
@@ -86,7 +87,7 @@ def build_huffman_table(sizes: bytes, symbols: bytes) -> HuffmanTable:
 
 
 class _BitReader:
-    """The bits of a piece of a scan, one after another; zeros behind its end."""
+    """Reads the bits of a restart interval; zeros after its end."""
 
     def __init__(self, data: bytes) -> None:
         self._data = _STUFFED_BYTES.sub(b"\xff", data)
@@ -100,28 +101,28 @@ class _BitReader:
         return (self._held >> self._count) & ((1 << count) - 1)
 
     def code(self, table: HuffmanTable) -> tuple[int, int]:
-        """Bits that follow a code, and zeros before."""
+        """Reads a code: the number of bits after it, and the run of zeros before."""
         while self._count < 16:
             self._fill()
         length, size, run = table[(self._held >> (self._count - 16)) & 0xFFFF]
         if not length:
-            raise ValueError("its pixels have a code that is none")
+            raise ValueError("its pixels have an invalid Huffman code")
         self._count -= length
         return size, run
 
     def _fill(self) -> None:
         if self._at > len(self._data) + _WORD_BYTES:
-            raise EOFError("it is cut short within its pixels")
+            raise EOFError("its pixels are truncated")
         word = self._data[self._at : self._at + _WORD_BYTES].ljust(_WORD_BYTES, b"\0")
         self._at += _WORD_BYTES
         self._held = ((self._held & ((1 << self._count) - 1)) << (8 * _WORD_BYTES)) | int.from_bytes(word, "big")
         self._count += 8 * _WORD_BYTES
 
     def end(self, *, last: bool) -> None:
-        """Looks at what is left: zeros at most, behind the last piece."""
+        """Checks the rest: at most zeros, after the last interval."""
         at = self._at - self._count // 8
         if at > len(self._data):
-            raise EOFError("it is cut short within its pixels")
+            raise EOFError("its pixels are truncated")
         if self._data[at:].strip(b"\0") or (at < len(self._data) and not last):
             raise ValueError("it has more pixels than its header says")
 
@@ -133,18 +134,18 @@ def check_scan_codes(
     total: int,
     every: int,
 ) -> None:
-    """Reads the pieces of a scan, which restarts part.
+    """Reads the restart intervals of a scan.
 
     Args:
         pieces: their bytes.
-        scan: what its header says.
-        shown: the colours that it is about, and their tables of the lowest and of the other frequencies.
-        total: of how many steps it consists, of a block or of several colours' blocks each.
-        every: how many steps stand between two restarts; 0: all.
+        scan: its header.
+        shown: its components, with their DC and AC Huffman tables.
+        total: its number of units: a block, or blocks of several components.
+        every: units between two restarts; 0: all.
     """
     every = every or total
     if len(pieces) != -(-total // every):
-        raise ValueError("its pixels lack a piece between two restarts, or have one too many")
+        raise ValueError("its number of restart intervals is wrong")
     for i, piece in enumerate(pieces):
         bits = _BitReader(piece)
         steps = range(i * every, min(total, (i + 1) * every))
@@ -164,7 +165,7 @@ def _read_dc_scan(
     shown: list[tuple[JpegComponent, HuffmanTable | None, HuffmanTable | None]],
     steps: int,
 ) -> None:
-    """The lowest frequency of each block; of a picture that is not progressive, all others too."""
+    """Reads the DC coefficient of each block; in a sequential JPEG, the AC coefficients too."""
     blocks = [
         (i, dc or [], ac or [], component.step if not scan.progressive else 1 << scan.low)
         for i, (component, dc, ac) in enumerate(shown)
@@ -179,12 +180,12 @@ def _read_dc_scan(
                 continue
             size, run = code(dc)
             if run:
-                raise ValueError("its pixels have a code that is none")
+                raise ValueError("its pixels have an invalid Huffman code")
             if size:
                 value = take(size)
                 before[i] += value if value >> (size - 1) else value - (1 << size) + 1
                 if abs(before[i] * step) > 32767:
-                    raise ValueError("its pixels are brighter than any can be")
+                    raise ValueError("a DC coefficient is out of range")
             at = 64 if scan.progressive else 1
             while at < 64:
                 size, run = code(ac)
@@ -198,7 +199,7 @@ def _read_dc_scan(
 def _read_ac_coefficients(
     bits: _BitReader, scan: JpegScan, component: JpegComponent, table: HuffmanTable, steps: range
 ) -> None:
-    """Frequencies that are told for the first time."""
+    """Reads AC coefficients for the first time."""
     empty = 0
     for block in steps:
         if empty:
@@ -222,7 +223,7 @@ def _read_ac_coefficients(
 def _refine_ac_coefficients(
     bits: _BitReader, scan: JpegScan, component: JpegComponent, table: HuffmanTable, steps: range
 ) -> None:
-    """One more bit of frequencies that were told before, and frequencies of one bit."""
+    """Reads one more bit of earlier AC coefficients, and new ones of one bit."""
     empty = 0
     span = range(scan.first, scan.last + 1)
     for block in steps:
@@ -235,13 +236,13 @@ def _refine_ac_coefficients(
         while at <= scan.last:
             size, run = bits.code(table)
             if size > 1:
-                raise ValueError("its pixels have a code that is none")
+                raise ValueError("its pixels have an invalid Huffman code")
             if size:
                 bits.take(1)
             elif run < 15:
                 empty = (1 << run) + bits.take(run) - 1
                 run = 64
-            # A zero that is passed counts; what is filled has a bit of its own.
+            # Zeros count towards the run; nonzero coefficients have a bit of their own.
             while at <= scan.last:
                 if filled >> at & 1:
                     bits.take(1)
@@ -261,24 +262,24 @@ _TABLE_MARKERS = {0xC4, 0xDB, 0xDD}
 _IGNORED_MARKERS = {0xFE, *range(0xE0, 0xF0)}
 
 _MOST_TABLES, _MOST_SCANS = 1024, 128
-"""Pictures have 4 of the one and 10 of the other; each takes its time, however small it is."""
+"""Usual images have 4 and 10; each takes time, however small it is."""
 
 _MARKER = re.compile(rb"\xff+[^\xff\x00\xd0-\xd7]")
-"""What ends a scan: neither a byte 0xFF of its own, nor a restart."""
+"""A marker that ends a scan: neither an escaped 0xFF nor a restart."""
 
 _RESTART_MARKER = re.compile(rb"\xff+([\xd0-\xd7])")
 
 
 @dataclass(slots=True)
 class _JpegState:
-    """What was told so far.
+    """State of a JPEG while it is read.
 
     Attributes:
-        codes: tables of codes, those of the lowest frequency (0, n) and of the others (1, n).
-        steps: the steps of the lowest frequency, by table.
-        every: how many steps of a scan stand between two restarts; 0: all.
-        shared: how many steps a scan of several colours has.
-        tables, scans: how many of each there were.
+        codes: Huffman tables, DC (0, n) and AC (1, n).
+        steps: DC quantization steps, by table.
+        every: units of a scan between two restarts; 0: all.
+        shared: units of a scan of several components.
+        tables, scans: number of each so far.
     """
 
     codes: dict[tuple[int, int], HuffmanTable] = field(default_factory=dict[tuple[int, int], HuffmanTable])
@@ -292,21 +293,21 @@ class _JpegState:
 
 
 def jpeg_size(file: BinaryIO) -> ImageSize:
-    """The size that the first frame tells."""
+    """The size in the first frame header."""
     for marker, body in _iterate_segments(file):
         if marker in _FRAME_MARKERS:
             rows, columns = struct.unpack_from(">HH", body, 1)
             return ImageSize(columns, rows)
         if marker == 0xDA:
             break
-    raise ValueError("it ends before its size is told")
+    raise ValueError("it has no frame header")
 
 
 def check_jpeg(file: BinaryIO, blocks: JpegBlockBudget) -> None:
-    """Reads all of a JPEG, as long as there are `blocks` left.
+    """Checks a whole JPEG, as long as there are `blocks` left.
 
     Raises:
-        ValueError, EOFError, struct.error: it is cut short, damaged, or of a kind that SAPIEN does not load.
+        ValueError, EOFError, struct.error: it is truncated, damaged, or of a kind that SAPIEN does not load.
     """
     picture = _JpegState()
     shown: set[int] = set()
@@ -321,11 +322,11 @@ def check_jpeg(file: BinaryIO, blocks: JpegBlockBudget) -> None:
         elif marker == 0xDA:
             shown |= _check_scan(body, picture, file, blocks)
     if not shown or shown != set(picture.components):
-        raise ValueError("it has no pixels of one of its colours")
+        raise ValueError("it has no scan of one of its components")
 
 
 def _iterate_segments(file: BinaryIO) -> Iterator[tuple[int, bytes]]:
-    """Marker and content of each segment, up to the end of the image; who reads a scan goes past it himself."""
+    """Marker and content of each segment, up to the end of the image. The caller reads past the data of a scan."""
     file.seek(2)
     while True:
         if read_exactly(file, 1) != b"\xff":
@@ -342,7 +343,7 @@ def _iterate_segments(file: BinaryIO) -> Iterator[tuple[int, bytes]]:
 
 
 def _read_tables(marker: int, body: bytes, picture: _JpegState) -> None:
-    """Tables of codes and of steps, and the interval of restarts."""
+    """Reads Huffman tables, quantization tables, or the restart interval."""
     if marker == 0xDD:
         (picture.every,) = struct.unpack(">H", body)
         return
@@ -355,12 +356,12 @@ def _read_tables(marker: int, body: bytes, picture: _JpegState) -> None:
         sizes = body[at + 1 : at + 17]
         size = 17 + sum(sizes) if marker == 0xC4 else 129 if kind else 65
         if kind > 1 or number > 3 or at + size > len(body):
-            raise ValueError("one of its tables is cut short, or none")
+            raise ValueError("one of its tables is truncated or invalid")
         if marker == 0xDB:
             picture.steps[number] = int.from_bytes(body[at + 1 : at + 1 + kind + 1], "big")
         else:
             if sum(sizes) > 256 or sum(count << (15 - i) for i, count in enumerate(sizes)) > 65536:
-                raise ValueError("one of its tables has more codes than there can be")
+                raise ValueError("one of its Huffman tables has too many codes")
             picture.codes[kind, number] = build_huffman_table(sizes, body[at + 17 : at + size])
         at += size
 
@@ -368,27 +369,27 @@ def _read_tables(marker: int, body: bytes, picture: _JpegState) -> None:
 def _read_frame(body: bytes, picture: _JpegState) -> None:
     depth, rows, columns, count = struct.unpack_from(">BHHB", body)
     if depth != 8 or count not in {1, 3, 4} or len(body) != 6 + 3 * count or not rows or not columns:
-        raise ValueError("it has not 8 bits a colour, or another number of colours than 1, 3 and 4")
+        raise ValueError("it does not have 8 bits per component, or not 1, 3 or 4 components")
     factors = [divmod(body[7 + 3 * i], 16) for i in range(count)]
     across, down = (max(factor[axis] for factor in factors) for axis in (0, 1))
     if any(not 1 <= one <= 4 for factor in factors for one in factor):
-        raise ValueError("its colours are sampled in a way that none is")
+        raise ValueError("its sampling factors are invalid")
     if any(across % a or down % d for a, d in factors):
-        raise ValueError("its colours are sampled in a way that SAPIEN does not load")
+        raise ValueError("SAPIEN does not load its sampling factors")
     for i, (a, d) in enumerate(factors):
         blocks = (ceil(ceil(columns * a / across) / 8), ceil(ceil(rows * d / down) / 8))
         filled = [0] * (blocks[0] * blocks[1])
         picture.components[body[6 + 3 * i]] = JpegComponent(*blocks, per=a * d, table=body[8 + 3 * i], filled=filled)
     if len(picture.components) < count:
-        raise ValueError("two of its colours have one number")
+        raise ValueError("two of its components have the same number")
     picture.shared = ceil(columns / (8 * across)) * ceil(rows / (8 * down))
 
 
 def _check_scan(body: bytes, picture: _JpegState, file: BinaryIO, blocks: JpegBlockBudget) -> set[int]:
-    """Reads a scan, and gives the numbers of its colours."""
+    """Checks a scan and returns the numbers of its components."""
     count = body[0] if body else 0
     if not 1 <= count <= len(picture.components) or len(body) != 4 + 2 * count:
-        raise ValueError("the header of a scan is none")
+        raise ValueError("the header of a scan is invalid")
     first, last, bits = struct.unpack_from(">BBB", body, 1 + 2 * count)
     high, low = divmod(bits, 16)
     if not picture.progressive:
@@ -397,17 +398,17 @@ def _check_scan(body: bytes, picture: _JpegState, file: BinaryIO, blocks: JpegBl
         wrong = not first <= last <= 63 or high > 13 or low > 13 or (not first and last) or (first and count > 1)
     numbers = list(body[1 : 1 + 2 * count : 2])
     if wrong or len(set(numbers)) < count or not set(numbers) <= set(picture.components):
-        raise ValueError("the header of a scan is none")
+        raise ValueError("the header of a scan is invalid")
     scan = JpegScan(first, last, low, bool(high), picture.progressive)
     shown: list[tuple[JpegComponent, HuffmanTable | None, HuffmanTable | None]] = []
     for number, tables in zip(numbers, body[2 : 2 + 2 * count : 2], strict=True):
         component = picture.components[number]
         if component.table not in picture.steps:
-            raise ValueError("a colour names a table of steps that is not there")
+            raise ValueError("a component refers to a missing quantization table")
         component.step = picture.steps[component.table]
         dc, ac = picture.codes.get((0, tables >> 4)), picture.codes.get((1, tables & 15))
         if (dc is None and not first and not high) or (ac is None and (first or not picture.progressive)):
-            raise ValueError("a scan names a table of codes that is not there")
+            raise ValueError("a scan refers to a missing Huffman table")
         shown.append((component, dc, ac))
     alone = shown[0][0]
     total = picture.shared if count > 1 else alone.across * alone.down
@@ -422,51 +423,51 @@ def _check_scan(body: bytes, picture: _JpegState, file: BinaryIO, blocks: JpegBl
 
 
 def _restart_intervals(file: BinaryIO) -> list[bytes]:
-    """The pieces of a scan, between restarts that count from 0 to 7 and around; the file is then at the next marker."""
+    """The restart intervals of a scan, whose markers count modulo 8. The file is then at the next marker."""
     start = file.tell()
     data = file.read()
     match = _MARKER.search(data)
     if match is None:
-        raise EOFError("it is cut short within its pixels")
+        raise EOFError("its pixels are truncated")
     file.seek(start + match.start())
     parts = _RESTART_MARKER.split(data[: match.start()])
     if [part[0] & 7 for part in parts[1::2]] != [i % 8 for i in range(len(parts) // 2)]:
-        raise ValueError("its pixels lack a piece between two restarts")
+        raise ValueError("a restart interval is missing")
     return parts[::2]
 
 
 @dataclass(slots=True)
 class JpegBlockBudget:
-    """Counts the blocks of 8 × 8 pixels of JPEGs that are looked at, those of each scan.
+    """Budget of the blocks of 8 × 8 pixels of JPEGs to decode, counted for each scan.
 
-    A million takes half a dozen seconds. A picture of 16 million pixels has fewer; of what lies beyond, the headers
-    alone are looked at.
+    A million takes about six seconds. An image of 16 million pixels has fewer; beyond the budget only headers are
+    checked.
     """
 
     left: int = 1_000_000
 
 
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".hdr", ".exr", ".ktx")
-"""What SAPIEN's renderer loads as a texture."""
+"""Image formats that SAPIEN's renderer loads."""
 
 
 def image_size(path: Path) -> ImageSize:
-    """The size of an image that `check_image` took."""
+    """The size of an image that passed `check_image`."""
     with open_regular(path) as file:
         return _read_size(file, path.suffix)
 
 
 def check_image(file: BinaryIO, max_bytes: int, suffix: str = "", blocks: JpegBlockBudget | None = None) -> None:
-    """Checks all of an image.
+    """Checks a whole image.
 
     Args:
         file: the image, at its start.
-        max_bytes: how much it may take once unpacked [bytes].
-        suffix: of its name, by which SAPIEN tells EXR and KTX from all others; "": it is a part of another file.
-        blocks: how much of JPEGs is looked at, this one among others; None: of this one as much as ever.
+        max_bytes: maximum size once it is decompressed [bytes].
+        suffix: of its name, by which SAPIEN recognizes EXR and KTX; "": it is embedded in another file.
+        blocks: budget shared by several JPEGs; None: the image has one of its own.
 
     Raises:
-        AssetError: it is no image that SAPIEN loads, cut short, or too large.
+        AssetError: SAPIEN does not load it, or it is truncated or too large.
     """
     try:
         size = _read_size(file, suffix)
@@ -491,7 +492,7 @@ def _read_size(file: BinaryIO, suffix: str) -> ImageSize:
 
 
 def _detect_format(file: BinaryIO, suffix: str) -> str:
-    """A key of `_FORMATS`: by the suffix, or by the first bytes, at which the file then is."""
+    """The key of `_FORMATS`, by suffix or by the first bytes. The file is then at its start."""
     file.seek(0)
     if suffix in _FORMATS:
         return suffix
@@ -499,9 +500,9 @@ def _detect_format(file: BinaryIO, suffix: str) -> str:
     file.seek(0)
     found = next((kind for start, kind in _SIGNATURES.items() if head.startswith(start)), "tga" if is_tga(head) else "")
     if not found:
-        raise ValueError("it is empty" if not head else "it is none of PNG, JPEG, BMP, TGA, HDR, EXR and KTX")
+        raise ValueError("it is empty" if not head else "it is not a PNG, JPEG, BMP, TGA, HDR, EXR or KTX")
     if found.startswith("."):
-        raise ValueError(f"SAPIEN reads what it is in a file of its own whose name ends in `{found}` alone")
+        raise ValueError(f"SAPIEN reads this format only from a file with the suffix `{found}`")
     return found
 
 
@@ -525,6 +526,6 @@ _FORMATS: dict[str, tuple[Callable[[BinaryIO], ImageSize], Callable[[BinaryIO, J
     "hdr": (lambda file: hdr_size(file)[0], lambda file, _: check_hdr(file)),
     "tga": (lambda file: ImageSize(*struct.unpack_from("<HH", file.read(32), 12)), lambda file, _: check_tga(file)),
 }
-"""Readers of the size of a file at its start, and of all of it. SAPIEN tells those that begin with a dot by the suffix,
-written small; the others by what they hold.
+"""By format: reader of the size, and check of the whole file. SAPIEN recognizes formats that begin with a dot by the
+lower case suffix, and others by content.
 """

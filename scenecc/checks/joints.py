@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 _MAX_JOINT_DISTANCE = 1e6
-"""How far a joint is from its links [m]: beyond, a simulation counts as diverged (SC820)."""
+"""Maximum distance of a joint from its links [m]: beyond, a simulation counts as diverged (SC820)."""
 
 
 def check_articulation(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
@@ -32,7 +32,7 @@ def check_articulation(structure: ArticulationStructure, name: str, origin: Orig
         name: the entity's.
         origin: of the entity.
         sink: takes the diagnostics.
-        drawn: judge what waits for its rows, and nothing else.
+        drawn: check only values of expressions, which are deferred until they are drawn.
     """
     for link in structure.links:
         if link.joint is not None:
@@ -77,15 +77,15 @@ def _check_link_count(structure: ArticulationStructure, name: str, origin: Origi
 
 
 def _check_names(structure: ArticulationStructure, origin: Origin, sink: Sink) -> None:
-    seen: dict[tuple[str, str], Origin] = {}
+    names: dict[tuple[str, str], Origin] = {}
     for link in structure.links:
-        _check_unique_name("link", link.name, link.body.origin or origin, seen, sink)
+        _check_unique_name("link", link.name, link.body.origin or origin, names, sink)
         if link.joint is not None and link.joint.name:
-            _check_unique_name("joint", link.joint.name, link.joint.origin or origin, seen, sink)
+            _check_unique_name("joint", link.joint.name, link.joint.origin or origin, names, sink)
 
 
-def _check_unique_name(what: str, name: str, place: Origin, seen: dict[tuple[str, str], Origin], sink: Sink) -> None:
-    first = seen.setdefault((what, name), place)
+def _check_unique_name(what: str, name: str, place: Origin, names: dict[tuple[str, str], Origin], sink: Sink) -> None:
+    first = names.setdefault((what, name), place)
     if first is not place:
         related = [(f"the first {what} of this name", first, "value")]
         sink.report("SC326", f"two {what}s are called `{cut(name)}`", place, related=related)  # pyright: ignore[reportArgumentType]
@@ -111,17 +111,17 @@ def _mimic_obstacle(mimic: Mimic, structure: ArticulationStructure, follows: dic
     """Why PhysX cannot make one joint follow another; None where it can."""
     if any(factor == 0 for factor in mimic.multiplier.numbers()):
         return "a multiplier of 0 leaves nothing to follow"
-    at, seen = mimic.source, {mimic.joint}
+    at, visited = mimic.source, {mimic.joint}
     while at in follows:
-        if at in seen:
+        if at in visited:
             return "they follow one another in a circle"
-        seen.add(at)
+        visited.add(at)
         at = follows[at]
     return why_no_tendon(structure, mimic)
 
 
 def _check_masses(structure: ArticulationStructure, name: str, origin: Origin, sink: Sink) -> None:
-    """What moves, with all that it carries, weighs something."""
+    """Checks that every moving link, or a link below it, has a mass."""
     links = structure.links
     weighs = [bool(link.body.collisions) or link.body.inertial is not None for link in links]
     for number in range(len(links) - 1, 0, -1):
@@ -150,7 +150,7 @@ def check_constraints(plan: ScenePlan, sink: Sink, *, drawn: bool = False) -> No
     Args:
         plan: with or without lines behind its origins.
         sink: takes the diagnostics.
-        drawn: judge what waits for its rows, and nothing else.
+        drawn: check only values of expressions, which are deferred until they are drawn.
     """
     if not plan.constraints:
         return
@@ -209,7 +209,7 @@ def _check_ends(constraint: Constraint, entities: Mapping[str, Entity], origin: 
     for key, mount in (("child", constraint.child), ("parent", constraint.parent)):
         kinds = _motion_types(mount, entities) if mount is not None else frozenset[str]()
         if "none" in kinds:
-            message = f"`{cut(str(mount))}` is only seen: nothing can be tied to it"
+            message = f"`{cut(str(mount))}` has no physics body: no constraint can connect it"
             hint = "give it another body_type, or let it go with `relative_to`"
         elif key == "child" and "static" in kinds:
             message = f"`{cut(str(mount))}` never moves, so it cannot carry a constraint"
@@ -253,7 +253,7 @@ def _check_drive(joint: Drive, name: str, origin: Origin, sink: Sink) -> None:
         return
     for axis in _SLERP_AXES:
         if axis in axes and "slerp" in axes:
-            message = f"`{axis}` does nothing beside `slerp`, which drives all turns"
+            message = f"`{axis}` does nothing with `slerp`, which drives all rotations"
             sink.report("SC115", message, origin.child("drive", axis), at="key", hint="leave one of the two out")
     if axes:
         return

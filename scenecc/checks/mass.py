@@ -1,4 +1,4 @@
-"""Rules about what bodies weigh: what SAPIEN would replace by a milligram, or cannot hold."""
+"""Rules for masses: SAPIEN replaces some by a milligram, and cannot represent others."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 MIN_MASS = 1e-6
-"""What SAPIEN makes of a smaller mass [kg]."""
+"""SAPIEN's minimum mass [kg]."""
 
 DYNAMIC_TYPES = frozenset(("dynamic", "link"))
 """Bodies that PhysX moves by forces."""
@@ -32,7 +32,7 @@ _DEFAULT_DENSITY_VALUE = literal(DEFAULT_DENSITY)
 
 
 def check_mass_unique(body: BodyStructure, _name: str, origin: Origin, sink: Sink) -> None:
-    """A mass is given once."""
+    """Checks that a mass is given once."""
     if body.mass is not None and body.inertial is not None and body.body_type in DYNAMIC_TYPES:
         sink.report(
             "SC111",
@@ -44,7 +44,7 @@ def check_mass_unique(body: BodyStructure, _name: str, origin: Origin, sink: Sin
 
 
 def check_density_mass(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    """What follows from the densities is a mass that SAPIEN keeps as it is; of a kinematic body: can hold."""
+    """Checks the mass that follows from densities: SAPIEN must keep it, or for a kinematic body represent it."""
     if body.body_type not in _TYPES_WITH_MASS or body.inertial is not None or not body.collisions:
         return
     values = [_DEFAULT_DENSITY_VALUE if shape.density is None else shape.density for shape in body.collisions]
@@ -64,16 +64,16 @@ def check_density_mass(body: BodyStructure, name: str, origin: Origin, sink: Sin
 
 
 def _corners(values: Sequence[Value]) -> list[tuple[Row, ...]]:
-    """The least and the most that all of them can be."""
+    """All values at their minimum, and all at their maximum."""
     return [tuple(map(lowest, values)), tuple(map(highest, values))]
 
 
 def _warn_mass_may_fail(
     body: BodyStructure, name: str, corners: list[tuple[Row, ...]], origin: Origin, sink: Sink
 ) -> None:
-    """Reports what a body may weigh by expressions, whose rows are judged once they are drawn."""
+    """Warns of a mass by expressions that may be invalid; rows are checked once they are drawn."""
     if not all(map(_is_bounded, chain.from_iterable(corners))) or min(chain.from_iterable(corners[0])) < 0:
-        return  # an expression may give what is no size, which was told where it stands
+        return  # an expression may give an invalid size, which is reported at the expression
     light, heavy = (_density_mass_fault(body, name, row, origin) for row in corners)
     fault = light or heavy
     if fault is None:
@@ -93,7 +93,7 @@ class _MassFault(NamedTuple):
 
 
 def _density_mass_fault(body: BodyStructure, name: str, row: tuple[Row, ...], origin: Origin) -> _MassFault | None:
-    """Why one row of a body's densities, then its sizes, gives no mass that can be held."""
+    """Why one row of a body's densities, then its sizes, gives no mass that SAPIEN can represent; None if it does."""
     sizes = iter(row[len(body.collisions) :])
     weight, dense, complete = 0.0, False, True
     for shape, (density,) in zip(body.collisions, row, strict=False):
@@ -131,7 +131,7 @@ def _zero_density_fault(body: BodyStructure, name: str, origin: Origin) -> _Mass
 
 
 def check_explicit_mass(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    """The engine holds a mass that is given, and what of the body is where."""
+    """Checks that single precision represents a given mass and the positions of shapes and centre of mass."""
     if body.body_type == "kinematic":
         _check_kinematic_shapes(body, name, origin, sink, drawn=drawn)
     if body.body_type not in DYNAMIC_TYPES:
@@ -167,7 +167,7 @@ def check_explicit_mass(body: BodyStructure, name: str, origin: Origin, sink: Si
 
 
 def _check_kinematic_shapes(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    """The engine computes the inertia of a body that moves by its pose alone, too, from squares of these places."""
+    """Checks shape positions of a kinematic body: the engine squares them to compute an inertia."""
     places = [shape.pose for shape in body.collisions if shape.pose is not None]
     places = [place for place in places if not is_deferred([place], drawn=drawn)]
     rows_of = chain.from_iterable(map(alternatives_or_extremes, places))
@@ -182,13 +182,13 @@ def _report(fault: _MassFault, sink: Sink) -> None:
 
 
 def _report_possible(fault: _MassFault, sink: Sink) -> None:
-    """Warns of a fault that drawn values may have."""
+    """Warns of a fault that only some draws have."""
     hint = f"each scene is judged as it is drawn; {fault.hint}"
     sink.report("SC514", f"in some scene {fault.message}", fault.place, at=fault.at, hint=hint)
 
 
 def _finite_extremes(value: Value) -> list[Row]:
-    """The least and the most that each number can be; nothing where an expression may give anything."""
+    """Minimum and maximum of each number; empty if an expression is unbounded."""
     found = [lowest(value), highest(value)]
     return found if all(map(_is_bounded, found)) else []
 
@@ -198,7 +198,7 @@ def _is_bounded(row: Sequence[float | None]) -> bool:
 
 
 def check_inertia(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    """No principal moment of a real body is above the sum of the other two."""
+    """Checks that no principal moment is above the sum of the other two."""
     if body.inertial is None:
         return
     inertia = body.inertial.inertia
@@ -219,6 +219,6 @@ def _is_impossible(moments: Row) -> bool:
 
 
 def _extreme_moments(inertia: Value) -> list[Row]:
-    """Of moments that lie between bounds, each at its most beside the others at their least."""
+    """For moments between bounds: each at its maximum with the others at their minimum."""
     least, most = lowest(inertia), highest(inertia)
     return [tuple(most[j] if j == i else least[j] for j in range(3)) for i in range(3)]

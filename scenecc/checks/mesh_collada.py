@@ -152,7 +152,7 @@ def _check_text(node: ColladaElement) -> None:
     """Joins the text of an element, which is in one piece: of several the engine's reader takes the first."""
     pieces = "".join(node.characters).split(_TEXT_BREAK)
     if sum(map(bool, map(str.strip, pieces))) > bool(not node.children):
-        raise ValueError(f"the text of `{node.tag[:40]}` is broken by an element, a comment or a CDATA section")
+        raise ValueError(f"the text of `{node.tag[:40]}` is interrupted by an element, a comment or a CDATA section")
     if len(pieces) > 1:
         node.characters[:] = ["".join(pieces)]
 
@@ -166,7 +166,7 @@ def collada_images(root: ColladaElement) -> tuple[AssetReference, ...]:
 
     Raises:
         AssetError: an image is in the COLLADA itself.
-        ValueError: a texture leads to no image: SAPIEN would open a file of the texture's own name.
+        ValueError: a texture does not lead to an image: SAPIEN would open a file of the texture's own name.
     """
     newer = root.get("version").startswith("1.5")
     images = elements_by_id(root, "library_images", "image")
@@ -179,10 +179,10 @@ def collada_images(root: ColladaElement) -> tuple[AssetReference, ...]:
             while target in leads and steps <= len(leads):
                 target, steps = leads[target], steps + 1
             if target not in images or steps > len(leads):
-                raise ValueError(f"the texture `{texture.get('texture')[:60]}` leads to no image")
+                raise ValueError(f"the texture `{texture.get('texture')[:60]}` does not lead to an image")
     listed = list(root.all("library_images", "image"))
     if sum(node.tag == "image" for node in root.walk()) != len(listed):
-        raise ValueError("an image stands elsewhere than in the library of images")
+        raise ValueError("an image is outside `library_images`")
     names = (_image_file(image, newer=newer) for image in listed)
     return tuple(AssetReference(name, "image") for name in dict.fromkeys(names))
 
@@ -202,12 +202,12 @@ def _image_file(image: ColladaElement, *, newer: bool) -> str:
         raise ValueError(f"the image `{image.get('id')[:60]}` names several files")
     if found is None or not found.text:
         raise AssetError(
-            "SC410", "an image of the COLLADA stands in no file of its own", "save it as PNG, and name that"
+            "SC410", "an image of the COLLADA is not in a file of its own", "save it as a PNG file and refer to that"
         )
     written = "".join(found.characters)
     name = unquote(written)
     if _INVALID_FILE_NAME.search(written) or _INVALID_FILE_NAME.search(name.replace("%", "")):
-        raise ValueError(f"`{found.text[:60]!a}` is no name of a file")
+        raise ValueError(f"`{found.text[:60]!a}` is not a valid file name")
     return name
 
 
@@ -257,7 +257,7 @@ def _check_document(root: ColladaElement) -> None:
     if root.tag != "COLLADA":
         raise ValueError(f"its first element is `{root.tag[:40]}`")
     if not root.get("version").startswith(("1.4", "1.5")):
-        raise ValueError(f"it says version `{root.get('version')[:40]}`, and 1.4 and 1.5 are read")
+        raise ValueError(f"its version is `{root.get('version')[:40]}`, and only 1.4 and 1.5 are supported")
 
 
 def _read_parts(file: _ColladaFile) -> tuple[MeshFilePart, ...]:
@@ -268,7 +268,7 @@ def _read_parts(file: _ColladaFile) -> tuple[MeshFilePart, ...]:
     scenes = elements_by_id(root, "library_visual_scenes", "visual_scene")
     chosen = [_find_target(one, scenes) for one in root.all("scene", "instance_visual_scene")]
     if len(chosen) != 1:
-        raise ValueError("it shows no scene, or several")
+        raise ValueError("it does not have exactly one visual scene")
     start = np.eye(4) * _read_unit(root)
     start[3, 3] = 1
     waiting = [(node, start, 0) for node in chosen[0].all("node")]
@@ -278,7 +278,7 @@ def _read_parts(file: _ColladaFile) -> tuple[MeshFilePart, ...]:
         node, above, depth = waiting.pop()
         file.budget.take(_INSTANCE_COST)
         if depth > _MAX_NODE_DEPTH:
-            raise ValueError("its nodes stand in a circle, or in one another to a great depth")
+            raise ValueError("its nodes are cyclic or nested too deeply")
         place = above @ _node_transform(node)
         inside = [*node.all("node"), *(_find_target(one, library) for one in node.all("instance_node"))]
         waiting.extend((child, place, depth + 1) for child in inside)
@@ -370,7 +370,7 @@ def _read_positions(file: _ColladaFile, mesh: ColladaElement) -> NDArray[np.floa
         raise ValueError("positions do not have three coordinates, X, Y and Z")
     numbers = _parse_numbers(array.text, _REALS_PATTERN, file.budget)
     if len(numbers) != _read_count(array) or len(numbers) != 3 * _read_count(accessor):
-        raise ValueError("a mesh has not as many positions as it says")
+        raise ValueError("the number of positions of a mesh differs from its `count`")
     return numbers.reshape(-1, 3)
 
 
@@ -380,12 +380,12 @@ def _read_faces(file: _ColladaFile, primitive: ColladaElement) -> NDArray[np.int
     corners = [offset for semantic, offset in inputs if semantic == "VERTEX"]
     stride = 1 + max((offset for _, offset in inputs), default=0)
     if len(corners) != 1 or stride > 100:
-        raise ValueError(f"`{primitive.tag}` has not one input of vertices")
+        raise ValueError(f"`{primitive.tag}` does not have exactly one VERTEX input")
     runs: list[NDArray[np.int64]] = []
     for each in primitive.all("p"):
         index = _parse_numbers(each.text, _INDICES_PATTERN, file.budget).astype(np.int64)
         if len(index) % stride:
-            raise ValueError(f"`{primitive.tag}` ends within a corner")
+            raise ValueError(f"`{primitive.tag}` has an incomplete last vertex")
         runs.append(index.reshape(-1, stride)[:, corners[0]])
     count = _read_count(primitive)
     if primitive.tag in {"triangles", "polylist"}:
@@ -400,10 +400,10 @@ def _read_faces(file: _ColladaFile, primitive: ColladaElement) -> NDArray[np.int
                 ]
             ).astype(np.int64)
         if len(sizes) != count or int(sizes.sum()) != len(index):
-            raise ValueError(f"`{primitive.tag}` has not as many corners as it says")
+            raise ValueError(f"`{primitive.tag}` has a different number of vertices than it declares")
         return _triangulate(file, index, sizes)
     if len(runs) != count:
-        raise ValueError(f"`{primitive.tag}` has not as many rows as it says")
+        raise ValueError(f"`{primitive.tag}` has a different number of `p` elements than it declares")
     if primitive.tag == "tristrips":
         return np.concatenate([np.zeros((0, 3), np.int64), *map(strip_triangles, runs)])
     sizes = np.array([len(run) for run in runs], dtype=np.int64)
@@ -427,7 +427,7 @@ def _parse_numbers(text: str, pattern: re.Pattern[str], budget: MeshBudget) -> N
     while at < len(text) and not text.isspace():
         match = pattern.match(text, at)
         if match is None:
-            raise ValueError(f"`{text[at : at + 40].split()[0]}` is no number that belongs there")
+            raise ValueError(f"`{text[at : at + 40].split()[0]}` is not a valid number here")
         runs.append(parse_floats(match[0].encode()))
         budget.take(runs[-1].nbytes)
         at = match.end()
@@ -437,7 +437,7 @@ def _parse_numbers(text: str, pattern: re.Pattern[str], budget: MeshBudget) -> N
 def _parse_vector(text: str, count: int, what: str) -> NDArray[np.float64]:
     numbers = _parse_numbers(text[:2000], _REALS_PATTERN, MeshBudget(2**20, AssetBudget(2**22)))
     if len(numbers) != count:
-        raise ValueError(f"`{what}` has {len(numbers)} numbers, and {count} belong there")
+        raise ValueError(f"`{what}` has {len(numbers)} numbers instead of {count}")
     if not np.isfinite(numbers).all():
         raise AssetError("SC414", f"`{what}` has numbers that are not finite", "export the mesh again")
     return numbers
@@ -449,5 +449,5 @@ def _read_count(node: ColladaElement) -> int:
 
 def _parse_count(text: str) -> int:
     if re.fullmatch(r"[0-9]{1,9}", text) is None:
-        raise ValueError(f"`{text[:40]}` is no count")
+        raise ValueError(f"`{text[:40]}` is not a valid count")
     return int(text)

@@ -42,8 +42,8 @@ class AssetReference:
 
     Attributes:
         uri: as written.
-        kind: a texture and an OBJ's material file matter to what is seen, a buffer to everything; "instead" is what the
-            engine opens where there is no such material file.
+        kind: images and OBJ material files matter to visual meshes, buffers to all; "instead" is a file that the engine
+            opens in place of a missing material file.
         escaped: it has percent escapes, which SAPIEN does not decode: it would look for a file of that very name.
     """
 
@@ -67,12 +67,12 @@ class AssetBudget:
     Attributes:
         most: how much that may be (limit `assets_bytes`) [bytes].
         taken: how much it was.
-        told: whether it was reported that this is too much.
+        exceeded: whether it was reported that this is too much.
     """
 
     most: int
     taken: int = 0
-    told: bool = False
+    exceeded: bool = False
 
     def take(self, size: int) -> None:
         """Counts so many bytes.
@@ -148,9 +148,9 @@ def check_text(data: bytes) -> None:
         ValueError: it holds characters that no text has.
     """
     if _CONTROL_CHARACTER.search(data) is not None:
-        raise ValueError("it holds control characters, so it is no text")
+        raise ValueError("it contains control characters, so it is not text")
     if b"\r" in data and _LONE_RETURN.search(data) is not None:
-        raise ValueError("it has a carriage return without a line feed, which ends a line for SAPIEN alone")
+        raise ValueError("it has a carriage return without a line feed, which only SAPIEN takes for a line end")
 
 
 def parse_coordinate(word: str) -> float:
@@ -163,7 +163,7 @@ def parse_coordinate(word: str) -> float:
     value = 0.0 if match is None else float(word)
     # Ten to that power is infinite in single precision: nothing times it is no number there.
     if match is None or (int(match[1] or 0) > 38 and abs(value) < 1e38):
-        raise ValueError(f"`{word[:40]}` is no number")
+        raise ValueError(f"`{word[:40]}` is not a number")
     return value
 
 
@@ -174,7 +174,7 @@ def parse_index(word: str) -> int:
         ValueError: it is none.
     """
     if _INDEX_PATTERN.fullmatch(word) is None:
-        raise ValueError(f"`{word[:40]}` is no index")
+        raise ValueError(f"`{word[:40]}` is not an index")
     return int(word)
 
 
@@ -182,10 +182,10 @@ def make_part(vertices: NDArray[np.floating], faces: NDArray[np.integer]) -> Mes
     """A part with the vertices that its faces use.
 
     Raises:
-        AssetError: a face names a vertex that is not there.
+        AssetError: a face refers to a missing vertex.
     """
     if len(faces) and (int(faces.min()) < 0 or int(faces.max()) >= len(vertices)):
-        raise AssetError("SC412", "a face names a vertex that is not there", "export the mesh again")
+        raise AssetError("SC412", "a face refers to a missing vertex", "export the mesh again")
     if 4 * faces.size < len(vertices):
         used, flat = np.unique(faces, return_inverse=True)
     else:
@@ -360,7 +360,7 @@ class MeshTextReader:
 
 
 ROW_BYTES, _LETTER_BYTES = 512, 16
-"""What a row that is read alone counts for, and each letter of a line, beside what it holds: its words take time."""
+"""Budget of a line that is read alone, and of each of its characters, besides its data: splitting it takes time."""
 
 _MEMORY_FACTOR = 3
 """Arrays take up to three times the file of which they are all: `f 1 2 3` is eight bytes, and 24 as integers."""

@@ -186,14 +186,14 @@ def _parse_json_int(word: str) -> int:
 
 
 def _reject_constant(word: str) -> NoReturn:
-    raise ValueError(f"`{word}` is no JSON")
+    raise ValueError(f"`{word}` is not JSON")
 
 
 def _check_value(value: Any, kind: ValueRule, document: dict[str, Any], where: str) -> None:
     match kind:
         case str():
-            held = document.get(kind)
-            right = _is_size(value) and isinstance(held, list) and value < len(cast("list[Any]", held))
+            items = document.get(kind)
+            right = _is_size(value) and isinstance(items, list) and value < len(cast("list[Any]", items))
         case dict():
             right = isinstance(value, dict)
             if right:
@@ -210,7 +210,7 @@ def _check_value(value: Any, kind: ValueRule, document: dict[str, Any], where: s
         case _:
             right = _is_size(value) if kind is int else _is_number(value) if kind is float else isinstance(value, kind)
     if not right:
-        raise ValueError(f"{where} is {json.dumps(value)[:40]}, which cannot stand there")
+        raise ValueError(f"{where} is {json.dumps(value)[:40]}, which is not valid here")
 
 
 def _check_members(value: dict[str, Any], kind: dict[str, Any], document: dict[str, Any], where: str) -> None:
@@ -247,8 +247,8 @@ def _check_extensions(extensions: dict[str, Any], document: dict[str, Any], wher
             _check_extensions(cast("dict[str, Any]", value), document, where)
     punctual = extensions.get("KHR_lights_punctual")
     if isinstance(punctual, dict) and "light" in punctual:
-        held = document.get("extensions", {}).get("KHR_lights_punctual")
-        lights = {"lights": cast("dict[str, Any]", held).get("lights") if isinstance(held, dict) else None}
+        extension = document.get("extensions", {}).get("KHR_lights_punctual")
+        lights = {"lights": cast("dict[str, Any]", extension).get("lights") if isinstance(extension, dict) else None}
         _check_value(cast("dict[str, Any]", punctual)["light"], "lights", lights, f"{where}.light")
         _check_value(lights["lights"], [{"type!": ("directional", "point", "spot")}], document, "lights")
         for light in cast("list[dict[str, Any]]", lights["lights"]):
@@ -257,7 +257,7 @@ def _check_extensions(extensions: dict[str, Any], document: dict[str, Any], wher
 
 
 def _check_sources(document: dict[str, Any]) -> None:
-    """What images, cameras and animations have one of."""
+    """Checks required alternatives of images, cameras and animations."""
     for image in document.get("images", ()):
         if "uri" not in image and re.fullmatch(r"image/\w{1,8}", str(image.get("mimeType"))) is None:
             raise ValueError("an image has neither a `uri` nor a `mimeType`")
@@ -268,11 +268,11 @@ def _check_sources(document: dict[str, Any]) -> None:
             raise ValueError(f"a camera has no `{camera['type']}`")
     for animation in document.get("animations", ()):
         if any(channel["sampler"] >= len(animation["samplers"]) for channel in animation["channels"]):
-            raise ValueError("a channel of an animation names a sampler that is not there")
+            raise ValueError("an animation channel refers to a missing sampler")
 
 
 def _check_nodes(document: dict[str, Any]) -> None:
-    """That nodes make trees, those too that no scene shows."""
+    """Checks that all nodes form trees, including unused ones."""
     nodes: list[dict[str, Any]] = document.get("nodes", [])
     children = [child for node in nodes for child in node.get("children", ())]
     waiting = list(set(range(len(nodes))).difference(children))
@@ -284,7 +284,7 @@ def _check_nodes(document: dict[str, Any]) -> None:
         if reached > len(nodes):
             break
     if reached != len(nodes) or len(set(children)) < len(children):
-        raise ValueError("its nodes are no tree")
+        raise ValueError("its nodes are not a tree")
 
 
 _COMPRESSION_EXTENSIONS = {"KHR_draco_mesh_compression", "EXT_meshopt_compression"}
@@ -322,7 +322,9 @@ def read_gltf(data: bytes, reading: MeshReadContext) -> MeshData:
         document, chunk = _split_chunks(data, budget)
         packed = _COMPRESSION_EXTENSIONS & set(document.get("extensionsUsed", ()))
         if packed:
-            raise AssetError("SC410", f"the glTF is packed with {min(packed)}", "export it without mesh compression")
+            raise AssetError(
+                "SC410", f"the glTF is compressed with {min(packed)}", "export it without mesh compression"
+            )
         file = _GltfFile(document, data[:4] == b"glTF", chunk, reading, budget)
         parts = _read_parts(file)
         _check_skins_and_animations(file)
@@ -340,7 +342,7 @@ def _error_text(error: Exception) -> str:
     if isinstance(error, KeyError):
         return f"{error.args[0]!r} is missing"
     if isinstance(error, RepeatedKeyError):
-        return f"the key {error} stands twice in one object"
+        return f"the key {error} occurs twice in one object"
     return "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
 
 
@@ -349,17 +351,17 @@ def _split_chunks(data: bytes, budget: MeshBudget) -> tuple[dict[str, Any], byte
     if data[:4] == b"glTF":
         version, length = struct.unpack_from("<II", data.ljust(12, b"\0"), 4)
         if version != 2 or length > len(data):
-            raise ValueError(f"it says version {version} and {length} bytes, and has {len(data)}")
+            raise ValueError(f"its header declares version {version} and {length} bytes, but it has {len(data)} bytes")
         size, kind = struct.unpack_from("<I4s", data.ljust(20, b"\0"), 12)
         if kind != b"JSON" or 20 + size > length:
             raise ValueError("its first chunk is not JSON")
         text, start = data[20 : 20 + size], 20 + size
         if size % 4:
-            raise ValueError("its first chunk does not end where the next can begin")
+            raise ValueError("the length of its first chunk is not a multiple of 4")
         if start < length:
             size, kind = struct.unpack_from("<I4s", data.ljust(start + 8, b"\0"), start)
             if kind != b"BIN\0" or start + 8 + size > length:
-                raise ValueError("its second chunk is not binary, or cut short")
+                raise ValueError("its second chunk is not binary, or truncated")
             chunk = data[start + 8 : start + 8 + size]
     else:
         text = data
@@ -367,9 +369,9 @@ def _split_chunks(data: bytes, budget: MeshBudget) -> tuple[dict[str, Any], byte
     document = read_document(text)
     version = document["asset"]["version"]
     if not version.startswith("2."):
-        raise ValueError(f"it says glTF version {version[:40]}")
+        raise ValueError(f"its glTF version is {version[:40]}")
     if data[:4] == b"glTF" and document.get("buffers") and "uri" in document["buffers"][0]:
-        raise ValueError("its first buffer names a file, and is its binary chunk")
+        raise ValueError("its first buffer refers to a file, but is the binary chunk")
     return document, chunk
 
 
@@ -389,12 +391,12 @@ def _read_parts(file: _GltfFile) -> tuple[MeshFilePart, ...]:
     primitives: dict[int, list[MeshFilePart]] = {}
     parts: list[MeshFilePart] = []
     waiting = [(root, np.eye(4), 0) for root in roots]
-    seen: set[int] = set()
+    visited: set[int] = set()
     while waiting:
         index, above, depth = waiting.pop()
-        if index in seen or depth > _MAX_NODE_DEPTH:
-            raise ValueError("its nodes are no tree, or one of great depth")
-        seen.add(index)
+        if index in visited or depth > _MAX_NODE_DEPTH:
+            raise ValueError("its nodes are not a tree, or are nested too deeply")
+        visited.add(index)
         file.budget.take(_NODE_BYTES)
         node = nodes[index]
         place = above @ _node_transform(node)
@@ -427,7 +429,7 @@ def _node_transform(node: dict[str, Any]) -> NDArray[np.float64]:
 
 
 def _check_skins_and_animations(file: _GltfFile) -> None:
-    """Skins and animations: nothing of them is built, and the engine's reader goes by their numbers all the same."""
+    """Checks skins and animations: nothing of them is built, but the engine's reader uses their indices."""
     document = file.document
     for skin in document.get("skins", ()):
         matrices = skin.get("inverseBindMatrices")
@@ -441,7 +443,7 @@ def _check_skins_and_animations(file: _GltfFile) -> None:
                     name.startswith("JOINTS")
                     and int(_read_accessor(file, number, _UNSIGNED, ("VEC4",)).max()) >= joints
                 ):
-                    raise ValueError("a vertex names a joint that its skin has not")
+                    raise ValueError("a vertex refers to a joint that its skin does not have")
     for sampler in (sampler for animation in document.get("animations", ()) for sampler in animation["samplers"]):
         times = len(_read_accessor(file, sampler["input"], _FLOATS, ("SCALAR",)))
         rows = len(_read_accessor(file, sampler["output"], _FLOATS, ("SCALAR", "VEC3", "VEC4")))
@@ -462,7 +464,7 @@ _ATTRIBUTES = {
     "JOINTS": (_UNSIGNED, ("VEC4",)),
     "WEIGHTS": ((*_UNSIGNED, *_FLOATS), ("VEC4",)),
 }
-"""The kinds of numbers, and how many, of what a vertex has."""
+"""Allowed component types and accessor types of vertex attributes."""
 
 
 def _read_primitive(file: _GltfFile, primitive: dict[str, Any]) -> MeshFilePart:
@@ -476,7 +478,7 @@ def _read_primitive(file: _GltfFile, primitive: dict[str, Any]) -> MeshFilePart:
         file.budget.take(8 * len(vertices))
         index = np.arange(len(vertices), dtype=np.int64)
     if not len(index) or int(index.max()) >= len(vertices):
-        raise ValueError("a primitive has no indices, or one of a vertex that is not there")
+        raise ValueError("a primitive has no indices, or refers to a missing vertex")
     mode = primitive.get("mode", 4)
     if mode in {5, 6}:
         file.budget.take(24 * len(index))
@@ -493,13 +495,13 @@ def _read_attributes(file: _GltfFile, named: dict[str, Any], *, of_target: bool 
             continue
         before = sum(one.startswith(known) for one in found)
         if base != known or rank != (str(before) if base in {"TEXCOORD", "COLOR", "JOINTS", "WEIGHTS"} else ""):
-            raise ValueError(f"the attribute {name[:40]} does not follow the others of its kind")
+            raise ValueError(f"the attribute {name[:40]} is not numbered after the others of its kind")
         kinds, widths = _ATTRIBUTES[known]
         found[name] = _read_accessor(file, number, kinds, ("VEC3",) if of_target else widths)
     if not of_target and "POSITION" not in found:
         raise ValueError("a primitive has no positions")
     if len({len(one) for one in found.values()}) > 1:
-        raise ValueError("a primitive has more of one attribute than of another")
+        raise ValueError("the attributes of a primitive differ in count")
     return found
 
 
@@ -518,7 +520,7 @@ def _read_accessor(file: _GltfFile, number: int, kinds: tuple[int, ...], widths:
     """The numbers of an accessor, one row each; it must be of one of the kinds and widths."""
     accessor = file.document["accessors"][number]
     if accessor["componentType"] not in kinds or accessor["type"] not in widths:
-        raise ValueError(f"accessor {number} is of another type than what it is for")
+        raise ValueError(f"accessor {number} has the wrong type for its use")
     if accessor["count"] < 1:
         raise ValueError(f"accessor {number} has no rows")
     width, kind = WIDTHS[accessor["type"]], COMPONENTS[accessor["componentType"]]
@@ -554,7 +556,7 @@ def _read_view(
     item = np.dtype(kind).itemsize * shape[1]
     stride = view.get("byteStride", 0) or item
     if stride < item or (packed and stride != item):
-        raise ValueError("the rows of a buffer view overlap, or have gaps where none may be")
+        raise ValueError("the stride of a buffer view is invalid")
     # The engine's reader wants room for the gap behind the last row, too.
     if start + stride * (shape[0] - 1) + item > len(data) or stride * shape[0] > len(data):
         raise ValueError("an accessor reaches past the end of its buffer view")
@@ -574,7 +576,7 @@ def _read_buffer(file: _GltfFile, number: int) -> bytes:
         buffer = file.document["buffers"][number]
         uri = buffer.get("uri")
         if (uri is None) != (number == 0 and file.binary) or (file.binary and file.chunk is None):
-            raise ValueError("the first buffer of a GLB is its binary chunk, and all others are files")
+            raise ValueError("only the first buffer of a GLB may be its binary chunk, and no other one")
         if uri is None:
             data = file.chunk or b""
         elif _is_external(uri):
@@ -582,7 +584,7 @@ def _read_buffer(file: _GltfFile, number: int) -> bytes:
         else:
             data = _decode_data_uri(uri)
         if not (buffer["byteLength"] <= len(data) if uri is None else buffer["byteLength"] == len(data)):
-            raise ValueError("a buffer is not as long as it says")
+            raise ValueError("the length of a buffer differs from its `byteLength`")
         file.budget.take(len(data))
         file.buffers[number] = data
     return file.buffers[number]

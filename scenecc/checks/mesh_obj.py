@@ -50,7 +50,7 @@ _OPTION_WORDS = (
 
 
 def mtl_images(data: bytes, budget: MeshBudget) -> tuple[AssetReference, ...]:
-    """The images that an MTL names. SAPIEN seeks them beside the OBJ.
+    """The images that an MTL names. SAPIEN looks for them next to the OBJ.
 
     Raises:
         AssetError: it is no text, SAPIEN reads a line of it otherwise, or it lacks a number, which ends the loading of
@@ -77,14 +77,14 @@ def _check_numbers(line: str) -> None:
     match = _NUMBER_LINE.match(line)
     if match is None or match[0] == "disp":
         return
-    said = split_words(line[match.end() :])
-    if match[1] and len(said) != 1:
-        said = [*said, "", ""][:3]
+    words = split_words(line[match.end() :])
+    if match[1] and len(words) != 1:
+        words = [*words, "", ""][:3]
     elif match[1] and line[-1] in " \t":
-        raise ValueError(f"`{line[:40]}` ends with a blank, after which SAPIEN's reader wants a number")
-    wrong = next((word for word in said[: 3 if match[1] else 1] if _MTL_NUMBER.fullmatch(word) is None), None)
+        raise ValueError(f"`{line[:40]}` ends with a blank, after which SAPIEN's reader expects a number")
+    wrong = next((word for word in words[: 3 if match[1] else 1] if _MTL_NUMBER.fullmatch(word) is None), None)
     if wrong is not None:
-        raise ValueError(f"`{line[:40]}` lacks a number where SAPIEN's reader wants one")
+        raise ValueError(f"`{line[:40]}` lacks a number that SAPIEN's reader expects")
 
 
 def _strip_options(rest: str) -> str:
@@ -188,7 +188,7 @@ def read_obj(data: bytes, reading: MeshReadContext) -> MeshData:
 
 def _open_lines(data: bytes, budget: MeshBudget) -> MeshTextReader:
     if data.startswith(b"\xef\xbb\xbf") and data[3:4] not in {b"#", b"\r", b"\n"}:
-        raise ValueError("a mark of UTF-8 stands before its first line, which SAPIEN's reader skips then")
+        raise ValueError("a byte order mark precedes its first line, which SAPIEN's reader then skips")
     return MeshTextReader(data, budget)
 
 
@@ -281,7 +281,7 @@ def _read_run(lines: MeshTextReader, mesh: _ObjState) -> bool:
 
 def _note_index(mesh: _ObjState, kind: int, highest: int) -> None:
     if kind == 1 and mesh.known[2] and not mesh.known[1]:
-        raise ValueError("a face names a texture coordinate before there is one, and SAPIEN takes it for a normal")
+        raise ValueError("a face refers to a texture coordinate before the first one, and SAPIEN takes it for a normal")
     mesh.named[kind] = max(mesh.named[kind], highest)
 
 
@@ -289,7 +289,7 @@ def _check_indices(mesh: _ObjState) -> None:
     """That what faces name is there. Where a file has no texture coordinates or normals at all, no one misses them."""
     for kind in (1, 2):
         if 0 < mesh.known[kind] < mesh.named[kind]:
-            raise ValueError(f"a face names a {_VERTEX_KINDS[kind]} that is not there")
+            raise ValueError(f"a face refers to a missing {_VERTEX_KINDS[kind]}")
 
 
 def _read_line(line: str, mesh: _ObjState) -> None:
@@ -297,7 +297,7 @@ def _read_line(line: str, mesh: _ObjState) -> None:
     if not line.strip(" \t") or line[0] == "#":
         return
     if line[0] in " \t":
-        raise ValueError("it begins with a blank, and SAPIEN's reader skips such lines")
+        raise ValueError("it begins with a blank; SAPIEN's reader skips such lines")
     word, *rest = split_words(line)
     if word in _VERTEX_WORDS:
         _define_vertex(_VERTEX_WORDS[word], rest, mesh)
@@ -306,7 +306,7 @@ def _read_line(line: str, mesh: _ObjState) -> None:
         mesh.add_faces(np.array(_triangulate(word, rest, mesh), dtype=np.int64))
     elif word[0] in "flp" or word[:2] in _VERTEX_WORDS or word == "cstype":
         # SAPIEN's reader goes by the first letters, and skips all lines inside `cstype`.
-        raise ValueError(f"it has `{word[:40]}`, which is not read")
+        raise ValueError(f"it has `{word[:40]}`, which is not supported")
     elif word[0] == "o" and rest and rest[0] not in mesh.objects:
         mesh.start(rest[0])
     elif word[0] == "g" and (name := line[len(word) :].lstrip(" \t")) != mesh.group:
@@ -337,14 +337,14 @@ def _triangulate(word: str, rest: list[str], mesh: _ObjState) -> list[int]:
     corners = [_CORNER_PATTERN.fullmatch(corner) for corner in rest]
     found: list[list[int]] = []
     for kind in range(3):
-        said = [int(corner[kind + 1]) for corner in corners if corner is not None and corner[kind + 1]]
-        if mesh.known[kind] and said and len(said) < len(corners):
+        numbers = [int(corner[kind + 1]) for corner in corners if corner is not None and corner[kind + 1]]
+        if mesh.known[kind] and numbers and len(numbers) < len(corners):
             raise ValueError(
                 f"corners of one face name a {_VERTEX_KINDS[kind]} each, or none does, and not `{' '.join(rest)[:60]}`"
             )
-        index = [corner if corner > 0 else mesh.known[kind] + 1 + corner for corner in said]
+        index = [corner if corner > 0 else mesh.known[kind] + 1 + corner for corner in numbers]
         if min(index, default=1) < 1 and (kind == 0 or mesh.known[kind]):
-            raise ValueError(f"a face names a {_VERTEX_KINDS[kind]} before the first")
+            raise ValueError(f"a face refers to a {_VERTEX_KINDS[kind]} before the first one")
         if index:
             _note_index(mesh, kind, max(index))
         found.append([corner - 1 for corner in index])

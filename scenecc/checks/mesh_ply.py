@@ -93,12 +93,12 @@ def read_ply(data: bytes, reading: MeshReadContext) -> MeshData:
         if order and data[start : start + 1] in {b"\n", b"\r"}:
             # SAPIEN's reader skips it as a part of the header, reads every index shifted, and ends the process.
             hint = "export it as GLB or as a text PLY"
-            raise AssetError("SC412", "its data begins with the byte of a line break, which crashes SAPIEN", hint)
+            raise AssetError("SC412", "its data begins with a line break byte, which crashes SAPIEN", hint)
         found = dict(
             _read_binary(data, start, order, elements, budget) if order else _read_text(data, start, elements, budget)
         )
     except (ValueError, IndexError, OverflowError, struct.error) as error:
-        raise AssetError("SC412", f"the PLY is broken or cut short: {error}", "export the mesh again") from error
+        raise AssetError("SC412", f"the PLY is broken or truncated: {error}", "export the mesh again") from error
     faces = found.get("face")
     if faces is None or not len(faces) or "vertex" not in found:
         return MeshData(())
@@ -126,7 +126,7 @@ def _read_header(data: bytes) -> tuple[str, list[_PlyElement], int]:
     end = data.find(b"\nend_header", 0, 1 << 16) + 1
     newline = max(data.find(b"\n", end), end)
     if not data.startswith((b"ply\n", b"ply\r\n")) or data[end:newline].rstrip(b" \t\r") != b"end_header":
-        raise ValueError("its header has no beginning or no end")
+        raise ValueError("its header has no start or no end")
     if _COUNTING_COMMENT.match(data, 0, end):
         raise ValueError("the first comment of its header begins with a number, which SAPIEN takes for a count of rows")
     order: str | None = None
@@ -136,7 +136,7 @@ def _read_header(data: bytes) -> tuple[str, list[_PlyElement], int]:
             case ["format", kind, "1.0"] if kind in _ORDERS and order is None:
                 order = _ORDERS[kind]
             case _ if order is None:
-                raise ValueError("its second line names no format")
+                raise ValueError("its second line is not a format")
             case ["comment" | "obj_info", *_]:
                 pass
             case ["element", name, rows] if rows.isdigit() and len(rows) < 12 and int(rows) <= len(data):
@@ -150,7 +150,7 @@ def _read_header(data: bytes) -> tuple[str, list[_PlyElement], int]:
             case _:
                 raise ValueError(f"its header has the line `{line[:60]}`")
     if order is None:
-        raise ValueError("its header names no format")
+        raise ValueError("its header has no format")
     _check_elements(elements)
     return order, elements, newline + 1
 
@@ -160,9 +160,9 @@ def _check_elements(elements: list[_PlyElement]) -> None:
     for element in elements:
         own = [one.name for one in element.properties]
         if len(set(own)) < len(own) or names.count(element.name) > 1:
-            raise ValueError(f"its header names something twice in `{element.name}`")
+            raise ValueError(f"its header has a duplicate name in `{element.name}`")
         if element.name == "vertex" and not {"x", "y", "z"} <= {p.name for p in element.properties if p.kind[0] == "f"}:
-            raise ValueError("its vertices have no coordinates x, y and z")
+            raise ValueError("its vertices do not have the coordinates x, y and z")
         if element.name == "face" and not any(p.name in _FACE_PROPERTIES and p.count for p in element.properties):
             raise ValueError("its faces have no vertex_indices")
 
@@ -204,7 +204,7 @@ def _row_type(data: bytes, start: int, order: str, element: _PlyElement) -> np.d
             columns.append(("#" + one.name, length.str, ()))
             count = (int(np.frombuffer(data, length, 1, start)[0]) if element.rows else 0,)
             if count[0] < 0 or count[0] > len(data):
-                raise ValueError("a list has a length that cannot be")
+                raise ValueError("a list has an invalid length")
             start += length.itemsize
         columns.append((one.name, order + one.kind, count))
         start += np.dtype(one.kind).itemsize * (count[0] if count else 1)
@@ -236,7 +236,7 @@ def _read_uneven_faces(
                 (count,) = length.unpack_from(data, start)
                 start += length.size
             if count < 0 or start + size * count > len(data):
-                raise ValueError("a list is cut short")
+                raise ValueError("a list is truncated")
             if wanted:
                 _add_fan(struct.unpack_from(f"{ends}{count}{code}", data, start), triangles, budget)
             start += size * count
@@ -310,20 +310,20 @@ def _next_words(lines: MeshTextReader) -> list[str]:
     return split_words(line)
 
 
-def _read_row(said: list[str], element: _PlyElement) -> list[float]:
+def _read_row(words: list[str], element: _PlyElement) -> list[float]:
     """Coordinates of a vertex, indices of a face; what else stands in the line is only counted."""
     found: dict[str, list[float]] = {}
     at = 0
     for one in element.properties:
         count = 1
         if one.count:
-            count, at = parse_index(said[at]), at + 1
-        values = said[at : at + count]
+            count, at = parse_index(words[at]), at + 1
+        values = words[at : at + count]
         if count < 0 or len(values) < count:
             raise ValueError("a line has fewer numbers than it should")
         found[one.name] = [parse_coordinate(word) if one.kind[0] == "f" else parse_index(word) for word in values]
         at += count
-    if at != len(said):
+    if at != len(words):
         raise ValueError("a line has more numbers than it should")
     if element.name == "vertex":
         return [number for axis in "xyz" for number in found[axis]]

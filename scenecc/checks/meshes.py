@@ -89,9 +89,9 @@ def read_stl(data: bytes, reading: MeshReadContext) -> MeshData:
     elif data.lstrip()[:5] == b"solid":
         corners = _read_text_corners(data, budget)
     else:
-        said = f"says {count} triangles" if len(data) >= 84 else "is shorter than its header"
+        declared = f"declares {count} triangles" if len(data) >= 84 else "is shorter than its header"
         raise AssetError(
-            "SC412", f"the STL is broken or cut short: it has {len(data)} bytes and {said}", "export the mesh again"
+            "SC412", f"the STL is broken or truncated: it has {len(data)} bytes and {declared}", "export the mesh again"
         )
     if not len(corners):
         return MeshData(())
@@ -125,7 +125,7 @@ def _read_text_corners(data: bytes, budget: MeshBudget) -> NDArray[np.float32]:
     except ValueError as error:
         raise AssetError("SC412", f"the STL cannot be read: {error}", "export the mesh again") from error
     if words:
-        raise AssetError("SC412", "the STL is cut short within a triangle", "export the mesh again")
+        raise AssetError("SC412", "the STL ends within a triangle", "export the mesh again")
     return np.frombuffer(corners, np.float32).reshape(-1, 3)
 
 
@@ -157,10 +157,10 @@ _READERS: dict[str, Callable[[bytes, MeshReadContext], MeshData]] = {
 }
 
 VISUAL_ONLY_SUFFIXES = (".dae",)
-"""The formats that are read for what is only seen, by suffix in lower case."""
+"""Suffixes of formats for visual meshes only, in lower case."""
 
 MESH_SUFFIXES = tuple(suffix for suffix in _READERS if suffix not in VISUAL_ONLY_SUFFIXES)
-"""The formats that are read for every use, likewise."""
+"""Suffixes of formats for every use, in lower case."""
 
 
 def read_mesh(data: bytes, suffix: str, reading: MeshReadContext) -> MeshData:
@@ -169,7 +169,7 @@ def read_mesh(data: bytes, suffix: str, reading: MeshReadContext) -> MeshData:
     Args:
         data: the file.
         suffix: its suffix in lower case, one of `MESH_SUFFIXES` or `VISUAL_ONLY_SUFFIXES`.
-        reading: what may be read beside it, and how much.
+        reading: how to read files that it names, and limits.
 
     Raises:
         AssetError: it cannot be read, or a file that it names cannot.
@@ -215,7 +215,7 @@ def check_mesh_use(mesh: MeshData, use: str, suffix: str) -> Iterator[AssetError
             "export the parts as objects of an OBJ",
         )
     if use in {"triangles", "decomposed"} and all(surface_area(one) == 0 for one in mesh.parts):
-        yield AssetError("SC415", "all triangles of the mesh are points or lines", "export the mesh again")
+        yield AssetError("SC415", "all triangles of the mesh are degenerate", "export the mesh again")
     if use == "hull":
         yield from _hull_faults([vertices], "")
     if use == "parts":

@@ -50,7 +50,7 @@ def may_collide(a: Entity, a_structure: BodyStructure, b: Entity, b_structure: B
 
 
 def collision_key(entity: Entity, structure: BodyStructure) -> CollisionKey:
-    """All that `may_collide` looks at: bodies of one reach meet the same others."""
+    """All inputs of `may_collide`: bodies with equal keys may collide with the same others."""
     rows = None
     if entity.pick is not None:
         rows = tuple(row for row in range(len(entity.scene_idxs)) if _may_have_structure(entity, structure, row))
@@ -85,13 +85,13 @@ CONTACT_OFFSET, REST_OFFSET = 0.01, 0.0
 
 
 def check_physical_material(material: PhysicalMaterial, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    """Sliding rubs no more than sticking, and nothing bounces back faster than it came.
+    """Checks that dynamic friction is at most static friction, and restitution at most 1.
 
     Args:
         material: whatever may differ from scene to scene in it.
         origin: of the material.
         sink: takes the diagnostics.
-        drawn: judge what waits for its rows, and nothing else.
+        drawn: check only values of expressions, which are deferred until they are drawn.
     """
     frictions = judged_pairs(material.dynamic_friction, material.static_friction, drawn=drawn)
     slides_harder = next(((dynamic, static) for dynamic, static in frictions if dynamic > static), None)
@@ -110,7 +110,7 @@ def check_physical_material(material: PhysicalMaterial, origin: Origin, sink: Si
 
 
 def check_default_contacts(physics: Physics, origin: Origin, sink: Sink) -> None:
-    """The same of what shapes have that name nothing.
+    """Checks the default material and the default offsets.
 
     Args:
         physics: settings of the document.
@@ -130,14 +130,14 @@ def check_default_contacts(physics: Physics, origin: Origin, sink: Sink) -> None
 
 
 def check_contact_offsets(body: BodyStructure, physics: Physics, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-    """Contacts are made before shapes rest on each other.
+    """Checks that contact offsets are above rest offsets.
 
     Args:
         body: whose shapes are judged.
         physics: settings of the document.
         origin: of the body.
         sink: takes the diagnostics.
-        drawn: judge what waits for its rows, and nothing else.
+        drawn: check only values of expressions, which are deferred until they are drawn.
     """
     for shape in body.collisions:
         if shape.contact_offset is None and shape.rest_offset is None:
@@ -169,21 +169,21 @@ class NumberRule(Protocol):
     """A rule about numbers of a body."""
 
     def __call__(self, body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
-        """Reports what is wrong; `drawn`: of what waits for its rows."""
+        """Reports what is wrong. `drawn`: check only deferred values."""
 
 
 LANGUAGE_KEYS = {knob.field: knob.key for knob in PROPERTIES if knob.field != knob.key}
-"""Fields of the plan whose key in a scene file has another name."""
+"""Fields of the plan with a different key in scene files."""
 
 DYNAMIC_FIELDS = (*property_fields("mass"), "inertial", *property_fields("body"))
-"""What only a dynamic body has: PhysX moves no other by forces."""
+"""Fields of dynamic bodies only: forces move no others."""
 
 VISUAL_FIELDS = property_fields("look")
 
 NO_EFFECT_REASONS = {
     "kinematic": "PhysX does not move it by forces",
     "static": "it never moves",
-    "none": "it is only seen",
+    "none": "it has no physics body",
 }
 
 
@@ -194,7 +194,7 @@ def check_physics(plan: ScenePlan, material_origins: Mapping[int, Origin], sink:
         plan: with or without lines behind its origins.
         material_origins: for each physical material, where it is written.
         sink: takes the diagnostics.
-        drawn: judge what waits for its rows, and nothing else: rules that an expression is part of.
+        drawn: check only values of expressions, which are deferred until they are drawn.
     """
     for entity in plan.entities:
         for structure in entity.structures:
@@ -271,20 +271,20 @@ def _physics_origin(plan: ScenePlan) -> Origin:
 
 def _check_shapes(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
     if body.body_type == "link":
-        # It may be a place alone: a tool's tip.
+        # A link may have no shapes, such as a tool centre point.
         return
     if not body.collisions and not body.visuals:
         sink.report(
             "SC501",
-            f"`{name}` has no shape: nothing to collide with and nothing to see",
+            f"`{name}` has no shape: neither collision nor visual",
             origin,
             at="key",
-            hint="add `shapes`, `collisions` or `visuals`; a place with no body is a frame",
+            hint="add `shapes`, `collisions` or `visuals`; for a pose without a body, use a frame",
         )
     elif body.body_type == "dynamic" and not body.collisions and body.inertial is None:
         sink.report(
             "SC502",
-            f"`{name}` is dynamic but nothing of it collides: it would weigh a milligram and fall for ever",
+            f"`{name}` is dynamic but nothing of it collides: it would have a mass of a milligram and fall for ever",
             origin,
             at="key",
             hint="use `shapes` instead of `visuals`, give `inertial`, or set body_type: kinematic",
@@ -306,7 +306,7 @@ def _check_planes(body: BodyStructure, name: str, origin: Origin, sink: Sink) ->
 
 
 def _check_unused_fields(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
-    """Nothing is given that would do nothing."""
+    """Reports fields without an effect."""
     kind = body.body_type
     if kind not in DYNAMIC_TYPES:
         for field in DYNAMIC_FIELDS:
@@ -321,7 +321,7 @@ def _check_unused_fields(body: BodyStructure, name: str, origin: Origin, sink: S
     if kind == "none" and body.collisions:
         sink.report(
             "SC115",
-            f"`{name}` is only seen, so its colliding shapes do nothing",
+            f"`{name}` has no physics body, so its collision shapes do nothing",
             body.collisions[0].origin or origin,
             hint="write them under `visuals`, or set another body_type",
         )
@@ -333,7 +333,7 @@ def _report_unused_field(field: str, what: str, origin: Origin, sink: Sink) -> N
 
 
 def _check_group_bits(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
-    """PhysX tells scenes that share one simulation apart by the top 16 bits of the fourth integer."""
+    """Checks the fourth integer, whose top 16 bits PhysX uses to separate scenes in one simulation."""
     if body.collision_groups is not None and any(
         bits > COLLISION_ID_BITS for bits in body.collision_groups.numbers()[3::4]
     ):
@@ -359,7 +359,7 @@ def _check_moving_meshes(body: BodyStructure, name: str, origin: Origin, sink: S
 def _check_mesh_scales(body: BodyStructure, name: str, origin: Origin, sink: Sink) -> None:
     for shape in body.visuals:
         scale = shape.geometry.scale if isinstance(shape.geometry, Mesh) else None
-        # What an expression gives is held to the same in the draw stage.
+        # Values of expressions are checked once they are drawn.
         if scale is not None and not is_deferred([scale], drawn=False) and not all(scale.numbers()):
             place = (shape.origin or origin).child("scale")
             sink.report("SC104", f"a scale of 0 leaves nothing of a mesh of `{name}`", place)

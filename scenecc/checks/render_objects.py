@@ -21,7 +21,7 @@ def check_render_objects(plan: ScenePlan, sink: Sink, *, drawn: bool = False) ->
     Args:
         plan: with or without lines behind its origins.
         sink: takes the diagnostics.
-        drawn: judge what waits for its rows, and nothing else.
+        drawn: check only values of expressions, which are deferred until they are drawn.
     """
     around = plan.origin or Origin(None)
     for camera in plan.cameras:

@@ -77,7 +77,7 @@ def highest(value: Value) -> Row:
 def judged_pairs(a: Value, b: Value, *, drawn: bool) -> Sequence[tuple[float, float]]:
     """Pairs of numbers by which a rule judges that one value is not above another; none if `is_deferred`.
 
-    Those that the two have in one scene, or else the first at its most beside the second at its least.
+    Those of each scene, if known; otherwise the maximum of the first with the minimum of the second.
     """
     if is_deferred([a, b], drawn=drawn):
         return ()
