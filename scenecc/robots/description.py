@@ -1,7 +1,7 @@
-"""What a file says of its robots, whatever its format.
+"""Robots as described by a URDF or MJCF file.
 
-Numbers are those that the engine is to be given: the ones that SAPIEN's own loader would give it for a URDF,
-ManiSkill's for an MJCF, to the bit, with the file's scale in them. Poses are seven numbers, p [m] then q (wxyz).
+Numbers are those for the engine, to the bit: SAPIEN's own loader would pass them for a URDF, ManiSkill's for an MJCF.
+The file's scale is applied. Poses are seven numbers, p [m] then q (wxyz).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class SolidGeometry:
 
 @frozen
 class PlaneGeometry:
-    """A plane whose normal is x; `half_size` [m] of what is seen, along its own y and z."""
+    """A plane with normal x. `half_size`: of its visual shape, along its y and z [m]."""
 
     half_size: tuple[float, float] | None = None
 
@@ -43,8 +43,8 @@ class MeshGeometry:
         uri: as a scene would name it: `pkg://…` or `asset://…` where the robot's file is named so, else the path
             relative to the top scene's folder, else an absolute path.
         path: where it is, among the places where it may be.
-        scale: of its vertices; none is 0, one below it mirrors them.
-        parts: whether its connected parts collide one by one, rather than its convex hull; None: as the loader is told.
+        scale: of its vertices, nonzero; a negative one mirrors them.
+        parts: whether each connected part is a collision shape, rather than the convex hull; None: an option.
     """
 
     uri: str
@@ -58,7 +58,7 @@ Geometry = SolidGeometry | PlaneGeometry | MeshGeometry
 
 @frozen
 class DescribedMaterial:
-    """What a visual shape looks like. None: what SAPIEN's material has by itself.
+    """A visual material. None: SAPIEN's default.
 
     Attributes:
         base_color: four numbers, linear as SAPIEN takes them.
@@ -77,12 +77,12 @@ class DescribedMaterial:
 
 @frozen
 class DescribedCollision:
-    """A shape that collides.
+    """A collision shape.
 
     Attributes:
         pose: in the link's frame.
-        friction: static, dynamic and restitution; None: the file does not say.
-        density: [kg/m³]; None: likewise.
+        friction: static friction, dynamic friction and restitution; None: not in the file.
+        density: [kg/m³]; None: not in the file.
         location: the line that names the geometry.
     """
 
@@ -95,7 +95,7 @@ class DescribedCollision:
 
 @frozen
 class DescribedVisual:
-    """A shape that is seen. `look`: None: a mesh shows its own materials, all else a plain one."""
+    """A visual shape. `look`: None: a mesh has its own materials, other shapes a default one."""
 
     geometry: Geometry
     pose: Pose7
@@ -129,11 +129,11 @@ class DescribedJoint:
     """A joint between a link and its parent.
 
     Attributes:
-        type: SAPIEN's. `continuous` is a `revolute` of infinite limits.
-        limits: lowest and highest position; infinite where there is none; None of a fixed one.
-        friction, armature: None: the file does not say.
-        damping: 0 where it does not say.
-        effort, velocity: limits of the actuator, above 0; None: it does not say.
+        type: in SAPIEN's words. A `continuous` joint is a `revolute` one with infinite limits.
+        limits: lowest and highest position [m, rad], possibly infinite; None for a fixed joint.
+        friction, armature: None: not in the file.
+        damping: 0 if it is not in the file.
+        effort, velocity: limits of the actuator, above 0; None: not in the file.
     """
 
     name: str
@@ -155,8 +155,8 @@ class DescribedLink:
     """A link.
 
     Attributes:
-        parent: number of a link before it; None: a root.
-        joint: None of a root.
+        parent: number of its parent, a link before it; None: it is the root.
+        joint: to the parent; None for the root.
         ignore_bits: bits of the third collision integer that its shapes have, so that links with a bit in common
             ignore one another.
     """
@@ -177,10 +177,10 @@ class DescribedRobot:
 
     Attributes:
         links: in the order in which SAPIEN's loader builds them, the root first.
-        body_type: what it is where it is one body and no articulation; None: it is an articulation.
-        fixed: what the file says of the root: fixed to the world or not; None: nothing, so that the user says it.
+        body_type: of a single body; None: it is an articulation.
+        fixed: whether the root is fixed to the world; None: not in the file, so the scene decides.
         pose: of the root in the frame of the whole.
-        ignored: for each bit of `DescribedLink.ignore_bits` that an SRDF's pair has, that pair.
+        ignored: the SRDF pair of each bit of `DescribedLink.ignore_bits`.
     """
 
     links: tuple[DescribedLink, ...]
@@ -193,7 +193,7 @@ class DescribedRobot:
 
 @frozen
 class DescribedFile:
-    """A file that a description led to, its uri as a scene would name it, and the place that names it."""
+    """A file that a description refers to, its uri as in a scene, and where it is named."""
 
     uri: str
     path: Path
@@ -206,7 +206,7 @@ class RobotDescription:
 
     Attributes:
         robots: in build order; not empty.
-        files: every file that it led to (meshes, textures, included files, an SRDF), each once.
+        files: every file that it refers to (meshes, textures, included files, an SRDF), each once.
     """
 
     robots: tuple[DescribedRobot, ...]

@@ -26,28 +26,28 @@ if TYPE_CHECKING:
 
 
 _MAX_SUGGESTIONS, _MAX_CANDIDATES = 20, 1000
-"""After how many errors no name is guessed any more, and among how many names."""
+"""Maximum number of errors with a suggested name, and of names to compare."""
 
 MAX_READ_MEMORY = 2**30
-"""About what all robots' files of a scene may take in memory while they are read [bytes]."""
+"""Maximum estimated memory for reading all robot files of a scene [bytes]."""
 
 _TEXT_BYTE_COST, _ELEMENT_COST, _FILE_COST = 3, 1024, 4096
-"""About what a byte of a file's text, one of its elements, and a file takes."""
+"""Estimated memory per byte of text, per element and per file [bytes]."""
 
 
 @dataclass(slots=True)
 class ReadBudget:
-    """How much is still read of the robots' files of one scene, each counted as often as it is read. A small scene may
-    ask for one large file at any number of scales, and for any number of small files that include it.
+    """Budget for reading the robot files of one scene; a file counts each time that it is read. A small scene may
+    use one large file at many scales, and many small files that include it.
 
     Attributes:
-        left: about what they may still take in memory [bytes].
+        left: remaining estimated memory [bytes].
     """
 
     left: int = MAX_READ_MEMORY
 
     def take(self, data: bytes) -> bool:
-        """Counts a text that was read; whether there was as much left."""
+        """Counts a text that was read, and returns whether the budget sufficed."""
         self.left -= _FILE_COST + _TEXT_BYTE_COST * len(data) + _ELEMENT_COST * data.count(b"<")
         return self.left >= 0
 
@@ -57,21 +57,21 @@ class FileReport:
     """Reports of one robot's file.
 
     Attributes:
-        sink: where they go.
-        origin: the node of the scene that names the file; None: nothing does.
-        told: kinds of what is told once only.
-        errors: how many there were.
-        budget: of all files that are read; None: the file is read alone.
+        sink: takes the diagnostics.
+        origin: the node of the scene that names the file, if any.
+        reported_kinds: (code, kind) of findings that are reported once only.
+        errors: number of errors so far.
+        budget: of all robot files of the scene; None: the file is read alone.
     """
 
     sink: Sink
     origin: Origin | None = None
-    told: set[tuple[str, str]] = field(default_factory=set[tuple[str, str]])
+    reported_kinds: set[tuple[str, str]] = field(default_factory=set[tuple[str, str]])
     errors: int = 0
     budget: ReadBudget | None = None
 
     def place(self, location: Location, *path: str | int) -> Origin | Location:
-        """A place in the file, led back to the scene. `path`: what stands there."""
+        """A place in the file, with the scene that led to it. `path`: of the described item."""
         return location if self.origin is None else self.origin.into(location, *path)
 
     def top(self, file: str) -> Location:
@@ -87,29 +87,29 @@ class FileReport:
         hint: str | None = None,
         related: Iterable[RelatedPlace] = (),
     ) -> None:
-        """Adds a finding. `path`: what it is about (`"links", "base"`)."""
+        """Reports a finding. `path`: of the item that it concerns (`"links", "base"`)."""
         self.errors += CODES[code].severity == "error"
         self.sink.report(code, message, self.place(location, *path), hint=hint, related=related)
 
     def near(self, word: str, names: Iterable[str]) -> str | None:
-        """A hint with the name that was probably meant. None after many faults: comparing letters takes its time."""
+        """A hint with a similar name; None if there is none, or after many errors, since the comparison takes time."""
         found = nearest(word, tuple(islice(names, _MAX_CANDIDATES))) if self.errors < _MAX_SUGGESTIONS else None
         return None if found is None else f"did you mean `{found}`?"
 
     def guess(self, code: str, kind: str, word: str, names: Iterable[str]) -> str | None:
-        """The name that was probably meant, where a finding of this kind is still to be told and few kinds were."""
-        is_wanted = (code, kind) not in self.told and len(self.told) < _MAX_SUGGESTIONS
+        """A similar name, if a finding of this kind is not reported yet and few kinds are."""
+        is_wanted = (code, kind) not in self.reported_kinds and len(self.reported_kinds) < _MAX_SUGGESTIONS
         return nearest(word, tuple(islice(names, _MAX_CANDIDATES))) if is_wanted else None
 
     def report_once(self, code: str, kind: str, message: str, location: Location, hint: str | None = None) -> None:
-        """Adds a finding of a kind, the first of that kind only."""
-        if (code, kind) not in self.told:
-            self.told.add((code, kind))
+        """Reports a finding, but only the first one of its kind."""
+        if (code, kind) not in self.reported_kinds:
+            self.reported_kinds.add((code, kind))
             self.report(code, message, location, hint=hint)
 
 
 def read_robot_bytes(path: Path, file: str, findings: FileReport, limit: int) -> bytes | None:
-    """The content of a file that was found; None, reported (SC450, SC452), where it cannot be read or is too large.
+    """The content of a file; None after an error (SC450, SC452): it cannot be read, or is too large.
 
     Args:
         path: of the file.
@@ -140,14 +140,14 @@ def read_robot_bytes(path: Path, file: str, findings: FileReport, limit: int) ->
 _PACKAGE_SCHEME = "package://"
 
 _MAX_PARENT_FOLDERS = 40
-"""In how many folders above the robot's own a ROS package is looked for."""
+"""Maximum number of parent folders in which a ROS package is searched."""
 
 _FILE_NOT_FOUND = "SC401"
 
 
 @dataclass(frozen=True, slots=True)
 class RobotFiles:
-    """Finds what one robot's file names, and remembers it.
+    """Finds and records the files that one robot file names.
 
     Attributes:
         owner: the robot's file.
@@ -162,7 +162,7 @@ class RobotFiles:
     found: dict[str, DescribedFile] = field(default_factory=dict[str, DescribedFile])
 
     def find(self, reference: str, location: Location, findings: FileReport) -> DescribedFile | None:
-        """The file of a reference as written; None where there is none, reported with a code of `scenecc.source.paths`.
+        """The file of a reference; None after an error, with a code of `scenecc.source.paths`.
 
         A relative path is one from the robot's own folder. `package://PACKAGE/PATH` is `PACKAGE/PATH` in the folder
         that the scene gives, else in the robot's own, else in the nearest above it that has it: so does SAPIEN, which
@@ -183,13 +183,13 @@ class RobotFiles:
             return None
         return self.add(found, location)
 
-    def beside(self, name: str) -> ResolvedFile | None:
-        """A file beside the robot's own; None where there is none that may be read."""
+    def find_sibling(self, name: str) -> ResolvedFile | None:
+        """A file in the folder of the robot's file; None if there is none that may be read."""
         found = resolve_asset_reference(name, owner=self.owner.path, owner_uri=self.owner.uri, scope=self.scope)
         return None if isinstance(found, Refusal) else ResolvedFile(found.path, self._uri(found))
 
     def add(self, file: ResolvedFile, location: Location) -> DescribedFile:
-        """Remembers a file that was found."""
+        """Records a file that was found."""
         uri = self._uri(file)
         self.scope.memory.note(ResolvedFile(file.path, uri), self.owner.uri)
         return self.found.setdefault(uri, DescribedFile(uri, file.path, location))
@@ -217,7 +217,7 @@ class RobotFiles:
         return first or Refusal(_FILE_NOT_FOUND, f"there is no file `{shorten_uri(_PACKAGE_SCHEME + inner)}`")
 
     def _looked(self, reference: str) -> str:
-        """Where it was looked for, in words."""
+        """Where a reference was searched, in words."""
         folder = self.owner.path.parent
         if not reference.startswith(_PACKAGE_SCHEME):
             return f"it in {folder}"

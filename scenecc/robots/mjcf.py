@@ -42,7 +42,7 @@ UNREAD_ELEMENT_HINTS: dict[str, str] = {
     "option": "timestep, gravity and solver are the scene's `physics`",
     "site": "declare a `frame`, or mount on the link",
 }
-"""What to do in a scene about an element that is not read."""
+"""Hints for elements that are not read: what to write in the scene."""
 
 _UNREAD_ATTRIBUTE_HINTS: dict[tuple[str, str], str] = {
     ("body", "gravcomp"): "`gravity: false` under `links` takes gravity away",
@@ -60,18 +60,18 @@ _UNREAD_ATTRIBUTE_HINTS: dict[tuple[str, str], str] = {
 
 
 def unread_attribute_hint(tag: str, names: Iterable[str]) -> str | None:
-    """What to do in a scene about attributes that are not read."""
+    """The hint for attributes that are not read: what to write in the scene."""
     hints = [_UNREAD_ATTRIBUTE_HINTS[tag, name] for name in names if (tag, name) in _UNREAD_ATTRIBUTE_HINTS]
     return "; ".join(dict.fromkeys(hints)) or None
 
 
 @dataclass(slots=True)
 class MjcfReport:
-    """Gathers what is told, so that a kind of thing that is left out is told once, with all that is of that kind.
+    """Collects findings, so that each kind of unread element is reported once, with the number of elements.
 
     Attributes:
-        findings: where it goes.
-        included: the findings of each file that is included, by its name as shown to people.
+        findings: of the file itself.
+        included: the findings of each included file, by its displayed name.
     """
 
     findings: FileReport
@@ -84,49 +84,49 @@ class MjcfReport:
 
     @property
     def failed(self) -> bool:
-        """Whether an error was told."""
+        """Whether an error was reported."""
         return bool(self.findings.errors) or any(findings.errors for findings in self.included.values())
 
     def error(self, code: str, message: str, location: Location, hint: str | None = None) -> None:
-        """Something that makes the file unfit."""
+        """Reports an error."""
         self.of(location).report(code, message, location, hint=hint)
 
     def of(self, location: Location) -> FileReport:
-        """The findings of the file in which a place is, which know what led to it."""
+        """The findings of the file of a location."""
         return self.included.get(location.file or "", self.findings)
 
     def left_out(self, kind: str, message: str, location: Location, hint: str | None = None) -> None:
-        """Something that is not built, once a kind."""
+        """Warns of something that is not built, once per kind."""
         self.of(location).report_once("SC484", kind, message, location, hint)
 
     def not_built(self, kind: str, message: str, location: Location, hint: str | None = None) -> None:
-        """A body or a geom that is left out, told by `tell_unread`: it may be why nothing at all is built."""
+        """Records a body or geom that is left out, for `report_unread` or `nothing`."""
         self._unbuilt.setdefault(kind, (message, location, hint))
 
     def nothing(self, root: SourceElement) -> None:
-        """An error for a file of which nothing is built, at what was left out first where anything was."""
+        """Reports a file of which nothing is built, at the first thing that was left out, if any."""
         message, location, hint = "it has no body and no geom that is", root.location, None
         if self._unbuilt:
             message, location, hint = self._unbuilt.pop(next(iter(self._unbuilt)))
         self.error("SC480", f"nothing in the file is built: {message}", location, hint)
 
     def differs(self, kind: str, message: str, location: Location) -> None:
-        """Something that ManiSkill's loader reads as something else, once a kind."""
+        """Warns of something that ManiSkill's loader reads differently, once per kind."""
         self.of(location).report_once("SC485", kind, message, location)
 
     def unread_element(self, element: SourceElement) -> None:
-        """An element that nothing is made of."""
+        """Records an unread element."""
         self._elements.setdefault(element.tag, []).append(element)
 
     def unread_attributes(self, element: SourceElement, read: frozenset[str]) -> None:
-        """The attributes of an element but for those that are read."""
-        told = self._attributes.setdefault(element.tag, {})
+        """Records the attributes of an element that are not read."""
+        unread = self._attributes.setdefault(element.tag, {})
         for name in element.attributes:
             if name not in read:
-                told[name] = _first_in_file(told.get(name, element), element)
+                unread[name] = _first_in_file(unread.get(name, element), element)
 
-    def tell_unread(self) -> None:
-        """Tells what was gathered: a warning a kind of element, and one for the attributes of each kind."""
+    def report_unread(self) -> None:
+        """Reports what was recorded: one warning per kind of element, and one for the attributes of each kind."""
         for kind, (message, location, hint) in self._unbuilt.items():
             self.left_out(kind, message, location, hint)
         for tag, elements in self._elements.items():
@@ -150,7 +150,7 @@ class MjcfReport:
 
 
 def _first_in_file(one: SourceElement, other: SourceElement) -> SourceElement:
-    """Which of two elements stands first in their file; of two files the one that was met first."""
+    """The first of two elements in their file; of different files, `one`."""
     is_before = (other.line, other.column) < (one.line, one.column)
     return other if is_before and other.location.file == one.location.file else one
 
@@ -232,7 +232,9 @@ class MjcfFiles:
             return []
         above = self.report.of(place)
         origin = None if above.origin is None else above.origin.into(place)
-        findings = self.report.included[file.uri] = FileReport(above.sink, origin, above.told, budget=above.budget)
+        findings = self.report.included[file.uri] = FileReport(
+            above.sink, origin, above.reported_kinds, budget=above.budget
+        )
         root = self._read(file.path, file.uri, findings, chain + 1, depth)
         return [] if root is None else root.children
 
@@ -248,7 +250,7 @@ _CLASS_ATTRIBUTES = {
 }
 
 _MAX_EXCLUDED_PAIRS = 32
-"""How many pairs of links can be kept from colliding, each by a bit of its own."""
+"""Maximum number of pairs of links that do not collide, each by a bit of its own."""
 
 _NO_CONTACT_BIT = 1 << 1
 """The bit of everything in a file whose contacts are switched off, as ManiSkill's loader has it."""
@@ -276,7 +278,7 @@ def read_mjcf(
         scope: what may be read; meshes, textures and included files are looked for inside.
         sink: takes what is wrong, at the file's own lines: codes SC401 to SC407 for files that it names, SC450 to SC453
             where it cannot be read, SC480 to SC486 for the rest.
-        origin: the node of the scene that names the file, told with each finding.
+        origin: the node of the scene that names the file, reported with each finding.
         limits: `includes`: how many files include one another; `asset_bytes`: size of each.
         name: the file's name as shown to people; None: its uri.
         budget: of all files of the scene; None: it is read alone.
@@ -290,17 +292,17 @@ def read_mjcf(
         hint = "give a URDF with `urdf:`" if root.tag == "robot" else None
         report.error("SC453", f"an MJCF is a <mujoco>, and this is a <{cut(root.tag)}>", root.location, hint)
         return None
-    # What is beyond single precision is looked for, and told.
+    # Numbers beyond single precision are checked and reported.
     with np.errstate(over="ignore"):
         robots = _MjcfReader(root, files, report).robots()
     if not robots and not report.failed:
         report.nothing(root)
-    report.tell_unread()
+    report.report_unread()
     return None if report.failed else RobotDescription(tuple(robots), tuple(files.named.found.values()))
 
 
 class _MjcfReader:
-    """Makes the robots of one file."""
+    """Builds the robots of one file."""
 
     def __init__(self, root: SourceElement, files: MjcfFiles, report: MjcfReport) -> None:
         self._root = root
@@ -321,33 +323,33 @@ class _MjcfReader:
         # The loader hangs included sections behind the file's own.
         worlds = sorted(self._root.all("worldbody"), key=lambda world: world.location.file != self._file)
         trees: list[tuple[list[LinkDraft], bool]] = []
-        standing: list[tuple[LinkDraft, Pose7]] = []
+        static_bodies: list[tuple[LinkDraft, Pose7]] = []
         for number, body in enumerate(body for world in worlds for body in world.all("body")):
             if mjcf_bodies.has_joint(body):
                 trees.append(self._bodies.articulation(body, number))
-            elif made := self._bodies.standing(body):
-                standing.append((made, self._bodies.pose(body)))
-        standing += [(made, IDENTITY_POSE) for made in self._geoms(worlds)]
-        self._assets.tell_unread()
-        self._allot([link for links, _ in trees for link in links] + [made for made, _ in standing])
+            elif made := self._bodies.static_body(body):
+                static_bodies.append((made, self._bodies.pose(body)))
+        static_bodies += [(made, IDENTITY_POSE) for made in self._geoms(worlds)]
+        self._assets.report_unread()
+        self._assign_ignore_bits([link for links, _ in trees for link in links] + [made for made, _ in static_bodies])
         if self._report.failed:
             return []
         taken = {links[0].name for links, _ in trees}
-        for made, _ in standing:
+        for made, _ in static_bodies:
             made.name = _unique_name(made.name, taken)
         return [mjcf_bodies.describe_articulation(links, fixed=fixed) for links, fixed in trees] + [
-            mjcf_bodies.describe_static_body(made, pose) for made, pose in standing
+            mjcf_bodies.describe_static_body(made, pose) for made, pose in static_bodies
         ]
 
     def _geoms(self, worlds: list[SourceElement]) -> list[LinkDraft]:
-        """The world's own geoms, each a body that stands still."""
+        """The world's own geoms, each as a static body."""
         made: list[LinkDraft] = []
         elements = [child for world in worlds for child in world.children]
         for child in elements:
             if child.tag in {"joint", "freejoint"}:
                 self._report.error("SC483", f"the world can have no `<{child.tag}>`", child.location)
             else:
-                self._bodies.look_over(child)
+                self._bodies.report_unread(child)
         for number, geom in enumerate(child for child in elements if child.tag == "geom"):
             one = LinkDraft(geom.attributes.get("name") or f"geom_{number}", geom, None, None)
             one.visuals, one.collisions = self._bodies.make(geom, ClassScope(), IDENTITY_POSE)
@@ -355,8 +357,8 @@ class _MjcfReader:
                 made.append(one)
         return made
 
-    def _allot(self, everything: list[LinkDraft]) -> None:
-        """Gives links that do not collide a bit in common."""
+    def _assign_ignore_bits(self, everything: list[LinkDraft]) -> None:
+        """Assigns a common bit to links that do not collide."""
         bonds = self._bodies.bonds
         if len(bonds) > _MAX_EXCLUDED_PAIRS:
             # PhysX lets no link collide with its own parent, so that only pairs with others between need a bit.
@@ -379,7 +381,7 @@ class _MjcfReader:
 
 
 def _unique_name(name: str, taken: set[str]) -> str:
-    """A name that nothing else has, which is then taken."""
+    """A unique name, which is added to `taken`."""
     number, free = 1, name
     while free in taken:
         number += 1

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 _INTEGER_PATTERN = re.compile(r"[+-]?\d{1,9}", re.ASCII)
 
 ORIENTATION_ATTRIBUTES = ("quat", "euler", "axisangle", "xyaxes", "zaxis")
-"""The ways to say how something is turned."""
+"""The attributes that give an orientation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ class MjcfAttributes:
         return self.given.get(name, self.element).at(name)
 
     def word(self, name: str, words: Sequence[str], default: str) -> str:
-        """An attribute that is one of a few words; the default, reported, where it is none."""
+        """An attribute that is one of some words; the default after an error."""
         text = self.text(name, default)
         if text in words:
             return text
@@ -85,13 +85,13 @@ class MjcfAttributes:
     def numbers(
         self, name: str, default: tuple[float, ...], *, least: int | None = None, infinite: bool = False
     ) -> tuple[float, ...]:
-        """An attribute that is some numbers, in double precision; the default, reported, where it is not.
+        """An attribute of several numbers, in double precision; the default after an error.
 
         Args:
             name: of the attribute.
-            default: where it is not given or wrong, the same object; it tells how many numbers there are at most.
-            least: how many there are at least; None: as many as in the default.
-            infinite: whether they may be.
+            default: returned, the same object, if it is not given or wrong; its length is the maximum count.
+            least: minimum count; None: that of the default.
+            infinite: whether they may be infinite.
         """
         if name not in self:
             return default
@@ -115,10 +115,10 @@ class MjcfAttributes:
         return tuple(map(round_to_float32, self.numbers(name, default, least=least, infinite=infinite)))
 
     def orientation(self) -> str | None:
-        """Which way to say a rotation is used: the element's own before its class's; two at once are an error."""
+        """The orientation attribute in use: the element's own before its class's; two at once are an error."""
         own = [name for name in ORIENTATION_ATTRIBUTES if name in self.element.attributes]
         if len(own) > 1:
-            self.wrong(own[1], f"says how it is turned, and so does `{own[0]}`")
+            self.wrong(own[1], f"gives an orientation, and so does `{own[0]}`")
         if own:
             return own[0]
         return next((name for name in ORIENTATION_ATTRIBUTES if name in self), None)
@@ -184,7 +184,7 @@ class DefaultClasses:
         Args:
             element: of any kind.
             scope: where it stands.
-            read: the names that are heeded; others are told as left out, wherever they stand.
+            read: names of the attributes to read; others are reported as unread.
         """
         named = element.attributes.get("class")
         names = scope.names
@@ -204,7 +204,7 @@ class DefaultClasses:
     def _compare(
         self, element: SourceElement, given: Mapping[str, SourceElement], names: Iterable[str], read: frozenset[str]
     ) -> None:
-        """Tells where laying all classes over one another would give something else."""
+        """Reports a difference from ManiSkill's loader, which overlays all classes."""
         laid: AttributeSources = {}
         for name in (_GLOBAL_CLASS, *names):
             laid.update(

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 JOINT_ATTRIBUTES = frozenset(
     {"name", "class", "type", "pos", "axis", "range", "limited", "ref", "damping", "frictionloss"}
 )
-"""The attributes that are heeded."""
+"""The attributes that are read."""
 
 _JOINT_TYPES = ("hinge", "slide", "fixed", "ball", "free")
 
@@ -172,7 +172,7 @@ _FREEJOINT_ATTRIBUTES = frozenset({"name", "group", "align"})
 
 @dataclass(slots=True)
 class LinkDraft:
-    """A link while it is made. `several`: whether other links stand between it and the one that its body is in."""
+    """A link under construction."""
 
     name: str
     element: SourceElement
@@ -185,7 +185,7 @@ class LinkDraft:
 
 @dataclass(frozen=True, slots=True)
 class ExcludedPair:
-    """Two links of bodies of which one is in the other, and which do not collide. `apart`: other links are between."""
+    """A link and the link of its parent body, which do not collide. `apart`: other links are between them."""
 
     first: LinkDraft
     second: LinkDraft
@@ -216,11 +216,11 @@ class BodyReader:
         """
         free = _find_free_joint(body)
         root = LinkDraft(f"dummy_root_{number}", body, None, None)
-        self.once("body", root.name, body)
+        self.check_unique("body", root.name, body)
         links = [root]
         around, pose = ClassScope(), IDENTITY_POSE
         if _is_wrapper(body):
-            self._look_over(body, free)
+            self._report_unread(body, free)
             pose = self._pose(body)
             if pose != IDENTITY_POSE:
                 what = "a body around another one turns and moves it; ManiSkill's loader leaves it where it is"
@@ -233,17 +233,17 @@ class BodyReader:
         self._links(body, 0, around, pose, links)
         return links, free is None
 
-    def standing(self, body: SourceElement) -> LinkDraft | None:
-        """A body of the world without joints, with all that is in it; None: it has no shapes."""
+    def static_body(self, body: SourceElement) -> LinkDraft | None:
+        """A body of the world without joints, with its children; None if it has no shapes."""
         made = LinkDraft(self._name(body), body, None, None)
-        geoms = self._stand(body, made, ClassScope(), IDENTITY_POSE)
+        geoms = self._add_static_shapes(body, made, ClassScope(), IDENTITY_POSE)
         if not geoms:
             what = "a body without geoms is not built"
             self.report.not_built("empty body", what, body.location)
         return made if made.visuals or made.collisions else None
 
     def pose(self, body: SourceElement) -> Pose7:
-        """Where a body of the world stands."""
+        """The pose of a static body of the world."""
         pose = self._pose(body)
         if pose != IDENTITY_POSE:
             what = "a body that stands still stands where it says; ManiSkill's loader puts it at the origin"
@@ -263,13 +263,13 @@ class BodyReader:
         free = _find_free_joint(body)
         if free is not None and parent > 0:
             self.report.error("SC483", "only a body of the world may be free", free.location)
-        self._look_over(body, free)
+        self._report_unread(body, free)
         joints = [child for child in body.children if child.tag in {"joint", "freejoint"} and child is not free]
         if free is not None and joints:
             self.report.error("SC483", "a free body can have no other joints", joints[0].location)
             joints = []
         if free is not None:
-            self._once_named("joint", free)
+            self._check_unique_name("joint", free)
         last = parent
         for i, joint in enumerate(joints or [None]):
             in_parent = pose if i == 0 else IDENTITY_POSE
@@ -278,23 +278,23 @@ class BodyReader:
             else:
                 made = self.joints.make(joint, inner, in_parent)
             if joint is not None and made.name:
-                self.once("joint", made.name, joint)
+                self.check_unique("joint", made.name, joint)
             links.append(LinkDraft(f"{name}_dummy_{i}", body, last, made))
             last = len(links) - 1
             if i + 1 < len(joints):
-                self.once("body", links[last].name, body)
+                self.check_unique("body", links[last].name, body)
         links[last].name = name
         self._fill(body, links[last], inner, IDENTITY_POSE)
         self.bonds.append(ExcludedPair(links[parent], links[last], apart=len(joints) > 1))
         for child in body.all("body"):
             self._links(child, last, inner, IDENTITY_POSE, links)
 
-    def _stand(self, body: SourceElement, made: LinkDraft, scope: ClassScope, pose: Pose7) -> int:
-        """Adds the shapes of a body and of those in it to a body that stands still; how many geoms there were."""
+    def _add_static_shapes(self, body: SourceElement, made: LinkDraft, scope: ClassScope, pose: Pose7) -> int:
+        """Adds the shapes of a body and its children to a static body. Returns the number of geoms."""
         inner = self._scope(body, scope)
         if inner is None:
             return 0
-        self._look_over(body, None)
+        self._report_unread(body, None)
         if (free := body.find("freejoint")) is not None:
             self.report.error("SC483", "only a body of the world may be free", free.location)
         geoms = self._fill(body, made, inner, pose)
@@ -310,11 +310,13 @@ class BodyReader:
                     "a body in one that stands still is moved and turned as it says; ManiSkill's loader leaves that out"
                 )
                 self.report.differs("static child", what, child.location)
-            geoms += self._stand(child, made, inner, own if pose == IDENTITY_POSE else compose_poses(pose, own))
+            geoms += self._add_static_shapes(
+                child, made, inner, own if pose == IDENTITY_POSE else compose_poses(pose, own)
+            )
         return geoms
 
     def _fill(self, body: SourceElement, made: LinkDraft, scope: ClassScope, pose: Pose7) -> int:
-        """Adds the shapes of a body's own geoms, which are in a frame of some pose; how many geoms there are."""
+        """Adds the shapes of a body's own geoms at a pose. Returns the number of geoms."""
         geoms = list(body.all("geom"))
         for geom in geoms:
             visuals, collisions = self.make(geom, scope, pose)
@@ -325,12 +327,12 @@ class BodyReader:
     def make(
         self, geom: SourceElement, scope: ClassScope, pose: Pose7
     ) -> tuple[list[DescribedVisual], list[DescribedCollision]]:
-        """What is seen of a geom, and what of it collides."""
-        self._once_named("geom", geom)
+        """The visual and the collision shapes of a geom."""
+        self._check_unique_name("geom", geom)
         return self.geoms.make(geom, scope, pose)
 
     def _scope(self, body: SourceElement, scope: ClassScope) -> ClassScope | None:
-        """The classes of what is in a body; None, told: the body is not built."""
+        """The class scope inside a body; None if the body is not built, which is reported."""
         name = body.attributes.get("childclass")
         if name is None:
             return scope
@@ -348,34 +350,34 @@ class BodyReader:
         p = given.singles("pos", (0.0, 0.0, 0.0))
         return pose_numbers((p[0], p[1], p[2]), read_rotation(given, self.joints.compiler))
 
-    def _look_over(self, body: SourceElement, free: SourceElement | None) -> None:
-        """Tells what in a body is not built."""
+    def _report_unread(self, body: SourceElement, free: SourceElement | None) -> None:
+        """Reports what is not built of a body."""
         self.report.unread_attributes(body, _BODY_ATTRIBUTES)
         for child in body.children:
             if child is free:
                 self.report.unread_attributes(child, _FREEJOINT_ATTRIBUTES | {"type"})
             else:
-                self.look_over(child)
+                self.report_unread(child)
 
     def _name(self, body: SourceElement) -> str:
-        """A body's name, which is no other's; of one without a name its number among all."""
+        """A body's name, which must be unique; by default its number among all."""
         self._count += 1
         name = body.attributes.get("name") or f"body_{self._count}"
-        self.once("body", name, body)
+        self.check_unique("body", name, body)
         return name
 
-    def once(self, tag: str, name: str, element: SourceElement) -> None:
-        """Reports a name that another one of its kind has, be it one that is made up for want of one."""
+    def check_unique(self, tag: str, name: str, element: SourceElement) -> None:
+        """Reports a name that another element of its kind has, a generated name included."""
         first = self._names.setdefault((tag, name), element)
         if first is not element:
             self.report.error("SC486", f"there are two of `<{tag}>` named `{cut(name)}`", element.at("name"))
 
-    def _once_named(self, tag: str, element: SourceElement) -> None:
+    def _check_unique_name(self, tag: str, element: SourceElement) -> None:
         if element.attributes.get("name"):
-            self.once(tag, element.attributes["name"], element)
+            self.check_unique(tag, element.attributes["name"], element)
 
-    def look_over(self, child: SourceElement) -> None:
-        """Tells of an element in a body or the world that nothing is made of."""
+    def report_unread(self, child: SourceElement) -> None:
+        """Reports an element in a body or the world that is not built."""
         if child.tag in _UNSUPPORTED_GENERATORS:
             self.report.error(
                 "SC483",
@@ -384,7 +386,7 @@ class BodyReader:
                 "let MuJoCo write the model out: it then holds the bodies themselves",
             )
         elif child.tag not in {"body", "geom", "joint", "freejoint"}:
-            self._once_named(child.tag, child)
+            self._check_unique_name(child.tag, child)
             self.report.unread_element(child)
 
 
@@ -402,25 +404,25 @@ def _subtree_joints(body: SourceElement) -> Iterator[SourceElement]:
 
 
 def _find_free_joint(body: SourceElement) -> SourceElement | None:
-    """What makes a body free: a `freejoint`, or a joint of that type."""
+    """The `freejoint` of a body, or its joint of type `free`."""
     free = (joint for joint in body.all("joint") if joint.attributes.get("type") == "free")
     return body.find("freejoint") or next(free, None)
 
 
 def _is_wrapper(body: SourceElement) -> bool:
-    """Whether a body is nothing but another one, for whose sake it is left out."""
+    """Whether a body only contains another body, and so is left out."""
     tags = [child.tag for child in body.children]
     joints = [joint for joint in body.all("joint") if joint.attributes.get("type") != "free"]
     return tags.count("body") == 1 and "geom" not in tags and not joints
 
 
 def describe_articulation(links: list[LinkDraft], *, fixed: bool) -> DescribedRobot:
-    """An articulation of links that are made."""
+    """An articulation of finished links."""
     return DescribedRobot(tuple(map(_describe_link, links)), fixed=fixed, location=links[0].element.location)
 
 
 def describe_static_body(made: LinkDraft, pose: Pose7) -> DescribedRobot:
-    """A body that stands still, in place of an articulation."""
+    """A static body, in place of an articulation."""
     return DescribedRobot((_describe_link(made),), "static", pose=pose, location=made.element.location)
 
 

@@ -49,7 +49,7 @@ ASSET_ATTRIBUTES: dict[str, frozenset[str]] = {
     "material": frozenset({"name", "texture", "rgba", "emission", "specular", "shininess", "reflectance"}),
     "texture": frozenset({"name", "file", "type"}),
 }
-"""The attributes that are heeded, of each kind of asset that is."""
+"""The attributes that are read, by type of asset."""
 
 _GLOBAL_SCOPE = ClassScope()
 
@@ -68,7 +68,7 @@ class MjcfAssets:
     )
 
     def read(self, sections: Iterable[SourceElement]) -> None:
-        """Takes the assets of the sections `asset`, each by its name, or its file's where it has none."""
+        """Records the assets of the sections `asset` by name, or by file name if they have none."""
         for section in sections:
             for element in section.children:
                 if element.tag not in ASSET_ATTRIBUTES:
@@ -78,22 +78,22 @@ class MjcfAssets:
                 if name is None and file is not None:
                     name = posixpath.splitext(posixpath.basename(file))[0]
                 if name is None:
-                    # A skybox need have no name, and what has none is used by nothing.
+                    # A skybox may have no name; nothing uses an asset without a name.
                     self.report.unread_attributes(element, ASSET_ATTRIBUTES[element.tag] | {"class"})
                     continue
                 first = self._found.setdefault((element.tag, name), element)
                 if first is not element:
                     self.report.error("SC486", f"the {element.tag} `{cut(name)}` is defined twice", element.at("name"))
 
-    def tell_unread(self) -> None:
-        """Tells the attributes that are left out, of assets that nothing uses, too."""
+    def report_unread(self) -> None:
+        """Reports unread attributes, also of unused assets."""
         for (tag, _), element in self._found.items():
             self.report.unread_attributes(element, ASSET_ATTRIBUTES[tag] | {"class"})
             for child in element.children:
                 self.report.unread_element(child)
 
     def mesh(self, geom: MjcfAttributes) -> MeshGeometry | None:
-        """The mesh of a geom; None, reported, where it has none that can be used."""
+        """The mesh of a geom; None after an error."""
         element = self._named("mesh", geom.text("mesh"), geom, "mesh")
         if element is None:
             return None
@@ -123,12 +123,12 @@ class MjcfAssets:
         return None if file is None else MeshGeometry(file.uri, file.path, (scale[0], scale[1], scale[2]))
 
     def look(self, name: str, geom: MjcfAttributes, rgba: tuple[float, ...] | None) -> DescribedMaterial | None:
-        """The look of a material; None, reported, where there is none.
+        """A material by name; None after an error.
 
         Args:
             name: of the material.
             geom: what names it, in `material`.
-            rgba: what takes the place of its colour; None: nothing does.
+            rgba: replaces its colour; None: keeps it.
         """
         key = (name, rgba)
         if key not in self._looks:
@@ -245,7 +245,7 @@ GEOM_ATTRIBUTES = frozenset(
     }
     | {"friction", "group", "contype", "conaffinity"}
 )
-"""The attributes that are heeded."""
+"""The attributes that are read."""
 
 _VISIBLE_GROUPS = (0, 2)
 
@@ -271,7 +271,7 @@ class GeomReader:
     assets: MjcfAssets
 
     def make(self, element: SourceElement, scope: ClassScope, around: Pose7) -> GeomShapes:
-        """The shapes of a geom: those that are seen and those that collide, one or none of each.
+        """The visual and the collision shapes of a geom, at most one of each.
 
         Args:
             element: a `geom`.
@@ -307,7 +307,7 @@ class GeomReader:
         return visuals, collisions
 
     def _kind(self, geom: MjcfAttributes) -> str | None:
-        """What shape a geom is; None: one that is not built, which is told."""
+        """The shape type of a geom; None if it is not built, which is reported."""
         report = self.assets.report
         kind = geom.word("type", _GEOM_TYPES, "sphere")
         if "mesh" in geom and kind != "mesh":
@@ -328,7 +328,7 @@ class GeomReader:
         return kind
 
     def _shape(self, kind: str, geom: MjcfAttributes) -> tuple[Geometry, Pose7] | None:
-        """A geom's geometry and pose; None, reported, where they are wrong."""
+        """A geom's geometry and pose; None after an error."""
         if "fromto" in geom and kind in {"sphere", "mesh"}:
             geom.wrong("fromto", f"says nothing of a {kind}")
             return None
@@ -343,14 +343,14 @@ class GeomReader:
         return self._upright(kind, geom, size)
 
     def _upright(self, kind: str, geom: MjcfAttributes, size: tuple[float, ...]) -> tuple[Geometry, Pose7]:
-        """A geom that stands where its pose says."""
+        """A geom at its own pose."""
         solid = SolidGeometry(kind, size)
         if kind in LYING_SOLIDS:
             return solid, compose_poses(self._pose(geom, "axis"), _Z_TO_X_POSE)
         return solid, self._pose(geom, "point" if kind == "sphere" else "none")
 
     def _size(self, kind: str, geom: MjcfAttributes) -> tuple[float, ...] | None:
-        """A geom's size, of as many numbers as it needs; None, reported, where it is wrong."""
+        """A geom's size with the required count of numbers; None after an error."""
         if "size" not in geom:
             geom.report.error("SC481", f"`<geom>` of type `{kind}` has no `size`", geom.element.location)
             return None

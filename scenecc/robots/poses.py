@@ -134,7 +134,7 @@ def _multiply(first: Float32Tuple, second: Float32Tuple) -> Float32Tuple:
 
 
 Symmetry = Literal["none", "axis", "point"]
-"""What of a rotation can be told of a shape: all, where its z axis points, nothing."""
+"""Which part of a rotation changes a shape: all of it, the direction of its z axis, or nothing."""
 
 _ROTATION_TOLERANCE = 1e-7
 

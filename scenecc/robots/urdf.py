@@ -57,10 +57,10 @@ class _ElementSchema:
 
     Attributes:
         attributes: names.
-        left: names of attributes that other programs have there, and that mean nothing here.
-        single: children of which only the first is read.
+        left: names of attributes of other programs, which are ignored.
+        single: children that may occur once; only the first is read.
         many: children that may be repeated.
-        skipped: children that mean nothing to a simulation of bodies, whatever they hold.
+        skipped: children that are irrelevant to rigid body simulation, and are not checked.
     """
 
     attributes: tuple[str, ...] = ()
@@ -114,14 +114,14 @@ def check_urdf_schema(robot: SourceElement, findings: FileReport) -> None:
         for name in element.attributes:
             if name not in kind.attributes + kind.left and ":" not in name and name != "xmlns":
                 _report_unknown(element, name, kind, findings)
-        seen: set[str] = set()
+        found: set[str] = set()
         for child in element.children:
             if child.tag in kind.single or child.tag in kind.many:
-                if child.tag in seen and child.tag in kind.single:
+                if child.tag in found and child.tag in kind.single:
                     what = f"a second <{child.tag}> in <{element.tag}> is not read"
                     findings.report_once("SC454", f"second {element.tag}/{child.tag}", what, child.location)
                     continue
-                seen.add(child.tag)
+                found.add(child.tag)
                 stack.append(child)
             elif child.tag in kind.skipped:
                 _check_sensor(child, findings)
@@ -167,7 +167,7 @@ def _check_sensor(element: SourceElement, findings: FileReport) -> None:
 
 
 MAX_IGNORED_PAIRS = 31
-"""How many bits SAPIEN's loader gives away."""
+"""Number of bits that SAPIEN's loader assigns."""
 
 
 @frozen
@@ -180,10 +180,9 @@ class IgnoredPair:
 
 
 def read_srdf(path: Path, file: str, links: Iterable[str], findings: FileReport) -> tuple[IgnoredPair, ...]:
-    """The pairs that SAPIEN's loader heeds: those whose reason is `Default`.
+    """The pairs that SAPIEN's loader uses: those with the reason `Default`.
 
-    Of others nothing is told where they are neighbours (`Adjacent`) or cannot meet (`Never`), since these make no
-    difference; any other reason is SC474.
+    Pairs with the reasons `Adjacent` and `Never` are skipped, since they make no difference; any other reason is SC474.
 
     Args:
         path: of the SRDF.
@@ -211,7 +210,7 @@ def read_srdf(path: Path, file: str, links: Iterable[str], findings: FileReport)
     if others:
         findings.report(
             "SC474",
-            f"pairs not to collide with another reason than `Default`: {len(others)}, and SAPIEN heeds none of them",
+            f"pairs not to collide with another reason than `Default`: {len(others)}, and SAPIEN ignores them",
             others[0].location,
             hint='write reason="Default" where a pair is not to collide',
         )
@@ -300,10 +299,10 @@ def read_urdf(
         scope: what may be read; meshes, textures and the SRDF are looked for inside.
         sink: takes what is wrong, at the file's own lines: codes SC401 to SC407 for files that it names, SC450 to
             SC479 for the rest.
-        origin: the node of the scene that names the file, told with each finding.
+        origin: the node of the scene that names the file, reported with each finding.
         scale: of all lengths, with masses and inertias of the same densities; finite and above 0.
-        collision_is_visual: whether collision shapes are seen as well.
-        srdf: pairs of links that do not collide; "sibling": of the file beside it of the same name, if there is one.
+        collision_is_visual: whether collision shapes are visual shapes as well.
+        srdf: pairs of links that do not collide; "sibling": from the file of the same name next to it, if any.
         srdf_origin: the node of the scene that names the SRDF; None: that of the URDF led to it.
         package: finds what follows `package://` in the folder that the scene gives; None: it gives none.
         name: the file's name as shown to people; None: its uri.
@@ -367,7 +366,7 @@ class _UrdfReader:
         ]
         if not links and not findings.errors:
             findings.report("SC455", "<robot> has no <link>", self._root.location)
-        # Links that hang on a joint that is wrong would be told to have no parent.
+        # Otherwise links of a wrong joint would be reported to have no parent.
         whole = not findings.errors
         # Of two with one name both are read, for what else is wrong with them.
         read = [self._link(element) for element in self._root.all("link")]
@@ -408,7 +407,7 @@ class _UrdfReader:
         path = self._files.owner.path
         if srdf == "sibling":
             is_named = path.name.endswith(_URDF_SUFFIX)
-            srdf = self._files.beside(path.name.removesuffix(_URDF_SUFFIX) + ".srdf") if is_named else None
+            srdf = self._files.find_sibling(path.name.removesuffix(_URDF_SUFFIX) + ".srdf") if is_named else None
         if srdf is None:
             return ()
         named = self._files.add(srdf, self._root.location)

@@ -242,7 +242,7 @@ def check_mimics(joints: Sequence[DescribedJoint], findings: FileReport) -> None
 
 
 def scale_mimics(joints: Mapping[str, DescribedJoint], scale: float) -> dict[str, DescribedJoint]:
-    """Joints by name, with mimics that say of scaled lengths what they said of the file's.
+    """Joints by name, with mimics that are scaled like the lengths of the file.
 
     Positions of prismatic joints are lengths: so is the offset of one, and a multiplier between one and a joint that
     turns is a length to an angle.
@@ -293,8 +293,8 @@ def build_link_trees(
     Args:
         links: by name, in the order of the file.
         rows: joints of different names, in the order of the file.
-        findings: where it is told what makes it no tree: joints of links that do not exist (SC461), links with two
-            parents (SC462), no root or several (SC463), floating joints elsewhere than at the root (SC464).
+        findings: takes the errors: missing links (SC461), links with two parents (SC462), no single root or a cycle
+            (SC463), floating joints not at the root (SC464).
     """
     wrong = [row for row in rows if not _check_joint_ends(row, links, findings)]
     if wrong:

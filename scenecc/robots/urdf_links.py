@@ -251,14 +251,14 @@ class UrdfMaterials:
             )
 
     def _compare(self, element: SourceElement, meant: SourceElement) -> None:
-        """Warns of a material that says something and is not the one that counts."""
-        said, counts = _material_key(element), _material_key(meant)
-        if any(said) and said != counts:
+        """Warns of a material that differs from the first one of its name, which is used."""
+        own, shared = _material_key(element), _material_key(meant)
+        if any(own) and own != shared:
             name = element.attributes["name"]
             self._findings.report_once(
                 "SC476",
                 name,
-                f"the material `{name}` is another here than where it is first met, which counts everywhere",
+                f"the material `{name}` differs from the first one of this name, which is used everywhere",
                 element.location,
                 hint=f"the first is in line {meant.line + 1}; give this one a name of its own",
             )

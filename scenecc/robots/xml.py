@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
 
 _PARSE_SIZE = 2**20
-"""How much is given to the parser at once: what a handler raises is heeded at the end of a piece, and a token that
-spans pieces is looked at once a piece [bytes]."""
+"""Size of the pieces for the parser [bytes]: an exception of a handler takes effect at the end of a piece, and a token
+is scanned once for each piece that it spans."""
 
 _TAG_PATTERN = re.compile(rb"<[^\s/>]+")
 

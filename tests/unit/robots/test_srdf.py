@@ -59,7 +59,7 @@ def test_other_reasons_are_told_with_their_count(robot: Robot) -> None:
     pairs = pair("l1", "l2", ' reason="User"') + pair("l1", "l3", "") + pair("l1", "nobody", ' reason="User"')
     bits, told = robot.read(pairs)
     assert bits == [0, 0, 0, 0, 0]
-    what = "pairs not to collide with another reason than `Default`: 3, and SAPIEN heeds none of them"
+    what = "pairs not to collide with another reason than `Default`: 3, and SAPIEN ignores them"
     assert told == [f"robot.srdf:2:1 SC474 {what}"]
 
 
