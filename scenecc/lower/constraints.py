@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut
-from scenecc.lower.field_types import FieldType, number, vector
+from scenecc.lower.field_types import field_type, vector
 from scenecc.lower.local_poses import PoseStep, chain_poses, local_pose, steps_to_link
 from scenecc.plan import (
     ArticulationStructure,
@@ -45,12 +45,12 @@ if TYPE_CHECKING:
     Joint = Weld | Connection | Distance | Gear | Drive
 
 
-_DISTANCES = FieldType((2,), quantity="Distance.limits", fallback=(0.0, 0.0))
-_LIMITS = FieldType((2,), quantity="limits", fallback=(0.0, 0.0))
-_RATIO = FieldType(quantity="ratio", fallback=1.0)
-_STIFFNESS, _DAMPING, _FORCE = number("stiffness"), number("damping"), number("force_limit")
-_VELOCITY = vector(3, "")
-_SCALES = vector(2, "inv_mass_scales")
+_DISTANCES = field_type("Distance.limits")
+_LIMITS = field_type("limits")
+_RATIO = field_type("ratio", fallback=1.0)
+_STIFFNESS, _DAMPING, _FORCE = field_type("stiffness"), field_type("damping"), field_type("force_limit")
+_VELOCITY = vector(3)
+_SCALES = field_type("inv_mass_scales")
 
 
 def lower_constraint_joint(written: Any, fields: FieldLowerer, origin: Origin) -> Joint:

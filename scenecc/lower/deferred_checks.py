@@ -294,9 +294,9 @@ def _of_another_type(given: Any, dtype: str | None) -> str | None:
 def _outside_bounds(value: Value, kind: FieldType) -> tuple[str, str] | None:
     """The code and words of what is wrong, or may be, with the type or size of a value's numbers."""
     support = value.bounds
-    if not (kind.quantity or kind.within):
+    if kind.within is None:
         return None
-    bounds = kind.bounds()
+    bounds = kind.bounds
     outside = next((number for number in support.numbers() if not bounds.allow(number)), None)
     if outside is None:
         return None
@@ -324,7 +324,7 @@ def check_rows(deferred: DeferredCheck, sampling: SamplingContext, sink: Sink) -
     except DrawError as error:
         report_draw_failure(error, {**sampling.draw_origins, **deferred.origins}, deferred.origin, sink)
         return
-    bounds = deferred.kind.bounds()
+    bounds = deferred.kind.bounds
     row = _first_row_outside(data, bounds)
     if row is not None:
         scene = deferred.scenes[row]

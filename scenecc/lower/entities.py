@@ -9,18 +9,17 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.field_types import (
     COLOR,
     FieldType,
-    number,
+    field_type,
     opposite,
     report_exclusive_keys,
     report_unused_key,
-    vector,
 )
 from scenecc.lower.frames import FrameGraph
 from scenecc.lower.local_poses import local_pose
 from scenecc.lower.materials import DENSITY
 from scenecc.lower.shapes import ShapeDefaults, find_group
 from scenecc.plan import BodyStructure, Entity, Inertial, literal
-from scenecc.plan.properties import properties_of
+from scenecc.plan.properties import Bounds, properties_of
 from scenecc.spec.body import MOTION_AXES, BodySpec
 from scenecc.spec.pose import PoseMapping
 from scenecc.spec.references import qualified_name, resolve_scene_idxs
@@ -185,7 +184,7 @@ class EntityLowerer:
             for i, variant in enumerate(entity.variants)
         )
         last = len(structures) - 1
-        pick = fields.value(entity.pick, FieldType(dtype="int64", within=(0, last)), origin, "pick")
+        pick = fields.value(entity.pick, FieldType(dtype="int64", within=Bounds(0, last)), origin, "pick")
         # Expressions are checked when they are drawn.
         wrong = [index for index in pick.numbers() if index > last] if pick.known or pick.bounds.exact else []
         if wrong:
@@ -210,7 +209,7 @@ def _field_type(row: Property) -> FieldType:
         return FieldType(dtype="bool", convert=opposite, fallback=False)
     if row.field == "locked_motion_axes":
         return FieldType((6,), "bool", convert=_locked)
-    return vector(row.shape[0], row.field, row.dtype) if row.shape else number(row.field, row.dtype)
+    return field_type(row.field)
 
 
 BODY_FIELDS: dict[str, tuple[str, FieldType]] = {
@@ -234,7 +233,7 @@ _SHAPE_DEFAULTS = (
 )
 """Keys of a body that say something of its shapes, of which kind, and the lists that hold these."""
 
-_INERTIA_TYPE = vector(3, "inertia")
+_INERTIA_TYPE = field_type("inertia")
 
 
 def lower_inertial(given: Any, owner: Origin, fields: FieldLowerer) -> Inertial:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
+from scenecc.plan.properties import ANY
+from scenecc.plan.quantities import QUANTITIES
 from scenecc.spec.params import Rgba, is_color_text, to_rgba
 from scenecc.variation import forms
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Origin, Sink
-    from scenecc.plan.properties import Bounds
+    from scenecc.plan.properties import Bounds, Dtype
 
 
 def report_exclusive_keys(
@@ -46,8 +48,6 @@ def report_unused_key(key: str, where: str, origin: Origin, sink: Sink, *, hint:
     sink.report("SC115", f"`{key}` does nothing {where}", origin.child(key), at="key", hint=hint)
 
 
-Dtype = Literal["float64", "int64", "bool"]
-
 Convert = Callable[[Any], Any]
 
 
@@ -57,8 +57,7 @@ class FieldType:
 
     Attributes:
         shape: of a row.
-        quantity: the row of `scenecc.plan.schema.QUANTITIES` whose bounds hold; "": any number.
-        within: the bounds, where they are the document's own.
+        within: the numbers that are allowed; None: any.
         convert: makes a row of a plain value; None where the plain value is one. Gives None for what
             it cannot read, which only the value of an expression can be.
         complain: reports a plain value that `convert` gives None for; needed where a model lets one through.
@@ -70,34 +69,38 @@ class FieldType:
 
     shape: tuple[int, ...] = ()
     dtype: Dtype = "float64"
-    quantity: str = ""
     convert: Convert | None = None
     complain: Callable[[Any, Origin, Sink], None] | None = None
     fallback: Any = 0.0
     pad: float | None = None
     wide: bool = False
     free: bool = False
-    within: tuple[float, float] | None = None
+    within: Bounds | None = None
 
+    @property
     def bounds(self) -> Bounds:
         """The numbers that a row may have."""
-        # Loaded where something varies: it loads numpy.
-        from scenecc.plan.properties import ANY, Bounds  # noqa: PLC0415
-        from scenecc.plan.schema import QUANTITIES  # noqa: PLC0415
-
-        if self.within is not None:
-            return Bounds(*self.within)
-        return QUANTITIES[self.quantity].bounds if self.quantity else ANY
+        return ANY if self.within is None else self.within
 
 
-def number(quantity: str, dtype: Dtype = "float64") -> FieldType:
-    """One number or flag."""
-    return FieldType(quantity=quantity, dtype=dtype)
+def field_type(
+    quantity: str,
+    *,
+    fallback: Any = None,
+    convert: Convert | None = None,
+    pad: float | None = None,
+    wide: bool = False,
+) -> FieldType:
+    """The type of a field of the plan, from its row of `QUANTITIES`; other arguments as in `FieldType`."""
+    row = QUANTITIES[quantity]
+    if fallback is None:
+        fallback = (0.0,) * row.shape[0] if row.shape else 0.0
+    return FieldType(row.shape, row.dtype, convert, fallback=fallback, pad=pad, wide=wide, within=row.bounds)
 
 
-def vector(count: int, quantity: str, dtype: Dtype = "float64") -> FieldType:
-    """So many numbers."""
-    return FieldType(shape=(count,), quantity=quantity, dtype=dtype, fallback=(0.0,) * count)
+def vector(count: int) -> FieldType:
+    """So many numbers of any size."""
+    return FieldType((count,), fallback=(0.0,) * count)
 
 
 def drawn_shape(bounds: Iterable[Any]) -> tuple[int, ...]:
@@ -153,17 +156,17 @@ def _are_numbers(given: Any) -> bool:
 
 _NUMBERS = frozenset((int, float))
 
-COLOR = FieldType((4,), quantity="base_color", convert=read_color, fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)
+COLOR = field_type("base_color", convert=read_color, fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)
 
-EMISSION = FieldType((4,), quantity="emission", convert=read_color, fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)
+EMISSION = field_type("emission", convert=read_color, fallback=(0.0, 0.0, 0.0, 1.0), pad=1.0)
 
-LIGHT_COLOR = FieldType((3,), quantity="color", convert=read_light_color, fallback=(0.0, 0.0, 0.0))
+LIGHT_COLOR = field_type("color", convert=read_light_color, fallback=(0.0, 0.0, 0.0))
 
-SCALE = FieldType((3,), quantity="scale", convert=read_scale, fallback=(1.0, 1.0, 1.0), wide=True)
+SCALE = field_type("scale", convert=read_scale, fallback=(1.0, 1.0, 1.0), wide=True)
 
-MIRROR_SCALE = FieldType((3,), quantity="Mesh.scale", convert=read_scale, fallback=(1.0, 1.0, 1.0), wide=True)
+MIRROR_SCALE = field_type("Mesh.scale", convert=read_scale, fallback=(1.0, 1.0, 1.0), wide=True)
 
-POSITION = vector(3, "")
+POSITION = vector(3)
 
 COMPONENT_TYPES: dict[Dtype, FieldType] = {dtype: FieldType(dtype=dtype) for dtype in ("float64", "int64", "bool")}
 """One number of a vector."""

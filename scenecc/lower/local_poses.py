@@ -34,7 +34,7 @@ AXIS_TURNS: dict[str, Quat] = {
     "z": shortest_from_x((0.0, 0.0, 1.0)),
 }
 
-_NORMAL = vector(3, "")
+_NORMAL = vector(3)
 _OFFSET = FieldType()
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest_name
-from scenecc.lower.field_types import COLOR, EMISSION, FieldType, number
+from scenecc.lower.field_types import COLOR, EMISSION, FieldType, field_type
 from scenecc.lower.references import qualified, read_references, scope_of
 from scenecc.lower.variation import field_place
 from scenecc.plan import Friction, PhysicalMaterial, Texture, Value, VisualMaterial, literal
@@ -32,11 +32,11 @@ TEXTURES = (
     "transmission_texture",
 )
 FRICTION_TYPES: dict[str, FieldType] = {
-    name: number(name) for name in ("static_friction", "dynamic_friction", "restitution")
+    name: field_type(name) for name in ("static_friction", "dynamic_friction", "restitution")
 }
-DENSITY = number("density")
+DENSITY = field_type("density")
 _VISUAL_TYPES: dict[str, FieldType] = {
-    **{name: number(name) for name in NUMBERS},
+    **{name: field_type(name) for name in NUMBERS},
     "base_color": COLOR,
     "emission": EMISSION,
 }

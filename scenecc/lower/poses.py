@@ -20,9 +20,10 @@ from scenecc.geometry.rotations import (
     Quat,
     Vec3,
 )
-from scenecc.lower.field_types import POSITION, FieldType, number, report_exclusive_keys, vector
+from scenecc.lower.field_types import POSITION, FieldType, field_type, report_exclusive_keys, vector
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import Value, literal
+from scenecc.plan.properties import Bounds
 from scenecc.spec.pose import AXES, AxisAngle, PoseMapping
 from scenecc.variation.distributions import DISTRIBUTIONS
 from scenecc.variation.forms import (
@@ -103,7 +104,7 @@ def _least_magnitude(written: Any) -> Any:
     return 0.0 if any(one.__class__ is tuple for one in found) else min(found, default=0.0)
 
 
-_DEGREES = FieldType(within=(0.0, 180.0))
+_DEGREES = FieldType(within=Bounds(0.0, 180.0))
 
 
 def lower_angle(keys: Any, name: str, owner: Origin, fields: FieldLowerer) -> Value | None:
@@ -120,10 +121,10 @@ def lower_angle(keys: Any, name: str, owner: Origin, fields: FieldLowerer) -> Va
         message = f"`{name}` and `{name}_deg` are the same angle"
         report_exclusive_keys(name, f"{name}_deg", owner, fields.sink, message=message, related="the other")
     if radians is not None:
-        return fields.value(radians, number(name), owner, name)
+        return fields.value(radians, field_type(name), owner, name)
     if degrees is None:
         return None
-    return _lower_degrees(degrees, _DEGREES, number(name), owner.child(f"{name}_deg"), fields)
+    return _lower_degrees(degrees, _DEGREES, field_type(name), owner.child(f"{name}_deg"), fields)
 
 
 def _lower_degrees(written: Any, degrees: FieldType, radians: FieldType, origin: Origin, fields: FieldLowerer) -> Value:
@@ -143,7 +144,7 @@ def _lower_degrees(written: Any, degrees: FieldType, radians: FieldType, origin:
     return literal(tuple(map(math.radians, item)) if radians.shape else math.radians(item))
 
 
-_LIMITS = vector(2, "limits")
+_LIMITS = field_type("limits")
 
 
 def lower_limits(keys: Any, origin: Origin, fields: FieldLowerer) -> Value | None:
@@ -324,7 +325,7 @@ def _listed_keys(names: list[str]) -> str:
 
 POSE = FieldType((7,), fallback=IDENTITY_POSE)
 
-_ANGLES = vector(3, "")
+_ANGLES = vector(3)
 
 _ANGLE = FieldType()
 

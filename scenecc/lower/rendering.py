@@ -6,7 +6,7 @@ from math import radians
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.lower.field_types import LIGHT_COLOR, FieldType, number, report_exclusive_keys, report_unused_key
+from scenecc.lower.field_types import LIGHT_COLOR, FieldType, field_type, report_exclusive_keys, report_unused_key
 from scenecc.lower.mounts import MountLookup, mounted_pose, read_direction, read_pose
 from scenecc.lower.poses import lower_angle
 from scenecc.plan import Value, literal
@@ -135,15 +135,15 @@ _SHADOW = ("shadow_near", "shadow_far", "shadow_scale", "shadow_map_size")
 
 _FLAG = FieldType(dtype="bool", fallback=False)
 
-_MAP_SIZE = FieldType(dtype="int64", quantity="map_size", fallback=1)
+_MAP_SIZE = field_type("map_size", fallback=1)
 
-_HALF_WIDTH, _HALF_HEIGHT = number("half_width"), number("half_height")
+_HALF_WIDTH, _HALF_HEIGHT = field_type("half_width"), field_type("half_height")
 
-_SCALE = number("Shadow.half_size")
+_SCALE = field_type("Shadow.half_size")
 
-_SHADOW_DEPTH = {"directional": number("Shadow.near")}
+_SHADOW_DEPTH = {"directional": field_type("Shadow.near")}
 
-_POINT_SHADOW_DEPTH = number("Camera.near")
+_POINT_SHADOW_DEPTH = field_type("Camera.near")
 """Shadows of a light that stands somewhere begin in front of it."""
 
 
@@ -156,11 +156,11 @@ NEAR, FAR = 0.01, 100.0
 
 _LENSES = ("fovy", "fovy_deg", "fovx", "fovx_deg", "intrinsic", "orthographic")
 
-_INTRINSIC = {name: number(name) for name in ("fx", "fy", "cx", "cy", "skew")}
+_INTRINSIC = {name: field_type(name) for name in ("fx", "fy", "cx", "cy", "skew")}
 
-_TOP = number("top")
+_TOP = field_type("top")
 
-_NEAR, _FAR = number("Camera.near"), number("Camera.far")
+_NEAR, _FAR = field_type("Camera.near"), field_type("Camera.far")
 
 
 @frozen

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from scenecc import plan
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest_name
-from scenecc.lower.field_types import COLOR, MIRROR_SCALE, SCALE, FieldType, number, report_unused_key, vector
+from scenecc.lower.field_types import COLOR, MIRROR_SCALE, SCALE, FieldType, field_type, report_unused_key
 from scenecc.lower.local_poses import shape_pose
 from scenecc.lower.materials import (
     DENSITY,
@@ -168,16 +168,16 @@ def _ignore_origin(first: int, second: int, draft: ArticulationDraft, whole: Ori
 
 GeometryLowerer = Callable[[Any, "PlanTables", "FieldLowerer", "Origin"], Any]
 
-_HALF_SIZE = vector(3, "half_size")
+_HALF_SIZE = field_type("half_size")
 
 
-_HALF_SIZE_2 = vector(2, "VisualPlane.half_size")
+_HALF_SIZE_2 = field_type("VisualPlane.half_size")
 
-_REPEAT = vector(2, "texture_repeat")
+_REPEAT = field_type("texture_repeat")
 
-_RADIUS = number("radius")
+_RADIUS = field_type("radius")
 
-_HALF_LENGTH = number("half_length")
+_HALF_LENGTH = field_type("half_length")
 
 
 def _size(shape: Any, name: str, kind: FieldType, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> Value:
@@ -252,7 +252,7 @@ VISUAL_GEOMETRY: dict[str, GeometryLowerer] = {
 """What is seen of a type; likewise."""
 
 _CONTACT_TYPES = tuple(
-    (name, number(name)) for name in ("contact_offset", "rest_offset", "patch_radius", "min_patch_radius")
+    (name, field_type(name)) for name in ("contact_offset", "rest_offset", "patch_radius", "min_patch_radius")
 )
 
 _LEFT_OUT = (None,) * len(_CONTACT_TYPES)

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.plan.material import AssetFile, VisualMaterial
-    from scenecc.plan.schema import TableName
+    from scenecc.plan.quantities import TableName
     from scenecc.variation.evaluation import Batch
 
 

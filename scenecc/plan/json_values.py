@@ -36,8 +36,9 @@ if TYPE_CHECKING:
     from scenecc.plan.body import Mount
     from scenecc.plan.material import PhysicalMaterial, VisualMaterial
     from scenecc.plan.properties import Bounds
+    from scenecc.plan.quantities import Quantity
     from scenecc.plan.scene import Entity, ScenePlan
-    from scenecc.plan.schema import Quantity, ScalarKind
+    from scenecc.plan.schema import ScalarKind
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,9 +61,9 @@ def is_list(data: object) -> TypeGuard[list[Any]]:
 
 
 _JSON_TYPES = {
-    np.float64: (frozenset({float, int}), "a number"),
-    np.int64: (frozenset({int}), "an integer"),
-    np.bool_: (frozenset({bool}), "true or false"),
+    "float64": (frozenset({float, int}), "a number"),
+    "int64": (frozenset({int}), "an integer"),
+    "bool": (frozenset({bool}), "true or false"),
 }
 
 
@@ -116,7 +117,7 @@ def _check_shape(count: int, rows: list[Any]) -> JsonProblem | None:
 
 
 def _check_range(kind: Quantity, data: NDArray[Any], table_size: int | None) -> JsonProblem | None:
-    if kind.dtype is np.bool_:
+    if kind.dtype == "bool":
         return None
     flat = data.reshape(-1)
     if table_size is not None:
@@ -191,10 +192,6 @@ def reject_repeated_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         seen: set[str] = set()
         raise RepeatedKeyError(next(repr(key[:80]) for key, _ in pairs if key in seen or seen.add(key)))
     return found
-
-
-"""Fields of a body that the articulation has in its links' place, or nothing has."""
-"""Fields of the degree of freedom that a fixed joint has not."""
 
 
 def check_joint(read: dict[str, Any]) -> Iterator[JsonProblem]:

@@ -117,7 +117,7 @@ def _entity(draw: st.DrawFn, name: str, scope: _Scope) -> Entity:
     one = draw(st.sampled_from([_bodies(inner), _bodies(inner), _articulations(inner)]))
     structures = tuple(draw(st.lists(one, min_size=1, max_size=_MOST["structures"])))
     last = len(structures) - 1
-    pick = draw(_values(Quantity(np.int64, bounds=Bounds(0, last)), inner)) if last else None
+    pick = draw(_values(Quantity("int64", bounds=Bounds(0, last)), inner)) if last else None
     return Entity(name, idxs, draw(_of(pose, inner)), structures, pick, hidden=draw(st.booleans()))
 
 
@@ -253,10 +253,10 @@ def _rows(kind: Quantity, scope: _Scope) -> st.SearchStrategy[Any]:
         return st.tuples(st.lists(_floats(kind.bounds), min_size=3, max_size=3), rotation).map(lambda x: [*x[0], *x[1]])
     if kind.table is not None:
         item: st.SearchStrategy[Any] = st.integers(0, scope.sizes[kind.table] - 1)
-    elif kind.dtype is np.bool_:
+    elif kind.dtype == "bool":
         item = st.booleans()
     else:
-        item = _integers(kind.bounds) if kind.dtype is np.int64 else _floats(kind.bounds)
+        item = _integers(kind.bounds) if kind.dtype == "int64" else _floats(kind.bounds)
     return st.lists(item, min_size=kind.shape[0], max_size=kind.shape[0]) if kind.shape else item
 
 

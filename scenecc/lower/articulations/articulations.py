@@ -17,7 +17,7 @@ from scenecc.lower.articulations.robots import (
     RobotDrafter,
     nearest_override,
 )
-from scenecc.lower.field_types import FieldType, number, report_unused_key, vector
+from scenecc.lower.field_types import FieldType, field_type, report_unused_key
 from scenecc.lower.references import RobotRequest
 from scenecc.lower.shapes import warn_ignored_pairs_collide
 from scenecc.plan.articulation import ArticulationStructure, Link, Mimic
@@ -121,11 +121,11 @@ _IGNORE_ALL_BIT = 1 << 29
 """The bit of the third collision integer by which all links of an articulation ignore one another."""
 
 _SOLVER: dict[str, FieldType] = {
-    "solver_position_iterations": number("solver_position_iterations", "int64"),
-    "solver_velocity_iterations": number("solver_velocity_iterations", "int64"),
-    "sleep_threshold": number("sleep_threshold"),
+    "solver_position_iterations": field_type("solver_position_iterations"),
+    "solver_velocity_iterations": field_type("solver_velocity_iterations"),
+    "sleep_threshold": field_type("sleep_threshold"),
 }
-_VELOCITIES = {key: vector(3, key) for key in ("linear_velocity", "angular_velocity")}
+_VELOCITIES = {key: field_type(key) for key in ("linear_velocity", "angular_velocity")}
 
 
 @dataclass(frozen=True, slots=True)

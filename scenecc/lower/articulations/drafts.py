@@ -13,9 +13,8 @@ from itertools import product, zip_longest
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import show
-from scenecc.geometry.float32 import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE, shortest_from_x, turned
-from scenecc.lower.field_types import FieldType, number, report_exclusive_keys, report_unused_key, vector
+from scenecc.lower.field_types import FieldType, field_type, report_exclusive_keys, report_unused_key, vector
 from scenecc.lower.local_poses import local_pose, seven_numbers
 from scenecc.lower.poses import (
     POSE,
@@ -29,6 +28,7 @@ from scenecc.lower.references import possible_values
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import CollisionShape, Value, VisualShape, literal, per_scene, varying
 from scenecc.plan.articulation import breadth_first_order
+from scenecc.plan.properties import POSITIVE
 from scenecc.spec.pose import AXES
 from scenecc.variation.nodes import Composed, Pointing, Posed, Stacked
 
@@ -156,7 +156,7 @@ _MOVING_JOINT_KEYS = (*_JOINT_NUMBERS, "axis", "pose_in_child", "limits", "limit
 
 _COLLIDING_KEYS = ("density", "patch_radius", "min_patch_radius")
 
-_DIRECTION = vector(3, "")
+_DIRECTION = vector(3)
 
 _NO_LIMITS = (-math.inf, math.inf)
 
@@ -237,7 +237,7 @@ class LinkTreeDrafter:
         properties = {
             key: value
             for key in _JOINT_NUMBERS
-            if (value := fields.optional(getattr(joint, key), number(key), origin, key)) is not None
+            if (value := fields.optional(getattr(joint, key), field_type(key), origin, key)) is not None
         }
         mimic = None
         if joint.mimic is not None:
@@ -245,8 +245,8 @@ class LinkTreeDrafter:
             if not name:
                 message = "a joint that follows another lacks the key `name`"
                 self._sink.report("SC102", message, origin, hint="it is known by its name, as the one that it follows")
-            multiplier = fields.optional(joint.mimic.multiplier, number("multiplier"), place, "multiplier")
-            offset = fields.optional(joint.mimic.offset, number("offset"), place, "offset")
+            multiplier = fields.optional(joint.mimic.multiplier, field_type("multiplier"), place, "multiplier")
+            offset = fields.optional(joint.mimic.offset, field_type("offset"), place, "offset")
             mimic = DraftMimic(joint.mimic.joint, multiplier or literal(1.0), offset or literal(0.0), place)
         limits = lower_limits(joint, origin, fields) or literal(_NO_LIMITS)
         warn_limits_in_degrees(joint, joint.type, origin, self._sink)
@@ -340,7 +340,7 @@ _TEXT_TYPE = FieldType(convert=str, fallback="")
 _KEY_TYPES = {
     "urdf": _TEXT_TYPE,
     "mjcf": _TEXT_TYPE,
-    "scale": FieldType(fallback=1.0, within=(FLOAT32_MIN, FLOAT32_MAX)),
+    "scale": FieldType(fallback=1.0, within=POSITIVE),
     "srdf": _TEXT_TYPE,
     "package_dir": _TEXT_TYPE,
     "fix_root_link": FieldType(dtype="bool", fallback=False),
@@ -457,11 +457,11 @@ class _KeyAlternatives:
         return True
 
     def _may_be(self, value: Any) -> bool:
-        return self._kind.within is None or self._kind.bounds().allow(value)
+        return self._kind.within is None or self._kind.bounds.allow(value)
 
     def _misfit(self, given: Any, value: Any, place: Origin, fields: FieldLowerer) -> None:
         if value is not None:
-            message = f"this expression gives {show(given)}, and it must be {self._kind.bounds().requirement(value)}"
+            message = f"this expression gives {show(given)}, and it must be {self._kind.bounds.requirement(value)}"
             fields.sink.report("SC513", message, place)
             return
         wanted = "a name" if self._kind is _TEXT_TYPE else _TYPE_WORDS[self._kind.dtype]

@@ -11,10 +11,11 @@ from scenecc.geometry.float32 import FLOAT32_MAX
 from scenecc.lower.articulations.links import first_outside, widest
 from scenecc.lower.articulations.robots import names_hint
 from scenecc.lower.deferred_checks import MimicRelation, ResettableValue
-from scenecc.lower.field_types import FieldType, number, report_unused_key
+from scenecc.lower.field_types import FieldType, field_type, report_unused_key
 from scenecc.lower.poses import suspect_degrees, warn_large_angle
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import literal, per_scene, varying
+from scenecc.plan.properties import Bounds
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.variation import forms
 from scenecc.variation.bounds import ValueBounds, affine_clamp_bounds, component_bounds
@@ -32,8 +33,8 @@ if TYPE_CHECKING:
     from scenecc.plan import Value
 
 
-_POSITION = number("qpos")
-_VELOCITY = number("qvel")
+_POSITION = field_type("qpos")
+_VELOCITY = field_type("qvel")
 
 
 class InitialStateLowerer:
@@ -126,7 +127,7 @@ class InitialStateLowerer:
         if variation.drawn or any(name in sampling.random for name in variation.reads):
             return self._held(joint, given, variation)
         item = joint_value_node(given)
-        kind = FieldType(quantity="qpos", within=widest(joint.limits))
+        kind = FieldType(within=Bounds(*widest(joint.limits)))
         value = self._fields.finish(item, variation, kind, given.origin, reset=True)
         if value.known and not variation.broken:
             self._judge(joint, value.data.tolist(), given.origin)

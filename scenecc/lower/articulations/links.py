@@ -10,7 +10,7 @@ from scenecc.diagnostics.messages import cut
 from scenecc.lower.articulations.drafts import ContactDefaults
 from scenecc.lower.articulations.robots import nearest_override
 from scenecc.lower.entities import BODY_FIELDS, lower_inertial
-from scenecc.lower.field_types import number, report_exclusive_keys
+from scenecc.lower.field_types import field_type, report_exclusive_keys
 from scenecc.lower.materials import DENSITY, PLAIN_SURFACE
 from scenecc.lower.poses import check_limits_keys, warn_limits_in_degrees
 from scenecc.lower.shapes import DEFAULT_BITS, ShapeDefaults, find_group
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 _LINK_KEYS = tuple(row.key for row in properties_of("body") if row.field not in NON_LINK_FIELDS)
 """What a link may say of itself, of what SAPIEN keeps for any body."""
 _MASS_TYPE = BODY_FIELDS["mass"][1]
-_RADIUS_TYPE = number("patch_radius")
+_RADIUS_TYPE = field_type("patch_radius")
 
 
 class LinkLowerer:
@@ -176,7 +176,7 @@ def _scaled_inertial(inertial: Inertial, mass: Value, values: OverrideValues) ->
 
 
 _JOINT_FIELDS = property_fields("joint")
-_JOINT_TYPES = {row.field: number(row.field) for row in JOINT_PROPERTIES}
+_JOINT_TYPES = {row.field: field_type(row.field) for row in JOINT_PROPERTIES}
 
 
 def with_overrides(joint: DraftJoint, layers: Sequence[Layer], values: OverrideValues) -> DraftJoint:
