@@ -43,12 +43,12 @@ if TYPE_CHECKING:
 
 
 DIVERGENCE_LIMIT: Final = 1e6
-"""[m, m/s, rad, rad/s] Single precision tells 0.06 m apart there: no scene means that."""
+"""[m, m/s, rad, rad/s] Single precision resolves 0.06 m there, so no scene is meant to reach it."""
 
 _DIVERGENCE_HINT: Final = "a smaller `physics.timestep`, weaker drives, or masses that differ less may help"
 
 CHECK_INTERVAL: Final = 10
-"""Steps from one look to the next: a look costs as much as some steps."""
+"""Steps from one check to the next: a check costs as much as some steps."""
 
 
 class _Divergence(NamedTuple):
@@ -69,16 +69,16 @@ class _Divergence(NamedTuple):
 def check_divergence(
     plan: ScenePlan, present: Iterable[BodyObjects | ArticulationObjects], steps: Mapping[int, int], sink: Sink
 ) -> None:
-    """Looks at all that moves.
+    """Checks that all that moves is finite and within `DIVERGENCE_LIMIT`.
 
     Args:
-        plan: where the entities were written.
-        present: what is in the scenes now.
-        steps: of each scene, how many were simulated.
-        sink: is told what diverged.
+        plan: gives the origins of the entities.
+        present: the objects that are in the scenes now.
+        steps: scene index → how many steps were simulated.
+        sink: takes the diagnostic.
 
     Raises:
-        SceneError: something did.
+        SceneError: something diverged.
     """
     found: list[_Divergence] = []
     for held in present:
@@ -283,12 +283,12 @@ class SceneBatch:
 
     @property
     def plan(self) -> ScenePlan:
-        """What it was built from."""
+        """The plan from which it was built."""
         return self._plan
 
     @property
     def scene_idxs(self) -> tuple[int, ...]:
-        """Which of the plan's scenes were instantiated, ascending; `scenes` follows this order."""
+        """Indices of the plan's scenes that were built, ascending; `scenes` has the same order."""
         return self._scene_idxs
 
     @property
@@ -322,16 +322,15 @@ class SceneBatch:
 
     @property
     def cameras(self) -> dict[str, CameraBatch]:
-        """Cameras by name; where the plan has none, `default`, which sees the whole scene.
+        """Cameras by name; if the plan has none, `default`, which sees the whole scene.
 
-        Without a render device they are here too, and say so when a picture is asked for. Raises RuntimeError once
-        closed.
+        They exist without a render device, too; `capture` then raises RuntimeError. Raises RuntimeError once closed.
         """
         self._check_open()
         return {} if self._rendering is None else self._rendering.cameras
 
     def framed(self, width: int = 640, height: int = 480) -> CameraBatch:
-        """A new camera that frames each scene as it stands when the first picture of it is taken, and then stays there.
+        """A new camera that frames each scene at its first picture and then does not move.
 
         Sizes are in pixels. Raises ValueError if no renderer makes pictures of this size, RuntimeError once closed.
         """
@@ -340,7 +339,7 @@ class SceneBatch:
         return self._rendering.framed(width, height)
 
     def show_collision(self) -> None:
-        """Draws bodies as they collide in place of how they look, from now on, in colours by type of body.
+        """Draws collision shapes in place of visuals from now on, coloured by type of body.
 
         Dynamic ones are blue, kinematic ones orange, static ones grey and links green. Meshes are drawn as the engine
         has cooked them. Raises RuntimeError if the batch was built without rendering, or is closed.
@@ -356,11 +355,11 @@ class SceneBatch:
         return {} if self._constraints is None else self._constraints.batches
 
     def attach_constraints(self, constraints: ConstraintSet) -> None:
-        """Takes in the constraints that were built into its scenes; for those who build batches."""
+        """Registers the constraints that were built in these scenes. Called by the builders of a batch."""
         self._constraints = constraints
 
     def attach_rendering(self, rendering: LightsAndCameras) -> None:
-        """Takes in the lights and cameras that were built into its scenes; for those who build batches."""
+        """Registers the lights and cameras that were built in these scenes. Called by the builders of a batch."""
         self._rendering = rendering
 
     @property

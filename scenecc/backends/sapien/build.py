@@ -41,7 +41,7 @@ def build_scenes(
     rendered: bool,
     progress: Callable[[int, int], None] | None,
 ) -> tuple[SceneBatch, list[PreparedEntity]] | None:
-    """Builds the scenes named; after a failure, which is reported, nothing is left of them."""
+    """Builds these scenes. A failure is reported, and every scene that was built is cleared."""
     prepared_entities = prepare_entities(plan, scene_idxs, sink, rendered=rendered)
     if prepared_entities is None:
         return None
@@ -75,7 +75,7 @@ def new_scene(plan: ScenePlan, *, rendered: bool) -> Any:
 def fill_scenes(
     scenes: Sequence[Any], prepared_entities: Sequence[PreparedEntity], progress: Callable[[int, int], None] | None
 ) -> None:
-    """Builds scene after scene: faster than entity after entity, since a scene's memory stays warm.
+    """Builds one scene after the other, which is faster than one entity after the other: a scene's memory stays cached.
 
     Raises:
         EngineFailure: the engine cannot make a shape.
@@ -106,7 +106,7 @@ def build_batch(
     audit: Literal["full", "fast", "off"],
     progress: Callable[[int, int], None] | None,
 ) -> SceneBatch | None:
-    """`scenecc.backends.sapien.instantiate` once the engine is known to be there."""
+    """As `scenecc.backends.sapien.instantiate`; SAPIEN can be imported."""
     try:
         if backend == "cuda":
             raise gpu_refusal()
@@ -141,7 +141,7 @@ def build_batch(
 def _add_constraints_and_cameras(
     batch: SceneBatch, prepared_entities: list[PreparedEntity], sink: Sink, *, audited: bool
 ) -> bool:
-    """Builds constraints, lights and cameras; whether they are there, and as the plan asks where it is audited."""
+    """Builds constraints, lights and cameras and, if `audited`, compares them with the plan. False after an error."""
     plan, lookup = batch.plan, EntityLookup(batch.scene_idxs, batch.scenes, prepared_entities)
     try:
         if plan.constraints:

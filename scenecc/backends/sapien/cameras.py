@@ -283,7 +283,7 @@ def render_bodies(entity: Any) -> list[Any]:
 
 
 def attach_component(component: Any, held: Light | Camera, row: int, lookup: EntityLookup, number: int) -> None:
-    """Puts a component into a scene.
+    """Adds a component to a scene.
 
     Args:
         component: of SAPIEN's, in no entity yet.
@@ -328,14 +328,18 @@ def build_camera(camera: Camera, lookup: EntityLookup) -> list[Any]:
             hint="leave `shader` out, or build where the Vulkan driver has VK_KHR_ray_tracing_pipeline",
             origin=camera.origin and camera.origin.child("shader"),
         )
-    rows = {index: row for row, index in enumerate(camera.scene_idxs)}
     made: list[Any] = []
-    for number, index in enumerate(lookup.scene_idxs):
-        if (row := rows.get(index)) is not None:
-            component = new_camera(camera, row)
-            attach_component(component, camera, row, lookup, number)
-            made.append(component)
+    for number, row in rows_by_scene(camera, lookup):
+        component = new_camera(camera, row)
+        attach_component(component, camera, row, lookup, number)
+        made.append(component)
     return made
+
+
+def rows_by_scene(held: Light | Camera, lookup: EntityLookup) -> list[tuple[int, int]]:
+    """For each built scene that has a light or camera: the scene's number, and the row in the plan's values."""
+    rows = {index: row for row, index in enumerate(held.scene_idxs)}
+    return [(number, rows[index]) for number, index in enumerate(lookup.scene_idxs) if index in rows]
 
 
 def camera_values(camera: Camera, row: int) -> dict[str, float]:

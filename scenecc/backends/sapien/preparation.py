@@ -50,7 +50,7 @@ class StructureRows(Generic[Structure]):
 
 @dataclass(frozen=True, slots=True)
 class PreparedActor:
-    """A body in the loop over scenes.
+    """A body, prepared for the loop over scenes.
 
     Attributes:
         scene_idxs: the scenes that are built and have it, ascending: one body each.
@@ -71,7 +71,7 @@ class PreparedActor:
     components: list[Any] = field(default_factory=list[Any])
 
     def placer(self) -> PlaceInScene:
-        """What builds its body in one scene after the other."""
+        """A function that builds the body in one scene after the other."""
         everywhere, table = self.make, self.table
         keep_entity, keep_component = self.objs.append, self.components.append
 
@@ -90,13 +90,13 @@ class PreparedActor:
         return place
 
     def held(self) -> BodyObjects:
-        """What was built, as the classes of a batch share it."""
+        """The objects that were built."""
         return BodyObjects(self.entity.name, self.scene_idxs, self.objs, self.components)
 
 
 @dataclass(frozen=True, slots=True)
 class PreparedArticulation:
-    """An articulation in the loop over scenes.
+    """An articulation, prepared for the loop over scenes.
 
     Attributes:
         scene_idxs, rows, parts: as of a body.
@@ -115,7 +115,7 @@ class PreparedArticulation:
     links: list[list[Any]] = field(default_factory=list[list[Any]])
 
     def placer(self) -> PlaceInScene:
-        """What builds its articulation in one scene after the other."""
+        """A function that builds the articulation in one scene after the other."""
 
         def place(add: Callable[[Any], None], number: int) -> None:
             """Builds the links of a scene, adds them and lets them start; nothing where the entity is not in it."""
@@ -132,18 +132,18 @@ class PreparedArticulation:
         return place
 
     def held(self) -> ArticulationObjects:
-        """What was built, as the classes of a batch share it; called while all are in their scenes."""
+        """The objects that were built; called while all are in their scenes."""
         return ArticulationObjects(self.entity.name, self.scene_idxs, self.objs, self.entities, self.links)
 
 
 PreparedEntity = PreparedActor | PreparedArticulation
-"""An entity's part in a build."""
+"""An entity, prepared for the loop over scenes."""
 
 
 def prepare_entity(
     entity: Entity, scene_idxs: tuple[int, ...], resources: Resources, *, rendered: bool
 ) -> tuple[PreparedEntity | None, list[EngineFailure]]:
-    """The entity's part among the scenes named, None where it is in none, and what the engine cannot cook.
+    """The entity, prepared for these scenes (None if it is in none of them), and the meshes that cannot be cooked.
 
     Raises:
         EngineFailure: a shape cannot even be prepared.

@@ -23,6 +23,7 @@ from scenecc.backends.sapien.cameras import (
     frame_scene,
     new_camera,
     render_bodies,
+    rows_by_scene,
     to_pose,
 )
 from scenecc.backends.sapien.engine import EngineFailure, physx, render
@@ -89,12 +90,8 @@ def build_light(light: Light, lookup: EntityLookup, resources: Resources) -> lis
         EngineFailure: its picture cannot be loaded.
     """
     values = light_values(light)
-    rows = {index: row for row, index in enumerate(light.scene_idxs)}
     made: list[Any] = []
-    for number, index in enumerate(lookup.scene_idxs):
-        row = rows.get(index)
-        if row is None:
-            continue
+    for number, row in rows_by_scene(light, lookup):
         component = getattr(render, LIGHT_CLASSES[type(light.light)])()
         given = {name: value.row(row) for name, value in values.items()}
         if isinstance(light.light, AreaLight):  # SAPIEN has one setter for both

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
-from scenecc.backends.sapien.articulation_builder import set_joint_positions as place_joints
+from scenecc.backends.sapien.articulation_builder import set_joint_positions
 from scenecc.backends.sapien.engine import physx, sapien
 from scenecc.backends.sapien.objects import (
     ArticulationObjects,
@@ -219,7 +219,7 @@ def read_articulations(held: ArticulationObjects, scene_idxs: Iterable[int]) -> 
 
 
 class StateWriter(ABC):
-    """One entity with the state that it is to have in some scenes; everything is looked up before anything moves."""
+    """Writes the state of one entity in some scenes. Everything is looked up before anything moves."""
 
     def __init__(self, held: BodyObjects | ArticulationObjects, state: MotionState) -> None:
         self._parts = held.parts
@@ -263,13 +263,13 @@ class ArticulationStateWriter(StateWriter):
         self._state = state
 
     def move(self, scene: int) -> None:
-        """Sets where the root is; outside of the simulation there are no joints."""
+        """Sets the pose of the root; outside of the simulation there are no joints."""
         row = self._own(scene)
         if row is not None:
             self._held.entities[row][0].set_pose(self._poses[self._row_of[scene]])
 
     def settle(self, scene: int) -> None:
-        """Sets where the joints are, how all moves, and what pulls; and lets it rest or wakes it."""
+        """Sets velocities of the root, states and drive targets of joints, and whether it sleeps."""
         row = self._own(scene)
         if row is None:
             return
@@ -280,7 +280,7 @@ class ArticulationStateWriter(StateWriter):
         if not root_is_fixed(self._held.links[row]):
             obj.set_root_linear_velocity(state.linear_velocity[number])
             obj.set_root_angular_velocity(state.angular_velocity[number])
-        place_joints(obj, state.qpos[number, :dof])
+        set_joint_positions(obj, state.qpos[number, :dof])
         if dof:
             obj.set_qvel(state.qvel[number, :dof])
             # Also where it is 0, for nothing has taken it off an articulation that only moved to another scene.
@@ -341,7 +341,7 @@ class BodyStateWriter(StateWriter):
         self._targets = dict(zip(np.flatnonzero(aims).tolist(), to_poses(state.kinematic_target[aims]), strict=True))
 
     def move(self, scene: int) -> None:
-        """Sets where the body is and how it moves, while it is outside of the simulation."""
+        """Sets pose and velocities of the body while it is outside of the simulation."""
         own = self._bodies.row_of.get(scene)
         if own is None:
             return
@@ -352,7 +352,7 @@ class BodyStateWriter(StateWriter):
             component.set_angular_velocity(self._angular[row])
 
     def settle(self, scene: int) -> None:
-        """Lets the body in the simulation rest, wakes it, or tells it where to go."""
+        """Puts the body in the simulation to sleep, wakes it, or sets its kinematic target."""
         own = self._bodies.row_of.get(scene)
         # Of a body outside of a scene the engine knows no rest, and crashes when it is asked.
         if own is None or self._bodies.objs[own].get_scene() is None:
@@ -367,7 +367,7 @@ class BodyStateWriter(StateWriter):
 
 
 def make_state_writer(held: BodyObjects | ArticulationObjects, state: AnyState) -> StateWriter:
-    """Of whichever kind it is; the state is of the same."""
+    """The writer for a kind of entity; the state is of the same kind."""
     if isinstance(held, ArticulationObjects):
         assert isinstance(state, ArticulationState)
         return ArticulationStateWriter(held, state)
@@ -375,29 +375,29 @@ def make_state_writer(held: BodyObjects | ArticulationObjects, state: AnyState) 
     return BodyStateWriter(held, state)
 
 
-def restore_scene(placements: Sequence[StateWriter], scene: int) -> None:
-    """Puts the bodies of a scene where their states say. `placements` in build order."""
-    for placement in reversed(placements):
-        placement.take_out(scene)
-    for placement in placements:
-        placement.move(scene)
-        placement.put_in(scene)
-        placement.settle(scene)
+def restore_scene(writers: Sequence[StateWriter], scene: int) -> None:
+    """Restores the states of a scene's bodies. `writers`: in build order."""
+    for writer in reversed(writers):
+        writer.take_out(scene)
+    for writer in writers:
+        writer.move(scene)
+        writer.put_in(scene)
+        writer.settle(scene)
 
 
-def restore_in_new_scene(placements: Sequence[StateWriter], scene: int, old: Any) -> Any:
-    """As `place`, in a new scene whose simulation has no past. It takes over all that the old one held."""
+def restore_in_new_scene(writers: Sequence[StateWriter], scene: int, old: Any) -> Any:
+    """As `restore_scene`, in a new scene without a simulation history. All objects of the old scene move to it."""
     new: Any = sapien.Scene(_copy_systems(old))
     new.set_timestep(old.get_timestep())
     entities = old.entities
     for entity in entities:
         old.remove_entity(entity)
-    for placement in placements:
-        placement.move(scene)
+    for writer in writers:
+        writer.move(scene)
     for entity in entities:
         new.add_entity(entity)
-    for placement in placements:
-        placement.settle(scene)
+    for writer in writers:
+        writer.settle(scene)
     return new
 
 
@@ -447,9 +447,9 @@ class RemovedArticulation:
     def put_back(self, held: ArticulationObjects) -> None:
         """To be called once its entities are in their scenes again, where the engine gives it what it had there."""
         if self._changed:
-            placement = ArticulationStateWriter(held, self.state)
+            writer = ArticulationStateWriter(held, self.state)
             for index in self._changed:
-                placement.settle(index)
+                writer.settle(index)
 
 
 def validate_state(

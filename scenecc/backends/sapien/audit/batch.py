@@ -22,7 +22,7 @@ from scenecc.backends.sapien.audit.comparison import (
     is_same,
 )
 from scenecc.backends.sapien.audit.reference import ReferenceMeshes, cooking_differences, scene_differences
-from scenecc.backends.sapien.cameras import camera_values
+from scenecc.backends.sapien.cameras import camera_values, rows_by_scene
 from scenecc.backends.sapien.engine import render, sapien
 from scenecc.backends.sapien.preparation import PreparedArticulation
 from scenecc.backends.sapien.properties import select_rows
@@ -60,9 +60,8 @@ def audit_rendering(plan: ScenePlan, rendering: LightsAndCameras, lookup: Entity
             groups.add("the scene", each.words, index, plan.environment and plan.environment.origin, key=each.what)
     for held in (*plan.lights, *plan.cameras):
         found: RenderComponentBatch = (rendering.cameras if isinstance(held, Camera) else rendering.lights)[held.name]
-        rows = {index: row for row, index in enumerate(held.scene_idxs)}
-        for index, component in zip(found.scene_idxs, found.objs, strict=True):
-            number, row = lookup.scene_idxs.index(index), rows[index]
+        for (number, row), component in zip(rows_by_scene(held, lookup), found.objs, strict=True):
+            index = lookup.scene_idxs[number]
             placement = _placement_differences(held, component, row, lookup, number)
             for each in chain(placement, _component_differences(plan, held, component, row)):
                 groups.add(f"'{held.name}'", each.words, index, held.origin, key=each.what)

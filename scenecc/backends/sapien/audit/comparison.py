@@ -50,7 +50,7 @@ class EngineDifference:
 
 
 class DifferenceGroups:
-    """Differences that become one diagnostic each, however many scenes have them."""
+    """Differences, grouped: one diagnostic a group, however many scenes have it."""
 
     def __init__(self, sink: Sink) -> None:
         self._sink = sink
@@ -59,7 +59,7 @@ class DifferenceGroups:
     def add(
         self, who: str, words: str, index: int, place: Origin | None, *, key: Hashable = None, code: str = AUDIT_CODE
     ) -> None:
-        """One more.
+        """Adds a difference.
 
         Args:
             who: has it, in words.
@@ -72,7 +72,7 @@ class DifferenceGroups:
         self._groups.setdefault((who, key or words), (who, words, place, code, []))[-1].append(index)
 
     def report(self) -> bool:
-        """Reports them; whether there are none."""
+        """Reports every group. Returns True if there are none."""
         for who, words, place, code, found in self._groups.values():
             scene_idxs = sorted(set(found))
             more = f" (and in {len(scene_idxs) - 1} more)" if len(scene_idxs) > 1 else ""
@@ -118,7 +118,7 @@ def pose_numbers(pose: sapien.Pose) -> tuple[float, ...]:
 
 
 def format_value(value: object) -> str:
-    """As people read it."""
+    """A value as it is written in a diagnostic."""
     if isinstance(value, str) or value is None:
         return repr(value)
     array = to_engine_array(value)
@@ -143,7 +143,7 @@ class BodyLocation(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class _SharedExpectation:
-    """Objects that must agree with one dictionary."""
+    """Objects that share one dictionary of expected values."""
 
     expected: ExpectedProperties
     engines: list[Any] = field(default_factory=list[Any])
@@ -202,11 +202,11 @@ class BatchComparison:
         column.places.append(place)
 
     def tell(self, place: BodyLocation, what: str, expected: object, found: object, code: str = AUDIT_CODE) -> None:
-        """A difference that was seen otherwise."""
+        """Adds a difference that the caller has found."""
         self._found.append((place, EngineDifference(what, expected, found, place.origin, code)))
 
     def differences(self) -> Iterator[tuple[BodyLocation, EngineDifference]]:
-        """Everything that differs."""
+        """All differences; reads the objects that were collected."""
         yield from self._found
         for group in self._groups.values():
             for name, value in group.expected.items():
