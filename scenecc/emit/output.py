@@ -194,14 +194,14 @@ def _format_float32(values: NDArray[np.floating]) -> list[list[str]]:
     return values.astype(np.float32).astype(str).tolist()
 
 
-def unsupported_fields(part: type, *supported: str) -> tuple[str, ...]:
-    """The optional fields of `part`, a dataclass of the plan, without those that a format supports."""
+def optional_fields(part: type, *without: str) -> tuple[str, ...]:
+    """The optional fields of `part`, a dataclass of the plan, without some: those that a format supports."""
     return tuple(
-        item.name for item in fields(part) if item.compare and item.default is None and item.name not in supported
+        item.name for item in fields(part) if item.compare and item.default is None and item.name not in without
     )
 
 
-PHYSX_SETTINGS: Final = unsupported_fields(Physics, "timestep", "gravity", "default_material")
+PHYSX_SETTINGS: Final = optional_fields(Physics, "timestep", "gravity", "default_material")
 """Fields of `Physics` that are specific to PhysX or to parallel scenes: no other format supports them."""
 
 

@@ -21,8 +21,8 @@ from scenecc.emit.output import (
     format_obj,
     invert_pose,
     is_pure_damping,
+    optional_fields,
     transform_direction,
-    unsupported_fields,
 )
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.meshes.builder import MeshBuilder, bake_scale
@@ -72,7 +72,7 @@ def roll_pitch_yaw(pose: Pose7) -> Vec3:
 _X_TO_Z: Final[Pose7] = (0.0, 0.0, 0.0, 0.7071067811865476, 0.0, -0.7071067811865476, 0.0)
 """From shapes along z (URDF) to shapes along x (SAPIEN)."""
 
-_UNSUPPORTED_SHAPE_FIELDS: Final = unsupported_fields(CollisionShape, "pose", "density")
+_UNSUPPORTED_SHAPE_FIELDS: Final = optional_fields(CollisionShape, "pose", "density")
 
 _MATERIAL_FIELDS: Final = frozenset({"base_color", "base_color_image", "visibility"})
 
@@ -161,9 +161,9 @@ def _is_unsupported(look: SurfaceMaterial, field: str) -> bool:
     return field not in _MATERIAL_FIELDS and getattr(look, field) != getattr(_DEFAULT_MATERIAL, field)
 
 
-_UNSUPPORTED_BODY_FIELDS: Final = unsupported_fields(BodyStructure, "mass", "inertial", "visibility")
+_UNSUPPORTED_BODY_FIELDS: Final = optional_fields(BodyStructure, "mass", "inertial", "visibility")
 
-_UNSUPPORTED_ARTICULATION_FIELDS: Final = unsupported_fields(ArticulationStructure, "file")
+_UNSUPPORTED_ARTICULATION_FIELDS: Final = optional_fields(ArticulationStructure, "file")
 
 
 @dataclass(slots=True)

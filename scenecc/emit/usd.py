@@ -16,14 +16,23 @@ from scenecc.emit.output import (
     AssetFolder,
     UniqueNames,
     UnsupportedFeatures,
+    optional_fields,
     pose_in_row,
-    unsupported_fields,
 )
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.interrupt import interrupts_wait, undoing
 from scenecc.meshes.builder import MeshBuilder, bake_scale
 from scenecc.meshes.surface import MeshError, report_mesh_error
-from scenecc.plan import ArticulationStructure, BodyStructure, CollisionShape, Connection, Distance, Drive, Weld
+from scenecc.plan import (
+    ArticulationStructure,
+    AxisLimit,
+    BodyStructure,
+    CollisionShape,
+    Connection,
+    Distance,
+    Drive,
+    Weld,
+)
 from scenecc.plan.articulation import VELOCITY_FIELDS
 from scenecc.plan.properties import property_fields
 
@@ -36,7 +45,7 @@ if TYPE_CHECKING:
     from scenecc.emit import ExportOptions, Show
     from scenecc.meshes import Image
     from scenecc.meshes.surface import MeshShape, SurfaceMaterial
-    from scenecc.plan import AxisLimit, Constraint, ScenePlan, Value
+    from scenecc.plan import Constraint, ScenePlan, Value
     from scenecc.plan.snapshot import (
         EngineSnapshot,
         MeasuredBody,
@@ -241,12 +250,12 @@ class UsdMaterials:
             self._stage.unsupported.leave_out(entity, "`transmission` of a material", place)
 
 
-UNSUPPORTED_BODY_FIELDS: Final = unsupported_fields(
+UNSUPPORTED_BODY_FIELDS: Final = optional_fields(
     BodyStructure, "mass", "inertial", "visibility", *VELOCITY_FIELDS, "shading_mode"
 )
 """Fields that UsdPhysics does not support."""
 
-_UNSUPPORTED_SHAPE_FIELDS: Final = unsupported_fields(CollisionShape, "pose", "material", "density")
+_UNSUPPORTED_SHAPE_FIELDS: Final = optional_fields(CollisionShape, "pose", "material", "density")
 
 
 class UsdBodyWriter:
@@ -378,7 +387,7 @@ class UsdBodyWriter:
 
 _UNSUPPORTED_JOINT_FIELDS: Final = (*property_fields("joint"), "qvel")
 
-_UNSUPPORTED_ARTICULATION_FIELDS: Final = unsupported_fields(ArticulationStructure, "file")
+_UNSUPPORTED_ARTICULATION_FIELDS: Final = optional_fields(ArticulationStructure, "file")
 
 
 def write_joints(stage: Stage, entity: MeasuredEntity, above: str, links: list[str]) -> None:
@@ -492,7 +501,7 @@ _JOINT_CLASSES: Final[dict[type, str]] = {
     Drive: "Joint",
 }
 
-_UNSUPPORTED_DRIVE_FIELDS: Final = ("inv_mass_scales", "inv_inertia_scales")
+_UNSUPPORTED_DRIVE_FIELDS: Final = optional_fields(Drive, "target", "linear_velocity_target", "angular_velocity_target")
 
 
 def write_constraint(stage: Stage, constraint: Constraint, row: int, paths: dict[tuple[str, str | None], str]) -> None:
@@ -514,7 +523,7 @@ def write_constraint(stage: Stage, constraint: Constraint, row: int, paths: dict
         made.CreateMinDistanceAttr(low)
         if math.isfinite(high):
             made.CreateMaxDistanceAttr(high)
-        stage.unsupported.fields(constraint.name, joint, ("stiffness", "damping"), constraint.origin)
+        stage.unsupported.fields(constraint.name, joint, optional_fields(Distance), constraint.origin)
     elif isinstance(joint, Drive):
         _write_drive(stage, made, constraint, joint, row)
 
@@ -523,7 +532,7 @@ def _write_drive(stage: Stage, made: Prim, constraint: Constraint, joint: Drive,
     for limit in joint.limits:
         _write_axis_limit(stage, made, limit, row)
         stage.unsupported.fields(
-            constraint.name, limit, ("stiffness", "damping"), constraint.origin, f" of the limit of {limit.axis}"
+            constraint.name, limit, optional_fields(AxisLimit), constraint.origin, f" of the limit of {limit.axis}"
         )
     targets = _axis_targets(joint, row)
     if joint.target is not None and not np.allclose(np.abs(joint.target.row(row)[3:]), IDENTITY_POSE[3:], atol=1e-6):

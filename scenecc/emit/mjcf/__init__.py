@@ -14,9 +14,9 @@ from scenecc.emit.output import (
     XmlElement,
     compose_poses,
     format_document,
+    optional_fields,
     to_pose,
     transform_direction,
-    unsupported_fields,
 )
 from scenecc.meshes.builder import MeshBuilder
 from scenecc.meshes.surface import MeshError, report_mesh_error
@@ -99,7 +99,7 @@ _CAMERA_TO_MUJOCO: Final[Pose7] = (0.0, 0.0, 0.0, 0.5, 0.5, -0.5, -0.5)
 _DEFAULT_NEAR, _DEFAULT_FAR = 0.01, 100.0
 """Clip planes of a camera that does not set them [m]."""
 
-_UNSUPPORTED_SHADOW_FIELDS: Final = unsupported_fields(Shadow)
+_UNSUPPORTED_SHADOW_FIELDS: Final = optional_fields(Shadow)
 
 
 def _write_lights(model: MjcfModel) -> None:

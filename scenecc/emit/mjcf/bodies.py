@@ -14,10 +14,10 @@ from scenecc.emit.output import (
     format_number,
     invert_pose,
     is_pure_damping,
+    optional_fields,
     pose_in_row,
     relative_pose,
     transform_direction,
-    unsupported_fields,
 )
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.plan import ArticulationStructure, BodyStructure, Connection, Distance, Drive, Gear, Weld
@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     from scenecc.emit.output import XmlElement
     from scenecc.plan import Constraint, Value
     from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity, MeasuredJoint, MeasuredMass, Vec3
+
+
+_UNSUPPORTED_JOINT_FIELDS = tuple(name for name in property_fields("joint") if name not in {"friction", "armature"})
 
 
 def write_joint(model: MjcfModel, measured: MeasuredEntity, number: int, element: XmlElement) -> None:
@@ -119,9 +122,7 @@ def write_mimics(model: MjcfModel, measured: MeasuredEntity, structure: Articula
         )
 
 
-_UNSUPPORTED_JOINT_FIELDS = tuple(name for name in property_fields("joint") if name not in {"friction", "armature"})
-
-_UNSUPPORTED_BODY_FIELDS = unsupported_fields(
+_UNSUPPORTED_BODY_FIELDS = optional_fields(
     BodyStructure,
     "mass",
     "inertial",
@@ -132,7 +133,7 @@ _UNSUPPORTED_BODY_FIELDS = unsupported_fields(
     "collision_groups",
 )
 
-_UNSUPPORTED_ARTICULATION_FIELDS = unsupported_fields(ArticulationStructure, "file", *VELOCITY_FIELDS)
+_UNSUPPORTED_ARTICULATION_FIELDS = optional_fields(ArticulationStructure, "file", *VELOCITY_FIELDS)
 
 _AXES: tuple[Vec3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 

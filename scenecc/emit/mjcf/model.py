@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
-from scenecc.emit.output import Z_TO_X, UniqueNames, XmlElement, compose_poses, format_obj, unsupported_fields
+from scenecc.emit.output import Z_TO_X, UniqueNames, XmlElement, compose_poses, format_obj, optional_fields
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.meshes.builder import bake_scale
 from scenecc.meshes.surface import encode_png
@@ -186,7 +186,7 @@ COLLISION_GROUP, VISUAL_GROUP = 3, 0
 _GRID_SPACING = 1.0
 """Spacing of the grid lines of a plane [m]."""
 
-_UNSUPPORTED_SHAPE_FIELDS = unsupported_fields(CollisionShape, "pose", "material", "density")
+_UNSUPPORTED_SHAPE_FIELDS = optional_fields(CollisionShape, "pose", "material", "density")
 
 
 def write_collisions(model: MjcfModel, name: str, body: MeasuredBody, element: XmlElement) -> None:

@@ -9,7 +9,6 @@ import textwrap
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics import Location
-from scenecc.emit.python.articulations import ROOT_PROPERTIES
 from scenecc.emit.python.bodies import BODY_PROPERTIES, RENDER_PROPERTIES
 from scenecc.emit.python.context import MountTargets, ScriptContext, ScriptMaterials, number_literal, present_fields
 from scenecc.emit.python.entities import RepeatedEntity, fold_repeats, write_entity, write_repeated_entity
@@ -17,7 +16,7 @@ from scenecc.emit.python.files import ScriptFiles, plan_values, unused_files
 from scenecc.emit.python.rendering import write_sections
 from scenecc.emit.python.source import Group, Identifiers, SourceNode, SourceWriter, call, list_of
 from scenecc.plan import ArticulationStructure
-from scenecc.plan.articulation import MAX_LINKS, NON_LINK_FIELDS, tendon_links
+from scenecc.plan.articulation import MAX_LINKS, NON_LINK_FIELDS, VELOCITY_FIELDS, tendon_links
 from scenecc.plan.material import rebase_file
 from scenecc.plan.scene import SCENE_CONFIG_FIELDS, process_wide_settings
 
@@ -121,7 +120,7 @@ def _unsupported_parts(structure: BodyStructure | ArticulationStructure) -> Iter
                 f"an articulation of {len(structure.links)} links; PhysX on the CPU counts {MAX_LINKS}",
             )
         if structure.fix_root_link:
-            for name in present_fields(structure, ROOT_PROPERTIES):
+            for name in present_fields(structure, VELOCITY_FIELDS):
                 yield structure.origin, f"a root that is fixed has no `{name}`"
         for mimic in structure.mimics:
             words = _tendon_error(structure, mimic)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scenecc.emit.output import optional_fields
 from scenecc.emit.python.bodies import (
     BODY_PROPERTIES,
     CONTACT_OFFSETS,
@@ -35,9 +36,10 @@ from scenecc.emit.python.context import (
     write_shared_statements,
 )
 from scenecc.emit.python.source import SourceNode, call, list_of, string
-from scenecc.plan import constant
+from scenecc.plan import ArticulationStructure, constant
 from scenecc.plan.articulation import (
     TENDON_STIFFNESS,
+    VELOCITY_FIELDS,
     breadth_first_order,
     tendon_coefficients,
     tendon_links,
@@ -52,7 +54,7 @@ if TYPE_CHECKING:
 
     from scenecc.emit.python.context import SceneValues, ScriptContext
     from scenecc.emit.python.source import SourceWriter
-    from scenecc.plan import ArticulationStructure, Entity, Joint, Link
+    from scenecc.plan import Entity, Joint, Link
 
 
 def write_tendons(source: SourceWriter, structure: ArticulationStructure, columns: SceneValues) -> None:
@@ -77,7 +79,7 @@ def write_tendons(source: SourceWriter, structure: ArticulationStructure, column
         )
 
 
-_DRIVE_FIELDS = ("stiffness", "force_limit", "drive_mode")
+_DRIVE_FIELDS = tuple(name for name in (*property_fields("drive"), "drive_mode") if name != "damping")
 """Drive fields that a link builder does not take: of a drive, it takes the damping only."""
 
 _NO_LIMITS = constant([-np.inf, np.inf])
@@ -86,9 +88,6 @@ _TARGETS = ("drive_target", "drive_velocity_target")
 
 MIN_LOOP_JOINTS = 3
 """From this number of joints on, a loop is shorter to read."""
-
-JOINT_PROPERTIES = property_fields("joint")
-"""Properties of a joint by the plan's names."""
 
 
 def write_joint_properties(source: SourceWriter, joint: Joint, columns: SceneValues, builder: str) -> None:
@@ -153,7 +152,7 @@ def _joint_statements(joint: Joint, columns: SceneValues) -> list[StatementWrite
         units.append(lambda source: source.statement(_drive_call(joint, columns)))
     return units + [
         partial(write_property, holder=joint, name=name, columns=columns, variable="joint")
-        for name in present_fields(joint, JOINT_PROPERTIES)
+        for name in present_fields(joint, property_fields("joint"))
     ]
 
 
@@ -243,11 +242,8 @@ def _stack_joint_values(joints: list[Joint], name: str, columns: SceneValues) ->
 
 _LINK_COMPONENT = "physx.PhysxArticulationLinkComponent"
 
-ARTICULATION_PROPERTIES = ("solver_position_iterations", "solver_velocity_iterations", "sleep_threshold")
+ARTICULATION_PROPERTIES = optional_fields(ArticulationStructure, "file", *VELOCITY_FIELDS)
 """Properties of an articulation, by their names in the plan."""
-
-ROOT_PROPERTIES = ("linear_velocity", "angular_velocity")
-"""Properties of its root, named `root_…` in SAPIEN."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -288,7 +284,7 @@ def write_articulation(robot: ArticulationScript) -> None:
         _write_link_properties(robot)
     write_properties(source, structure, ARTICULATION_PROPERTIES, columns, "articulation")
     write_joints(source, structure, columns)
-    for name in present_fields(structure, ROOT_PROPERTIES):
+    for name in present_fields(structure, VELOCITY_FIELDS):
         source.statement(columns.value(getattr(structure, name), name), assign=f"articulation.root_{name}")
     write_positions(source, structure, columns)
     for link in robot.mounted_links:

@@ -15,7 +15,7 @@ from plugins.robot_plans import arm, crawler, linked, robots
 
 from scenecc.diagnostics import Sink
 from scenecc.emit import emit
-from scenecc.emit.python.articulations import ARTICULATION_PROPERTIES, JOINT_PROPERTIES, ROOT_PROPERTIES, engine_order
+from scenecc.emit.python.articulations import ARTICULATION_PROPERTIES, engine_order
 from scenecc.plan import (
     ArticulationStructure,
     AssetFile,
@@ -28,6 +28,8 @@ from scenecc.plan import (
     constant,
     literal,
 )
+from scenecc.plan.articulation import VELOCITY_FIELDS
+from scenecc.plan.properties import property_fields
 
 ARM = arm(ids=constant([1, 1, 0, 0], np.int64), start=literal(0.3))
 
@@ -73,9 +75,9 @@ def test_nothing_that_is_said_of_a_joint_or_of_the_whole_is_dropped() -> None:
     texts = [written(structure)[0] for structure in (full, *map(without, names))]
     assert len(set(texts)) == len(texts)
     whole = dataclasses.replace(crawler(), solver_position_iterations=literal(3, "int64"))
-    some = [dataclasses.replace(whole, **{name: None}) for name in (*ARTICULATION_PROPERTIES, *ROOT_PROPERTIES)]
+    some = [dataclasses.replace(whole, **{name: None}) for name in (*ARTICULATION_PROPERTIES, *VELOCITY_FIELDS)]
     assert len({written(structure)[0] for structure in (whole, *some)}) == len(some) + 1
-    assert set(JOINT_PROPERTIES) <= set(names)
+    assert set(property_fields("joint")) <= set(names)
 
 
 @pytest.mark.parametrize(
