@@ -8,7 +8,8 @@ import os
 import signal
 import sys
 from importlib import import_module
-from typing import Annotated, Final
+from types import ModuleType
+from typing import Annotated, Any, Final
 
 import typer
 
@@ -34,8 +35,9 @@ _EPILOG = "Exit status: 0 fine, 1 the scene is at fault, 2 wrong usage, 3 the en
 
 def main() -> None:
     """Runs the command line of this process. Raises SystemExit at its end: 0, 1, 2 or 3."""
-    # Plugins that observe pydantic's models have none of an application here, and finding them takes its time.
-    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    # No plugin observes pydantic's models here, and searching all installed packages for one takes time.
+    if os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__") == "__all__":
+        sys.modules.setdefault("importlib.metadata", _LazyMetadata("importlib.metadata"))
     # A closed pipe (`scenecc validate . | head`) ends this process as it ends any other.
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     # Started without them (`>&-`), there is nobody to tell, and that is no fault.
@@ -61,6 +63,27 @@ def main() -> None:
         for line in traceback.format_exc().splitlines():
             print_err(f"{visible(line)}\n")
         sys.exit(_fault("this is a fault of scenecc, not of your scene"))
+
+
+class _LazyMetadata(ModuleType):
+    """`importlib.metadata`, loaded at the first use of it.
+
+    Pydantic imports `entry_points` from it to find plugins, even where they are disabled. The module itself takes ten
+    milliseconds to load, since it imports `email`, `zipfile` and `socket`.
+    """
+
+    def entry_points(self, **selection: Any) -> Any:
+        return self._loaded().entry_points(**selection)
+
+    def __getattr__(self, name: str) -> Any:
+        if name == "__path__":  # the import system asks whether this is a package
+            raise AttributeError(name)
+        return getattr(self._loaded(), name)
+
+    def _loaded(self) -> Any:
+        if sys.modules.get(self.__name__) is self:
+            del sys.modules[self.__name__]
+        return import_module(self.__name__)
 
 
 def _application() -> typer.Typer:
