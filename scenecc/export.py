@@ -18,7 +18,7 @@ from scenecc.emit import EMITTERS, EXPORTS, ExportOptions, emit, export
 from scenecc.errors import SceneError
 from scenecc.files import replace_set
 from scenecc.options import CompileOptions, Options, integer
-from scenecc.pipeline import Source, compiled, instantiated, select_scenes
+from scenecc.pipeline import Source, build_batch, compile_or_raise, select_scenes
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -117,59 +117,43 @@ def target_of(path: Path) -> str:
     return found
 
 
-def emit_source(
-    source: Source,
-    target: str,
-    *,
-    base: Path | None = None,
-    name: str | None = None,
-    scene: int | None = None,
-    grid: bool = False,
-    show: Literal["visual", "collision"] = "visual",
-    entity: str | None = None,
-    folder: bool = False,
-    binary: bool = False,
-    progress: Callable[[int, int], None] | None = None,
-    **options: Unpack[CompileOptions],
-) -> Emitted:
+def emit_source(source: Source, target: str, *, base: Path | None = None, **given: Unpack[ExportArguments]) -> Emitted:
     """A scene in another program's form, in memory.
 
-    Numbers that only an engine knows (masses, hulls of meshes, where links are) are those of SAPIEN, in which the scene
-    is built for that, without anything seen.
+    Numbers that only an engine knows (masses, hulls of meshes, poses of links) are those of SAPIEN, in which the scene
+    is built for that, without visual shapes.
 
     Args:
-        source: whatever holds a scene.
+        source: as for `validate`.
         target: a key of `SUFFIXES`.
-        base: folder that a text will lie in, from which its relative paths then start; None: the scene's own.
-        name: as of `EmitChoices`, like the arguments below.
-        scene: likewise.
-        grid: likewise.
-        show: likewise.
-        entity: likewise.
-        folder: likewise.
-        binary: likewise.
-        progress: likewise.
-        options: those of `CompileOptions`.
+        base: folder of the text, from which its relative paths start; None: the scene's own.
+        given: those of `EmitChoices` and of `CompileOptions`.
 
     Raises:
         SceneError: the scene, the engine or the machine is at fault, or nothing can be written so.
         ValueError: there is no such target, it does not take an argument, or there is no such scene.
     """
-    asked = {"scene": scene is not None, "grid": grid, "show": show != "visual"}
-    asked |= {"entity": entity is not None, "folder": folder, "binary": binary}
-    _check(target, show, [word for word, given in asked.items() if given])
+    options = Options.of_call(emit_source, given, ExportArguments)
+    scene, entity = given.get("scene"), given.get("entity")
+    show = given.get("show", "visual")
+    flags = {word: given.get(word, False) for word in ("grid", "folder", "binary")}
+    asked = {"scene": scene is not None, "show": show != "visual", "entity": entity is not None, **flags}
+    check_target(target, SUFFIXES)
+    if show not in {"visual", "collision"}:
+        raise ValueError(f"show is visual or collision, not {show!r}")
+    check_choice(target, [word for word, on in asked.items() if on])
     sink = Sink()
     if target in EXPORTS:
         _need(target, sink)
-    plan = compiled(source, Options.of(**options), sink).plan
-    stem = _file_name(name or plan.name)
+    plan = compile_or_raise(source, options, sink).plan
+    stem = _file_name(given.get("name") or plan.name)
     if target in EMITTERS:
         text = emit(plan, target, sink, base=base)
         files = None if text is None else {f"{stem}{SUFFIXES[target][0]}": text.encode("utf-8")}
     else:
-        chosen = None if grid else _one_scene(scene or 0, plan, sink)
-        choice = ExportOptions(stem, show, grid, entity, folder, binary)
-        files = export(plan, _measured(plan, chosen, sink, progress), target, choice, sink)
+        chosen = None if flags["grid"] else _one_scene(scene or 0, plan, sink)
+        choice = ExportOptions(stem, show, entity=entity, **flags)
+        files = export(plan, _measured(plan, chosen, sink, given.get("progress")), target, choice, sink)
     if files is None or sink.failed:
         raise SceneError(sink.diagnostics())
     return Emitted(files, sink.diagnostics())
@@ -195,12 +179,10 @@ def _file_name(name: str) -> str:
     return re.sub(r'[/\\:*?"<>|\x00-\x1f\x7f]+', "_", name).lstrip(". ")[:_LONGEST_NAME] or "scene"
 
 
-def _check(target: str, show: str, asked: Collection[str]) -> None:
-    if target not in SUFFIXES:
-        raise ValueError(f"there is no target {target!r}; there are {', '.join(SUFFIXES)}")
-    if show not in {"visual", "collision"}:
-        raise ValueError(f"show is visual or collision, not {show!r}")
-    check_choice(target, asked)
+def check_target(target: object, known: Collection[str]) -> None:
+    """Raises ValueError for what is no target."""
+    if not isinstance(target, str) or target not in known:
+        raise ValueError(f"unknown target {target!r}; the targets are {', '.join(known)}")
 
 
 def _need(target: str, sink: Sink) -> None:
@@ -247,9 +229,7 @@ def _one_scene(scene: int, plan: ScenePlan, sink: Sink) -> list[int]:
 def _measured(
     plan: ScenePlan, scene_idxs: list[int] | None, sink: Sink, progress: Callable[[int, int], None] | None
 ) -> EngineSnapshot:
-    batch = instantiated(
-        plan, sink, backend="cpu", scene_idxs=scene_idxs, render=False, audit="fast", progress=progress
-    )
+    batch = build_batch(plan, sink, backend="cpu", scene_idxs=scene_idxs, render=False, audit="fast", progress=progress)
     from scenecc.backends.sapien.measure import measure  # with the engine, which is known to be there now
 
     with batch:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from operator import index
 from os import PathLike
@@ -76,6 +76,44 @@ class Options:
             allow_outside_assets,
             make_limits(_by_name(limits, "limits")),
         )
+
+    @classmethod
+    def of_call(
+        cls, function: Callable[..., object], given: Mapping[str, Any], declared: type[Any] = CompileOptions
+    ) -> Options:
+        """The compile options among the keyword arguments of a function.
+
+        Args:
+            function: the public function, which error messages name.
+            given: its `**` arguments.
+            declared: the TypedDict of these.
+
+        Raises:
+            TypeError: as of `check_keywords` and `of`.
+            ValueError: as of `of`.
+        """
+        check_keywords(function, given, declared)
+        return cls.of(**{name: given[name] for name in CompileOptions.__annotations__ if name in given})
+
+
+def check_keywords(function: Callable[..., object], given: Iterable[str], declared: type[Any] = CompileOptions) -> None:
+    """Raises TypeError for a keyword that a function does not take, with the nearest one that it takes.
+
+    Args:
+        function: the public function.
+        given: the names of its `**` arguments.
+        declared: the TypedDict of these.
+    """
+    unknown = next((name for name in given if name not in declared.__annotations__), None)
+    if unknown is None:
+        return
+    from inspect import signature
+
+    from scenecc.diagnostics.messages import suggest
+
+    own = [name for name, one in signature(function).parameters.items() if one.kind is one.KEYWORD_ONLY]
+    hint = suggest(unknown, (*own, *declared.__annotations__))
+    raise TypeError(f"{function.__qualname__}() has no argument `{unknown}`; {hint}")
 
 
 def _folders(given: Any) -> list[str | PathLike[str]]:

@@ -126,7 +126,7 @@ Origins = tuple[Mapping[int, Origin], Mapping[int, Origin]]
 
 
 @frozen
-class Compiled:
+class CompileResult:
     """A plan, and how it came about.
 
     Attributes:
@@ -149,7 +149,7 @@ class CompiledSource:
         options: what overrides it, and what it may use.
 
     Attributes:
-        compiled: the plan, and how it came about; None where the scene is at fault.
+        result: the plan, and how it came about; None where the scene is at fault.
         sink: what was found.
 
     Raises:
@@ -158,7 +158,7 @@ class CompiledSource:
 
     def __init__(self, source: Source, options: Options) -> None:
         self.sink = Sink()
-        self.compiled = compile_source(source, options, self.sink)
+        self.result = compile_source(source, options, self.sink)
 
 
 class _Clock:
@@ -177,7 +177,7 @@ class _Clock:
 @collector_paused()  # a stage makes containers by the hundred thousand, and all of them stay
 def compile_source(
     source: Source, options: Options, sink: Sink, *, drawn: bool = True, memory: PathCache | None = None
-) -> Compiled | None:
+) -> CompileResult | None:
     """The plan of a source; None where an error was reported.
 
     Args:
@@ -193,22 +193,22 @@ def compile_source(
     """
     if isinstance(source, CompiledSource):
         sink.take_over(source.sink)
-        return source.compiled
-    compiled = _compiled(source, options, sink, drawn=drawn, memory=memory)
-    if compiled is None and not sink.failed:
+        return source.result
+    result = _run_stages(source, options, sink, drawn=drawn, memory=memory)
+    if result is None and not sink.failed:
         raise RuntimeError("scenecc made no plan of this scene and found no error in it")
-    return compiled
+    return result
 
 
-def _compiled(
+def _run_stages(
     source: Source, options: Options, sink: Sink, *, drawn: bool, memory: PathCache | None
-) -> Compiled | None:
+) -> CompileResult | None:
     clock, memory = _Clock(), memory or PathCache()
     plan = as_plan(source)
     if plan is not None:
         # A plan that comes as an object has found its files already.
         scope = AssetScope(None, options.asset_roots, allow_outside=True, memory=memory)
-        return _settled(plan, options, scope, sink, clock)
+        return _check_given_plan(plan, options, scope, sink, clock)
     found = read_input(source, options.limits, sink)
     clock.lap("read")
     if found is None or sink.failed:
@@ -217,15 +217,15 @@ def _compiled(
     root = found.document.path.parent if found.document.path else None
     scope = AssetScope(root, options.asset_roots, options.allow_outside_assets, memory)
     if found.plan_text is not None:
-        plan = _decoded(found, scope, options.limits, sink)
+        plan = _decode_plan(found, scope, options.limits, sink)
         clock.lap("decode")
-        return plan and _settled(plan, options, scope, sink, clock, found.document)
-    whole = _whole(found.document, options, scope, sink, clock)
-    lowered = whole and _lowered(found.document, *whole, options, scope, sink)
+        return plan and _check_given_plan(plan, options, scope, sink, clock, found.document)
+    whole = _parse_and_expand(found.document, options, scope, sink, clock)
+    lowered = whole and _lower(found.document, *whole, options, scope, sink)
     clock.lap("lower")
     if lowered is None:
         return None
-    plan = _checked(lowered.plan, (lowered.file_origins, lowered.material_origins), scope, options.limits, sink)
+    plan = _check_plan(lowered.plan, (lowered.file_origins, lowered.material_origins), scope, options.limits, sink)
     if plan is None:
         return None
     clock.lap("check")
@@ -238,10 +238,10 @@ def _compiled(
             check_physics(plan, lowered.material_origins, sink, drawn=True)
             plan = None if sink.failed else plan
         clock.lap("draw")
-    return plan and Compiled(plan, clock.timings, scope, found.document)
+    return plan and CompileResult(plan, clock.timings, scope, found.document)
 
 
-def _whole(
+def _parse_and_expand(
     document: Document, options: Options, scope: AssetScope, sink: Sink, clock: _Clock
 ) -> tuple[SceneFile, Expansion | None] | None:
     """A document as models, with all that it uses; None where it is at fault, as written or expanded."""
@@ -308,7 +308,7 @@ def _is_included(place: Origin) -> bool:
     return above is None
 
 
-def _lowered(
+def _lower(
     document: Document, scene: SceneFile, expansion: Expansion | None, options: Options, scope: AssetScope, sink: Sink
 ) -> Lowered | None:
     from scenecc.lower import lower
@@ -347,23 +347,25 @@ def _robots(scope: AssetScope, limits: Limits, sink: Sink, expansion: Expansion 
     return read
 
 
-def _settled(
+def _check_given_plan(
     plan: ScenePlan,
     options: Options,
     scope: AssetScope,
     sink: Sink,
     clock: _Clock,
     document: Document | None = None,
-) -> Compiled | None:
+) -> CompileResult | None:
     """A plan that was compiled before."""
-    checked = _checked(plan, ({}, {}), scope, options.limits, sink) if _as_asked(plan, options, sink) else None
+    checked = (
+        _check_plan(plan, ({}, {}), scope, options.limits, sink) if _matches_options(plan, options, sink) else None
+    )
     clock.lap("check")
     if checked is not None and document is not None:
-        _tell_unknown(plan, checked, sink)
-    return checked and Compiled(checked, clock.timings, scope, document)
+        _warn_unknown_content(plan, checked, sink)
+    return checked and CompileResult(checked, clock.timings, scope, document)
 
 
-def _tell_unknown(plan: ScenePlan, checked: ScenePlan, sink: Sink) -> None:
+def _warn_unknown_content(plan: ScenePlan, checked: ScenePlan, sink: Sink) -> None:
     """Reports files of which a plan's JSON does not say what they held."""
     for index, (file, now) in enumerate(zip(plan.files, checked.files, strict=True)):
         if file.sha256 is None and now.sha256 is not None:
@@ -373,7 +375,7 @@ def _tell_unknown(plan: ScenePlan, checked: ScenePlan, sink: Sink) -> None:
             sink.report("SC717", message, place, hint=hint)
 
 
-def _decoded(found: Input, scope: AssetScope, limits: Limits, sink: Sink) -> ScenePlan | None:
+def _decode_plan(found: Input, scope: AssetScope, limits: Limits, sink: Sink) -> ScenePlan | None:
     """A plan from its JSON. Its relative paths start at the JSON's own folder."""
     from scenecc.plan.json_reader import PlanLimits, plan_from_json
 
@@ -393,7 +395,7 @@ def _decoded(found: Input, scope: AssetScope, limits: Limits, sink: Sink) -> Sce
     )
 
 
-def _as_asked(plan: ScenePlan, options: Options, sink: Sink) -> bool:
+def _matches_options(plan: ScenePlan, options: Options, sink: Sink) -> bool:
     """A plan is final: nothing about it can be overridden any more."""
     for name in ("params", "draws"):
         if getattr(options, name):
@@ -413,7 +415,7 @@ def _as_asked(plan: ScenePlan, options: Options, sink: Sink) -> bool:
     return True
 
 
-def _checked(plan: ScenePlan, origins: Origins, scope: AssetScope, limits: Limits, sink: Sink) -> ScenePlan | None:
+def _check_plan(plan: ScenePlan, origins: Origins, scope: AssetScope, limits: Limits, sink: Sink) -> ScenePlan | None:
     """Every rule over the plan and its files: the plan with their hashes, or None after an error."""
     from scenecc.checks.physics import check_physics
 
@@ -434,7 +436,7 @@ def _checked(plan: ScenePlan, origins: Origins, scope: AssetScope, limits: Limit
     return None if sink.failed else plan
 
 
-def compiled(source: Source, options: Options, sink: Sink) -> Compiled:
+def compile_or_raise(source: Source, options: Options, sink: Sink) -> CompileResult:
     """A scene's plan, and how long each stage took. Raises SceneError."""
     found = compile_source(source, options, sink)
     if found is None:
@@ -442,7 +444,7 @@ def compiled(source: Source, options: Options, sink: Sink) -> Compiled:
     return found
 
 
-def instantiated(
+def build_batch(
     plan: ScenePlan,
     sink: Sink,
     *,
@@ -471,16 +473,16 @@ def instantiated(
     return batch
 
 
-def compiled_params(done: Compiled, limits: Limits) -> list[ParamRow]:
+def list_result_params(done: CompileResult, limits: Limits) -> list[ParamRow]:
     """The parameters of a scene that was compiled, in order; none of a plan."""
     if done.document is None or not done.document.data:
         return []
-    found = document_params(done.document, done.scope, limits, Sink())
+    found = list_document_params(done.document, done.scope, limits, Sink())
     assert found is not None, "what was compiled has parameters that can be listed"
     return found
 
 
-def document_params(document: Document, scope: AssetScope, limits: Limits, sink: Sink) -> list[ParamRow] | None:
+def list_document_params(document: Document, scope: AssetScope, limits: Limits, sink: Sink) -> list[ParamRow] | None:
     """The parameters of a document and of what it includes, in order; None where an error was reported."""
     from scenecc.expand.documents import scene_loader
     from scenecc.expand.listing import list_params

@@ -17,19 +17,19 @@ from typing_extensions import Unpack
 
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.errors import SceneError
-from scenecc.options import CompileOptions, Options, indices
+from scenecc.options import CompileOptions, Options, check_keywords, indices
 from scenecc.pipeline import (
     Audit,
     Backend,
-    Compiled,
     CompiledSource,
+    CompileResult,
     Source,
     as_plan,
+    build_batch,
+    compile_or_raise,
     compile_source,
-    compiled,
-    compiled_params,
-    document_params,
-    instantiated,
+    list_document_params,
+    list_result_params,
     read_input,
     select_scenes,
 )
@@ -72,7 +72,7 @@ def validate(
         TypeError: the source is none of the above, or a number is no integer (Python's or numpy's, and no flag).
     """
     sink = Sink()
-    asked = Options.of(**options)
+    asked = Options.of_call(validate, options)
     compile_source(source, asked, sink, drawn=False)
     return sink.diagnostics()
 
@@ -87,8 +87,8 @@ def compile_scene(
         SceneError: the scene is at fault.
     """
     sink = Sink()
-    asked = Options.of(**options)
-    return compiled(source, asked, sink).plan
+    asked = Options.of_call(compile_scene, options)
+    return compile_or_raise(source, asked, sink).plan
 
 
 @overload
@@ -150,11 +150,11 @@ def load_scene(
         check_environments(scene)
         options["num_scenes"] = scene.num_envs
     scene_idxs = None if scene_idxs is None else indices(scene_idxs, "scene_idxs")
-    asked = Options.of(**options)
-    plan = compiled(source, asked, sink).plan
+    asked = Options.of_call(load_scene, options)
+    plan = compile_or_raise(source, asked, sink).plan
     if scene is not None:
         return _into(scene, plan, sink)
-    return instantiated(plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit)
+    return build_batch(plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit)
 
 
 def _into(scene: ManiSkillScene, plan: ScenePlan, sink: Sink) -> LoadedScene:
@@ -223,8 +223,8 @@ def build_scene(
     from scenecc.inspect.entities import summarize
 
     sink = Sink()
-    asked = Options.of(**options)
-    found = compiled(source, asked, sink)
+    asked = Options.of_call(build_scene, options)
+    found = compile_or_raise(source, asked, sink)
     scene_idxs = None if scenes is None else select_scenes(scenes, found.plan.num_scenes, sink)
     if sink.failed:
         raise SceneError(sink.diagnostics())
@@ -232,7 +232,7 @@ def build_scene(
     batch = None
     if not dry_run:
         started = time.perf_counter()
-        batch = instantiated(
+        batch = build_batch(
             found.plan, sink, backend=backend, scene_idxs=scene_idxs, render=render, audit=audit, progress=progress
         )
         timings["build"] = time.perf_counter() - started
@@ -301,7 +301,7 @@ def list_params(
         document = found.document
         root = document.path.parent if document.path else None
         scope = AssetScope(root, options.asset_roots, options.allow_outside_assets)
-        params = document_params(document, scope, options.limits, sink)
+        params = list_document_params(document, scope, options.limits, sink)
     if params is None:
         raise SceneError(sink.diagnostics())
     return params
@@ -342,9 +342,9 @@ def emit_scene(source: Source, target: str, *, base: Path | None = None, **optio
         ValueError: there is no such target.
     """
     from scenecc.emit import EMITTERS
+    from scenecc.export import check_target
 
-    if target not in EMITTERS:
-        raise ValueError(f"there is no target {target!r}; there are {', '.join(EMITTERS)}")
+    check_target(target, EMITTERS)
     return open_scene(source, **options).emit(target, base=base).text
 
 
@@ -364,10 +364,10 @@ def export_scene(source: Source, target: str, **given: Unpack[ExportArguments]) 
         ValueError: there is no such target, it does not take an argument, or there is no such scene.
     """
     from scenecc.emit import EXPORTS
-    from scenecc.export import emit_source
+    from scenecc.export import ExportArguments, check_target, emit_source
 
-    if target not in EXPORTS:
-        raise ValueError(f"there is no target {target!r}; there are {', '.join(EXPORTS)}")
+    check_target(target, EXPORTS)
+    check_keywords(export_scene, given, ExportArguments)
     return emit_source(source, target, **given).files
 
 
@@ -382,8 +382,9 @@ def inspect_scene(source: Source, **given: Unpack[InspectArguments]) -> Item:
         SceneError: the scene, the engine or the machine is at fault; there is no such scene or entity.
         ValueError: an argument is out of its range.
     """
-    from scenecc.inspect.inspection import inspect_source
+    from scenecc.inspect.inspection import InspectArguments, inspect_source
 
+    check_keywords(inspect_scene, given, InspectArguments)
     return inspect_source(source, **given).item
 
 
@@ -407,7 +408,7 @@ def open_scene(source: Source, **options: Unpack[CompileOptions]) -> Scene:
         options: those of `CompileOptions`.
 
     Raises:
-        ValueError: an argument is out of its range.
+        ValueError: an argument is out of its range. The first use raises it for a stream that was closed before.
         TypeError: a number is no integer, or `params` or `draws` no mapping.
     """
     return Scene(source, options)
@@ -421,6 +422,7 @@ class Scene:
     """
 
     def __init__(self, source: Source, options: CompileOptions) -> None:
+        check_keywords(open_scene, options)
         self._source = source
         self._given: CompileOptions = {**options}
         roots = options.get("asset_roots", ())
@@ -432,10 +434,10 @@ class Scene:
     def _compiled(self) -> CompiledSource:
         return CompiledSource(self._source, self._options)
 
-    def _done(self) -> Compiled:
-        if self._compiled.compiled is None:
+    def _result(self) -> CompileResult:
+        if self._compiled.result is None:
             raise SceneError(self.diagnostics)
-        return self._compiled.compiled
+        return self._compiled.result
 
     @property
     def diagnostics(self) -> list[Diagnostic]:
@@ -445,12 +447,12 @@ class Scene:
     @property
     def plan(self) -> ScenePlan:
         """The plan."""
-        return self._done().plan
+        return self._result().plan
 
     @property
     def params(self) -> list[ParamRow]:
         """The parameters of the scene and of what it includes, in order; none of a plan."""
-        return compiled_params(self._done(), self._options.limits)
+        return list_result_params(self._result(), self._options.limits)
 
     def build(
         self,
@@ -483,8 +485,9 @@ class Scene:
             SceneError: the scene, the engine or the machine is at fault, or nothing can be written so.
             ValueError: there is no such target, it does not take an argument, or there is no such scene.
         """
-        from scenecc.export import emit_source
+        from scenecc.export import EmitChoices, emit_source
 
+        check_keywords(Scene.emit, choices, EmitChoices)
         return emit_source(self._compiled, target, base=base, **choices, **self._given)
 
     def export(
@@ -504,10 +507,12 @@ class Scene:
             OSError: a file cannot be written.
         """
         from scenecc.emit import EMITTERS
-        from scenecc.export import BINARY_SUFFIXES, target_of, write_emitted
+        from scenecc.export import BINARY_SUFFIXES, SUFFIXES, FileChoices, check_target, target_of, write_emitted
 
+        check_keywords(Scene.export, choices, FileChoices)
         file = Path(path)
-        wanted = target or target_of(file)
+        wanted = target_of(file) if target is None else target
+        check_target(wanted, SUFFIXES)
         binary = wanted == "usd" and file.suffix.lower() in BINARY_SUFFIXES
         base = file.absolute().parent if wanted in EMITTERS else None
         return write_emitted(self.emit(wanted, base=base, name=file.stem, binary=binary, **choices), file)
@@ -526,8 +531,9 @@ class Scene:
             OSError: the file cannot be written.
         """
         from scenecc.files import replace_all
-        from scenecc.render import render_scene
+        from scenecc.render import RenderChoices, render_scene
 
+        check_keywords(Scene.render, choices, RenderChoices)
         made = render_scene(self._compiled, **choices, **self._given)
         if path is not None:
             replace_all({Path(path): made.png()})
@@ -581,8 +587,9 @@ class Scene:
             TypeError: `build` is neither True nor False, or a number is no integer.
             ValueError: an argument is out of its range.
         """
-        from scenecc.inspect.inspection import inspect_source
+        from scenecc.inspect.inspection import InspectChoices, inspect_source
 
+        check_keywords(Scene.inspect, choices, InspectChoices)
         return inspect_source(self._compiled, **choices, **self._given)
 
     def diff(self, other: Scene) -> Comparison:
@@ -601,7 +608,7 @@ class Scene:
             )
         both = (self, other)
         diagnostics = [one for each in both for one in each.diagnostics]
-        if any(each._compiled.compiled is None for each in both):  # noqa: SLF001 - of this class
+        if any(each._compiled.result is None for each in both):  # noqa: SLF001 - of this class
             raise SceneError(diagnostics)
         unnamed = all(_stem(each._source) == each.plan.name for each in both)  # noqa: SLF001 - of this class
         found = diff_plans(self.plan, other.plan)

@@ -17,7 +17,7 @@ from scenecc.files import open_regular
 from scenecc.inspect.entities import entity_item, scene_facts, summarize, used_materials
 from scenecc.inspect.facts import Fact, Facts, Item, fact, mount_words, some_words
 from scenecc.options import CompileOptions, Options, flag, integer
-from scenecc.pipeline import Compiled, Source, compiled, compiled_params, instantiated, select_scenes
+from scenecc.pipeline import CompileResult, Source, build_batch, compile_or_raise, list_result_params, select_scenes
 from scenecc.plan import ArticulationStructure, Constraint, Texture, Value
 from scenecc.plan.rendering import Camera, SkyMap
 from scenecc.plan.schema import type_name
@@ -306,42 +306,30 @@ class Inspection:
     diagnostics: list[Diagnostic]
 
 
-def inspect_source(
-    source: Source,
-    *,
-    scene: int | None = None,
-    entity: str | None = None,
-    depth: int | None = None,
-    build: bool = True,
-    progress: Callable[[int, int], None] | None = None,
-    **options: Unpack[CompileOptions],
-) -> Inspection:
+def inspect_source(source: Source, **given: Unpack[InspectArguments]) -> Inspection:
     """Describes a scene as a tree of facts.
 
     Args:
-        source: whatever holds a scene.
-        scene: as of `InspectChoices`, like the arguments below.
-        entity: likewise.
-        depth: likewise.
-        build: likewise.
-        progress: likewise.
-        options: those of `CompileOptions`.
+        source: as for `validate`.
+        given: those of `InspectChoices` and of `CompileOptions`.
 
     Raises:
         SceneError: the scene, the engine or the machine is at fault; there is no such scene or entity.
         ValueError: an argument is out of its range.
     """
+    asked = Options.of_call(inspect_source, given, InspectArguments)
+    scene, entity, depth = given.get("scene"), given.get("entity"), given.get("depth")
     sink = Sink()
-    depth, build = None if depth is None else integer(depth, "depth", 0), flag(build, "build")
-    asked = Options.of(**options)
-    done = compiled(source, asked, sink)
+    build = flag(given.get("build", True), "build")
+    depth = None if depth is None else integer(depth, "depth", 0)
+    done = compile_or_raise(source, asked, sink)
     plan = done.plan
     chosen = _chosen(plan, scene, entity, sink)
-    made = _made(plan, chosen, scene, sink, progress) if build and chosen else {}
+    made = _made(plan, chosen, scene, sink, given.get("progress")) if build and chosen else {}
     if entity is not None:
         item = entities_item(chosen, plan, scene=scene, made=made)
     else:
-        listed, files = compiled_params(done, asked.limits), _files(done)
+        listed, files = list_result_params(done, asked.limits), _files(done)
         item = scene_item(plan, scene=scene, made=made, params=listed, given=asked.params, files=files)
     return Inspection(item if depth is None else item.cut(depth), sink.diagnostics())
 
@@ -373,9 +361,7 @@ def _made(
 
     first = {one.name: one.scene_idxs[0] if scene is None else scene for one in entities}
     idxs = sorted({*first.values()})
-    with instantiated(
-        plan, sink, backend="cpu", scene_idxs=idxs, render=False, audit="off", progress=progress
-    ) as batch:
+    with build_batch(plan, sink, backend="cpu", scene_idxs=idxs, render=False, audit="off", progress=progress) as batch:
         measured = measure(batch)
     return {
         one.entity.name: (at.index, one)
@@ -385,7 +371,7 @@ def _made(
     }
 
 
-def _files(done: Compiled) -> tuple[Item, ...]:
+def _files(done: CompileResult) -> tuple[Item, ...]:
     document = done.document
     top = (document.name, document.path) if document is not None and document.name and document.path else None
     return file_items(done.plan, top, done.scope.memory.named)

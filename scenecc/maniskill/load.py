@@ -12,7 +12,7 @@ from scenecc.backends import maniskill
 from scenecc.diagnostics import Sink
 from scenecc.errors import SceneError
 from scenecc.options import Options
-from scenecc.pipeline import compiled
+from scenecc.pipeline import compile_or_raise
 from scenecc.scene import check_environments, load_scene
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def sim_config(
     options = Options.of(
         params=params, asset_roots=asset_roots, allow_outside_assets=allow_outside_assets, limits=limits
     )
-    config = maniskill.sim_config(compiled(source, options, sink).plan, sink, control_freq)
+    config = maniskill.sim_config(compile_or_raise(source, options, sink).plan, sink, control_freq)
     if config is None:
         raise SceneError(sink.diagnostics())
     return config

@@ -16,7 +16,7 @@ from scenecc.diagnostics import Diagnostic, Location, Sink
 from scenecc.diagnostics.messages import index_ranges, suggest
 from scenecc.errors import SceneError
 from scenecc.options import CompileOptions, Options, flag, integer
-from scenecc.pipeline import Source, compiled, instantiated, select_scenes
+from scenecc.pipeline import Source, build_batch, compile_or_raise, select_scenes
 from scenecc.plan.rendering import SHADERS_WITHOUT_NORMALS, resize_camera, restrict_to_camera
 from scenecc.plan.schema import PIXEL_BOUNDS
 from scenecc.render.images import (
@@ -319,38 +319,16 @@ class RenderChoices(TypedDict, total=False):
     progress: Callable[[int, int], None] | None
 
 
-def render_scene(
-    source: Source,
-    *,
-    camera: str | None = None,
-    scenes: str | None = None,
-    grid: bool = False,
-    size: tuple[int, int] | None = None,
-    what: What = "color",
-    steps: int = 0,
-    film: Film | None = None,
-    every: int | None = None,
-    collision: bool = False,
-    hidden: bool | None = None,
-    progress: Callable[[int, int], None] | None = None,
-    **options: Unpack[CompileOptions],
-) -> Rendering:
+class RenderArguments(RenderChoices, CompileOptions, total=False):
+    """The arguments of `render_scene`."""
+
+
+def render_scene(source: Source, **given: Unpack[RenderArguments]) -> Rendering:
     """Builds scenes, simulates them and takes a picture of each; `scenecc render` writes these.
 
     Args:
         source: as for `validate`.
-        camera: as of `RenderChoices`, like the arguments below.
-        scenes: likewise.
-        grid: likewise.
-        size: likewise.
-        what: likewise.
-        steps: likewise.
-        film: likewise.
-        every: likewise.
-        collision: likewise.
-        hidden: likewise.
-        progress: likewise.
-        options: those of `CompileOptions`.
+        given: those of `RenderChoices` and of `CompileOptions`.
 
     Raises:
         SceneError: the scene, the engine or the machine is at fault; there is no such camera or scene, or it does not
@@ -358,17 +336,20 @@ def render_scene(
         TypeError: a flag is neither True nor False, or a number is no integer.
         ValueError: an argument is out of its range.
     """
+    asked = Options.of_call(render_scene, given, RenderArguments)
+    camera, size, what = given.get("camera"), given.get("size"), given.get("what", "color")
+    steps, film, every = given.get("steps", 0), given.get("film"), given.get("every")
+    hidden, progress = given.get("hidden"), given.get("progress")
     _check(what, size, steps, film, every)
-    grid, collision = flag(grid, "grid"), flag(collision, "collision")
+    grid, collision = flag(given.get("grid", False), "grid"), flag(given.get("collision", False), "collision")
     hidden = camera is None if hidden is None else flag(hidden, "hidden")
     sink = Sink()
-    compile_options = Options.of(**options)
     _need_packages(sink, mp4=film == "mp4")
-    found = compiled(source, compile_options, sink)
-    setup = choose_pictures(found.plan, camera, scenes, size, what, sink, grid=grid, film=film is not None)
+    found = compile_or_raise(source, asked, sink)
+    setup = choose_pictures(found.plan, camera, given.get("scenes"), size, what, sink, grid=grid, film=film is not None)
     plan, timings = restrict_to_camera(found.plan, setup.camera, collision=collision), dict(found.timings)
     started = time.perf_counter()
-    with instantiated(
+    with build_batch(
         plan, sink, backend="cpu", scene_idxs=setup.scene_idxs, render=True, audit="fast", progress=progress
     ) as batch:
         timings["build"], started = time.perf_counter() - started, time.perf_counter()

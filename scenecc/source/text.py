@@ -108,7 +108,13 @@ def read_bytes(name: str, sink: Sink, limits: Limits) -> bytes | None:
 
 
 def read_from_stream(stream: IO[str] | IO[bytes], name: str | None, sink: Sink, limits: Limits) -> str | bytes | None:
-    """The rest of a stream, unless it is longer than the limit."""
+    """The rest of a stream, unless it is longer than the limit.
+
+    Raises:
+        ValueError: the stream is closed.
+    """
+    if getattr(stream, "closed", False):
+        raise ValueError("the stream was closed before the scene was read: keep it open until the scene is compiled")
     text: list[str] = []
     content = bytearray()
     left = limits.text_bytes + 1

@@ -60,7 +60,7 @@ def view_scene(
     from scenecc.viewer.session import Session
 
     look, place = look or ViewOptions(), place or PageAddress()
-    compile_options = Options.of(**options)
+    compile_options = Options.of_call(view_scene, options)
     path = Path(fspath(source)).absolute() if isinstance(source, str | PathLike) else None
     label = "scenecc" if path is None else f"scenecc: {path.stem}"
     with (
@@ -109,7 +109,7 @@ def page_of_source(
 
     look = look or ViewOptions()
     steps = integer(steps, "steps", 0)
-    compile_options = Options.of(**options)
+    compile_options = Options.of_call(page_of_source, options)
     loading = load(source, compile_options, {})
     if loading.loaded is None:
         raise SceneError(loading.diagnostics)

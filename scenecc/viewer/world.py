@@ -13,7 +13,7 @@ from scenecc.inspect.entities import entity_item
 from scenecc.meshes.builder import MeshBuilder, build_scene_meshes
 from scenecc.meshes.surface import MeshError, report_mesh_error
 from scenecc.options import integer
-from scenecc.pipeline import compile_source, compiled_params, instantiated, select_scenes
+from scenecc.pipeline import build_batch, compile_source, list_result_params, select_scenes
 from scenecc.plan import ArticulationStructure
 from scenecc.source.paths import PathCache
 from scenecc.viewer.nodes import Files, page_content
@@ -58,7 +58,7 @@ class World:
         """Builds the scenes of a look. Raises SceneError if the engine or the machine is at fault."""
         self.loaded = loaded
         self.scene_idxs, self.left_out = _chosen(loaded, look)
-        self._batch = instantiated(
+        self._batch = build_batch(
             loaded.plan,
             loaded.sink.another(),
             backend="cpu",
@@ -225,7 +225,7 @@ def load(source: Source, options: Options, given: Mapping[str, Any]) -> Loading:
     files = frozenset({*memory.named, *memory.missing})
     if found is None:
         return Loading(None, sink.diagnostics(), files)
-    listed = tuple(compiled_params(found, options.limits))
+    listed = tuple(list_result_params(found, options.limits))
     drawer = MeshBuilder(found.plan, lambda problem, origin: report_mesh_error(problem, origin, sink))
     return Loading(Loaded(found.plan, listed, params, sink, drawer), sink.diagnostics(), files)
 

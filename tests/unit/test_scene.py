@@ -33,8 +33,8 @@ def file(tmp_path: Path) -> Path:
 
 def test_it_is_compiled_once(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     compiled: list[object] = []
-    real = pipeline._compiled
-    monkeypatch.setattr(pipeline, "_compiled", lambda *a, **k: compiled.append(a) or real(*a, **k))
+    real = pipeline._run_stages
+    monkeypatch.setattr(pipeline, "_run_stages", lambda *a, **k: compiled.append(a) or real(*a, **k))
     scene = open_scene(file, num_scenes=3, seed=5, params={"size": 0.2})
     assert compiled == []  # nothing is done before it is asked for
     assert scene.diagnostics == []
@@ -158,3 +158,73 @@ def test_the_thin_functions_give_the_same(file: Path) -> None:
     other = open_scene(file, seed=9)
     assert scenecc.compare_scenes(scene.plan, other.plan) == scene.diff(other).differences
     assert json.loads(scene.emit("json").text)["scenecc_plan"]
+
+
+@pytest.mark.parametrize(
+    ("method", "arguments", "wrong", "near"),
+    [
+        ("emit", ("json",), "sceen", "scene"),
+        ("export", ("scene.json",), "gird", "grid"),
+        ("export", ("scene.json",), "name", "scene"),
+        ("render", (), "camra", "camera"),
+        ("inspect", (), "dept", "depth"),
+    ],
+)
+def test_an_unknown_keyword_of_a_method_names_the_method_and_the_nearest_keyword(
+    file: Path, method: str, arguments: tuple[str, ...], wrong: str, near: str
+) -> None:
+    said = rf"^Scene\.{method}\(\) has no argument `{wrong}`; (did you mean `{near}`\?|known here: .*\b{near}\b)"
+    with pytest.raises(TypeError, match=said):
+        getattr(open_scene(file), method)(*arguments, **{wrong: 1})
+
+
+@pytest.mark.parametrize("option", ["seed", "params"])
+def test_methods_take_no_compile_options(file: Path, option: str) -> None:
+    with pytest.raises(TypeError, match=rf"Scene\.inspect\(\) has no argument `{option}`"):
+        open_scene(file).inspect(**{option: 1})  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "wrong", "near"),
+    [
+        ("open_scene", (), "sedd", "seed"),
+        ("validate", (), "param", "params"),
+        ("compile_scene", (), "sedd", "seed"),
+        ("load_scene", (), "rendr", "render"),
+        ("build_scene", (), "dry_rn", "dry_run"),
+        ("emit_scene", ("json",), "num_scene", "num_scenes"),
+        ("export_scene", ("mjcf",), "foldr", "folder"),
+        ("inspect_scene", (), "entiy", "entity"),
+        ("render_scene", (), "camra", "camera"),
+    ],
+)
+def test_an_unknown_keyword_of_a_function_names_a_public_function(
+    file: Path, name: str, arguments: tuple[str, ...], wrong: str, near: str
+) -> None:
+    public = {"emit_scene": "open_scene"}.get(name, name)
+    with pytest.raises(TypeError, match=rf"^{public}\(\) has no argument `{wrong}`; did you mean `{near}`\?"):
+        getattr(scenecc, name)(file, *arguments, **{wrong: 1})
+
+
+@pytest.mark.parametrize("target", ["", "JSON", ["json"], None])
+def test_an_unknown_target_is_refused_with_the_known_ones(file: Path, target: Any) -> None:
+    scene = open_scene(file)
+    uses = (
+        lambda: scene.emit(target),
+        lambda: scenecc.emit_scene(file, target),
+        lambda: scenecc.export_scene(file, target),
+        *([] if target is None else [lambda: scene.export(file.with_suffix(".json"), target=target)]),
+    )
+    for use in uses:
+        with pytest.raises(ValueError, match=r"^unknown target .*; the targets are \w+"):
+            use()
+    assert not file.with_suffix(".json").exists()
+
+
+@pytest.mark.parametrize("mode", ["r", "rb"])
+def test_a_stream_that_is_closed_too_early_is_refused_with_the_remedy(file: Path, mode: str) -> None:
+    with file.open(mode) as stream:
+        scene = open_scene(stream)
+    for use in (lambda: scene.diagnostics, lambda: scene.plan, lambda: scenecc.validate(stream)):
+        with pytest.raises(ValueError, match="closed before the scene was read: keep it open"):
+            use()
