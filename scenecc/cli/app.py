@@ -30,7 +30,7 @@ COMMANDS: Final = (
 )
 """Every command, as `scenecc --help` lists them: a function in the module of its name."""
 
-_EPILOG = "Exit status: 0 fine, 1 the scene is at fault, 2 wrong usage, 3 the engine or the machine is at fault."
+_EPILOG = "Exit status: 0 success, 1 error in the scene, 2 wrong usage, 3 error of the engine or the machine."
 
 
 def main() -> None:
@@ -62,7 +62,7 @@ def main() -> None:
         # What went wrong may quote a scene.
         for line in traceback.format_exc().splitlines():
             print_err(f"{visible(line)}\n")
-        sys.exit(_fault("this is a fault of scenecc, not of your scene"))
+        sys.exit(_fault("this is a bug in scenecc, not an error in your scene"))
 
 
 class _LazyMetadata(ModuleType):

@@ -45,7 +45,7 @@ class Backend(str, Enum):
 
 
 class Audit(str, Enum):
-    """How much of what was built is read back and compared with the plan."""
+    """How much of the engine's state is compared with the plan."""
 
     full = "full"
     fast = "fast"
@@ -53,14 +53,14 @@ class Audit(str, Enum):
 
 
 Scenes = Annotated[
-    str | None, typer.Option("--scenes", metavar="IDXS", help="Build some of the scenes only: 0:4 or 0,2 or ::2.")
+    str | None, typer.Option("--scenes", metavar="IDXS", help="Build only these scenes: 0:4 or 0,2 or ::2.")
 ]
 Output = Annotated[
     str | None, typer.Option("--output", "-o", metavar="PLAN.json", help="Write the plan; - is standard output.")
 ]
 Render = Annotated[
     bool | None,
-    typer.Option("--render/--no-render", help="Build what is seen too.", show_default="where a device exists"),
+    typer.Option("--render/--no-render", help="Build visuals too.", show_default="where a device exists"),
 ]
 
 
@@ -69,18 +69,20 @@ def build(
     scene: SceneArgument,
     *,
     scenes: Scenes = None,
-    backend: Annotated[Backend, typer.Option("--backend", help="Where PhysX runs.")] = Backend.cpu,
+    backend: Annotated[Backend, typer.Option("--backend", help="Device of PhysX.")] = Backend.cpu,
     steps: Steps = 0,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Compile only: no engine is started.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Compile only, without starting the engine.")] = False,
     output: Output = None,
     render: Render = None,
-    audit: Annotated[Audit, typer.Option("--audit", help="How much is read back from the engine.")] = Audit.fast,
+    audit: Annotated[
+        Audit, typer.Option("--audit", help="How much of the engine's state to compare with the plan.")
+    ] = Audit.fast,
     form: FormatOption = Format.text,
     options: dict[str, Any],
 ) -> None:
     """Build a scene as parallel SAPIEN scenes.
 
-    Prints a table of what was built in which scenes, and the time of each stage.
+    Prints a table of the entities and their scenes, and the time of each stage.
 
     \b
     Examples:
@@ -107,7 +109,7 @@ def build(
 
 
 def _conclude(result: Build, steps: int, output: str | None, form: Format) -> NoReturn:
-    """Simulates, writes the plan, and says what was done."""
+    """Simulates, writes the plan and prints the result."""
     import scenecc
 
     timings, diagnostics = dict(result.timings), list(result.diagnostics)
@@ -127,7 +129,7 @@ def _conclude(result: Build, steps: int, output: str | None, form: Format) -> No
 
 
 def _step(batch: SceneBatch, steps: int) -> dict[str, float]:
-    """Simulates, and says how long that took."""
+    """Simulates, and reports the time."""
     if steps == 0:
         return {}
     started = time.perf_counter()

@@ -68,17 +68,17 @@ def _values(one: Difference) -> str:
 @takes_compile_options
 def diff(
     first: Annotated[str, typer.Argument(metavar="A", help="A scene file or a plan, or - for standard input.")],
-    second: Annotated[str, typer.Argument(metavar="B", help="The same.")],
+    second: Annotated[str, typer.Argument(metavar="B", help="The other scene file or plan.")],
     *,
     form: TableFormatOption = TableFormat.text,
     options: dict[str, Any],
 ) -> None:
-    """Say what differs between two scenes, by what they build.
+    """Show the differences between two scenes.
 
-    Compared are the plans, object by object and field by field: a scene that is only written otherwise
-    is the same. Options hold for both.
+    The command compares the plans object by object and field by field, so that a different notation is
+    not a difference. The options apply to both scenes.
 
-    Exit status: 0 the same, 1 not the same, 2 wrong usage, or one of them is at fault.
+    Exit status: 0 equal, 1 different, 2 wrong usage or an error in one of the scenes.
 
     \b
     Examples:

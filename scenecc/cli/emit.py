@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 class Target(str, Enum):
-    """What a scene is emitted as."""
+    """Formats of exports."""
 
     python = "python"
     json = "json"
@@ -47,20 +47,22 @@ class Target(str, Enum):
 _TEXTS = (Target.python, Target.json)
 SceneIndex = Annotated[
     int | None,
-    typer.Option("--scene", metavar="K", parser=at_least(0), help="Which scene, for all but python and json."),
+    typer.Option(
+        "--scene", metavar="K", parser=at_least(0), help="Index of the scene to export; not for python and json."
+    ),
 ]
-Grid = Annotated[bool, typer.Option("--grid", help="All scenes side by side (glb).")]
-Shown = Annotated[Show, typer.Option("--show", help="Draw what is seen, or the colliding shapes (glb, usd).")]
-EntityName = Annotated[str | None, typer.Option("--entity", metavar="NAME", help="Write this entity alone (urdf).")]
+Grid = Annotated[bool, typer.Option("--grid", help="Export all scenes side by side (glb).")]
+Shown = Annotated[Show, typer.Option("--show", help="Export visual or collision shapes (glb, usd).")]
+EntityName = Annotated[str | None, typer.Option("--entity", metavar="NAME", help="Export only this entity (urdf).")]
 
 
 @takes_compile_options
 def emit(
     scene: SceneArgument,
     *,
-    target: Annotated[Target, typer.Option("--to", help="What to write.")],
+    target: Annotated[Target, typer.Option("--to", help="Target format.")],
     output: Annotated[
-        str, typer.Option("--output", "-o", metavar="FILE", help="Where to write it; - is standard output.")
+        str, typer.Option("--output", "-o", metavar="FILE", help="Output file; - is standard output.")
     ] = STDOUT,
     index: SceneIndex = None,
     grid: Grid = False,
@@ -68,15 +70,15 @@ def emit(
     entity: EntityName = None,
     options: dict[str, Any],
 ) -> None:
-    """Write a scene for another program.
+    """Export a scene to another format.
 
-    python is a script of plain SAPIEN calls that needs no scenecc; json is the scene's plan. Both hold all scenes.
+    python: a script of plain SAPIEN calls that does not need scenecc. json: the plan. Both contain all scenes.
 
-    mjcf is one scene for MuJoCo, urdf are its articulations, one in FILE.urdf or each in a file in the folder FILE.
-    Meshes lie in the folder FILE.assets.
+    mjcf: one scene for MuJoCo. urdf: its articulations, one in FILE.urdf, or each in its own file in the folder FILE.
+    Meshes are written to the folder FILE.assets.
 
-    glb is what is seen of one scene, or of all side by side, in a file that viewers show; usd has bodies, joints and
-    what is seen, as text (.usda) or binary (.usdc). What a target cannot hold is told as warnings.
+    glb: the visuals of one scene, or of all scenes side by side, for viewers. usd: bodies, joints and visuals, as text
+    (.usda) or binary (.usdc). Features that a format does not support are reported as warnings.
 
     \b
     Examples:

@@ -12,7 +12,7 @@ from scenecc.cli.output import end, print_out, usage_error
 def explain(
     code: Annotated[str | None, typer.Argument(metavar="[CODE]", help="A code, as in SC101.")] = None,
 ) -> None:
-    """Say what a diagnostic code means.
+    """Explain a diagnostic code.
 
     Prints its cause, an example and the cure. Without a code, all codes are listed.
 

@@ -20,16 +20,14 @@ if TYPE_CHECKING:
     pass
 
 Scene = Annotated[
-    int | None, typer.Option("--scene", metavar="K", parser=at_least(0), help="Tell what this one scene has.")
+    int | None, typer.Option("--scene", metavar="K", parser=at_least(0), help="Show the values of this scene.")
 ]
 Entity = Annotated[
-    str | None, typer.Option("--entity", metavar="NAME", help="Tell these entities only; takes * and ? as well.")
+    str | None, typer.Option("--entity", metavar="NAME", help="Show only these entities; * and ? are wildcards.")
 ]
-Depth = Annotated[
-    int | None, typer.Option("--depth", metavar="N", parser=at_least(0), help="How far below the scene the tree goes.")
-]
+Depth = Annotated[int | None, typer.Option("--depth", metavar="N", parser=at_least(0), help="Depth of the tree.")]
 AskEngine = Annotated[
-    bool, typer.Option("--build/--no-build", help="Ask the engine for masses and sizes, in one scene an entity.")
+    bool, typer.Option("--build/--no-build", help="Build one scene per entity to get masses and sizes.")
 ]
 
 
@@ -44,11 +42,11 @@ def inspect(
     form: TableFormatOption = TableFormat.text,
     options: dict[str, Any],
 ) -> None:
-    """Show what a scene holds, as a tree.
+    """Show the contents of a scene as a tree.
 
-    It tells sizes, masses, materials, joints, scenes, and all files with their hashes. Values that
-    scenes differ in are told as alternatives or ranges; of one scene, as they are there. Masses are
-    the engine's, which starts for them without a render device.
+    The tree lists sizes, masses, materials, joints, scenes, and all files with their hashes. Values
+    that differ between scenes are shown as alternatives or ranges, or with --scene as the values of
+    that scene. Masses come from the engine, which needs no render device for this.
 
     \b
     Examples:

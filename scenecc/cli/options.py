@@ -1,4 +1,4 @@
-"""Options that several commands take. What they mean is the API's business."""
+"""Options that several commands share."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _SHOWN: Final = 40
 
 
 class Format(str, Enum):
-    """How diagnostics are printed."""
+    """Formats of diagnostics."""
 
     text = "text"
     json = "json"
@@ -27,14 +27,14 @@ class Format(str, Enum):
 
 
 class Show(str, Enum):
-    """Which shapes of bodies are drawn."""
+    """Shapes of bodies to draw."""
 
     visual = "visual"
     collision = "collision"
 
 
 class TableFormat(str, Enum):
-    """How a table is printed."""
+    """Formats of tables."""
 
     text = "text"
     json = "json"
@@ -53,7 +53,7 @@ def at_least(least: int, *, digits: int = 18) -> Callable[[str | int], int]:
 
 
 def shown(text: str) -> str:
-    """What somebody wrote, in quotes, in short and harmless."""
+    """A user's text for a message: quoted, shortened, control characters escaped."""
     from scenecc.diagnostics.formats.style import visible
 
     return f"'{visible(text[:_SHOWN])}{'…' if len(text) > _SHOWN else ''}'"
@@ -129,33 +129,31 @@ SceneArgument = Annotated[
 ]
 NumScenes = Annotated[
     int | None,
-    typer.Option("--num-scenes", metavar="N", parser=at_least(1), help="How many scenes, in place of the file's."),
+    typer.Option("--num-scenes", metavar="N", parser=at_least(1), help="Number of scenes, overriding the file."),
 ]
 Seed = Annotated[
     int | None,
-    typer.Option(
-        "--seed", metavar="S", parser=at_least(0, digits=100), help="Seed of every draw, in place of the file's."
-    ),
+    typer.Option("--seed", metavar="S", parser=at_least(0, digits=100), help="Seed of all draws, overriding the file."),
 ]
 Steps = Annotated[
-    int, typer.Option("--steps", metavar="N", parser=at_least(0), help="Simulate N steps once it is built.")
+    int, typer.Option("--steps", metavar="N", parser=at_least(0), help="Simulate N steps after the build.")
 ]
 Params = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="NAME=VALUE", help="Give a parameter a value, in YAML; may be given several times."),
+    typer.Option("--set", metavar="NAME=VALUE", help="Set a parameter to a value in YAML; may be repeated."),
 ]
 AssetRoots = Annotated[
     list[Path] | None,
-    typer.Option("--asset-root", metavar="DIR", help="Where asset:// looks; may be given several times."),
+    typer.Option("--asset-root", metavar="DIR", help="Search folder for asset:// paths; may be repeated."),
 ]
 AllowOutside = Annotated[
-    bool, typer.Option("--allow-outside-assets", help="Let files lie outside the scene's folder and the asset roots.")
+    bool, typer.Option("--allow-outside-assets", help="Allow files outside the scene's folder and the asset roots.")
 ]
 Limits = Annotated[
-    list[str] | None, typer.Option("--limit", metavar="NAME=VALUE", help="Raise a limit; may be given several times.")
+    list[str] | None, typer.Option("--limit", metavar="NAME=VALUE", help="Change a limit; may be repeated.")
 ]
-TableFormatOption = Annotated[TableFormat, typer.Option("--format", help="How the result is printed.")]
-FormatOption = Annotated[Format, typer.Option("--format", help="How diagnostics are printed.")]
+TableFormatOption = Annotated[TableFormat, typer.Option("--format", help="Format of the result.")]
+FormatOption = Annotated[Format, typer.Option("--format", help="Format of the diagnostics.")]
 
 _COMPILE_OPTIONS: Final[dict[str, tuple[Any, Any]]] = {
     "num_scenes": (NumScenes, None),

@@ -25,7 +25,7 @@ def params(
     form: TableFormatOption = TableFormat.text,
     options: dict[str, Any],
 ) -> None:
-    """List what a scene can be given by --set.
+    """List the parameters of a scene, which --set sets.
 
     \b
     Examples:

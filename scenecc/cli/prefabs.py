@@ -27,7 +27,7 @@ def prefabs(
     *,
     form: TableFormatOption = TableFormat.text,
 ) -> None:
-    """List the prefabs that ship, or what one can be given.
+    """List the built-in prefabs, or the parameters of one.
 
     \b
     Examples:
@@ -73,7 +73,7 @@ def _editions(row: PrefabRow) -> str:
     lines = [
         f"This is the edition for {package}, which is installed here."
         if package == row.edition
-        else f"Where {package} is installed, its edition is used."
+        else f"If {package} is installed, its edition is used."
         for package in row.editions
     ]
     return "".join(f"{line}\n" for line in lines)

@@ -44,7 +44,7 @@ _SIZE: Final = re.compile(r"([1-9][0-9]{0,4})x([1-9][0-9]{0,4})")
 
 
 class What(str, Enum):
-    """What a picture shows."""
+    """Contents of a picture."""
 
     color = "color"
     depth = "depth"
@@ -66,34 +66,36 @@ def parse_size(text: str) -> tuple[int, int]:
 
 
 Output = Annotated[
-    str | None, typer.Option("--output", "-o", metavar="FILE.png", help="Where to write it; - is standard output.")
+    str | None, typer.Option("--output", "-o", metavar="FILE.png", help="Output file; - is standard output.")
 ]
 Camera = Annotated[
     str | None, typer.Option("--camera", metavar="NAME", help="A camera of the file.", show_default="frames the scene")
 ]
 Scene = Annotated[
     str | None,
-    typer.Option("--scene", metavar="IDXS", help="Of which scene, or of which ones (0:4 or 0,2 or ::2), on one sheet."),
+    typer.Option(
+        "--scene", metavar="IDXS", help="Scene to render, or several (0:4 or 0,2 or ::2) on one contact sheet."
+    ),
 ]
-Grid = Annotated[bool, typer.Option("--grid", help="Of all scenes, on one sheet, each under its number.")]
+Grid = Annotated[bool, typer.Option("--grid", help="Render all scenes on one contact sheet, labelled by index.")]
 Size = Annotated[
     str | None,
-    typer.Option("--size", metavar="WxH", help="Of each picture [px], in place of the camera's."),
+    typer.Option("--size", metavar="WxH", help="Size of each picture [px], overriding the camera."),
 ]
 Video = Annotated[
     str | None,
-    typer.Option("--video", metavar="FILE", help="Film the steps: FILE.mp4 or FILE.gif.", show_default=False),
+    typer.Option("--video", metavar="FILE", help="Record the steps as FILE.mp4 or FILE.gif.", show_default=False),
 ]
 Every = Annotated[
     int | None,
     typer.Option(
-        "--every", metavar="N", parser=at_least(1), help="Steps a frame.", show_default="about 30 frames a second"
+        "--every", metavar="N", parser=at_least(1), help="Steps per frame.", show_default="about 30 frames a second"
     ),
 ]
 Hidden = Annotated[
     bool | None,
     typer.Option(
-        "--hidden/--no-hidden", help="Show what is hidden from sensors.", show_default="only without --camera"
+        "--hidden/--no-hidden", help="Show objects that are hidden from sensors.", show_default="only without --camera"
     ),
 ]
 
@@ -107,8 +109,8 @@ def render(
     which: Scene = None,
     grid: Grid = False,
     size: Size = None,
-    what: Annotated[What, typer.Option("--what", help="What the picture shows.")] = What.color,
-    show: Annotated[Show, typer.Option("--show", help="Which shapes are drawn.")] = Show.visual,
+    what: Annotated[What, typer.Option("--what", help="Content of the picture.")] = What.color,
+    show: Annotated[Show, typer.Option("--show", help="Shapes to draw.")] = Show.visual,
     steps: Steps = 0,
     video: Video = None,
     every: Every = None,
@@ -116,11 +118,11 @@ def render(
     form: FormatOption = Format.text,
     options: dict[str, Any],
 ) -> None:
-    """Take a picture of a scene, or film it, with SAPIEN's renderer.
+    """Render a picture or a film of a scene with SAPIEN's renderer.
 
-    Without --camera, one that frames the scene takes it. A depth is written in millimetres, 16 bits a pixel; a
-    segmentation as ids with a palette, and what they stand for is printed. Needs a GPU, or Mesa's driver for the CPU,
-    and the extra `pictures`.
+    Without --camera, a camera that frames the scene is used. Depth is written in millimetres with 16 bits per pixel.
+    Segmentation is written as ids with a palette, and a table of the ids is printed. Needs a GPU, or Mesa's driver for
+    the CPU, and the extra `pictures`.
 
     \b
     Examples:

@@ -22,17 +22,17 @@ def validate(
     ],
     *,
     form: FormatOption = Format.text,
-    strict: Annotated[bool, typer.Option("--strict", help="Let warnings fail the check too.")] = False,
+    strict: Annotated[bool, typer.Option("--strict", help="Treat warnings as errors.")] = False,
     scenes_only: Annotated[
-        bool, typer.Option("--scenes-only", help="Pass over named files that are no scenes, too (for commit hooks).")
+        bool, typer.Option("--scenes-only", help="Skip named files that are not scenes (for commit hooks).")
     ] = False,
     options: dict[str, Any],
 ) -> None:
-    """Check scene files. Nothing is drawn, built or written.
+    """Check scene files without building them.
 
-    Of a folder, the scenes in it are checked: files ending in .yaml or .yml that have the key
-    `scenecc` at the top. Its other YAML files are counted and passed over. A file named by itself
-    is always checked (with --scenes-only, if it is a scene).
+    In a folder, the command checks all scenes: .yaml and .yml files with the key `scenecc` at the
+    top level. It counts and skips other YAML files. A file named on the command line is always
+    checked, or with --scenes-only if it is a scene.
 
     \b
     Examples:
@@ -57,7 +57,7 @@ def validate(
 
 def _faults(found: Found) -> list[Diagnostic]:
     return [
-        *(usage_error("SC901", f"there is no file or folder `{path}`", file=path) for path in found.missing),
+        *(usage_error("SC901", f"file or folder `{path}` not found", file=path) for path in found.missing),
         *(
             usage_error("SC902", f"no scene in the folder `{path}`", file=path, hint="a scene has the key `scenecc`")
             for path in found.empty
@@ -71,7 +71,7 @@ def _faults(found: Found) -> list[Diagnostic]:
 
 def _counts(found: Found) -> str:
     checked, skipped = len(found.files), len(found.skipped)
-    passed_over = f", {_files(skipped, 'other YAML file')} passed over" if skipped else ""
+    passed_over = f", {_files(skipped, 'other YAML file')} skipped" if skipped else ""
     return f"{_files(checked, 'file')} checked{passed_over}\n"
 
 

@@ -37,26 +37,22 @@ if TYPE_CHECKING:
     from scenecc import PageAddress
     from scenecc.diagnostics import Diagnostic
 
-Scene = Annotated[
-    int, typer.Option("--scene", metavar="K", parser=at_least(0), help="The scene that is shown at first.")
-]
-Grid = Annotated[bool, typer.Option("--grid", help="Show all scenes at first, side by side.")]
-Shadows = Annotated[
-    bool, typer.Option("--shadows/--no-shadows", help="Draw them; a browser without a GPU is slow at it.")
-]
+Scene = Annotated[int, typer.Option("--scene", metavar="K", parser=at_least(0), help="Scene to show first.")]
+Grid = Annotated[bool, typer.Option("--grid", help="Show all scenes side by side.")]
+Shadows = Annotated[bool, typer.Option("--shadows/--no-shadows", help="Draw shadows; slow in a browser without a GPU.")]
 Export = Annotated[
     str | None,
-    typer.Option("--export", metavar="FILE.html", help="Write one page that needs no server, and end."),
+    typer.Option("--export", metavar="FILE.html", help="Write a self-contained page and exit."),
 ]
 Steps = Annotated[
-    int, typer.Option("--steps", metavar="N", parser=at_least(0), help="Of an exported page: what it plays.")
+    int, typer.Option("--steps", metavar="N", parser=at_least(0), help="Steps to record (with --export).")
 ]
 Host = Annotated[
     str | None,
     typer.Option(
         "--host",
         metavar="ADDRESS",
-        help="Where to listen. With 0.0.0.0 other machines reach the page, too: see --token.",
+        help="Address to listen on. 0.0.0.0 lets other machines connect: see --token.",
         show_default="127.0.0.1",
     ),
 ]
@@ -66,13 +62,13 @@ Port = Annotated[
         "--port",
         metavar="N",
         parser=at_least(0, digits=5),
-        help="At which port; 0 is any that is free.",
-        show_default="8080, or the next that is free",
+        help="Port; 0 selects any free port.",
+        show_default="8080, or the next free port",
     ),
 ]
 Token = Annotated[
     str | None,
-    typer.Option("--token", metavar="TOKEN", help="Let only those in whose address has it; auto makes one up."),
+    typer.Option("--token", metavar="TOKEN", help="Require this token in the address; auto generates one."),
 ]
 Open = Annotated[bool, typer.Option("--open", help="Open the page in the browser.")]
 
@@ -83,7 +79,7 @@ def view(
     *,
     index: Scene = 0,
     grid: Grid = False,
-    show: Annotated[Show, typer.Option("--show", help="Which shapes are drawn at first.")] = Show.visual,
+    show: Annotated[Show, typer.Option("--show", help="Shapes to draw first.")] = Show.visual,
     shadows: Shadows = True,
     export: Export = None,
     steps: Steps = 0,
@@ -95,9 +91,9 @@ def view(
 ) -> None:
     """Show a scene in the browser, live while you edit it.
 
-    It is shown anew whenever a file of it changes. The page has the objects, what they weigh and are made of, the
-    simulation, and the parameters of the file. An error is shown over the last scene that had none. No GPU is needed.
-    Ctrl-C ends it.
+    The page reloads the scene whenever one of its files changes. It shows the objects with their masses and materials,
+    the simulation, and the parameters of the file. An error appears above the last valid scene. No GPU is needed. Press
+    Ctrl-C to stop.
 
     \b
     Examples:
