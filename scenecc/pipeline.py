@@ -370,8 +370,8 @@ def _warn_unknown_content(plan: ScenePlan, checked: ScenePlan, sink: Sink) -> No
     for index, (file, now) in enumerate(zip(plan.files, checked.files, strict=True)):
         if file.sha256 is None and now.sha256 is not None:
             place = (plan.origin or Origin(None)).child("files").child(index)
-            hint = "compile the scene again: its plan then tells whether a file changed"
-            message = f"the plan does not say what {file.uri} held: it is built as it is now"
+            hint = "compile the scene again: its plan then has the hashes"
+            message = f"the plan has no hash of {file.uri}: the build uses its current content"
             sink.report("SC717", message, place, hint=hint)
 
 
@@ -399,7 +399,7 @@ def _matches_options(plan: ScenePlan, options: Options, sink: Sink) -> bool:
     """A plan is final: nothing about it can be overridden any more."""
     for name in ("params", "draws"):
         if getattr(options, name):
-            message = f"a plan takes no {name}: its values are settled"
+            message = f"a plan takes no {name}: its values are final"
             sink.report("SC907", message, plan.origin or Location(None), hint="compile the scene file again")
             return False
     for name in ("num_scenes", "seed"):

@@ -88,7 +88,7 @@ def diff(
     import scenecc
 
     if first == second == STDIN:
-        raise typer.BadParameter("standard input holds one scene only", param_hint="'B'")
+        raise typer.BadParameter("standard input contains only one scene", param_hint="'B'")
     faults = [*path_faults(first, None), *path_faults(second, None)]
     if faults:
         end(faults, least=Status.usage)  # 1 is the status of scenes that differ

@@ -115,7 +115,7 @@ def _read_setting(text: str) -> tuple[str, Any, str | None]:
         return (
             name,
             None,
-            'it has no value (an empty text is "")' if empty else found.message + _in_brackets(found.hint),
+            'it has no value (an empty string is "")' if empty else found.message + _in_brackets(found.hint),
         )
     return name.strip(), value, None
 

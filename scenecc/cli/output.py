@@ -137,7 +137,7 @@ def write_files(target: str, files: Mapping[str, bytes], *, folder: bool) -> Unw
     if len(names) == 1 and not folder:
         return write(target, files[names[0]])
     if target == STDOUT:
-        return "SC904", f"standard output takes one file, and there are {len(names)}"
+        return "SC904", f"standard output takes one file, but there are {len(names)}"
     try:
         replace_set(Path(target), files, folder=folder)
     except OSError as error:

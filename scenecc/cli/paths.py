@@ -124,7 +124,7 @@ def path_faults(
     if scene != STDIN and not os.path.lexists(scene):
         faults.append(usage_error("SC901", f"there is no file `{scene}`", file=scene))
     elif scene != STDIN and Path(scene).is_dir():
-        message = f"`{scene}` is a folder, and one file is read"
+        message = f"`{scene}` is a folder, not a file"
         faults.append(usage_error("SC901", message, file=scene, hint="name a scene file in it"))
     if output is None:
         return faults
@@ -132,7 +132,7 @@ def path_faults(
         message = f"standard output cannot hold both the result (`-o -`) and diagnostics as {form.value}"
         faults.append(usage_error("SC906", message, file=output, hint="name a file after -o"))
     elif scene != STDIN and _is_same_file(scene, output):
-        message = f"`{output}` is the scene itself, which would be lost"
+        message = f"`{output}` is the scene itself and would be overwritten"
         faults.append(usage_error("SC904", message, file=output, hint="name another file after -o"))
     elif (reason := folder_refusal(output) if folder else refusal(output)) is not None:
         faults.append(usage_error("SC904", reason, file=output))

@@ -60,7 +60,7 @@ def parse_size(text: str) -> tuple[int, int]:
     size = (int(found[1]), int(found[2])) if found else (0, 0)
     if not found or max(size) > most:
         raise typer.BadParameter(
-            f"{shown(text)} is no width and height from 1 to {most}, as in 640x480", param_hint="'--size'"
+            f"{shown(text)} is not a size from 1 to {most}, such as 640x480", param_hint="'--size'"
         )
     return size
 
@@ -165,16 +165,16 @@ def _film(output: str | None, video: str | None, steps: int, every: int | None) 
     if output not in {None, STDOUT} and not str(output).lower().endswith(".png"):
         raise typer.BadParameter(f"{shown(str(output))} does not end in .png", param_hint="'-o'")
     if every is not None and (video is None or every > steps):
-        raise typer.BadParameter("it is for a --video, of at least as many --steps", param_hint="'--every'")
+        raise typer.BadParameter("it needs --video and at least as many --steps", param_hint="'--every'")
     if video is None:
         return None
     if steps == 0:
-        raise typer.BadParameter("a film is of --steps, at least one", param_hint="'--video'")
+        raise typer.BadParameter("a film needs --steps of at least 1", param_hint="'--video'")
     if video.lower().endswith(".mp4"):
         return "mp4"
     if video.lower().endswith(".gif"):
         return "gif"
-    raise typer.BadParameter(f"{shown(video)} ends neither in .mp4 nor in .gif", param_hint="'--video'")
+    raise typer.BadParameter(f"{shown(video)} does not end in .mp4 or .gif", param_hint="'--video'")
 
 
 def _path_faults(scene: str, output: str | None, video: str | None, form: Format) -> list[Diagnostic]:

@@ -129,9 +129,9 @@ def view(
 def _check(export: str | None, steps: int, *, served: bool) -> None:
     """Raises typer.BadParameter where options do not fit together."""
     if export is None and steps:
-        raise typer.BadParameter("it is for an --export; a page that is served has a button", param_hint="'--steps'")
+        raise typer.BadParameter("it needs --export; a served page has a button instead", param_hint="'--steps'")
     if export is not None and served:
-        message = "it is written, and served nowhere: it goes without --open, --host, --port and --token"
+        message = "it cannot be combined with --open, --host, --port or --token, because no page is served"
         raise typer.BadParameter(message, param_hint="'--export'")
     if export not in {None, STDOUT} and not str(export).lower().endswith((".html", ".htm")):
         raise typer.BadParameter(f"{shown(str(export))} does not end in .html", param_hint="'--export'")
@@ -158,7 +158,7 @@ def _teller(scene: str, values: Mapping[str, Any]) -> Callable[[Sequence[Diagnos
         nonlocal failed
         print_asides(of_settings(found, values))
         if failed and status(found) is Status.fine:
-            print_err(f"{plain(scene)}: shown, without an error\n")
+            print_err(f"{plain(scene)}: no errors\n")
         failed = status(found) is not Status.fine
 
     return tell
@@ -166,8 +166,8 @@ def _teller(scene: str, values: Mapping[str, Any]) -> Callable[[Sequence[Diagnos
 
 def _ready(url: str, place: PageAddress, *, open_it: bool) -> None:
     if place.token is None and not place.is_local:
-        print_err("WARNING: anyone who reaches this address may see the scene and use its controls; see --token\n")
-    print_err("Ctrl-C ends it.\n")
+        print_err("WARNING: anyone who can reach this address can view and control the scene; see --token\n")
+    print_err("Press Ctrl-C to stop.\n")
     print_out(f"{url}\n")
     if open_it:
         import webbrowser

@@ -201,7 +201,7 @@ class Sink:
             self._full.add("error")
         elif self._told[severity] >= MAX_REPORTS:
             self._full.add(severity)
-            message, hint = f"checking stopped after {MAX_REPORTS} {severity}s", "mend these first"
+            message, hint = f"checking stopped after {MAX_REPORTS} {severity}s", "fix these first"
             code, related, given = _STOPPED if severity == "error" else code, (), ()
         key = (code, message, place)
         if key in self._seen:

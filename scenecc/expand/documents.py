@@ -128,7 +128,7 @@ def scene_loader(scope: AssetScope, limits: Limits, sink: Sink) -> Load:
             document = _read_document(found.path, shown, place, limits, sink)
             total += text_size(document.text or "") if document is not None else 0
             if total > limits.text_bytes:
-                message = f"the files that are included and used are longer than {limits.text_bytes} bytes together"
+                message = f"the included and used files together are longer than {limits.text_bytes} bytes"
                 hint = "`--limit text_bytes=N` or `limits={'text_bytes': N}` raises the limit"
                 sink.report("SC601", message, place, hint=hint)
                 document = None

@@ -248,7 +248,7 @@ class ModuleExpander:
         place = frame.origin(use.reference.path)
         reference = use.reference.make(frame)
         if not isinstance(reference, str) or isinstance(reference, FailedValue):
-            message = f"`use` must be a text, not {show(reference)}"
+            message = f"`use` must be a string, not {show(reference)}"
             _refuse(reference, use.reference, "use", "SC103", message, frame)
             return
         compiled = self.prefabs.find(reference, unit.body.part.document, place, scope.chain)
@@ -318,7 +318,7 @@ def _refuse(
 ) -> None:
     """Reports a value that cannot decide about structure; nothing more is said of one that was reported."""
     if is_varying(value):
-        frame.report("SC203", f"`{key}` cannot read what differs from scene to scene", made.path)
+        frame.report("SC203", f"`{key}` cannot read a value that differs from scene to scene", made.path)
     elif not isinstance(value, FailedValue):
         frame.report(code, message, made.path, hint=hint)
 
@@ -368,7 +368,7 @@ class SceneSelections:
     def _counted(self, selection: tuple[int, ...], place: Origin) -> tuple[int, ...]:
         self._left -= len(selection)
         if self._left < 0:
-            message = f"what instances select comes to more than {self._most} scenes in all"
+            message = f"the selections of all instances exceed {self._most} scenes in all"
             hint = "raise the limit with --limit objects_times_scenes=N or limits={'objects_times_scenes': N}"
             self._sink.report("SC606", message, place, hint=hint)
             raise BudgetExhausted
@@ -537,7 +537,7 @@ def _expand_top(
         return False
     except RecursionError:
         # With the limit raised: a use takes several calls.
-        sink.report("SC608", "prefabs are deeper within one another than Python's stack allows", Origin(top.name))
+        sink.report("SC608", "prefabs are nested more deeply than Python's stack allows", Origin(top.name))
         return False
     return True
 

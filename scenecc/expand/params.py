@@ -96,7 +96,7 @@ def read_param(
     kind = known["type"] if "type" in known else None if pattern is not None else infer_param_kind(default)
     if not (isinstance(kind, str) and kind in PARAM_KINDS) and (kind is not None or pattern is None):
         hint = suggest(kind, PARAM_KINDS) if isinstance(kind, str) else f"give it a `type`: {', '.join(PARAM_KINDS)}"
-        what = f"there is no type {show(kind)}" if kind is not None else f"the type of `{cut(name)}` is not told"
+        what = f"there is no type {show(kind)}" if kind is not None else f"the type of `{cut(name)}` is missing"
         frame.report("SC214", what, (*path, "type") if kind is not None else path, hint=hint)
         return None
     options, description = known.get("options", ()), known.get("description", "")

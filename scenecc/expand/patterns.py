@@ -141,7 +141,7 @@ class RepeatAxes:
             path = (*self.path, name)
             made = node if pattern is None else pattern.make(frame)
             if pattern is not None and is_varying(made):
-                frame.report("SC203", "`repeat` cannot read what differs from scene to scene", path)
+                frame.report("SC203", "`repeat` cannot read a value that differs from scene to scene", path)
                 continue
             found = _axis_values(made, path, frame)
             if found is not None:
@@ -345,7 +345,7 @@ def check_names(
 def check_new_name(name: str, what: str, names: NameMeanings, path: Path, frame: ExpansionFrame) -> bool:
     """Whether a parameter, draw or loop variable may have a name; reported where not."""
     if name in RESERVED_NAMES or keyword.iskeyword(name):
-        message = f"`{cut(name)}` means something in expressions, so no {what} is called that"
+        message = f"`{cut(name)}` is a word of expressions and cannot name a {what}"
     elif name in names:
         message = f"`{cut(name)}` is the name of a {names[name].removeprefix('later ')} already"
     else:
@@ -367,7 +367,7 @@ def _unknown_name(name: str, names: NameMeanings, template: Template, structure:
         case "itself":
             return ExpressionError(f"{shown} reads itself", *place, "it may read those above it")
         case "later loop variable":
-            hint = "its lists are the same whatever the others give; `if` can leave members of the product out"
+            hint = "lists of one `repeat` cannot depend on one another; `if` can exclude combinations"
             return ExpressionError(f"{shown} is a loop variable of the same `repeat`", *place, hint)
         case meaning:
             what = (meaning or "").removeprefix("later ")

@@ -39,7 +39,7 @@ _NUMBER = re.compile(
 RESERVED_CHARACTER = "\0"
 """What no key holds, so that labels of the compiler's own that start with it can stand among keys."""
 
-RESERVED_IN_KEY_MESSAGE = "a key holds the character U+0000"
+RESERVED_IN_KEY_MESSAGE = "a key contains the character U+0000"
 """What is said of a key with it."""
 
 SCENE_KEYED_FIELD = "per_scene"
@@ -181,7 +181,7 @@ _CORE_TAG_PREFIX = "tag:yaml.org,2002:"
 
 _SCALAR_TAGS = ("str", "int", "float", "bool", "null")
 
-_TAG_HINT = "take the tag away: scene files know `!!str`, `!!int`, `!!float`, `!!bool`, `!!null`, `!!map` and `!!seq`"
+_TAG_HINT = "remove the tag: scene files know `!!str`, `!!int`, `!!float`, `!!bool`, `!!null`, `!!map` and `!!seq`"
 
 
 class NodeError(Exception):
@@ -222,7 +222,7 @@ def check_collection_tag(event: NodeEvent) -> None:
         return
     tag = format_tag(event.tag or "")
     if tag in ("!!seq", "!!map", *("!!" + name for name in _SCALAR_TAGS)):
-        raise NodeError("SC008", f"the tag `{tag}` stands on a {'list' if is_list else 'mapping'}", "take the tag away")
+        raise NodeError("SC008", f"the tag `{tag}` stands on a {'list' if is_list else 'mapping'}", "remove the tag")
     raise NodeError("SC008", f"the tag `{tag}` is not one of YAML's core schema", _TAG_HINT)
 
 
@@ -254,7 +254,7 @@ def _tagged_scalar_value(event: NodeEvent, tag: str) -> Scalar | None:
     if kind == "str":
         return text
     if kind in ("map", "seq"):
-        raise NodeError("SC008", f"the tag `{shown}` stands on a single value", "take the tag away")
+        raise NodeError("SC008", f"the tag `{shown}` stands on a single value", "remove the tag")
     if kind not in _SCALAR_TAGS:
         raise NodeError("SC008", f"the tag `{shown}` is not one of YAML's core schema", _TAG_HINT)
     value = _plain_scalar_value(text)
@@ -267,7 +267,7 @@ def _tagged_scalar_value(event: NodeEvent, tag: str) -> Scalar | None:
         "null": value is None,
     }
     if not fits[kind]:
-        raise NodeError("SC008", f"`{format_scalar(event)}` is not what the tag `{shown}` says", "take the tag away")
+        raise NodeError("SC008", f"`{format_scalar(event)}` is not what the tag `{shown}` says", "remove the tag")
     return value
 
 

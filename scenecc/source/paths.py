@@ -378,7 +378,7 @@ def _check_path(
 
 def _refuse_unreachable(error: OSError, joined: Path, written: str, scope: AssetScope) -> Refusal:
     if error.errno == errno.ELOOP:
-        return Refusal("SC407", f"`{shorten_uri(written)}` is a link to itself", "mend the link")
+        return Refusal("SC407", f"`{shorten_uri(written)}` is a link to itself", "fix the link")
     if error.errno in {errno.ENOENT, errno.ENOTDIR}:
         scope.memory.missing.add(_real_path(joined))
         return Refusal(

@@ -83,7 +83,7 @@ class _Copier:
         if known is not None:
             copy = known[0]
         elif id(value) in self._open:
-            self._report("SC010", "this dict or list holds itself", path)
+            self._report("SC010", "this dict or list contains itself", path)
             return _INVALID
         else:
             self._open.add(id(value))
@@ -136,7 +136,7 @@ class _Copier:
             case PurePath():
                 return self._check_text(str(value), path)
             case None:
-                hint = "give it a value or take it away: what is left out has its default"
+                hint = "give it a value, or remove the key to get its default"
                 self._report("SC006", "None is not a value of any key", path, hint=hint)
             case _:
                 self._refuse(_with_article(type(value).__qualname__), path)
@@ -152,7 +152,7 @@ class _Copier:
             try:
                 text.encode()
             except UnicodeEncodeError:
-                message = f"a string holds half of a character (a lone surrogate): {text!a:.60}"
+                message = f"a string contains a lone surrogate: {text!a:.60}"
                 self._report("SC002", message, path)
         return text
 
@@ -161,8 +161,8 @@ class _Copier:
         self._sink.report(code, message, Origin(None, path), hint=hint)
 
     def _refuse(self, what: str, path: Path) -> None:
-        hint = "a scene holds dicts with string keys, lists, strings, numbers, booleans, numpy arrays and paths"
-        self._report("SC015", f"{what} cannot stand in a scene", path, hint=hint)
+        hint = "a scene contains dicts with string keys, lists, strings, numbers, booleans, numpy arrays and paths"
+        self._report("SC015", f"{what} is not supported in a scene", path, hint=hint)
 
     def _too_deep(self, path: Path) -> NoReturn:
         message = f"more than {self._limits.depth} dicts and lists inside one another (limit depth)"

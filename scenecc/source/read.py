@@ -251,7 +251,7 @@ class _StrictReader:
         else:
             if value is None:
                 subject = f"the key `{under}`" if isinstance(under, str) else "the list item"
-                hint = "give it a value or take it away: what is left out has its default"
+                hint = "give it a value, or remove the key to get its default"
                 if isinstance(under, str) and ":" in under.strip(":"):
                     hint = "a colon that ends a key is followed by a blank: write `key: value`"
                 self._faults.at("SC006", f"{subject} has no value", key_event, path=self._path(under), hint=hint)

@@ -72,7 +72,7 @@ class SourceReporter:
                 "SC016",
                 f"reading stopped after {MAX_ERRORS} errors",
                 self.span(event.start_mark, event.end_mark),
-                hint="mend these first; the rest of the file was not looked at",
+                hint="fix these first; the rest of the file was not checked",
             )
             raise ReadAborted
 
@@ -230,7 +230,7 @@ def _colon(problem: _Problem) -> _Advice:
     if above is not None:
         hint += f" (line {above + 1}, the one before it, has a value already)"
     start = len(before) - len(before.lstrip(" -"))
-    return _Advice("a key stands where none can be", hint, line, start, max(column - start, 1))
+    return _Advice("a key is not allowed here", hint, line, start, max(column - start, 1))
 
 
 def _long_key(place: Mark) -> _Advice:
@@ -240,7 +240,7 @@ def _long_key(place: Mark) -> _Advice:
 def _no_blank(match: re.Match[str], line: int) -> _Advice:
     key = match["key"]
     return _Advice(
-        f"there is no blank after the colon of `{key}`",
+        f"the space is missing after the colon of `{key}`",
         f"write `{key}: `; without the blank the colon is part of a string",
         line,
         match.start("key"),
@@ -268,14 +268,14 @@ def _no_colon(problem: _Problem) -> _Advice:
         return _long_key(place)
     length = max(len(text.rstrip()) - place.column, 1)
     hint = "write `key: value`; a string over several lines is indented further than its key"
-    return _Advice("this line is no key: it has no colon", hint, place.line, place.column, length)
+    return _Advice("this line has no colon, so it is not a key", hint, place.line, place.column, length)
 
 
 def _key(problem: _Problem) -> _Advice:
     """A block mapping goes on with something that is no key of it."""
     before = problem.text[: problem.mark.column].strip()
     if problem.rest[:1] in ("]", "}"):
-        return _Advice(f"this `{problem.rest[0]}` closes nothing", "take it away, or quote the whole value")
+        return _Advice(f"this `{problem.rest[0]}` closes nothing", "remove it, or quote the whole value")
     if before:
         hint = "quote the whole value, or start a new line"
         return _Advice("something follows a value that is complete", hint, length=problem.rest_length)
@@ -288,7 +288,7 @@ def _key(problem: _Problem) -> _Advice:
 
 def _dash(_: _Problem) -> _Advice:
     hint = "indent it further to make it part of the item above, or start it with `- `"
-    return _Advice("a list goes on with something that is no item", hint, related="the list starts here")
+    return _Advice("a list continues with a line that is not an item", hint, related="the list starts here")
 
 
 def _dash_in_line(_: _Problem) -> _Advice:
@@ -298,7 +298,7 @@ def _dash_in_line(_: _Problem) -> _Advice:
 def _content(problem: _Problem) -> _Advice:
     found = problem.rest[:1]
     if found == ",":
-        return _Advice("there is nothing before this comma", "take the comma away, or put a value before it")
+        return _Advice("a value is missing before this comma", "remove the comma, or put a value before it")
     what = f"`{found}`" if found.strip() else "the end of the line"
     return _Advice(f"a value was expected, not {what}", "is a bracket not closed, or one too many?")
 
@@ -376,7 +376,7 @@ class AnchorTable:
         if name not in self._anchors:
             self._faults.at(
                 "SC009",
-                f"no anchor `&{name}` stands before this alias",
+                f"there is no anchor `&{name}` before this alias",
                 event,
                 path=path,
                 hint="a string that starts with `*` must be quoted",
@@ -384,7 +384,7 @@ class AnchorTable:
             return None
         value = self._anchors[name]
         if any(value is ancestor for ancestor in ancestors):
-            self._faults.at("SC010", f"the alias `*{name}` stands inside the node it names", event, path=path)
+            self._faults.at("SC010", f"the alias `*{name}` is inside its own node", event, path=path)
             return None
         nodes, height = self._measure(value)
         self._reached += nodes

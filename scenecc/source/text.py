@@ -137,8 +137,8 @@ def read_from_stream(stream: IO[str] | IO[bytes], name: str | None, sink: Sink, 
         _report_length(name, sink, limits)
         return None
     if piece is None:
-        hint = "give a stream that waits for its data (os.set_blocking)"
-        sink.report("SC001", "the stream does not block, and its end is not there yet", Location(name), hint=hint)
+        hint = "use a blocking stream (os.set_blocking)"
+        sink.report("SC001", "the stream is non-blocking, and its end has not arrived", Location(name), hint=hint)
         return None
     return "".join(text) if text else bytes(content)
 
@@ -169,7 +169,7 @@ def decode_text(text: str | bytes, name: str | None, sink: Sink, limits: Limits)
         if len(directives) > _MAX_TAG_DIRECTIVES:
             # The parser compares each with all before it.
             place = lines.location(*lines.position(directives[_MAX_TAG_DIRECTIVES] - 4))
-            sink.report("SC008", f"more than {_MAX_TAG_DIRECTIVES} %TAG directives", place, hint="take them away")
+            sink.report("SC008", f"more than {_MAX_TAG_DIRECTIVES} %TAG directives", place, hint="remove them")
             return None
     return lines.text
 
@@ -188,11 +188,11 @@ def report_character(lines: TextLines, offset: int, sink: Sink) -> None:
     if code == 0:
         what, hint = "a zero byte (U+0000)", "is this a binary file? " + _TEXT_HINT
     elif 0xD800 <= code <= 0xDFFF:
-        what = f"half of a character (the lone surrogate U+{code:04X})"
+        what = f"a lone surrogate (U+{code:04X})"
     elif code in (0x85, 0x2028, 0x2029):
         what = f"U+{code:04X}, a line break to some programs and not to others"
         hint = f'break the line, or write "\\u{code:04X}" in double quotes'
-    sink.report("SC002", f"the text holds {what}", lines.location(line, column, column + 1), hint=hint)
+    sink.report("SC002", f"the text contains {what}", lines.location(line, column, column + 1), hint=hint)
 
 
 def _decode_bytes(content: bytes) -> str:
@@ -211,7 +211,7 @@ def _report_encoding(error: UnicodeDecodeError, name: str | None, sink: Sink) ->
     encoding = "UTF-16" if error.encoding.startswith("utf-16") else "UTF-8"
     sink.report(
         "SC002",
-        f"this is not {encoding} text: byte {error.start} ({byte}) belongs to no character",
+        f"this is not {encoding} text: byte {error.start} ({byte}) is invalid",
         lines.location(line, column, column + 1),
         hint=_TEXT_HINT + "; save it in that encoding",
     )

@@ -85,15 +85,15 @@ class LinkKeys(MotionKeys):
 
     material: Maybe[MaterialRef] = key("Of its shapes.")
     density: Maybe[Leaf[NonNegative]] = key("Of its shapes [kg/m³].")
-    patch_radius: Maybe[Leaf[NonNegative]] = key("Of its shapes, for torsional friction [m].", default=0)
-    min_patch_radius: Maybe[Leaf[NonNegative]] = key("Of its shapes, likewise [m].", default=0)
+    patch_radius: Maybe[Leaf[NonNegative]] = key("Torsional patch radius of its shapes [m].", default=0)
+    min_patch_radius: Maybe[Leaf[NonNegative]] = key("Smallest torsional patch radius of its shapes [m].", default=0)
     collision_group: Maybe[Fixed[Name]] = key("A name from `collision_groups`.")
     collision_bits: Maybe[Fixed[CollisionBits]] = key(
         "SAPIEN's four integers, as they are; not with `collision_group`.", default=[1, 1, 0, 0]
     )
-    mass: Maybe[Leaf[Positive]] = key("Mass [kg]; scales the inertia that it has otherwise.")
-    inertial: Maybe[InertialSpec] = key("Mass properties, given; not with `mass`.")
-    visibility: Maybe[Leaf[Unit]] = key("Of the render body, 0 to 1.", default=1)
+    mass: Maybe[Leaf[Positive]] = key("Mass [kg]; scales the inertia accordingly.")
+    inertial: Maybe[InertialSpec] = key("Explicit mass properties; not with `mass`.")
+    visibility: Maybe[Leaf[Unit]] = key("Visibility of the render body, 0 to 1.", default=1)
 
 
 class JointKeys(SpecModel):
@@ -103,17 +103,23 @@ class JointKeys(SpecModel):
     armature: Maybe[Leaf[NonNegative]] = key("Inertia of the drive itself [kg or kg·m²].", default=0)
     limits: Maybe[Limits] = key("Lowest and highest position [m or rad].", examples=[[-1.57, 1.57]])
     limits_deg: Maybe[Limits] = key("The same in degrees.", examples=[[-90, 90]])
-    max_velocity: Maybe[Leaf[Positive]] = key("Fastest [m/s or rad/s].")
+    max_velocity: Maybe[Leaf[Positive]] = key("Maximum speed [m/s or rad/s].")
 
 
 class DriveKeys(SpecModel):
     """What may be said of the drives of joints. In place of the damping that a joint has by itself."""
 
-    stiffness: Maybe[Leaf[NonNegative]] = key("Force for each metre or radian off the target.", default=0)
-    damping: Maybe[Leaf[NonNegative]] = key("Force against each metre or radian a second off the target.", default=0)
-    force_limit: Maybe[Leaf[NonNegative]] = key("The most that it exerts [N or N·m]. Left out: a URDF's effort.")
-    mode: Maybe[Fixed[Literal["force", "acceleration"]]] = key("What stiffness and damping are of.", default="force")
-    target: Maybe[Leaf[Finite]] = key("Where to. Left out: where the joint starts, again at every reset.")
+    stiffness: Maybe[Leaf[NonNegative]] = key("Stiffness: force per metre or radian of position error.", default=0)
+    damping: Maybe[Leaf[NonNegative]] = key(
+        "Damping: force per metre or radian per second of velocity error.", default=0
+    )
+    force_limit: Maybe[Leaf[NonNegative]] = key("Maximum force [N or N·m]. Default: a URDF's effort.")
+    mode: Maybe[Fixed[Literal["force", "acceleration"]]] = key(
+        "Whether stiffness and damping scale a force or an acceleration.", default="force"
+    )
+    target: Maybe[Leaf[Finite]] = key(
+        "Target position. Default: the initial position of the joint, also after a reset."
+    )
     velocity_target: Maybe[Leaf[Finite]] = key("How fast.", default=0)
 
 
@@ -128,14 +134,14 @@ class MimicKeys(SpecModel):
     """A joint that moves as another one does."""
 
     joint: Fixed[Name] = Field(description="The other joint.")
-    multiplier: Maybe[Leaf[Finite]] = key("Of its position.", default=1)
-    offset: Maybe[Leaf[Finite]] = key("Added to that [m or rad].", default=0)
+    multiplier: Maybe[Leaf[Finite]] = key("Factor of its position.", default=1)
+    offset: Maybe[Leaf[Finite]] = key("Offset added to the product [m or rad].", default=0)
 
 
 class TreeJoint(SpecModel):
     """The joint between a link and its parent."""
 
-    name: Maybe[Fixed[Name]] = key("What `qpos`, `joints` and `drives` call it.")
+    name: Maybe[Fixed[Name]] = key("Name of the joint in `qpos`, `joints` and `drives`.")
     type: Fixed[TreeJointType] = Field(
         description="fixed; revolute, revolute_unwrapped, continuous (no limits): about the axis; prismatic: along it."
     )
@@ -148,7 +154,7 @@ class TreeJoint(SpecModel):
     friction: Maybe[Leaf[NonNegative]] = key("Friction.", default=0.05)
     damping: Maybe[Leaf[NonNegative]] = key("Damping [N·s/m or N·m·s/rad]; `drives` replaces it.", default=0)
     armature: Maybe[Leaf[NonNegative]] = key("Inertia of the drive itself [kg or kg·m²].", default=0)
-    mimic: Maybe[MimicKeys] = key("The joint that it follows.")
+    mimic: Maybe[MimicKeys] = key("The joint to mimic.")
 
 
 if TYPE_CHECKING:
@@ -162,19 +168,21 @@ else:
 class TreeLink(LinkKeys):
     """A link, and those that hang on it."""
 
-    name: Fixed[Name] = Field(description="What `links` and mounts call it.")
-    joint: Maybe[TreeJoint] = key("To the link that it hangs on; of all links but the root.")
+    name: Fixed[Name] = Field(description="Name of the link in `links` and mounts.")
+    joint: Maybe[TreeJoint] = key("Joint to the parent link; for all links except the root.")
     shapes: list[ShapeSpec] = Field(
-        default_factory=_empty_list, description="Shapes that collide and are seen.", json_schema_extra={"default": []}
+        default_factory=_empty_list,
+        description="Shapes that collide and are visible.",
+        json_schema_extra={"default": []},
     )
     collisions: list[CollisionSpec] = Field(
         default_factory=_empty_list, description="Shapes that only collide.", json_schema_extra={"default": []}
     )
     visuals: list[VisualSpec] = Field(
-        default_factory=_empty_list, description="Shapes that are only seen.", json_schema_extra={"default": []}
+        default_factory=_empty_list, description="Shapes that are only visible.", json_schema_extra={"default": []}
     )
     children: Children = Field(
-        default_factory=_empty_list, description="The links that hang on it.", json_schema_extra={"default": []}
+        default_factory=_empty_list, description="Child links.", json_schema_extra={"default": []}
     )
 
 
@@ -191,26 +199,31 @@ def _empty_dict() -> dict[str, Any]:
 class ArticulationKeys(EntityKeys, RepeatKeys):
     """Keys of any articulation."""
 
-    fix_root_link: Maybe[Leaf[bool]] = key("Whether the root stays where it is. true for a file, false for a `root`.")
-    qpos: Maybe[JointNumbers] = key(
-        "Joint positions at the start [m or rad]: a list in SAPIEN's order, or by name. Left out: 0, or the nearest "
-        "limit."
+    fix_root_link: Maybe[Leaf[bool]] = key(
+        "Whether the root is fixed to the world. Default: true for a file, false for a `root`."
     )
-    qvel: Maybe[JointNumbers] = key("Joint velocities at the start [m/s or rad/s], likewise.")
-    linear_velocity: Maybe[Leaf[Vec3]] = key("Of a free root at the start, world frame [m/s].", default=[0, 0, 0])
-    angular_velocity: Maybe[Leaf[Vec3]] = key("Of a free root at the start, world frame [rad/s].", default=[0, 0, 0])
+    qpos: Maybe[JointNumbers] = key(
+        "Initial joint positions [m or rad]: a list in SAPIEN's order, or by name. Left out: 0, or the nearest limit."
+    )
+    qvel: Maybe[JointNumbers] = key("Initial joint velocities [m/s or rad/s]: a list in SAPIEN's order, or by name.")
+    linear_velocity: Maybe[Leaf[Vec3]] = key(
+        "Initial linear velocity of a free root, world frame [m/s].", default=[0, 0, 0]
+    )
+    angular_velocity: Maybe[Leaf[Vec3]] = key(
+        "Initial angular velocity of a free root, world frame [rad/s].", default=[0, 0, 0]
+    )
     beyond_limits: Maybe[Fixed[bool]] = key(
         "true: `qpos` is taken as it is, also outside of the limits, which then push the joint back, and a drive may "
         "pull beyond them.",
         default=False,
     )
-    gravity: Maybe[Leaf[bool]] = key("false: gravity pulls none of its links.", default=True)
+    gravity: Maybe[Leaf[bool]] = key("false: gravity does not act on its links.", default=True)
     material: Maybe[MaterialRef] = key("For its links.")
     density: Maybe[Leaf[NonNegative]] = key("For its links [kg/m³].", default=DEFAULT_DENSITY)
     patch_radius: Maybe[Leaf[NonNegative]] = key("For its links [m].", default=0)
     min_patch_radius: Maybe[Leaf[NonNegative]] = key("For its links [m].", default=0)
     collision_group: Maybe[Fixed[Name]] = key("A name from `collision_groups`, for its links.")
-    disable_self_collisions: Maybe[Fixed[bool]] = key("true: no two of its links collide.", default=False)
+    disable_self_collisions: Maybe[Fixed[bool]] = key("true: its links do not collide with one another.", default=False)
     sapien_bits: Maybe[Fixed[bool]] = key(
         "true: what ignores one another among its links ignores the same of others that have it, as SAPIEN's loader "
         "does.",
@@ -221,14 +234,14 @@ class ArticulationKeys(EntityKeys, RepeatKeys):
     sleep_threshold: Maybe[Leaf[NonNegative]] = key("Energy per mass below which it sleeps [m²/s²].", default=0.005)
     visibility: Maybe[Leaf[Unit]] = key("Of its links, 0 to 1.", default=1)
     links: dict[Pattern, LinkKeys] = Field(
-        default_factory=_empty_dict, description="Pattern of names → what such links have."
+        default_factory=_empty_dict, description="Pattern of names → properties of the matching links."
     )
     joints: dict[Pattern, JointKeys] = Field(
-        default_factory=_empty_dict, description="Pattern of names → what such joints have."
+        default_factory=_empty_dict, description="Pattern of names → properties of the matching joints."
     )
     drives: dict[Pattern, DriveKeys] = Field(
         default_factory=_empty_dict,
-        description="Pattern of names → the drives of such joints.",
+        description="Pattern of names → drives of the matching joints.",
         examples=[{"panda_joint.*": {"stiffness": 1000, "damping": 100, "force_limit": 100}}],
     )
 
@@ -240,9 +253,9 @@ class Urdf(ArticulationKeys):
     srdf: Maybe[Leaf[Text]] = key(
         "The file with the pairs of links that ignore one another, or `none`. Left out: the one beside the URDF."
     )
-    package_dir: Maybe[Leaf[Text]] = key("The folder in which `package://` of the file looks.")
-    scale: Maybe[Leaf[Positive]] = key("Of all lengths.", default=1)
-    collision_is_visual: Maybe[Fixed[bool]] = key("Show what collides as well.", default=False)
+    package_dir: Maybe[Leaf[Text]] = key("Folder that resolves `package://` in the file.")
+    scale: Maybe[Leaf[Positive]] = key("Scale of all lengths.", default=1)
+    collision_is_visual: Maybe[Fixed[bool]] = key("Show the collision shapes too.", default=False)
     load_multiple_collisions: Maybe[Fixed[bool]] = key(
         "The connected parts of a mesh collide one by one, rather than its convex hull.", default=False
     )
@@ -261,4 +274,4 @@ class Mjcf(ArticulationKeys):
 class Tree(ArticulationKeys):
     """An articulation that is written as a tree of links."""
 
-    root: RootLink = Field(description="The root link, with all that hangs on it.")
+    root: RootLink = Field(description="The root link with its descendants.")

@@ -166,8 +166,8 @@ VARIABLE_PATTERN = r"^[A-Za-z_][A-Za-z0-9_]*$"
 PREFIX_PATTERN = r"^(?:[A-Za-z_][A-Za-z0-9_.-]*(?:/[A-Za-z_][A-Za-z0-9_.-]*)*/?)?$"
 
 PATTERN_HINTS = {
-    NAME_PATTERN: "a name starts with a letter or `_` and goes on with letters, digits, `_`, `.` and `-`",
-    VARIABLE_PATTERN: "a name in expressions starts with a letter or `_` and goes on with letters, digits and `_`",
+    NAME_PATTERN: "a name starts with a letter or `_` and continues with letters, digits, `_`, `.` and `-`",
+    VARIABLE_PATTERN: "a name in expressions starts with a letter or `_` and continues with letters, digits and `_`",
     PREFIX_PATTERN: '"" leaves the names inside as they are; anything else is the start of a name',
 }
 """What may stand where a text does not fit its pattern."""

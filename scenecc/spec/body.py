@@ -60,28 +60,28 @@ class EntityKeys(SpecModel):
         'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: every scene.',
         examples=[[0, 2], "::2"],
     )
-    hidden: Fixed[bool] = Field(default=False, description="Whether only people see it, and no camera of the file.")
+    hidden: Fixed[bool] = Field(default=False, description="Whether cameras of the file do not see it; viewers do.")
 
 
 class MotionKeys(SpecModel):
     """What bodies and links have: pull, damping and the limits of their motion."""
 
-    gravity: Maybe[Leaf[bool]] = key("false: gravity does not pull it.", default=True)
+    gravity: Maybe[Leaf[bool]] = key("false: gravity does not act on it.", default=True)
     linear_damping: Maybe[Leaf[NonNegative]] = key("[1/s]; left out: 0, of a link 0.05.")
     angular_damping: Maybe[Leaf[NonNegative]] = key("[1/s]", default=0.05)
     max_linear_velocity: Maybe[Leaf[Positive]] = key("[m/s]")
     max_angular_velocity: Maybe[Leaf[Positive]] = key("[rad/s]; left out: 100, of a link none.")
-    max_depenetration_velocity: Maybe[Leaf[Positive]] = key("Fastest way out of an overlap [m/s].")
+    max_depenetration_velocity: Maybe[Leaf[Positive]] = key("Maximum speed of resolving an overlap [m/s].")
     max_contact_impulse: Maybe[Leaf[Positive]] = key("[N·s]")
 
 
 class RigidBodyKeys(MotionKeys):
     """The properties of a rigid body component."""
 
-    linear_velocity: Maybe[Leaf[Vec3]] = key("At the start, world frame [m/s].", default=[0, 0, 0])
-    angular_velocity: Maybe[Leaf[Vec3]] = key("At the start, world frame [rad/s].", default=[0, 0, 0])
+    linear_velocity: Maybe[Leaf[Vec3]] = key("Initial linear velocity, world frame [m/s].", default=[0, 0, 0])
+    angular_velocity: Maybe[Leaf[Vec3]] = key("Initial angular velocity, world frame [rad/s].", default=[0, 0, 0])
     locked_axes: Maybe[Fixed[list[Fixed[MotionAxis]]]] = key(
-        "The axes along and about which it cannot move.", default=[]
+        "Axes of translation and rotation that are locked.", default=[]
     )
     sleep_threshold: Maybe[Leaf[NonNegative]] = key("Energy per mass below which it sleeps [m²/s²].", default=0.005)
     solver_position_iterations: Maybe[Leaf[Iterations]] = key("1 to 255.", default=10)
@@ -98,29 +98,31 @@ class BodyKeys(RigidBodyKeys):
 
     body_type: Fixed[BodyTypeName] = Field(
         default="dynamic",
-        description="dynamic: moved by forces; kinematic: moved by you; static: never moves; none: only seen.",
+        description="dynamic: moved by forces; kinematic: moved by you; static: never moves; none: only visible.",
     )
     shapes: list[ShapeSpec] = Field(
-        default_factory=_empty_list, description="Shapes that collide and are seen.", json_schema_extra={"default": []}
+        default_factory=_empty_list,
+        description="Shapes that collide and are visible.",
+        json_schema_extra={"default": []},
     )
     collisions: list[CollisionSpec] = Field(
         default_factory=_empty_list, description="Shapes that only collide.", json_schema_extra={"default": []}
     )
     visuals: list[VisualSpec] = Field(
-        default_factory=_empty_list, description="Shapes that are only seen.", json_schema_extra={"default": []}
+        default_factory=_empty_list, description="Shapes that are only visible.", json_schema_extra={"default": []}
     )
-    material: Maybe[MaterialRef] = key("For the shapes that name none.")
-    color: Maybe[Color] = key("Base colour of the shapes that name none.")
+    material: Maybe[MaterialRef] = key("Material of shapes without their own.")
+    color: Maybe[Color] = key("Base colour of shapes without their own.")
     density: Maybe[Leaf[NonNegative]] = key(
-        "For the shapes whose material gives none either [kg/m³].", default=DEFAULT_DENSITY
+        "Density of shapes without one of their own or of their material [kg/m³].", default=DEFAULT_DENSITY
     )
-    mass: Maybe[Leaf[Positive]] = key("Mass [kg]; scales what follows from the densities.")
-    inertial: Maybe[InertialSpec] = key("Mass properties, given; not with `mass`.")
+    mass: Maybe[Leaf[Positive]] = key("Mass [kg]; scales the mass and inertia from the densities.")
+    inertial: Maybe[InertialSpec] = key("Explicit mass properties; not with `mass`.")
     collision_group: Maybe[Fixed[Name]] = key("A name from `collision_groups`.")
     collision_bits: Maybe[Fixed[CollisionBits]] = key(
         "SAPIEN's four integers; not with `collision_group`.", default=[1, 1, 0, 0]
     )
-    visibility: Maybe[Leaf[Unit]] = key("Of the render body, 0 to 1.", default=1)
+    visibility: Maybe[Leaf[Unit]] = key("Visibility of the render body, 0 to 1.", default=1)
     shading_mode: Maybe[Leaf[Annotated[int, Field(ge=0, le=255)]]] = key("Of the render body.", default=0)
 
 

@@ -28,13 +28,13 @@ class ConstraintKeys(RepeatKeys):
     """Keys of every constraint."""
 
     parent: Fixed[Text] = Field(
-        description="ENTITY, ENTITY/LINK or `world`: what it is fastened to.", examples=["world", "robot/hand"]
+        description="ENTITY, ENTITY/LINK or `world`: the parent body.", examples=["world", "robot/hand"]
     )
-    child: Fixed[Text] = Field(description="ENTITY or ENTITY/LINK: the body that carries it.", examples=["cube"])
+    child: Fixed[Text] = Field(description="ENTITY or ENTITY/LINK: the child body.", examples=["cube"])
     pose_in_parent: Maybe[Pose] = key(
-        "Its frame in the parent's (the world's); left out: where the child's frame is at the start."
+        "Frame of the constraint in the parent's frame; default: the initial pose of the child's frame."
     )
-    pose_in_child: Maybe[Pose] = key("Its frame in the child's.", default=[0, 0, 0])
+    pose_in_child: Maybe[Pose] = key("Frame of the constraint in the child's frame.", default=[0, 0, 0])
     scene_idxs: Maybe[SceneIdxs] = key(
         'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: those that both of its '
         "bodies are in."
@@ -58,15 +58,15 @@ class DistanceConstraint(ConstraintKeys):
 
     type: Literal["distance"]
     limits: Leaf[NonNegative2] = Field(description="[least, most] [m].")
-    stiffness: Maybe[Leaf[NonNegative]] = key("Of the spring at the limits; 0: they are hard [N/m].", default=0)
-    damping: Maybe[Leaf[NonNegative]] = key("Of that spring [N·s/m].", default=0)
+    stiffness: Maybe[Leaf[NonNegative]] = key("Stiffness of the limits; 0: hard limits [N/m].", default=0)
+    damping: Maybe[Leaf[NonNegative]] = key("Damping of the limits [N·s/m].", default=0)
 
 
 class GearConstraint(ConstraintKeys):
     """Ties the turning of two bodies about the x axes of its frames: `sapien.physx.PhysxGearComponent`."""
 
     type: Literal["gear"]
-    ratio: Leaf[Finite] = Field(description="How fast the parent turns, in turns of the child; not 0.")
+    ratio: Leaf[Finite] = Field(description="Turns of the parent per turn of the child; not 0.")
     enable_hinges: Maybe[Fixed[bool]] = key("Whether SAPIEN's own hinges are part of it.", default=False)
 
 
@@ -82,8 +82,10 @@ class AxisDriveKeys(SpringKeys):
 
     stiffness: Maybe[Leaf[NonNegative]] = key("Force off the target [N/m; N·m/rad].", default=0)
     damping: Maybe[Leaf[NonNegative]] = key("Force off the velocity of the target [N·s/m; N·m·s/rad].", default=0)
-    force_limit: Maybe[Leaf[NonNegative]] = key("The most that it exerts [N or N·m]. Left out: none.")
-    mode: Maybe[Fixed[DriveModeName]] = key("What stiffness and damping are of.", default="force")
+    force_limit: Maybe[Leaf[NonNegative]] = key("Maximum force [N or N·m]. Default: none.")
+    mode: Maybe[Fixed[DriveModeName]] = key(
+        "Whether stiffness and damping scale a force or an acceleration.", default="force"
+    )
 
 
 class VelocityTarget(SpecModel):
@@ -119,26 +121,26 @@ class AxisDrives(SpecModel):
     z: Maybe[AxisDriveKeys] = key("Along z.")
     twist: Maybe[AxisDriveKeys] = key("About x.")
     swing: Maybe[AxisDriveKeys] = key("About y and z.")
-    slerp: Maybe[AxisDriveKeys] = key("About all three, along the shortest way; in place of `twist` and `swing`.")
+    slerp: Maybe[AxisDriveKeys] = key(
+        "Drive of the whole rotation along the shortest path; instead of `twist` and `swing`."
+    )
 
 
 class DriveConstraint(ConstraintKeys):
     """A joint of six degrees of freedom, all free unless limited: `Scene.create_drive`."""
 
     type: Literal["drive"]
-    limits: Maybe[AxisLimits] = key("Of its axes; an axis without any is free.", examples=[{"x": [0, 0]}])
-    limit_springs: Maybe[AxisSprings] = key("Springs in place of hard stops, of the same axes.")
-    drive: Maybe[AxisDrives] = key(
-        "What pulls its axes to the target.", examples=[{"x": {"stiffness": 100, "damping": 10}}]
-    )
+    limits: Maybe[AxisLimits] = key("Limits of the axes; an axis without limits is free.", examples=[{"x": [0, 0]}])
+    limit_springs: Maybe[AxisSprings] = key("Soft limits of the same axes.")
+    drive: Maybe[AxisDrives] = key("Drives of the axes.", examples=[{"x": {"stiffness": 100, "damping": 10}}])
     target: Maybe[Pose] = key(
-        "Where the child's frame is driven to, in the parent's; left out: onto it.", default=[0, 0, 0]
+        "Target pose of the child's frame in the parent's frame; default: identity.", default=[0, 0, 0]
     )
-    velocity_target: Maybe[VelocityTarget] = key("How fast it is driven.")
+    velocity_target: Maybe[VelocityTarget] = key("Target velocity.")
     inv_mass_scales: Maybe[Leaf[NonNegative2]] = key(
-        "What 1 / mass of the parent and of the child is multiplied by for this constraint.", default=[1, 1]
+        "Factors of the inverse masses of parent and child for this constraint.", default=[1, 1]
     )
-    inv_inertia_scales: Maybe[Leaf[NonNegative2]] = key("Likewise of their inertias.", default=[1, 1])
+    inv_inertia_scales: Maybe[Leaf[NonNegative2]] = key("Factors of their inverse inertias.", default=[1, 1])
 
 
 CONSTRAINT_TYPES = ("weld", "connection", "distance", "gear", "drive")

@@ -42,12 +42,12 @@ class SceneFile(SpecModel):
     """
 
     scenecc: Version = Field(description="Version of the language.")
-    name: Maybe[Fixed[Text]] = key("For people; left out: the file's stem.")
+    name: Maybe[Fixed[Text]] = key("Name for people; default: the file's stem.")
     description: Fixed[AnyText] = Field(default="", description="For people.")
-    num_scenes: Fixed[PositiveInt] = Field(default=1, description="How many parallel scenes.")
+    num_scenes: Fixed[PositiveInt] = Field(default=1, description="Number of parallel scenes.")
     seed: Fixed[NonNegativeInt] = Field(default=0, description="Seed of every draw.")
     params: dict[Variable, Param] = Field(
-        default_factory=dict, description="What the file can be given from outside: name → default, or a mapping."
+        default_factory=dict, description="Parameters of the file: name → default, or a mapping."
     )
     draws: dict[NewVariable, Draw] = Field(
         default_factory=dict, description="Values that differ from scene to scene, for any `${…}` of the file."
@@ -56,19 +56,17 @@ class SceneFile(SpecModel):
         default_factory=list, description="Files merged in ahead of this one, in order.", examples=[["common.yaml"]]
     )
     physics: Maybe[PhysicsSpec] = key("Settings of the simulation.")
-    environment: Maybe[EnvironmentSpec] = key("Light from everywhere, and what is seen where there is nothing.")
+    environment: Maybe[EnvironmentSpec] = key("Ambient light and the environment map.")
     materials: dict[NewName, Material] = Field(default_factory=dict, description="Named materials.")
     collision_groups: dict[NewName, CollisionGroup] = Field(
         default_factory=dict, description="Groups of bodies that may ignore one another."
     )
-    frames: dict[NewName, FrameSpec] = Field(default_factory=dict, description="Places with no body.")
-    entities: dict[NewName, Entity] = Field(
-        default_factory=dict, description="What is in the scenes, in the order in which it is built."
-    )
+    frames: dict[NewName, FrameSpec] = Field(default_factory=dict, description="Named poses without a body.")
+    entities: dict[NewName, Entity] = Field(default_factory=dict, description="Objects of the scenes, in build order.")
     constraints: dict[NewName, Constraint] = Field(
-        default_factory=dict, description="What ties two bodies together, or a body to the world."
+        default_factory=dict, description="Constraints between two bodies, or a body and the world."
     )
     lights: dict[NewName, Light] = Field(default_factory=dict, description="Lights; left out: a default rig.")
     cameras: dict[NewName, CameraSpec] = Field(
-        default_factory=dict, description="Cameras; left out: one that sees the whole scene."
+        default_factory=dict, description="Cameras; default: one that frames the scene."
     )

@@ -43,10 +43,11 @@ def read_fixed_expression(node: Any) -> Template:
     """
     if is_mapping(node):
         form = next(key for key in node if key in FORM_KEYS)
-        raise custom_error("SC116", f"{VALUE_NAME} cannot differ from scene to scene: `{form}` has no place here")
+        raise custom_error("SC116", f"{VALUE_NAME} cannot differ from scene to scene: `{form}` is not allowed here")
     if isinstance(node, Template):
         raise custom_error(
-            "SC116", f"{VALUE_NAME} reads {quote_names(node)} and so would differ from scene to scene, which it cannot"
+            "SC116",
+            f"{VALUE_NAME} reads {quote_names(node)} and would differ from scene to scene, which is not allowed",
         )
     return parse_template(node)
 
@@ -83,12 +84,12 @@ def read_distribution(
     """
     at = (*loc, key)
     if not domain.of_numbers:
-        hint = "of other values `per_scene`, `cycle` and `choice` take one"
-        return reader.mistake("SC116", f"`{key}` draws numbers, and nothing else", node, at, hint)
+        hint = "use `per_scene`, `cycle` or `choice` for other values"
+        return reader.mistake("SC116", f"`{key}` draws only numbers", node, at, hint)
     drawn = DISTRIBUTIONS[key]
     if domain.whole and not drawn.whole:
         hint = f"write `integers: {show(node[key])}`" if key == "uniform" else "`integers: [low, high]` does"
-        return reader.mistake("SC116", f"`{key}` draws no whole numbers", node, at, hint)
+        return reader.mistake("SC116", f"`{key}` does not draw integers", node, at, hint)
     names = f"[{', '.join(drawn.operands)}]"
     operands = _operands(reader, node[key], [domain.of_role(role) for role in drawn.roles], plain, at, names)
     edges = _edges(reader, drawn, node, domain, plain, loc, told=operands is None)
@@ -392,9 +393,9 @@ class FormReader:
     def _form(self, node: dict[str, Any], domain: Domain, plain: Validate, loc: Loc) -> Any:
         key, *others = (key for key in node if key in FORM_KEYS)
         if self._refused is not None:
-            return self.mistake("SC116", f"`{key}` has no place here", node, (*loc, key), self._refused)
+            return self.mistake("SC116", f"`{key}` is not allowed here", node, (*loc, key), self._refused)
         for other in others:
-            message = f"`{key}` and `{other}` exclude each other: one form gives the value"
+            message = f"`{key}` and `{other}` are mutually exclusive: write one form"
             self._mistakes.add(custom_error("SC111", message, at="key"), node, *loc, other)
         for other in node:
             if other not in FORM_KEYS and other != COMPANIONS.get(key) and not other.startswith(NOTE_PREFIX):
@@ -448,7 +449,7 @@ class FormReader:
             elif _INDEX.fullmatch(key):
                 items.append((int(key), value))
             else:
-                message = f"`{cut(key)}` is no scene"
+                message = f"`{cut(key)}` is not a scene index"
                 hint = "a scene's index (0, 1, …) or `default`"
                 self._mistakes.add(custom_error("SC117", message, at="key", hint=hint), item, *loc, key)
         if not node:
@@ -492,9 +493,9 @@ def wrong_length_error(domain: Domain, count: int) -> PydanticCustomError:
 
 
 def _misplaced_key_error(other: str, key: str) -> PydanticCustomError:
-    """A key that has no place beside a form's."""
+    """A key that is not allowed beside a form's."""
     owners = [f"`{form}`" for form, companion in COMPANIONS.items() if other == companion]
     if owners:
         return custom_error("SC117", f"`{other}` stands beside {' or '.join(owners)} only", at="key")
     hint = f"a pose that has more than a position is a mapping: `p: {{{key}: …}}`" if other in _POSE_KEYS else None
-    return custom_error("SC117", f"`{cut(other)}` has no place beside `{key}`", at="key", hint=hint)
+    return custom_error("SC117", f"`{cut(other)}` is not allowed beside `{key}`", at="key", hint=hint)

@@ -15,47 +15,48 @@ if TYPE_CHECKING:
     from scenecc.diagnostics import Path
 
 
-_SHAPE = "a shape stands in one of the lists `shapes`, `collisions` and `visuals`: `shapes: [{type: box, …}]`"
+_SHAPE = "write shapes in one of the lists `shapes`, `collisions` and `visuals`: `shapes: [{type: box, …}]`"
 
-_PHYSICAL = "it stands under `physical`: `material: {physical: {…}}`"
+_PHYSICAL = "write it under `physical`: `material: {physical: {…}}`"
 
-_VISUAL = "it stands under `visual`: `material: {visual: {…}}`"
+_VISUAL = "write it under `visual`: `material: {visual: {…}}`"
 
-_USE_ARGUMENTS = "it stands beside `use`: `{use: FILE, with: {…}}`"
+_USE_ARGUMENTS = "write it beside `use`: `{use: FILE, with: {…}}`"
 
 _USE = "did you mean `use`?"
 
-_PICK = "it stands beside `variants`: `{variants: [{…}, {…}], pick: …}`"
+_PICK = "write it beside `variants`: `{variants: [{…}, {…}], pick: …}`"
 
-_ROBOT = "articulations are no variants; of a robot the file may vary: `urdf: {cycle: [a.urdf, b.urdf]}`"
+_ROBOT = "`variants` takes bodies only; the file of a robot can vary: `urdf: {cycle: [a.urdf, b.urdf]}`"
 
 _ONE_OF = "an articulation has one of `urdf`, `mjcf` and `root`"
 
-_OF_LINKS = "a tree's links have shapes: `root: {shapes: […]}`; a file brings its own, and is an entity by itself"
+_OF_LINKS = "the links of a tree have shapes: `root: {shapes: […]}`; the shapes of a robot come from its file"
 
-_LINK = "it is said of links: `links: {NAME: {…: …}}`"
+_LINK = "set it on links: `links: {NAME: {…: …}}`"
 
 _FIX_ROOT_LINK = "did you mean `fix_root_link`?"
 
-_DRIVE = "it is said of drives: `drives: {JOINT: {stiffness: …, damping: …}}`"
+_DRIVE = "set it on drives: `drives: {JOINT: {stiffness: …, damping: …}}`"
 
 _AGENT = (
-    "a robot is its file, `urdf: …` or `mjcf: …`; ManiSkill's come with `{use: scenecc:table_scene, with: {robot: …}}`"
+    "give the robot's file, `urdf: …` or `mjcf: …`, or use ManiSkill's robots: "
+    "`{use: scenecc:table_scene, with: {robot: …}}`"
 )
 
 _POSE = "did you mean `pose`?"
 
-_LOOK_AT = "it stands in the pose: `pose: {p: […], look_at: […]}`"
+_LOOK_AT = "write it in the pose: `pose: {p: […], look_at: […]}`"
 
 _HALF_LENGTH = "did you mean `half_length`? it is half of that"
 
-_COMMON_TO_VARIANTS = "it stands beside `variants`, for all of them"
+_COMMON_TO_VARIANTS = "write it beside `variants`, for all of them"
 
-VARIANTS_HINT = "what differs in structure from scene to scene is written as `variants` of the entity"
+VARIANTS_HINT = "use `variants` of the entity for differences in structure"
 
-PARTS_HINT = "what may differ are the numbers, files, colours and materials in it, each alone"
+PARTS_HINT = "only the numbers, files, colours and materials inside it can vary, one by one"
 
-PHYSICS_HINT = "the scenes share one simulation: nothing under `physics` differs between them"
+PHYSICS_HINT = "settings under `physics` are the same in all scenes"
 
 SEPARATE_ENTITIES_HINT = "declare an entity for each value, with `scene_idxs` of its own"
 
@@ -81,7 +82,7 @@ FORM_SYNONYMS = {
 """What other languages call the forms of variation."""
 
 SYNTAX_HINTS: dict[str, str] = {
-    "include": "the files stand in a list: `include: [FILE]`",
+    "include": "write the files as a list: `include: [FILE]`",
     "repeat": "a number of copies is `{i: {count: 4}}`",
 }
 """Key → how what stands there is written."""
@@ -121,9 +122,9 @@ MISPLACED_KEY_HINTS: dict[str, tuple[tuple[str, str], ...]] = {
 """Unknown key → a key that is known where it stands, and what to say there."""
 
 SHAPE_LIST_HINTS: dict[str, str] = {
-    "mesh": "a `mesh` is only seen: write it under `visuals`; a convex_mesh, convex_parts or triangle_mesh collides",
-    "tiled_plane": "a `tiled_plane` is only seen: write it under `visuals`",
-    "convex_parts": "`convex_parts` always collide: write them under `shapes` or `collisions`; a `mesh` is only seen",
+    "mesh": "a `mesh` is only visible: write it under `visuals`; a convex_mesh, convex_parts or triangle_mesh collides",
+    "tiled_plane": "a `tiled_plane` is only visible: write it under `visuals`",
+    "convex_parts": "`convex_parts` always collide: write them under `shapes` or `collisions`, or use a visible `mesh`",
     "triangle_mesh": "a `triangle_mesh` always collides: write it under `shapes` or `collisions`",
 }
 """Shape type → where it may stand, for the lists that do not have it."""
@@ -160,7 +161,7 @@ def kind_hint(expected: str, path: Path, found: Any) -> str | None:
 
 def _text_hint(expected: str, path: Path, text: str) -> str | None:
     if expected in {"a number", "a whole number"} and _reads_as_number(text):
-        return "take the quotes off"
+        return "remove the quotes"
     if expected == "true or false":
         is_condition = path[-1:] == ("if",)
         expression = f"an expression is written `${{{cut(text)}}}`"
@@ -187,7 +188,7 @@ def _form_hint(expected: str, found: Mapping[str, Any]) -> str | None:
     if other is not None:
         return f"did you mean `{{{other}}}`?"
     if expected in {"a number", "a whole number", "true or false"} or expected.startswith("["):
-        return f"what differs from scene to scene is one of the forms {', '.join(sorted(FORM_KEYS))}"
+        return f"values that differ from scene to scene use one of the forms {', '.join(sorted(FORM_KEYS))}"
     return None
 
 

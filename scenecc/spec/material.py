@@ -90,8 +90,8 @@ class Visual(SpecModel):
 class Material(SpecModel):
     """A surface: how it rubs (`physical`) and how it looks (`visual`)."""
 
-    physical: Maybe[Physical] = key("How it rubs and bounces, and its density.")
-    visual: Maybe[Visual] = key("How it looks.")
+    physical: Maybe[Physical] = key("Friction, restitution and density.")
+    visual: Maybe[Visual] = key("Visual properties.")
 
 
 if TYPE_CHECKING:

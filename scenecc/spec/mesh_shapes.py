@@ -39,7 +39,7 @@ class CoacdKeys(SpecModel):
 
     threshold: Maybe[Fixed[Annotated[float, Field(ge=0.01, le=1)]]] = key("Concavity at which to stop.", default=0.05)
     max_convex_hull: Maybe[Fixed[Annotated[int, Field(ge=-1, le=INT32_MAX)]]] = key(
-        "At most so many parts; -1: as many as it takes.", default=-1
+        "Maximum number of parts; -1: no limit.", default=-1
     )
     preprocess_mode: Maybe[Fixed[Literal["auto", "on", "off"]]] = key("Make the mesh manifold first.", default="auto")
     preprocess_resolution: Maybe[Fixed[PositiveInt32]] = key("Resolution of that.", default=30)

@@ -42,7 +42,7 @@ def is_sequence(node: Any) -> TypeGuard[list[Any] | tuple[Any, ...]]:
     return isinstance(node, list | tuple)
 
 
-"""Keys that version 1 of the language leaves out, and what they would be."""
+"""Keys that version 1 of the language does not support, and what they would be."""
 
 WRONG_KIND = "#wrong_kind"
 """The error type of a node that fits no branch; its message says what would."""

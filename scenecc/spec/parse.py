@@ -121,7 +121,7 @@ def _report_first_errors(data: dict[str, Any], origin: Origin, sink: Sink) -> bo
             if start.whole or problem.error_count() >= MAX_PYDANTIC_ERRORS:
                 report_errors(problem.errors(include_url=False), start.data, origin, sink)
                 if not start.whole:
-                    hint = "mend these first; the rest of the file was not looked at"
+                    hint = "fix these first; the rest of the file was not checked"
                     sink.report("SC016", f"checking stopped after {MAX_REPORTS} errors", origin, hint=hint)
                 return True
         else:

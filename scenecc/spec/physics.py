@@ -26,7 +26,7 @@ MAX_THREADS = 256
 
 
 class DefaultMaterial(SpecModel):
-    """The material of shapes that name none."""
+    """Material of shapes without their own."""
 
     static_friction: Fixed[NonNegative] = Field(description="Coefficient of static friction.")
     dynamic_friction: Fixed[NonNegative] = Field(description="Coefficient of dynamic friction, at most the static one.")
@@ -61,7 +61,9 @@ class PhysicsSpec(SpecModel):
 
     timestep: Maybe[Fixed[Positive]] = key("Time of a step [s].", default=0.01)
     gravity: Maybe[Fixed[Vec3]] = key("World frame [m/s²].", default=[0, 0, -9.81])
-    bounce_threshold: Maybe[Fixed[NonNegative]] = key("Relative speed below which nothing bounces [m/s].", default=2)
+    bounce_threshold: Maybe[Fixed[NonNegative]] = key(
+        "Relative speed below which contacts do not bounce [m/s].", default=2
+    )
     enable_pcm: Maybe[Fixed[bool]] = key("Persistent contact manifolds.", default=True)
     enable_tgs: Maybe[Fixed[bool]] = key("Temporal Gauss-Seidel solver.", default=True)
     enable_ccd: Maybe[Fixed[bool]] = key("Continuous collision detection.", default=False)
@@ -72,12 +74,12 @@ class PhysicsSpec(SpecModel):
     cpu_workers: Maybe[Fixed[Annotated[int, Field(ge=0, le=MAX_THREADS)]]] = key(
         "Threads of a scene; 0: the caller's.", default=0
     )
-    default_material: Maybe[DefaultMaterial] = key("The material of shapes that name none.")
-    contact_offset: Maybe[Fixed[Positive]] = key("Of shapes that name none [m].", default=0.01)
-    rest_offset: Maybe[Fixed[Finite]] = key("Of shapes that name none [m].", default=0)
-    solver_position_iterations: Maybe[Fixed[Iterations]] = key("Of bodies that name none.", default=10)
-    solver_velocity_iterations: Maybe[Fixed[VelocityIterations]] = key("Of bodies that name none.", default=1)
-    sleep_threshold: Maybe[Fixed[NonNegative]] = key("Of bodies that name none [m²/s²].", default=0.005)
+    default_material: Maybe[DefaultMaterial] = key("Material of shapes without their own.")
+    contact_offset: Maybe[Fixed[Positive]] = key("Default for shapes [m].", default=0.01)
+    rest_offset: Maybe[Fixed[Finite]] = key("Default for shapes [m].", default=0)
+    solver_position_iterations: Maybe[Fixed[Iterations]] = key("Default for bodies.", default=10)
+    solver_velocity_iterations: Maybe[Fixed[VelocityIterations]] = key("Default for bodies.", default=1)
+    sleep_threshold: Maybe[Fixed[NonNegative]] = key("Default for bodies [m²/s²].", default=0.005)
     sdf: Maybe[SdfKeys] = key("How signed distance fields are cooked.")
     scene_spacing: Maybe[Fixed[Positive]] = key("Distance between scenes that share one GPU simulation [m].")
     gpu_memory: Maybe[GpuMemoryKeys] = key("Capacities of PhysX on the GPU.")
@@ -95,5 +97,5 @@ class CollisionGroup(SpecModel):
     """Which groups this one does not collide with."""
 
     ignore: list[Fixed[Name]] = Field(
-        default_factory=list, description="Names of groups, its own among them if so wished."
+        default_factory=list, description="Names of groups to ignore; may include the group itself."
     )

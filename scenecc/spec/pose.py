@@ -46,7 +46,7 @@ class PoseMapping(SpecModel):
 
     p: Maybe[Leaf[Vec3]] = key("Position [m].", default=[0, 0, 0])
     q: Maybe[ExpressionOnly[Quaternion]] = key(
-        "Rotation as a unit quaternion [w, x, y, z], or `uniform`: drawn, even over all rotations.",
+        "Rotation as a unit quaternion [w, x, y, z], or `uniform`: a uniformly random rotation.",
         default=[1, 0, 0, 0],
     )
     rpy: Maybe[Leaf[Vec3]] = key("Rotation about the fixed axes x, y, z: roll, pitch, yaw [rad].")
@@ -55,8 +55,8 @@ class PoseMapping(SpecModel):
     look_at: Maybe[Leaf[Vec3]] = key(
         "A point in the frame of the pose that +x points to, +z as far up as it goes (SAPIEN's camera) [m]."
     )
-    matrix: Maybe[ExpressionOnly[Matrix]] = key("A rigid 4×4 transformation, row by row; stands alone.")
-    relative_to: Maybe[Fixed[Reference]] = key("The entity, frame or camera in whose frame this pose stands.")
+    matrix: Maybe[ExpressionOnly[Matrix]] = key("A rigid 4×4 transformation, row by row; excludes the other keys.")
+    relative_to: Maybe[Fixed[Reference]] = key("The entity, frame or camera to which this pose is relative.")
 
 
 if TYPE_CHECKING:

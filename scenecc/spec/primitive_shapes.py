@@ -102,7 +102,7 @@ class PlaneVisualKeys(SpecModel):
     """What is seen of a plane."""
 
     half_size: Leaf[Positive2] = Field(
-        default=(10.0, 10.0), description="What is seen, along the plane's own y and z as SAPIEN has them [m]."
+        default=(10.0, 10.0), description="Visible half extent along the plane's own y and z, as in SAPIEN [m]."
     )
 
 
@@ -110,7 +110,7 @@ class PlaneCollisionKeys(SpecModel):
     """How often a plane is built."""
 
     every_scene: Fixed[bool] = Field(
-        default=False, description="Where scenes share one GPU simulation: build it in each, not once."
+        default=False, description="In a shared GPU simulation: build it in each scene, not once."
     )
 
 

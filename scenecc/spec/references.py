@@ -245,9 +245,9 @@ class NamePattern:
         try:
             tree = _PARSER.parse(text)
         except (re.error, OverflowError, RecursionError) as error:
-            raise PatternError(f"this is no regular expression: {error}") from error
+            raise PatternError(f"invalid regular expression: {error}") from error
         if tree.state.flags & ~re.UNICODE.value:
-            raise PatternError("a pattern takes no flags")
+            raise PatternError("a pattern must not have flags")
         self._tests: list[Any] = []
         self._moves: list[tuple[int, ...]] = []
         self._last = self._state(None)
@@ -279,7 +279,7 @@ class NamePattern:
     def _state(self, test: Any, *moves: int) -> int:
         """A new state: None tests nothing and leads on without a letter, as an edge does where it is one."""
         if len(self._tests) >= MAX_STATES:
-            raise PatternError("this repeats too much for a pattern of names")
+            raise PatternError("this pattern repeats too much")
         self._tests.append(test)
         self._moves.append(moves)
         return len(self._tests) - 1
@@ -291,21 +291,21 @@ class NamePattern:
 
     def _one(self, operation: str, argument: Any, after: int, *, repeated: bool) -> int:
         if operation in _UNSUPPORTED_OPS:
-            raise PatternError(f"{_UNSUPPORTED_OPS[operation]} is not taken in a pattern of names")
+            raise PatternError(f"{_UNSUPPORTED_OPS[operation]} is not supported in a pattern of names")
         if operation in _REPEATS:
             least, most, inner = argument
             if (least, most) == (0, 1):
                 # What may be left out is not repeated.
                 return self._state(None, self._sequence(inner, after, repeated=repeated), after)
             if repeated:
-                raise PatternError("a repetition inside a repetition is not taken in a pattern of names")
+                raise PatternError("a repetition inside a repetition is not supported in a pattern of names")
             return self._repeat(least, most, inner, after)
         if operation == "BRANCH":
             return self._state(None, *(self._sequence(branch, after, repeated=repeated) for branch in argument[1]))
         if operation == "SUBPATTERN":
             _, added, removed, inner = argument
             if added or removed:
-                raise PatternError("a pattern takes no flags")
+                raise PatternError("a pattern must not have flags")
             return self._sequence(inner, after, repeated=repeated)
         if operation == "AT":
             return self._state((operation, str(argument)), after)

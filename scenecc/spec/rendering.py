@@ -49,7 +49,7 @@ class LightKeys(RepeatKeys):
     pose: Maybe[Pose] = key(
         "It shines along x of this pose: in the world, in the frame of `relative_to`, or in that of `mount`."
     )
-    mount: Maybe[Fixed[Text]] = key("ENTITY or ENTITY/LINK that it is fastened to.", examples=["robot/hand"])
+    mount: Maybe[Fixed[Text]] = key("ENTITY or ENTITY/LINK to mount it on.", examples=["robot/hand"])
     scene_idxs: Maybe[SceneIdxs] = key(
         'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: every scene.'
     )
@@ -58,22 +58,22 @@ class LightKeys(RepeatKeys):
 class PositionKeys(SpecModel):
     """Where a light stands, in place of a pose."""
 
-    position: Maybe[Leaf[Vec3]] = key("In place of `pose` [m].", default=[0, 0, 0])
+    position: Maybe[Leaf[Vec3]] = key("Position, instead of `pose` [m].", default=[0, 0, 0])
 
 
 class DirectionKeys(PositionKeys):
     """Where a light stands and shines to, in place of a pose."""
 
-    direction: Maybe[Leaf[Vec3]] = key("Where it shines to, of any length; in place of `pose`.")
+    direction: Maybe[Leaf[Vec3]] = key("Direction of the light, of any length; instead of `pose`.")
 
 
 class ShadowKeys(SpecModel):
     """Keys of lights that may throw shadows."""
 
-    shadow: Maybe[Leaf[bool]] = key("Whether it throws shadows.", default=False)
+    shadow: Maybe[Leaf[bool]] = key("Whether it casts shadows.", default=False)
     shadow_near: Maybe[Leaf[Positive]] = key("Distance from the light at which shadows begin [m].", default=0.1)
     shadow_far: Maybe[Leaf[Positive]] = key("Where they end [m].", default=10)
-    shadow_map_size: Maybe[Leaf[_MapSize]] = key("Edge of the map of distances [px].", default=2048)
+    shadow_map_size: Maybe[Leaf[_MapSize]] = key("Size of the shadow map [px].", default=2048)
 
 
 class ConeKeys(SpecModel):
@@ -158,10 +158,10 @@ EnvironmentMap = Leaf[
 
 
 class EnvironmentSpec(SpecModel):
-    """Light from everywhere, and what is seen where there is nothing."""
+    """Ambient light and the environment map."""
 
     ambient_light: Maybe[LightColor] = key('Linear RGB, which may exceed 1, or "#rrggbb".', default=[0, 0, 0])
-    map: Maybe[EnvironmentMap] = key("The surroundings: a file, or six pictures.")
+    map: Maybe[EnvironmentMap] = key("Environment map: a file, or six images.")
 
 
 _Pixels = Annotated[int, Field(ge=1, le=16384)]
@@ -172,15 +172,15 @@ class IntrinsicKeys(SpecModel):
 
     fx: Leaf[Positive] = Field(description="Focal length in widths of a pixel [px].")
     fy: Leaf[Positive] = Field(description="Focal length in heights of a pixel [px].")
-    cx: Maybe[Leaf[Finite]] = key("Where the axis meets the picture, from the left [px]; left out: half the width.")
-    cy: Maybe[Leaf[Finite]] = key("Likewise, from the top [px]; left out: half the height.")
+    cx: Maybe[Leaf[Finite]] = key("Principal point, from the left [px]; default: half the width.")
+    cy: Maybe[Leaf[Finite]] = key("Principal point, from the top [px]; default: half the height.")
     skew: Maybe[Leaf[Finite]] = key("Skew of the pixels [px].", default=0)
 
 
 class OrthographicKeys(SpecModel):
     """A camera without perspective."""
 
-    top: Leaf[Positive] = Field(description="Half of the height that it sees [m]; pixels are square.")
+    top: Leaf[Positive] = Field(description="Half height of the view [m]; pixels are square.")
 
 
 class CameraSpec(RepeatKeys):
@@ -193,11 +193,11 @@ class CameraSpec(RepeatKeys):
     fovy_deg: Maybe[Leaf[OpeningDegrees]] = key("The same [degrees].", default=60)
     fovx: Maybe[Leaf[OpeningAngle]] = key("Angle of view from left to right [rad].")
     fovx_deg: Maybe[Leaf[OpeningDegrees]] = key("The same [degrees].")
-    intrinsic: Maybe[IntrinsicKeys] = key("The matrix, in place of an angle.")
-    orthographic: Maybe[OrthographicKeys] = key("No perspective, in place of an angle.")
-    near: Maybe[Leaf[Positive]] = key("Nearest distance that is seen [m].", default=0.01)
-    far: Maybe[Leaf[Positive]] = key("Farthest distance that is seen [m].", default=100)
-    mount: Maybe[Fixed[Text]] = key("ENTITY or ENTITY/LINK that it is fastened to.", examples=["robot/hand"])
+    intrinsic: Maybe[IntrinsicKeys] = key("Intrinsic matrix, instead of an angle.")
+    orthographic: Maybe[OrthographicKeys] = key("Orthographic projection, instead of an angle.")
+    near: Maybe[Leaf[Positive]] = key("Near plane [m].", default=0.01)
+    far: Maybe[Leaf[Positive]] = key("Far plane [m].", default=100)
+    mount: Maybe[Fixed[Text]] = key("ENTITY or ENTITY/LINK to mount it on.", examples=["robot/hand"])
     shader: Maybe[Fixed[ShaderName]] = key("SAPIEN's shader pack.", default="default")
     scene_idxs: Maybe[SceneIdxs] = key(
         'The scenes it exists in: indices, a slice such as "0:8", or a list of both. Left out: every scene.'

@@ -77,11 +77,9 @@ class RepeatKeys(SpecModel):
         examples=[{"i": [-1, 1], "j": {"count": 3}}],
     )
     if_: Maybe[Fixed[bool]] = Field(
-        default=None, alias="if", description="An expression over parameters; false leaves it out."
+        default=None, alias="if", description="An expression over parameters; false omits it."
     )
-    name: Maybe[Fixed[Name]] = key(
-        "What the copies are called; left out: NAME_0, NAME_1, …", examples=["leg_${i}_${j}"]
-    )
+    name: Maybe[Fixed[Name]] = key("Names of the copies; default: NAME_0, NAME_1, …", examples=["leg_${i}_${j}"])
 
 
 class _Repeatable:

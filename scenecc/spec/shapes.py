@@ -58,7 +58,7 @@ class CollisionKeys(ShapeKeys):
     """Keys of shapes that collide."""
 
     density: Maybe[Leaf[NonNegative]] = key("Density [kg/m³].", default=DEFAULT_DENSITY)
-    contact_offset: Maybe[Leaf[Positive]] = key("Distance at which contacts begin to be made [m].", default=0.01)
+    contact_offset: Maybe[Leaf[Positive]] = key("Distance at which contacts are generated [m].", default=0.01)
     rest_offset: Maybe[Leaf[Finite]] = key("Distance at which shapes rest, below `contact_offset` [m].", default=0)
     patch_radius: Maybe[Leaf[NonNegative]] = key("Radius of the torsional friction patch [m].", default=0)
     min_patch_radius: Maybe[Leaf[NonNegative]] = key("Smallest radius of the torsional friction patch [m].", default=0)
@@ -71,7 +71,7 @@ class VisualKeys(ShapeKeys):
     front_face: Maybe[Fixed[Literal["counterclockwise", "clockwise"]]] = key(
         "Which side of a triangle is its front.", default="counterclockwise"
     )
-    color: Maybe[Color] = key("Base colour; leaves the rest of the material.")
+    color: Maybe[Color] = key("Base colour, replacing that of the material.")
 
 
 class ShapeBothKeys(CollisionKeys, VisualKeys):

@@ -247,7 +247,7 @@ def _report_bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) ->
     if limit == FLOAT32_MIN and found <= 0:
         words, limit = "greater than", 0
     elif abs(limit) in {FLOAT32_MIN, FLOAT32_MAX}:
-        hint = "the engine computes in single precision, which ends there"
+        hint = "the engine computes in single precision, whose range ends there"
     elif path and path[-1] in ANGLE_KEYS and found > limit:
         hint = f"angles are radians; `{path[-1]}_deg` takes degrees"
     sink.report(
@@ -260,7 +260,7 @@ def _report_bound(error: ErrorDetails, path: Path, place: Origin, sink: Sink) ->
 
 def _report_unknown_key(error: ErrorDetails, key: str, place: Origin, sink: Sink) -> None:
     if key in UNSUPPORTED_KEYS:
-        sink.report("SC110", f"version 1 of the language leaves out {UNSUPPORTED_KEYS[key]}", place, at="key")
+        sink.report("SC110", f"version 1 of the language does not support {UNSUPPORTED_KEYS[key]}", place, at="key")
         return
     known = known_keys(error)
     hint = next((hint for beside, hint in MISPLACED_KEY_HINTS.get(key, ()) if beside in known), None)

@@ -43,7 +43,7 @@ def test_without_a_device_it_says_how_to_get_one(run, scene: Path, tmp_path: Pat
     [
         ([], "say where to write"),
         (["-o", "out.jpg"], "'out.jpg' does not end in .png"),
-        (["--video", "out.avi", "--steps", "2"], "'out.avi' ends neither in .mp4 nor in .gif"),
+        (["--video", "out.avi", "--steps", "2"], "'out.avi' does not end in .mp4 or .gif"),
         (["--video", "out.mp4"], "a film is of --steps"),
         (["-o", "a.png", "--every", "2", "--steps", "4"], "it is for a --video"),
         (["--video", "a.gif", "--every", "5", "--steps", "4"], "of at least as many --steps"),

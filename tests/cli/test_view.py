@@ -139,7 +139,7 @@ def test_a_scene_that_is_mended_is_told(scene: Path, tmp_path: Path) -> None:
     assert process.stdout.readline().startswith("http://")
     scene.write_text(good)
     for line in process.stderr:
-        if line == "scene.yaml: shown, without an error\n":
+        if line == "scene.yaml: no errors\n":
             break
     assert ended(process)[0] == 130
 

@@ -58,7 +58,7 @@ def test_the_nearest_known_word_is_suggested(document: dict[str, Any], meant: st
         ({"pose": [0, 0, 0, 1, 0, 0, 0]}, "SC106", "entities.body.pose", "{p: [x, y, z], q: [w, x, y, z]}"),
         ({"pose": [0, 0, 0, 1, 0, 0]}, "SC106", "entities.body.pose", "rpy_deg"),
         ({"gravity": "yes"}, "SC103", "entities.body.gravity", "`true` and `false`"),
-        ({"mass": "1.5"}, "SC103", "entities.body.mass", "quotes off"),
+        ({"mass": "1.5"}, "SC103", "entities.body.mass", "remove the quotes"),
         ({"radius": 1}, "SC101", "entities.body.radius", "`shapes`"),
         ({"material": {"restitution": 0.5}}, "SC101", "entities.body.material.restitution", "`physical`"),
         ({"material": {"roughness": 0.5}}, "SC101", "entities.body.material.roughness", "`visual`"),

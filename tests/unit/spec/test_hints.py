@@ -95,7 +95,7 @@ def test_a_mistake_in_what_is_seen_is_told_once(section: str, written: Any, code
 def test_nothing_under_physics_differs(physics: dict[str, Any]) -> None:
     ((code, _, hint),) = told({"physics": physics, "entities": {"a": {"body_type": "static", **SHAPES}}})
     assert code == "SC116"
-    assert "nothing under `physics`" in hint
+    assert "`physics` are the same in all scenes" in hint
 
 
 def test_what_is_included_stands_in_a_list() -> None:

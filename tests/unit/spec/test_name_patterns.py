@@ -49,7 +49,7 @@ def test_any_pattern_of_these_parts_matches_likewise(parts: list[str], name: str
         ("(?i)a", "flags"),
         ("(?i:a)", "flags"),
         ("a" * (MAX_PATTERN_LENGTH + 1), "201 characters"),
-        ("(a", "no regular expression"),
+        ("(a", "invalid regular expression"),
         ("a{3000}", "too much"),
     ],
 )
