@@ -35,7 +35,7 @@ def test_standard_output_takes_one_file(run, cube: Path, tmp_path: Path) -> None
     done = run("emit", "scene.yaml", "--to", "mjcf")
     assert (done.returncode, done.stdout) == (2, "")
     assert "SC904" in done.stderr
-    assert "standard output takes one file, and there are 3" in done.stderr
+    assert "standard output takes one file, but there are 3" in done.stderr
 
 
 def test_a_scene_that_is_not_there_is_wrong_usage(run, cube: Path) -> None:

@@ -61,7 +61,7 @@ def test_it_serves_a_page_until_it_is_interrupted(scene: Path, tmp_path: Path) -
     assert re.fullmatch(r"http://127\.0\.0\.1:\d+", url)
     with urlopen(url, timeout=20) as page:
         assert b"<html" in page.read()[:500]
-    assert ended(process) == (130, "", "Ctrl-C ends it.\n")
+    assert ended(process) == (130, "", "Press Ctrl-C to stop.\n")
 
 
 def test_a_page_for_everybody_is_warned_of_and_a_token_protects_it(scene: Path, tmp_path: Path) -> None:
@@ -72,7 +72,7 @@ def test_a_page_for_everybody_is_warned_of_and_a_token_protects_it(scene: Path, 
     with urlopen(url, timeout=20) as page:
         assert page.status == 200
     status, _, errors = ended(process)
-    assert (status, errors.splitlines()[0].startswith("WARNING: anyone who reaches")) == (130, True)
+    assert (status, errors.splitlines()[0].startswith("WARNING: anyone who can reach")) == (130, True)
 
     process = started(scene.name, "--port", "0", "--host", "0.0.0.0", "--token", "auto", folder=tmp_path)
     assert process.stdout is not None
@@ -85,7 +85,7 @@ def test_a_page_for_everybody_is_warned_of_and_a_token_protects_it(scene: Path, 
         urlopen(bare, timeout=20)
     with caught.value as error:
         assert error.code == 403
-    assert ended(process) == (130, "", "Ctrl-C ends it.\n")
+    assert ended(process) == (130, "", "Press Ctrl-C to stop.\n")
 
 
 def test_a_browser_that_goes_away_ends_no_viewer(scene: Path, tmp_path: Path) -> None:
@@ -115,7 +115,7 @@ def test_an_interruption_at_any_time_ends_it_in_peace(scene: Path, tmp_path: Pat
         time.sleep(0.01)
     time.sleep(after)
     status, _, errors = ended(process)
-    assert (status, errors) in {(130, ""), (130, "Ctrl-C ends it.\n")}
+    assert (status, errors) in {(130, ""), (130, "Press Ctrl-C to stop.\n")}
 
 
 @pytest.mark.parametrize(("text", "told"), [(CUBE.replace("box", "bx"), "SC105"), ("scenecc: [", "SC00")])
@@ -148,7 +148,7 @@ def test_a_scene_may_come_from_standard_input(tmp_path: Path) -> None:
     process = started("-", "--port", "0", given=CUBE, folder=tmp_path)
     assert process.stdout is not None
     assert process.stdout.readline().startswith("http://")
-    assert ended(process)[::2] == (130, "Ctrl-C ends it.\n")
+    assert ended(process)[::2] == (130, "Press Ctrl-C to stop.\n")
 
 
 def test_an_export_is_one_file(run, scene: Path, tmp_path: Path) -> None:
@@ -170,13 +170,13 @@ def test_an_export_of_a_scene_at_fault_writes_nothing(run, scene: Path, tmp_path
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["--steps", "5"], "it is for an --export"),
+        (["--steps", "5"], "it needs --export"),
         (["--export", "page.txt"], "'page.txt' does not end in .html"),
-        (["--export", "page.html", "--open"], "served nowhere"),
-        (["--export", "page.html", "--host", "127.0.0.1"], "served nowhere"),
-        (["--export", "page.html", "--port", "0"], "served nowhere"),
+        (["--export", "page.html", "--open"], "because no page is served"),
+        (["--export", "page.html", "--host", "127.0.0.1"], "because no page is served"),
+        (["--export", "page.html", "--port", "0"], "because no page is served"),
         (["--export", "no/page.html"], "SC904"),
-        (["--export", "page.html", "--token", "auto"], "served nowhere"),
+        (["--export", "page.html", "--token", "auto"], "because no page is served"),
         (["--token", ""], "a token is one or more ASCII characters"),
         (["--port", "65536"], "a port is 0 to 65535, not 65536"),
         (["--scene", "1", "--port", "0"], "SC908"),
