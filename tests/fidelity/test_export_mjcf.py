@@ -15,7 +15,6 @@ import sapien
 import scenecc
 from scenecc.backends.sapien import SceneBatch
 from scenecc.diagnostics import Diagnostic
-from scenecc.export import emit_source
 from scenecc.plan.body import Mount
 
 mujoco = pytest.importorskip("mujoco", reason="mujoco is not installed")
@@ -43,7 +42,12 @@ def _elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 def compiled(source: Any, folder: Path, **options: Any) -> tuple[Any, Any, list[Diagnostic]]:
     """MuJoCo's model and data of a scene, where it starts, and the warnings."""
-    made = emit_source(source, "mjcf", name="model", **options)
+    return written(scenecc.open_scene(source, **options), folder)
+
+
+def written(opened: scenecc.Scene, folder: Path, *, scene: int = 0) -> tuple[Any, Any, list[Diagnostic]]:
+    """As `compiled`, of a scene that is opened."""
+    made = opened.emit("mjcf", name="model", scene=scene)
     files, found = made.files, made.diagnostics
     assert next(iter(files)) == "model.xml"
     for name, content in files.items():
@@ -80,8 +84,9 @@ def matrix(quaternion: Any) -> np.ndarray:
 
 def compare(source: Any, folder: Path, *, scene: int = 0, **options: Any) -> None:
     """Asserts that a model has the bodies of SAPIEN: places, masses, inertias, shapes; joints and how they move."""
-    model, data, _ = compiled(source, folder, scene=scene, **options)
-    with scenecc.load_scene(source, render=False, scene_idxs=[scene], **options) as batch:
+    opened = scenecc.open_scene(source, **options)
+    model, data, _ = written(opened, folder, scene=scene)
+    with opened.build(render=False, scene_idxs=[scene]) as batch:
         assert model.opt.timestep == pytest.approx(batch.timestep, rel=1e-6)
         np.testing.assert_allclose(model.opt.gravity, batch.scenes[0].physx_system.config.gravity, rtol=1e-6)
         compare_bodies(model, data, batch)

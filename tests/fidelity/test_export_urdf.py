@@ -23,7 +23,8 @@ TASKS = [("PickCube-v1", "panda"), ("RotateValveLevel2-v1", None), ("MS-Humanoid
 
 
 def written(source: Any, folder: Path, entity: str | None = None, **options: Any) -> tuple[Path, list[Diagnostic]]:
-    made = open_scene(source, **options).emit("urdf", name="robot", entity=entity)
+    opened = source if isinstance(source, scenecc.Scene) else open_scene(source, **options)
+    made = opened.emit("urdf", name="robot", entity=entity)
     files, found = made.files, made.diagnostics
     for name, content in files.items():
         (folder / name).parent.mkdir(exist_ok=True)
@@ -102,9 +103,12 @@ def compare(ours: Any, theirs: Any, *, meshes: bool = True) -> None:
                 assert (a.vertices * a.scale).min(axis=0) == pytest.approx((b.vertices * b.scale).min(axis=0), abs=1e-5)
 
 
-def check(source: Any, name: str, folder: Path, **options: Any) -> list[Diagnostic]:
-    path, found = written(source, folder, name, **options)
-    with scenecc.load_scene(source, render=False, scene_idxs=[0], **options) as batch:
+def check(source: Any, name: str | None, folder: Path, **options: Any) -> list[Diagnostic]:
+    """`name`: None is the first articulation."""
+    opened = open_scene(source, **options)
+    with opened.build(render=False, scene_idxs=[0]) as batch:
+        name = name or next(iter(batch.articulations))
+        path, found = written(opened, folder, name)
         ours = batch.articulations[name].objs[0]
         fixed = ours.links[0].joint.type == "fixed"
         for read in (by_sapien, by_scenecc):
@@ -122,11 +126,7 @@ def test_a_robot_is_read_again_as_it_was(scene: str, name: str, tmp_path: Path) 
 @pytest.mark.maniskill
 @pytest.mark.parametrize(("task", "name"), TASKS)
 def test_a_robot_of_maniskill_is_read_again_as_it_was(task: str, name: str | None, tmp_path: Path) -> None:
-    source = ROOT / f"scenes/maniskill/{task}.yaml"
-    if name is None:
-        with scenecc.load_scene(source, render=False, num_scenes=1) as batch:
-            name = next(iter(batch.articulations))
-    check(source, name, tmp_path, num_scenes=1)
+    check(ROOT / f"scenes/maniskill/{task}.yaml", name, tmp_path, num_scenes=1)
 
 
 def tree(joint: dict[str, Any], tip: dict[str, Any] | None = None) -> dict[str, Any]:

@@ -135,7 +135,7 @@ def _articulations(draw: st.DrawFn, scope: _Scope) -> ArticulationStructure:
     joints = [link.joint.name for link in links if link.joint is not None and link.joint.type != "fixed"]
     named = [name for name in joints if name]
     mimics: tuple[Mimic, ...] = ()
-    if len(named) > 1 and draw(st.booleans()):
+    if len(named) > 1 and (scope.full or draw(st.booleans())):
         mimics = (draw(_nodes(Mimic, scope, {"joint": named[1], "source": named[0]})),)
     return draw(_nodes(ArticulationStructure, scope, {"links": tuple(links), "mimics": mimics}))
 
