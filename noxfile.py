@@ -4,14 +4,16 @@ from pathlib import Path
 
 import nox
 
+COVERAGE = ("--cov", "scenecc", "--cov-report", "term:skip-covered")
+
 nox.options.default_venv_backend = "none"
 nox.options.sessions = ["lint", "types", "tests"]
 
 
 @nox.session
 def tests(session: nox.Session) -> None:
-    """The tests that need neither a device nor ManiSkill."""
-    session.run("pytest", "-n", "auto", *session.posargs)
+    """The tests that need neither a device nor ManiSkill; then how much of the package they run through."""
+    session.run("pytest", "-n", "auto", *COVERAGE, *session.posargs)
 
 
 @nox.session
@@ -41,17 +43,31 @@ def types(session: nox.Session) -> None:
 
 
 @nox.session
-def coverage(session: nox.Session) -> None:
-    """How much of the package the tests run through; needs pytest-cov."""
-    session.run("pytest", "-n", "auto", "--cov", "scenecc", "--cov-report", "term:skip-covered", *session.posargs)
+def browser(session: nox.Session) -> None:
+    """The tests in a browser; `.ci/chromium FOLDER` brings one, and `. FOLDER/env` turns it on."""
+    session.run("pytest", "-m", "browser", "tests/browser", *session.posargs)
+
+
+@nox.session
+def fuzz(session: nox.Session) -> None:
+    """Mutated files, for a minute: `nox -s fuzz -- --seconds 600 --target mesh`."""
+    session.run("python", "-m", "tests.fuzz", *(session.posargs or ("--seconds", "60")))
+
+
+@nox.session
+def mutation(session: nox.Session) -> None:
+    """Changes of operators and numbers that no test notices: `nox -s mutation -- lower --sample 300 --seed 1`."""
+    session.run("python", "-m", "tests.mutation", *session.posargs)
 
 
 @nox.session
 def snapshots(session: nox.Session) -> None:
-    """Writes anew what tests compare with: golden files, frozen outputs, the schema and the page of diagnostics."""
+    """Writes anew what tests compare with: golden files, frozen outputs, the schema, and pages of the documentation."""
     session.run("pytest", "tests/unit", "-n", "auto", "-q", env={"SCENECC_UPDATE_GOLDEN": "1"})
     session.run("python", "-m", "tests.frozen", "--update")
     session.run("python", "-m", "scenecc.diagnostics.reference", "docs/diagnostics.md")
+    prefabs = session.run("python", "tests/plugins/prefab_page.py", silent=True)
+    Path("docs/prefabs.md").write_text(str(prefabs), encoding="utf-8")
     schema = session.run("python", "-m", "scenecc", "schema", silent=True)
     Path("schemas/scene.v1.schema.json").write_text(str(schema), encoding="utf-8")
 
