@@ -150,50 +150,34 @@ def test_a_plan_with_constraints_is_read_back(tmp_path: Path) -> None:
     assert again == plan
 
 
+def arm(qpos: Any) -> dict[str, Any]:
+    """At (1, 0, 0) and looking along y: half a metre on, a link that turns about z, and one that is pushed from it."""
+    turn = {"name": "turn", "type": "revolute", "origin": [0.5, 0, 0], "axis": "z", "limits": [-3, 3]}
+    push = {"name": "push", "type": "prismatic", "origin": [0, 0, 1], "axis": "x", "limits": [0, 1]}
+    tip = {"name": "tip", "joint": push, "shapes": BALL}
+    upper = {"name": "upper", "joint": turn, "shapes": BALL, "children": [tip]}
+    root = {"name": "base", "shapes": BALL, "children": [upper]}
+    return {"pose": {"p": [1, 0, 0], "rpy_deg": [0, 0, 90]}, "fix_root_link": True, "qpos": qpos, "root": root}
+
+
 def test_poses_are_composed_through_joints(tmp_path: Path) -> None:
-    scene: dict[str, Any] = {
-        "entities": {
-            "arm": {
-                "pose": {"p": [1, 0, 0], "rpy_deg": [0, 0, 90]},
-                "fix_root_link": True,
-                "qpos": [np.pi / 2, 0.25],
-                "root": {
-                    "name": "base",
-                    "shapes": BALL,
-                    "children": [
-                        {
-                            "name": "upper",
-                            "joint": {
-                                "name": "turn",
-                                "type": "revolute",
-                                "origin": [0.5, 0, 0],
-                                "axis": "z",
-                                "limits": [-3, 3],
-                            },
-                            "shapes": BALL,
-                            "children": [
-                                {
-                                    "name": "tip",
-                                    "joint": {
-                                        "name": "push",
-                                        "type": "prismatic",
-                                        "origin": [0, 0, 1],
-                                        "axis": "x",
-                                        "limits": [0, 1],
-                                    },
-                                    "shapes": BALL,
-                                }
-                            ],
-                        }
-                    ],
-                },
-            }
-        },
-        "constraints": {"tie": {"type": "weld", "parent": "world", "child": "arm/tip"}},
+    tie = {"type": "weld", "parent": "world", "child": "arm/tip"}
+    (found,) = plan_of(tmp_path, {"entities": {"arm": arm([np.pi / 2, 0.25])}, "constraints": {"tie": tie}}).constraints
+    # Turned to -x and pushed along that.
+    assert np.allclose(position(found), [[1 - 0.25, 0.5, 1]], rtol=0, atol=1e-12)
+
+
+def test_poses_are_composed_through_joints_that_differ_from_scene_to_scene(tmp_path: Path) -> None:
+    hook = {"body_type": "kinematic", "shapes": BALL}
+    ties = {
+        "there": {"type": "weld", "parent": "world", "child": "arm/tip"},
+        "back": {"type": "weld", "parent": "arm/tip", "child": "hook"},
     }
-    (tie,) = plan_of(tmp_path, scene).constraints
-    # From (1, 0, 0), which looks along y: half a metre on, then turned to -x and pushed along that.
-    assert np.allclose(position(tie), [[1 - 0.25, 0.5, 1]], rtol=0, atol=1e-12)
+    entities = {"arm": arm({"per_scene": [[np.pi / 2, 0.25], [0, 0.5]]}), "hook": hook}
+    found = by_name(plan_of(tmp_path, {"num_scenes": 2, "entities": entities, "constraints": ties}))
+    assert np.allclose(position(found["there"]), [[1 - 0.25, 0.5, 1], [1, 1, 1]], rtol=0, atol=1e-12)
+    # The tip looks along -x, then along y.
+    assert np.allclose(position(found["back"]), [[1 - 0.25, 0.5, -1], [-1, 1, -1]], rtol=0, atol=1e-12)
 
 
 DRAWN = {"uniform": [[0, 0, 1], [1, 1, 2]]}

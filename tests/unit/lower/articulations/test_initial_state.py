@@ -136,6 +136,16 @@ def test_a_mass_that_is_drawn_alike(monkeypatch: pytest.MonkeyPatch) -> None:
     assert upper.body.inertial.inertia.data.tolist() == [[0.04, 0.04, 0.004]]
 
 
+def test_an_inertia_is_known_as_far_as_the_mass_that_scales_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(GOOD)
+    arm = {"urdf": "articulations/arm.urdf", "links": {"upper": {"mass": {"uniform": [3, 6]}}}}
+    plan = compile_scene({"scenecc": 1, "num_scenes": 3, "entities": {"arm": arm}})
+    upper = next(link for link in structure(plan).links if link.name == "upper")
+    assert upper.body.inertial is not None
+    found = upper.body.inertial.inertia.bounds
+    assert (found.low, found.high, found.exact) == ((0.04, 0.04, 0.004), (0.08, 0.08, 0.008), False)
+
+
 @pytest.mark.parametrize("key", ["qpos", "qvel"])
 def test_alternatives_of_positions_come_back_from_json(key: str) -> None:
     plan = compile_scene(scene({}, **{key: {"choice": [[0.1], [0.2]]}}))
