@@ -14,7 +14,6 @@ reset left them: ManiSkill gives them stiffness and damping and no target, which
 from __future__ import annotations
 
 import fcntl
-import importlib.util
 import os
 import pickle
 import re
@@ -121,11 +120,6 @@ class LeftOut:
 
     task: str
     lacking: str
-
-
-def installed() -> bool:
-    """Whether ManiSkill is here, found without importing it."""
-    return importlib.util.find_spec("mani_skill") is not None
 
 
 def references(factory: pytest.TempPathFactory) -> dict[str, Captured | LeftOut]:

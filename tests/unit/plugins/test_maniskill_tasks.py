@@ -10,12 +10,9 @@ import numpy as np
 import pytest
 from plugins.live.differing import differences
 from plugins.live.trajectory import first_difference
-from plugins.maniskill_tasks import STEPS, Captured, LeftOut, capture_tasks, installed, references
+from plugins.maniskill_tasks import STEPS, Captured, LeftOut, capture_tasks, references
 
-pytestmark = [
-    pytest.mark.skipif(not installed(), reason="ManiSkill is not installed"),
-    pytest.mark.timeout(300),
-]
+pytestmark = [pytest.mark.maniskill, pytest.mark.timeout(600)]
 FOLDERS = ("assets/", "partnet_mobility/", "robots/", "scene_datasets/", "tasks/")
 
 
