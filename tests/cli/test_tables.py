@@ -8,9 +8,9 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from scenecc import SummaryRow
 from scenecc.cli.tables import built, index_ranges, plain, planned, stage_times
 from scenecc.inspect import VaryingField
-from scenecc.inspect.entities import SummaryRow
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,7 @@ from scenecc.plan import (
     CollisionShape,
     Entity,
     PhysicalMaterial,
+    Physics,
     Plane,
     ScenePlan,
     Value,
@@ -28,7 +29,6 @@ from scenecc.plan import (
     constant,
     per_scene,
 )
-from scenecc.plan.scene import Physics
 
 UP = [0.7071068, 0, -0.7071068, 0]
 TURNED = [0.9238795, 0.2209424, 0.2209424, 0.2209424]

@@ -24,12 +24,12 @@ from scenecc.plan import (
     Link,
     Mimic,
     PhysicalMaterial,
+    Physics,
     Plane,
     ScenePlan,
     constant,
     per_scene,
 )
-from scenecc.plan.scene import Physics
 
 SCENES = 3
 TILTED = [0.9238795, 0, 0.3826834, 0]

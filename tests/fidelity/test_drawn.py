@@ -12,8 +12,17 @@ from fidelity.hand import built
 from plugins.structures import body_of
 from unit.backends.drawn import heap, value
 
-from scenecc.plan import BodyStructure, Box, CollisionShape, Entity, PhysicalMaterial, ScenePlan, constant, per_scene
-from scenecc.plan.scene import Physics
+from scenecc.plan import (
+    BodyStructure,
+    Box,
+    CollisionShape,
+    Entity,
+    PhysicalMaterial,
+    Physics,
+    ScenePlan,
+    constant,
+    per_scene,
+)
 from scenecc.variation.nodes import Chosen, Drawn, Key, Posed
 
 SCENES = 6

@@ -15,7 +15,7 @@ import sapien
 import scenecc
 from scenecc.backends.sapien import SceneBatch
 from scenecc.diagnostics import Diagnostic
-from scenecc.plan.body import Mount
+from scenecc.plan import Mount
 
 mujoco = pytest.importorskip("mujoco", reason="mujoco is not installed")
 

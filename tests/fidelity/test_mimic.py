@@ -16,10 +16,10 @@ from scenecc.plan import (
     JointType,
     Link,
     Mimic,
+    Physics,
     ScenePlan,
     constant,
 )
-from scenecc.plan.scene import Physics
 
 AXIS = [0.7071068, 0, 0.7071068, 0]
 TARGET = 0.3

@@ -12,7 +12,7 @@ from fidelity.compare import assert_same_scene, scene_facts
 from fidelity.test_emit_python import run_script
 
 from scenecc import compile_scene, load_scene
-from scenecc.inspect.entities import summarize
+from scenecc.inspect import summarize
 from scenecc.plan import ScenePlan, Value
 from scenecc.plan.json_writer import plan_to_json
 

@@ -14,9 +14,8 @@ from PIL import Image, ImageSequence
 from plugins.films import decoded
 from plugins.segmentation import ids_of
 
-from scenecc import SceneError, load_scene, render_scene
+from scenecc import Rendering, SceneError, load_scene, render_scene
 from scenecc.render.images import BAR
-from scenecc.render.render import Rendering
 
 pytestmark = [pytest.mark.render, pytest.mark.usefixtures("held_renderer")]
 

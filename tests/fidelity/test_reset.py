@@ -12,8 +12,7 @@ from fidelity.hand import built
 from sapien import physx
 from unit.backends.drawn import heap
 
-from scenecc.plan import BodyStructure, Box, CollisionShape, Entity, Plane, ScenePlan, constant, per_scene
-from scenecc.plan.scene import Physics
+from scenecc.plan import BodyStructure, Box, CollisionShape, Entity, Physics, Plane, ScenePlan, constant, per_scene
 
 SCENES = 3
 ENGINES = {

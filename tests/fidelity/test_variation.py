@@ -21,13 +21,13 @@ from scenecc.plan import (
     CollisionShape,
     ConvexMesh,
     Entity,
+    Physics,
     Plane,
     ScenePlan,
     Sphere,
     constant,
     per_scene,
 )
-from scenecc.plan.scene import Physics
 
 B = 6
 HALF = [[0.03 + 0.01 * i, 0.05, 0.04 + 0.005 * i] for i in range(B)]

@@ -20,6 +20,7 @@ from scenecc.plan import (
     Cylinder,
     Entity,
     Mesh,
+    Physics,
     ScenePlan,
     Sphere,
     Texture,
@@ -30,7 +31,6 @@ from scenecc.plan import (
     constant,
     per_scene,
 )
-from scenecc.plan.scene import Physics
 
 pytestmark = pytest.mark.render
 

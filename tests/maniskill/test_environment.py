@@ -198,8 +198,7 @@ def test_a_scene_builder_in_a_task(table: Path) -> None:
     from mani_skill.envs.sapien_env import BaseEnv
     from mani_skill.utils.registration import register_env
 
-    from scenecc.maniskill import YamlSceneBuilder
-    from scenecc.maniskill.load import sim_config
+    from scenecc.maniskill import YamlSceneBuilder, sim_config
 
     name = next(NAMES)
 
@@ -236,7 +235,7 @@ def test_a_scene_builder_in_a_task(table: Path) -> None:
 
 
 def test_settings_become_the_environments(table: Path) -> None:
-    from scenecc.maniskill.load import sim_config
+    from scenecc.maniskill import sim_config
 
     table.write_text(
         "scenecc: 1\n"
@@ -266,7 +265,7 @@ def test_settings_become_the_environments(table: Path) -> None:
 
 
 def test_a_time_step_that_is_no_part_of_a_second(table: Path) -> None:
-    from scenecc.maniskill.load import sim_config
+    from scenecc.maniskill import sim_config
 
     table.write_text("scenecc: 1\nphysics:\n  timestep: 0.003\n")
     with pytest.raises(SceneError, match=r"of 0\.003 s there are 333\.333") as caught:

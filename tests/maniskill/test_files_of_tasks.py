@@ -38,8 +38,7 @@ def tasks(tmp_path_factory: pytest.TempPathFactory) -> Any:
     ],
 )
 def test_a_tasks_file_in_maniskill_is_the_task(task: str, tasks: Any) -> None:
-    from scenecc.maniskill import load_into
-    from scenecc.maniskill.load import sim_config
+    from scenecc.maniskill import load_into, sim_config
 
     reference = tasks[task]
     assert isinstance(reference, Captured)

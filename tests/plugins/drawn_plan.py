@@ -12,6 +12,7 @@ from scenecc.plan import (
     Cylinder,
     Entity,
     PhysicalMaterial,
+    Physics,
     ScenePlan,
     Sphere,
     Texture,
@@ -22,7 +23,6 @@ from scenecc.plan import (
     per_scene,
     varying,
 )
-from scenecc.plan.scene import Physics
 from scenecc.variation.evaluation import Batch
 from scenecc.variation.forms import Template
 from scenecc.variation.node_bounds import find_bounds

@@ -12,34 +12,32 @@ from scenecc.plan import (
     AxisDrive,
     AxisLimit,
     Box,
+    Camera,
     Connection,
     Constraint,
+    DirectionalLight,
     Distance,
     Drive,
     Entity,
+    Environment,
+    Intrinsic,
+    Light,
+    Mount,
+    Orthographic,
+    Perspective,
+    Physics,
+    PointLight,
     ScenePlan,
+    Shadow,
     Sphere,
+    SpotLight,
     Texture,
+    TexturedLight,
     Weld,
     constant,
     literal,
     per_scene,
 )
-from scenecc.plan.body import Mount
-from scenecc.plan.rendering import (
-    Camera,
-    DirectionalLight,
-    Environment,
-    Intrinsic,
-    Light,
-    Orthographic,
-    Perspective,
-    PointLight,
-    Shadow,
-    SpotLight,
-    TexturedLight,
-)
-from scenecc.plan.scene import Physics
 
 BOTH = (0, 1)
 

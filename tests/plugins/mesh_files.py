@@ -20,12 +20,12 @@ from scenecc.plan import (
     ConvexParts,
     Entity,
     Mesh,
+    Physics,
     ScenePlan,
     TriangleMesh,
     VisualShape,
     constant,
 )
-from scenecc.plan.scene import Physics
 
 TETRA = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
 POINTS = np.array([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]])

@@ -19,21 +19,22 @@ from scenecc.plan import (
     ArticulationStructure,
     AssetFile,
     BodyStructure,
+    Camera,
     Constraint,
     Drive,
     Entity,
     Joint,
+    Light,
     Link,
     Mimic,
+    Mount,
     NamedFile,
     ScenePlan,
     Value,
     recalled,
 )
 from scenecc.plan.articulation import MOVING_JOINT_FIELDS, NON_LINK_FIELDS
-from scenecc.plan.body import Mount
 from scenecc.plan.properties import ANY, Bounds
-from scenecc.plan.rendering import Camera, Light
 from scenecc.plan.schema import (
     ChoiceKind,
     FieldKind,

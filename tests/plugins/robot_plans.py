@@ -20,6 +20,7 @@ from scenecc.plan import (
     Link,
     Mesh,
     Mimic,
+    Physics,
     ScenePlan,
     Sphere,
     TiledPlane,
@@ -30,7 +31,6 @@ from scenecc.plan import (
     literal,
     per_scene,
 )
-from scenecc.plan.scene import Physics
 
 INF = float("inf")
 FRAME = pose(0.1, 0, 0, (0.7071068, 0, 0.7071068, 0))

@@ -33,10 +33,13 @@ from scenecc.plan import (
     Cylinder,
     Entity,
     Friction,
+    GpuMemory,
     Inertial,
     Mesh,
+    Physics,
     Plane,
     ScenePlan,
+    SdfConfig,
     Sphere,
     Texture,
     TiledPlane,
@@ -45,7 +48,6 @@ from scenecc.plan import (
     constant,
     per_scene,
 )
-from scenecc.plan.scene import GpuMemory, Physics, SdfConfig
 
 __all__ = [
     "FLAG",

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plugins.structures import body_of
 
-from scenecc import compare_scenes, compile_scene
-from scenecc.plan.diff import Difference, diff_plans
+from scenecc import Difference, compare_scenes, compile_scene
+from scenecc.plan.diff import diff_plans
 
 RANDOMS = st.integers(0, 2**32).map(Random)
 """What scenes are made of: to draw each form by Hypothesis takes longer than to compile it."""

@@ -54,7 +54,7 @@ def test_a_scene_that_is_not_there_yet() -> None:
 
 
 def test_settings_without_maniskill(monkeypatch: pytest.MonkeyPatch) -> None:
-    from scenecc.maniskill.load import sim_config
+    from scenecc.maniskill import sim_config
 
     monkeypatch.setitem(sys.modules, "torch", None)
     with pytest.raises(SceneError, match="cannot be used"):

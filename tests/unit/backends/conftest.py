@@ -10,8 +10,7 @@ import pytest
 from plugins.sample_plans import rubbing
 
 from scenecc.diagnostics import Origin
-from scenecc.plan import AssetFile, BodyStructure, Box, CollisionShape, Entity, ScenePlan, constant, per_scene
-from scenecc.plan.scene import Physics
+from scenecc.plan import AssetFile, BodyStructure, Box, CollisionShape, Entity, Physics, ScenePlan, constant, per_scene
 
 ROOT = Origin("scene.yaml")
 SCENES = 4

@@ -13,6 +13,7 @@ from scenecc.plan import (
     Capsule,
     CollisionShape,
     Entity,
+    Physics,
     Plane,
     ScenePlan,
     Sphere,
@@ -20,7 +21,6 @@ from scenecc.plan import (
     constant,
     varying,
 )
-from scenecc.plan.scene import Physics
 from scenecc.variation.evaluation import Batch
 from scenecc.variation.node_bounds import find_bounds
 from scenecc.variation.nodes import Chosen, Const, Drawn, Key, Node, Posed, RandomRotated, Shared, Stacked

@@ -14,8 +14,8 @@ from fidelity.hand_articulations import Case, plan_of, with_body, with_joint
 from plugins.plan_parts import pose as posed
 from unit.backends.test_audit import audited
 
+from scenecc import ArticulationBatch
 from scenecc.backends.sapien import SceneBatch, instantiate
-from scenecc.backends.sapien.entity_batch import ArticulationBatch
 from scenecc.diagnostics import Diagnostic, Origin, Sink
 from scenecc.plan import (
     ArticulationStructure,
@@ -27,11 +27,11 @@ from scenecc.plan import (
     Joint,
     Link,
     Mimic,
+    Physics,
     ScenePlan,
     constant,
     per_scene,
 )
-from scenecc.plan.scene import Physics
 
 ROOT = Origin("scene.yaml")
 

@@ -11,8 +11,7 @@ import pytest
 from scenecc.backends.sapien import assets, build, engine, instantiate
 from scenecc.backends.sapien.engine import physx
 from scenecc.diagnostics import Sink
-from scenecc.plan import Friction, ScenePlan, constant
-from scenecc.plan.scene import Physics, SdfConfig
+from scenecc.plan import Friction, Physics, ScenePlan, SdfConfig, constant
 
 pytestmark = pytest.mark.parametrize("level", ["fast", "full"])
 Level = Literal["full", "fast"]

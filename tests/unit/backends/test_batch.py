@@ -11,8 +11,7 @@ import sapien
 
 from scenecc.backends.sapien import SceneBatch, instantiate
 from scenecc.diagnostics import Sink
-from scenecc.plan import ScenePlan
-from scenecc.plan.scene import Physics
+from scenecc.plan import Physics, ScenePlan
 
 
 @pytest.fixture

@@ -31,14 +31,14 @@ from scenecc.plan import (
     ConvexMesh,
     ConvexParts,
     Entity,
+    Mount,
+    Physics,
     ScenePlan,
     TriangleMesh,
     Weld,
     constant,
     per_scene,
 )
-from scenecc.plan.body import Mount
-from scenecc.plan.scene import Physics
 
 PlanOf = Callable[..., ScenePlan]
 

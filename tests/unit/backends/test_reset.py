@@ -13,8 +13,7 @@ from unit.backends.drawn import BODIES, heap, value
 
 from scenecc.backends.sapien import SceneBatch, instantiate
 from scenecc.diagnostics import Sink
-from scenecc.plan import BodyStructure, Box, CollisionShape, Entity, ScenePlan, constant, per_scene, varying
-from scenecc.plan.scene import Physics
+from scenecc.plan import BodyStructure, Box, CollisionShape, Entity, Physics, ScenePlan, constant, per_scene, varying
 from scenecc.variation.forms import Template
 from scenecc.variation.node_bounds import find_bounds
 from scenecc.variation.nodes import Computed, Drawn, Key, Node, Posed, Stacked

@@ -14,8 +14,7 @@ from sapien import physx
 from scenecc.backends.sapien import build, instantiate
 from scenecc.backends.sapien.engine import engine_settings
 from scenecc.diagnostics import Sink
-from scenecc.plan import Friction, ScenePlan
-from scenecc.plan.scene import Physics, SdfConfig
+from scenecc.plan import Friction, Physics, ScenePlan, SdfConfig
 
 ALL = Physics(
     timestep=0.005,

@@ -41,6 +41,7 @@ from scenecc.plan import (
     AssetFile,
     BodyStructure,
     Entity,
+    Physics,
     ScenePlan,
     Sphere,
     Texture,
@@ -49,7 +50,6 @@ from scenecc.plan import (
     constant,
     per_scene,
 )
-from scenecc.plan.scene import Physics
 
 USES = ("hull", "triangles", "parts", "decomposed", "seen")
 WHOLE: dict[str, bytes] = {

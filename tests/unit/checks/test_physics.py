@@ -29,6 +29,7 @@ from scenecc.plan import (
     ConvexMesh,
     Entity,
     Inertial,
+    Physics,
     Plane,
     ScenePlan,
     Sphere,
@@ -38,7 +39,6 @@ from scenecc.plan import (
     per_scene,
 )
 from scenecc.plan.body import groups_collide
-from scenecc.plan.scene import Physics
 
 IDENTITY = constant([0, 0, 0, 1, 0, 0, 0])
 BALL = CollisionShape(Sphere(constant(0.1)))

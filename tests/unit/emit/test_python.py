@@ -31,8 +31,11 @@ from scenecc.plan import (
     CollisionGeometry,
     CollisionShape,
     ConvexMesh,
+    GpuMemory,
     Mesh,
+    Physics,
     ScenePlan,
+    SdfConfig,
     Sphere,
     VisualGeometry,
     VisualShape,
@@ -40,7 +43,7 @@ from scenecc.plan import (
     per_scene,
 )
 from scenecc.plan.json_writer import plan_to_json
-from scenecc.plan.scene import SDF_CONFIG_NAMES, GpuMemory, Physics, SdfConfig
+from scenecc.plan.scene import SDF_CONFIG_NAMES
 
 
 def script(plan: ScenePlan, **options: Any) -> str:

@@ -8,9 +8,10 @@ from pathlib import Path
 import pytest
 from plugins.expander import Expander
 
+from scenecc import ParamRow
 from scenecc.diagnostics import Origin, Sink
 from scenecc.expand.documents import edition_here, editions, scene_loader, shipped_file, shipped_names
-from scenecc.expand.listing import ParamRow, list_params, list_prefabs
+from scenecc.expand.listing import list_params, list_prefabs
 from scenecc.source import Limits, read_file
 from scenecc.source.paths import AssetScope
 

@@ -14,16 +14,23 @@ from plugins.robot_plans import arm, crawler, robots, statue
 from plugins.sample_plans import SAMPLES
 
 import scenecc
+from scenecc import SummaryRow
 from scenecc.backends.sapien import instantiate
 from scenecc.diagnostics import Sink
-from scenecc.inspect.entities import SummaryRow, summarize
+from scenecc.inspect import summarize
 from scenecc.plan import (
     AssetFile,
     AxisDrive,
     AxisLimit,
+    Camera,
     Constraint,
     Drive,
     Entity,
+    Environment,
+    Light,
+    Mount,
+    Perspective,
+    PointLight,
     ScenePlan,
     Sphere,
     constant,
@@ -31,8 +38,6 @@ from scenecc.plan import (
     per_scene,
     recalled,
 )
-from scenecc.plan.body import Mount
-from scenecc.plan.rendering import Camera, Environment, Light, Perspective, PointLight
 from scenecc.variation.nodes import Drawn, Key
 
 

@@ -18,8 +18,7 @@ from plugins.plan_strategy import plans
 import scenecc
 from scenecc import ScenePlan, inspect_scene
 from scenecc.cli.tables import tree_text
-from scenecc.inspect import Item
-from scenecc.inspect.entities import summarize
+from scenecc.inspect import Item, summarize
 from scenecc.inspect.facts import axis_words, rotation_words
 from scenecc.inspect.inspection import scene_item
 from scenecc.plan.display import SPEC_FIELD_NAMES

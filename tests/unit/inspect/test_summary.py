@@ -7,7 +7,7 @@ import io
 import pytest
 
 import scenecc
-from scenecc.inspect.entities import summarize
+from scenecc.inspect import summarize
 
 TEXT = """
 scenecc: 1

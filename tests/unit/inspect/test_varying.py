@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from scenecc.diagnostics import Origin
-from scenecc.inspect.varying import VaryingField, entity_fields
+from scenecc.inspect import VaryingField
+from scenecc.inspect.varying import entity_fields
 from scenecc.plan import (
     AssetFile,
     BodyStructure,
@@ -18,6 +19,7 @@ from scenecc.plan import (
     Entity,
     Inertial,
     PhysicalMaterial,
+    Physics,
     ScenePlan,
     Sphere,
     Value,
@@ -27,7 +29,6 @@ from scenecc.plan import (
     per_scene,
     varying,
 )
-from scenecc.plan.scene import Physics
 from scenecc.variation.bounds import ValueBounds
 from scenecc.variation.nodes import Drawn, Key
 

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from scenecc import compile_scene, validate
-from scenecc.plan.body import Mount
+from scenecc.plan import Mount
 
 BALL = [{"type": "sphere", "radius": 0.1}]
 

@@ -13,23 +13,24 @@ import numpy as np
 import pytest
 
 from scenecc import compile_scene, validate
-from scenecc.plan import ScenePlan, Value
-from scenecc.plan.body import Mount
-from scenecc.plan.rendering import (
+from scenecc.plan import (
     AreaLight,
     Camera,
     CubeMap,
     DirectionalLight,
     Intrinsic,
     Light,
+    Mount,
     Orthographic,
     Perspective,
     PointLight,
+    ScenePlan,
     SkyMap,
     SpotLight,
     TexturedLight,
-    shadow_parameters,
+    Value,
 )
+from scenecc.plan.rendering import shadow_parameters
 
 PICTURE = Path(__file__).parents[2] / "scenes" / "good" / "assets" / "checker.png"
 FACES = ("px", "nx", "py", "ny", "pz", "nz")

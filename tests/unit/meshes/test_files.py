@@ -14,8 +14,8 @@ from plugins.mesh_files import TETRA, checked, glb, gltf_document, ply, stl, wri
 from plugins.plan_parts import ROOT
 from unit.checks.test_mesh_dae import DAE
 
+from scenecc.meshes import MeshError
 from scenecc.meshes.files import MeshFiles
-from scenecc.meshes.surface import MeshError
 from scenecc.plan import AssetFile
 
 MTL = "newmtl glass\nKd 0.2 0.4 0.6\nd 0.5\nKe 0.1 0 0.2\nNs 500\nKs 0.3 0.2 0.1\n"

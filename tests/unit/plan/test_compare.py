@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from plugins.plan_strategy import TABLES, plans
 from plugins.sample_plans import SAMPLES, entity, indices, look, pose, rubbing, solid
 
+from scenecc import Difference
 from scenecc.plan import (
     BodyStructure,
     Box,
@@ -20,6 +21,7 @@ from scenecc.plan import (
     Entity,
     Mimic,
     PhysicalMaterial,
+    Physics,
     ScenePlan,
     Sphere,
     Value,
@@ -29,9 +31,8 @@ from scenecc.plan import (
     per_scene,
     recalled,
 )
-from scenecc.plan.diff import Difference, diff_plans
+from scenecc.plan.diff import diff_plans
 from scenecc.plan.display import SPEC_FIELD_NAMES
-from scenecc.plan.scene import Physics
 from scenecc.plan.schema import (
     ChoiceKind,
     ListKind,

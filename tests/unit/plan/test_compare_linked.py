@@ -10,20 +10,29 @@ import pytest
 from plugins.plan_parts import entity, look, pose, rubbing, solid
 from plugins.robot_plans import arm, linked, robots
 
+from scenecc import Difference
 from scenecc.diagnostics import Origin
 from scenecc.plan import (
     ArticulationStructure,
     AxisDrive,
     AxisLimit,
     Box,
+    Camera,
     CollisionShape,
     Constraint,
     Drive,
     Entity,
+    Environment,
     Joint,
+    Light,
     Link,
+    Mount,
+    Perspective,
+    Physics,
+    PointLight,
     ScenePlan,
     Sphere,
+    SpotLight,
     VisualShape,
     Weld,
     constant,
@@ -31,10 +40,7 @@ from scenecc.plan import (
     per_scene,
     recalled,
 )
-from scenecc.plan.body import Mount
-from scenecc.plan.diff import Difference, diff_plans
-from scenecc.plan.rendering import Camera, Environment, Light, Perspective, PointLight, SpotLight
-from scenecc.plan.scene import Physics
+from scenecc.plan.diff import diff_plans
 from scenecc.variation.nodes import Drawn, Key
 
 ARM = arm(ids=constant([1, 1, 0, 0], np.int64), start=literal(0.3))

@@ -18,10 +18,9 @@ from plugins.structures import body_of
 from scenecc import plan as plan_package
 from scenecc.diagnostics import Origin, Sink
 from scenecc.diagnostics.codes import CODES
-from scenecc.plan import AssetFile, Entity, ScenePlan, Sphere, constant, per_scene
+from scenecc.plan import AssetFile, Entity, Physics, ScenePlan, Sphere, constant, per_scene
 from scenecc.plan.json_reader import PlanLimits, plan_from_json
 from scenecc.plan.json_writer import plan_to_json
-from scenecc.plan.scene import Physics
 from scenecc.plan.schema import ListKind, ObjectKind, UnionKind, plan_fields
 
 BASE = Path("/files")

@@ -16,26 +16,30 @@ from scenecc.plan import (
     AxisLimit,
     BodyStructure,
     Box,
+    Camera,
     CollisionShape,
     Constraint,
     Distance,
     Drive,
     Entity,
+    Environment,
     Joint,
+    Light,
     Link,
     Mimic,
+    Mount,
+    Perspective,
     PhysicalMaterial,
+    Physics,
+    PointLight,
     ScenePlan,
     Sphere,
     constant,
     literal,
     per_scene,
 )
-from scenecc.plan.body import Mount
 from scenecc.plan.json_reader import PlanLimits, plan_from_json
 from scenecc.plan.json_writer import plan_to_json
-from scenecc.plan.rendering import Camera, Environment, Light, Perspective, PointLight
-from scenecc.plan.scene import Physics
 
 INF = float("inf")
 HERE = constant([0, 0, 0, 1, 0, 0, 0])

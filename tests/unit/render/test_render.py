@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import scenecc
-from scenecc.plan import ArticulationStructure
-from scenecc.plan.rendering import Intrinsic, Perspective, resize_camera, restrict_to_camera
+from scenecc.plan import ArticulationStructure, Intrinsic, Perspective
+from scenecc.plan.rendering import resize_camera, restrict_to_camera
 from scenecc.render import render
 
 CUBE = {"shapes": [{"type": "box", "half_size": [0.1, 0.1, 0.1]}], "shading_mode": 1, "visibility": 0.5}

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.robots.mjcf import read_mjcf
-from scenecc.source.limits import Limits
+from scenecc.source import Limits
 from scenecc.source.paths import AssetScope, ResolvedFile
 
 if TYPE_CHECKING:

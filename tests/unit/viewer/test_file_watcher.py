@@ -17,8 +17,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from scenecc.meshes import primitives
-from scenecc.meshes.surface import MeshPart, SurfaceMaterial
+from scenecc.meshes import MeshPart, SurfaceMaterial, primitives
 from scenecc.viewer.nodes import Files
 from scenecc.viewer.tasks import FileWatcher
 

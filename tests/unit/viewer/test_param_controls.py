@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from scenecc.expand.listing import ParamRow
+from scenecc import ParamRow
 from scenecc.viewer.panel import AS_WRITTEN, add_control, read_text
 
 

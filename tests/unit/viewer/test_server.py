@@ -21,7 +21,7 @@ import viser
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from scenecc.viewer.options import PageAddress
+from scenecc import PageAddress
 from scenecc.viewer.page import close_server, open_server
 from scenecc.viewer.view import address
 

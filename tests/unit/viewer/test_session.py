@@ -16,9 +16,9 @@ pytest.importorskip("viser", reason="needs the extra `view`")
 import viser
 
 import scenecc
+from scenecc import PageAddress, ViewOptions
 from scenecc.diagnostics import Diagnostic, Location
 from scenecc.options import Options
-from scenecc.viewer.options import PageAddress, ViewOptions
 from scenecc.viewer.page import close_server, open_server
 from scenecc.viewer.panel import AS_WRITTEN
 from scenecc.viewer.session import Session

@@ -10,7 +10,7 @@ import pytest
 
 from scenecc import compile_scene, validate
 from scenecc.lower.articulations.robots import PatternMatcher
-from scenecc.plan.articulation import ArticulationStructure, Joint, Link
+from scenecc.plan import ArticulationStructure, Joint, Link
 
 if TYPE_CHECKING:
     from scenecc.plan import ScenePlan, Value

@@ -9,7 +9,7 @@ import pytest
 from plugins.expectations import GOOD
 
 from scenecc import compile_scene, emit_scene, load_scene, validate
-from scenecc.plan.articulation import ArticulationStructure
+from scenecc.plan import ArticulationStructure
 
 if TYPE_CHECKING:
     from scenecc.plan import ScenePlan, Value
