@@ -191,6 +191,7 @@ CROSSED = "the lower bound is above the upper one"
         ({"log_uniform": ["${z}", 2]}, ("SC516", "the lower bound is not positive")),
         ({"log_uniform": ["${z - 1}", 2]}, ("SC515", "the lower bound is not positive")),
         ({"normal": [0, "${z}"]}, ("SC516", "the standard deviation is negative")),
+        ({"beta": ["${z / 10000}", 2], "range": [0, 1]}, ("SC515", "`a` is below 0.001")),
         ({"normal": [0, 1], "clip": ["${z}", 0]}, ("SC516", "the lower edge of `clip` is above the upper one")),
         ({"uniform": ["${which}", 1]}, ("SC515", "in scene 0: a bound is not a number")),
         ({"uniform": [{"choice": ["a", 0]}, 1]}, ("SC516", "a bound is not a number")),

@@ -27,6 +27,13 @@ def test_the_border_of_each_limit(limits: dict[str, int], expected: list[tuple[s
     assert codes(document, limits=limits) == expected
 
 
+def test_what_is_no_body_counts_too() -> None:
+    document = scene({"shapes": BALL}, num_scenes=5)
+    document["lights"] = {name: {"type": "directional", "direction": [0, 0, -1], "color": [1, 1, 1]} for name in "ab"}
+    assert codes(document, limits={"objects": 3}) == []
+    assert codes(document, limits={"objects": 2}) == [("SC604", "entities")]
+
+
 @pytest.mark.parametrize("count", [65_537, 10**11, 10**99])
 def test_many_scenes_are_refused_at_once(count: int) -> None:
     started = time.process_time()

@@ -98,9 +98,9 @@ def test_a_link_to_elsewhere_is_not_followed(tmp_path: Path) -> None:
 def test_a_large_file_takes_no_long_time(text: str, tmp_path: Path) -> None:
     path = tmp_path / "r.xml"
     path.write_text(text)
-    start = time.perf_counter()
+    start = time.process_time()
     read(path)
-    assert time.perf_counter() - start < 20
+    assert time.process_time() - start < 20
 
 
 TAGS = [

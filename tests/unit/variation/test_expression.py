@@ -411,3 +411,9 @@ def test_any_text_is_read_or_refused(text: str) -> None:
         Template.parse(text).evaluate({})
     except ExpressionError as error:
         assert 0 <= error.start <= error.end <= len(text)  # noqa: PT017 - its place is what is tested
+
+
+@pytest.mark.parametrize("text", ["${'" + "a" * 1001, "${'" + "a" * 2000 + "'}"])
+def test_a_text_that_goes_on_beyond_the_length_is_told_to_be_too_long(text: str) -> None:
+    with pytest.raises(ExpressionError, match="an expression has at most 1000 characters"):
+        Template.parse(text)

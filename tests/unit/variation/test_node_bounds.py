@@ -181,6 +181,7 @@ def test_alternatives_that_are_few_are_all_known(node: Node, expected: tuple[Any
         (expression("[u, 1]", (2,)), (0, 1), (1, 1), True),
         (expression("([u] + [c])[1] + u"), 1, 5, False),
         (expression("u if u < 2 else -100"), 0, 1, True),
+        (expression("c + u if c > 1 else 3"), 2, 5, False),
         (expression("u if u < 0.5 else 7"), 0, 7, False),
         (expression("5 if u > n else c + 0.5"), 1.5, 5, False),
         (expression("u and 3"), 0, 3, False),

@@ -146,6 +146,16 @@ def test_an_inertia_is_known_as_far_as_the_mass_that_scales_it(monkeypatch: pyte
     assert (found.low, found.high, found.exact) == ((0.04, 0.04, 0.004), (0.08, 0.08, 0.008), False)
 
 
+def test_a_robots_velocity_target_is_drawn_anew_at_a_reset(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(GOOD)
+    drive = {"damping": 1, "velocity_target": {"uniform": [0, 1]}}
+    arm = {"urdf": "articulations/arm.urdf", "drives": {"elbow": drive}}
+    plan = compile_scene({"scenecc": 1, "num_scenes": 3, "entities": {"arm": arm}})
+    (elbow,) = [link.joint for link in structure(plan).links if link.joint is not None and link.joint.name == "elbow"]
+    assert elbow.drive_velocity_target is not None
+    assert elbow.drive_velocity_target.recipe is not None
+
+
 @pytest.mark.parametrize("key", ["qpos", "qvel"])
 def test_alternatives_of_positions_come_back_from_json(key: str) -> None:
     plan = compile_scene(scene({}, **{key: {"choice": [[0.1], [0.2]]}}))
