@@ -11,7 +11,7 @@ from scenecc.checks.mass import DYNAMIC_TYPES, check_density_mass, check_explici
 from scenecc.checks.value_queries import alternatives_or_extremes, is_deferred, judged_pairs
 from scenecc.diagnostics import Origin
 from scenecc.geometry.float32 import round_to_float32
-from scenecc.plan import BodyStructure, Mesh, PhysicalMaterial, Plane, TriangleMesh, literal
+from scenecc.plan import BodyStructure, Heightfield, Mesh, PhysicalMaterial, Plane, Ring, TriangleMesh, literal
 from scenecc.plan.body import COLLISION_ID_BITS, groups_collide
 from scenecc.plan.properties import PROPERTIES, property_fields
 
@@ -347,6 +347,9 @@ def _check_moving_meshes(body: BodyStructure, name: str, origin: Origin, sink: S
         return
     what = "a link" if body.body_type == "link" else "dynamic"
     for shape in body.collisions:
+        if isinstance(shape.geometry, Heightfield):
+            message = f"`{name}` is {what}, and PhysX moves no heightfield"
+            sink.report("SC508", message, shape.origin or origin, hint="make the body static or kinematic")
         if isinstance(shape.geometry, TriangleMesh) and not shape.geometry.sdf:
             sink.report(
                 "SC508",
@@ -375,7 +378,27 @@ BODY_RULES: tuple[Callable[[BodyStructure, str, Origin, Sink], None], ...] = (
     _check_mesh_scales,
 )
 
-NUMBER_RULES: tuple[NumberRule, ...] = (check_density_mass, check_explicit_mass, check_inertia)
+MAX_RADIUS_RATIO = 0.999
+"""Of the hole of a ring by its outside: PhysX makes something else of parts that are thinner."""
+
+
+def check_rings(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+    """A ring has a wall between its hole and its outside."""
+    told: list[Origin] = []  # what collides and is seen is one shape in the file
+    for shape in (*body.collisions, *body.visuals):
+        place = (shape.origin or origin).child("inner_radius")
+        if not isinstance(shape.geometry, Ring) or place in told:
+            continue
+        radii = judged_pairs(shape.geometry.inner_radius, shape.geometry.outer_radius, drawn=drawn)
+        wrong = next((pair for pair in radii if pair[0] > MAX_RADIUS_RATIO * pair[1]), None)
+        if wrong is not None:
+            told.append(place)
+            message = f"a ring of `{name}` with an inner radius of {wrong[0]:g} m and an outer one of {wrong[1]:g} m"
+            hint = f"`inner_radius` is at most {MAX_RADIUS_RATIO} of `outer_radius`"
+            sink.report("SC528", f"{message} has no wall that can be built", place, hint=hint)
+
+
+NUMBER_RULES: tuple[NumberRule, ...] = (check_density_mass, check_explicit_mass, check_inertia, check_rings)
 """Rules about numbers that may differ from scene to scene."""
 
 _ROBOT_FILE_RULES: tuple[NumberRule, ...] = (check_density_mass, check_explicit_mass)

@@ -28,7 +28,7 @@ from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.meshes.builder import MeshBuilder, bake_scale
 from scenecc.meshes.surface import MeshError, SurfaceMaterial, report_mesh_error
 from scenecc.plan import ArticulationStructure, BodyStructure, CollisionShape
-from scenecc.plan.geometry import LYING_SOLIDS, Solid
+from scenecc.plan.geometry import LYING_SOLIDS, SOLIDS, Solid
 from scenecc.plan.schema import type_name
 
 if TYPE_CHECKING:
@@ -122,8 +122,8 @@ def write_visuals(robot: UrdfRobot, body: MeasuredBody, back: Pose7, link: XmlEl
     row = robot.measured.row
     for shape, plan in zip(robot.mesh_builder.visuals(body.body, row), body.body.visuals, strict=False):
         parts = bake_scale(shape)
-        solid = plan.geometry if isinstance(plan.geometry, Solid) else None
         kind = type_name(type(plan.geometry))
+        solid = plan.geometry if isinstance(plan.geometry, Solid) and kind in SOLIDS else None
         for part in parts:
             element = link.add("visual", name=shape.name or None)
             pose = compose_poses(shape.pose, _X_TO_Z) if kind in LYING_SOLIDS else shape.pose

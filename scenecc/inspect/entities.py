@@ -15,7 +15,7 @@ from scenecc.inspect.facts import Fact, Facts, Item, axis_words, fact, mount_wor
 from scenecc.inspect.varying import Fields, VaryingField, entity_fields, object_fields
 from scenecc.plan import ArticulationStructure, BodyStructure, Constraint, Plane, VisualPlane
 from scenecc.plan.display import link_shape_path, shape_path
-from scenecc.plan.geometry import SOLIDS, Primitive, Solid
+from scenecc.plan.geometry import SOLID_SIZES, SOLIDS, Primitive, Solid
 from scenecc.plan.properties import JOINT_PROPERTIES
 from scenecc.plan.rendering import Camera, Environment, Light
 from scenecc.plan.scene import structure_type
@@ -50,8 +50,8 @@ def extent(structure: BodyStructure, row: int = 0) -> tuple[float, float, float]
                 continue
             return None
         pose = np.array(IDENTITY_POSE) if shape.pose is None else shape.pose.row(row)
-        half = shape.geometry.extent(rotation_matrix(pose[3:]), *shape.geometry.sizes(row))
-        corners += [pose[:3] - half, pose[:3] + half]
+        bounds = shape.geometry.bounds(rotation_matrix(pose[3:]), *shape.geometry.sizes(row))
+        corners += [pose[:3] + corner for corner in bounds]
     if not corners:
         return None
     x, y, z = np.max(corners, axis=0) - np.min(corners, axis=0)
@@ -111,7 +111,7 @@ _TURNING: Final = {
 
 _SLIDING: Final = {name: unit.replace("rad", "m") for name, unit in _TURNING.items()}
 
-SIZE_FIELDS: Final = frozenset(("half_size", "radius", "half_length", "scale", "file", "pick", "p", "q"))
+SIZE_FIELDS: Final = SOLID_SIZES | {"scale", "file", "pick", "p", "q"}
 """Fields that change the size and the mass of a body."""
 
 _MASSES: Final = SIZE_FIELDS | {"density", "mass"}

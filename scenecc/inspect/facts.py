@@ -12,6 +12,7 @@ from scenecc.inspect.varying import COLOR_FIELDS, is_file, is_pose, pose_words, 
 from scenecc.plan import Texture, Value
 from scenecc.plan.body import Mount
 from scenecc.plan.display import field_path, format_color, format_item, name_suffix, slice_value_bounds
+from scenecc.plan.geometry import SOLID_SIZES
 from scenecc.plan.properties import PROPERTIES
 
 if TYPE_CHECKING:
@@ -116,9 +117,8 @@ def some_words(names: tuple[str, ...], most: int = 3) -> str:
 
 UNITS: Final = {
     **{row.field: row.unit for row in PROPERTIES if row.unit},
-    "half_size": "m",
-    "radius": "m",
-    "half_length": "m",
+    **dict.fromkeys(SOLID_SIZES, "m"),
+    "size": "m",
     "p": "m",
     "inertia": "kg·m²",
     "linear_velocity_target": "m/s",
@@ -206,6 +206,10 @@ class Facts:
         elif name in {"limits", "drives"}:
             for one in cast("tuple[AxisLimit | AxisDrive, ...]", value):
                 yield from self.of(one, name + name_suffix(one.axis), without=("axis",))
+        elif name.endswith("heights"):
+            rows = cast("tuple[tuple[float, ...], ...]", value)
+            low, high = min(map(min, rows)), max(map(max, rows))
+            yield Fact(name, plain_data(rows), f"{len(rows)} × {len(rows[0])} from {low:g} to {high:g}")
         elif is_dataclass(value):
             yield from self.of(value, name)
         else:

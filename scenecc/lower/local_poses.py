@@ -12,7 +12,7 @@ from scenecc.lower.field_types import FieldType, report_unused_key, vector
 from scenecc.lower.poses import POSE, direction, lower_pose, pose_item, pose_varies
 from scenecc.lower.variation import VARYING, VariationLowerer, field_place
 from scenecc.plan import Value, literal, per_scene, varying
-from scenecc.plan.geometry import LYING_SOLIDS
+from scenecc.plan.geometry import LYING_SOLIDS, REVOLVED_SOLIDS
 from scenecc.spec.pose import PoseMapping
 from scenecc.variation.nodes import NODES
 
@@ -67,7 +67,7 @@ def shape_pose(shape: Any, origin: Origin, fields: FieldLowerer) -> Value | None
     if shape.pose is None and type_ not in _TURNED:
         return None
     pose = local_pose(shape.pose, origin, ("pose",), "a shape", fields)
-    if type_ in LYING_SOLIDS:
+    if type_ in _LYING:
         pose = _with_rotation(pose, AXIS_TURNS[shape.axis], fields)
     elif type_ == "plane":
         pose = _plane_pose(shape, pose, origin, fields)
@@ -79,7 +79,9 @@ def _is_identity(pose: tuple[float, ...]) -> bool:
     return pose == IDENTITY_POSE and "-" not in repr(pose)
 
 
-_TURNED = frozenset((*LYING_SOLIDS, "plane"))
+_LYING = frozenset((*LYING_SOLIDS, *REVOLVED_SOLIDS))
+
+_TURNED = _LYING | {"plane"}
 
 
 def _with_rotation(pose: Value, rotation: Quat, fields: FieldLowerer, step: Vec3 = (0.0, 0.0, 0.0)) -> Value:

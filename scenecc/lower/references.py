@@ -326,6 +326,10 @@ class PlanTables:
         self._resolve = resolve
         self._sizes: dict[tuple[float, ...] | float, Value] = {}
 
+    def resolve(self, uri: str, origin: Origin) -> AssetFile | None:
+        """A file that is read now and that the plan does not name; None where it was reported."""
+        return self._resolve(uri, origin)
+
     def file(self, uri: str, origin: Origin) -> int | None:
         """The index of a file in `files`; None where it was reported."""
         found = self._resolve(uri, origin)

@@ -23,6 +23,7 @@ from scenecc.lower.references import qualified, scope_of, select_per_scene
 from scenecc.plan import CollisionShape, Mesh, Plane, Value, VisualShape, literal
 from scenecc.plan import VisualMaterial as SeenMaterial
 from scenecc.plan.body import groups_collide
+from scenecc.plan.geometry import REVOLVED_SOLIDS, SOLIDS, heights_fault
 from scenecc.plan.properties import DEFAULT_DENSITY
 
 if TYPE_CHECKING:
@@ -168,16 +169,12 @@ def _ignore_origin(first: int, second: int, draft: ArticulationDraft, whole: Ori
 
 GeometryLowerer = Callable[[Any, "PlanTables", "FieldLowerer", "Origin"], Any]
 
-_HALF_SIZE = field_type("half_size")
-
 
 _HALF_SIZE_2 = field_type("VisualPlane.half_size")
 
 _REPEAT = field_type("texture_repeat")
 
-_RADIUS = field_type("radius")
-
-_HALF_LENGTH = field_type("half_length")
+_TERRAIN_SIZE = field_type("size")
 
 
 def _size(shape: Any, name: str, kind: FieldType, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> Value:
@@ -215,6 +212,57 @@ def _of_file(make: Callable[..., Any], scale: FieldType, *others: Callable[[Any]
     return lower
 
 
+MAX_HEIGHTS = 262_144
+"""Of a heightfield: 512 × 512."""
+
+_MAX_PNG_BYTES = 4 * MAX_HEIGHTS
+
+
+def _heightfield(shape: Any, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> plan.Heightfield | None:
+    """Terrain; None where its heights were reported."""
+    if (shape.file is None) == (shape.heights is None):
+        code, message = ("SC102", "lacks its heights") if shape.file is None else ("SC111", "has its heights twice")
+        fields.sink.report(code, f"a heightfield {message}", origin, hint="say one of `file` and `heights`")
+        return None
+    if shape.file is None:
+        heights, place = _height_rows(shape.heights), origin.child("heights")
+    else:
+        heights, place = _file_heights(shape.file, tables, origin.child("file"), fields.sink), origin.child("file")
+    if heights is None:
+        return None
+    fault = heights_fault(heights) or (
+        None if len(heights) * len(heights[0]) <= MAX_HEIGHTS else f"there are more than {MAX_HEIGHTS}"
+    )
+    if fault is not None:
+        fields.sink.report("SC529", f"these heights make no terrain: {fault}", place)
+        return None
+    return plan.Heightfield(_size(shape, "size", _TERRAIN_SIZE, tables, fields, origin), heights)
+
+
+def _height_rows(heights: list[list[float]]) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(map(float, row)) for row in heights)
+
+
+def _file_heights(uri: str, tables: PlanTables, origin: Origin, sink: Sink) -> tuple[tuple[float, ...], ...] | None:
+    from scenecc.files import open_regular  # noqa: PLC0415 - loaded where a heightfield has a file
+    from scenecc.source.grey_png import read_grey_png  # noqa: PLC0415 - likewise
+
+    found = tables.resolve(uri, origin)
+    if found is None:
+        return None
+    try:
+        with open_regular(found.path) as file:
+            data = file.read(_MAX_PNG_BYTES + 1)
+        if len(data) > _MAX_PNG_BYTES:
+            raise ValueError(f"it has more than {_MAX_PNG_BYTES} bytes")  # noqa: TRY301 - told as what the reader tells
+        return read_grey_png(data, MAX_HEIGHTS)
+    except OSError as error:
+        sink.report("SC407", f"{uri} may not be read: {error.strerror}", origin)
+    except ValueError as error:
+        sink.report("SC529", f"{uri} gives no heights: {error}", origin)
+    return None
+
+
 def _plane(shape: Any, _tables: PlanTables, _fields: FieldLowerer, _origin: Origin) -> plan.Plane:
     return plan.Plane(shape.every_scene)
 
@@ -228,15 +276,14 @@ def coacd_params(keys: Any) -> plan.CoacdParams | None:
 
 
 _SOLIDS = {
-    "box": _sized(plan.Box, half_size=_HALF_SIZE),
-    "sphere": _sized(plan.Sphere, radius=_RADIUS),
-    "capsule": _sized(plan.Capsule, radius=_RADIUS, half_length=_HALF_LENGTH),
-    "cylinder": _sized(plan.Cylinder, radius=_RADIUS, half_length=_HALF_LENGTH),
+    kind: _sized(solid, **{name: field_type(name) for name in solid.__slots__})
+    for kind, solid in (SOLIDS | REVOLVED_SOLIDS).items()
 }
 
 COLLISION_GEOMETRY: dict[str, GeometryLowerer] = {
     **_SOLIDS,
     "plane": _plane,
+    "heightfield": _heightfield,
     "convex_mesh": _of_file(plan.ConvexMesh, SCALE),
     "convex_parts": _of_file(plan.ConvexParts, SCALE, coacd_params),
     "triangle_mesh": _of_file(plan.TriangleMesh, SCALE, attrgetter("sdf")),
@@ -246,6 +293,7 @@ COLLISION_GEOMETRY: dict[str, GeometryLowerer] = {
 VISUAL_GEOMETRY: dict[str, GeometryLowerer] = {
     **_SOLIDS,
     "plane": _sized(plan.VisualPlane, half_size=_HALF_SIZE_2),
+    "heightfield": _heightfield,
     **dict.fromkeys(("convex_mesh", "convex_parts", "triangle_mesh", "mesh"), _of_file(plan.Mesh, MIRROR_SCALE)),
     "tiled_plane": _sized(plan.TiledPlane, half_size=_HALF_SIZE_2, texture_repeat=_REPEAT),
 }

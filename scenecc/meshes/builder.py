@@ -15,7 +15,7 @@ from scenecc.geometry.rotations import IDENTITY_POSE, to_pose, to_vector
 from scenecc.meshes import primitives
 from scenecc.meshes.files import MeshFiles
 from scenecc.meshes.surface import MaterialCache, MeshError, MeshPart, MeshShape, SurfaceMaterial
-from scenecc.plan import Mesh
+from scenecc.plan import Heightfield, Mesh
 from scenecc.plan.rendering import COLLISION_COLORS
 from scenecc.plan.schema import type_name
 
@@ -44,6 +44,7 @@ class MeshBuilder:
         self._looks = MaterialCache(plan, lambda problem: on_left_out(problem, self._now))
         self._files = MeshFiles()
         self._primitives: dict[tuple[str, tuple[float, ...]], tuple[Surface, Vec3]] = {}
+        self._terrains: dict[tuple[object, ...], Surface] = {}
         self._meshes: dict[str, Surface] = {}
         self._flat: dict[Surface, Surface] = {}
 
@@ -91,6 +92,11 @@ class MeshBuilder:
             if own is not None:
                 parts = tuple(MeshPart(part.surface, own) for part in parts)
             return parts, to_vector(geometry.scale.row(row))
+        if isinstance(geometry, Heightfield):
+            key = (geometry.heights, geometry.size.row(row).tobytes())
+            if key not in self._terrains:
+                self._terrains[key] = primitives.make_surface(*geometry.surface(row))
+            return (MeshPart(self._terrains[key], own or SurfaceMaterial()),), (1.0, 1.0, 1.0)
         surface, scale = self._primitive(type_name(type(geometry)), geometry.sizes(row))
         return (MeshPart(surface, own or SurfaceMaterial()),), scale
 

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from scenecc.geometry.revolution import revolved_surface
 from scenecc.meshes.surface import Surface
+from scenecc.plan.geometry import REVOLVED_SOLIDS
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -57,20 +59,23 @@ def scaled_surface(kind: str, sizes: tuple[float, ...]) -> tuple[Surface, Vec3]:
         kind: as the language calls it; of a plane, what is seen of it.
         sizes: see `plan.geometry.Primitive`.
     """
+    if kind in REVOLVED_SOLIDS:
+        return make_surface(*revolved_surface(REVOLVED_SOLIDS[kind].profile(*sizes))), (1.0, 1.0, 1.0)
     match kind, sizes:
         case "box", (x, y, z):
-            return box(), (x, y, z)
+            found = box(), (x, y, z)
         case "sphere", (radius,):
-            return sphere(), (radius, radius, radius)
+            found = sphere(), (radius, radius, radius)
         case "capsule", (radius, half_length):
-            return capsule(radius, half_length), (1.0, 1.0, 1.0)
+            found = capsule(radius, half_length), (1.0, 1.0, 1.0)
         case "cylinder", (radius, half_length):
-            return cylinder(), (half_length, radius, radius)
+            found = cylinder(), (half_length, radius, radius)
         case "tiled_plane", (x, y, u, v):
-            return tiled_plane((u, v)), (x, y, 1.0)
+            found = tiled_plane((u, v)), (x, y, 1.0)
         case _:
             y, z = sizes
-            return plane(), (1.0, y, z)
+            found = plane(), (1.0, y, z)
+    return found
 
 
 @cache

@@ -14,11 +14,13 @@ from scenecc.diagnostics import Path as Keys
 from scenecc.plan.articulation import ArticulationStructure, Joint, Link, Mimic
 from scenecc.plan.body import BodyStructure, CollisionShape, VisualShape
 from scenecc.plan.constraint import Constraint, Drive
+from scenecc.plan.geometry import Heightfield
 from scenecc.plan.json_values import (
     JsonProblem,
     RepeatedKeyError,
     check_articulation,
     check_axes,
+    check_heights,
     check_joint,
     check_link,
     check_materials,
@@ -89,6 +91,7 @@ _RULES: Final[dict[type, Callable[[dict[str, Any]], Iterator[JsonProblem]]]] = {
     Link: check_link,
     Joint: check_joint,
     Drive: check_axes,
+    Heightfield: check_heights,
 }
 """Rules over several fields of one object, once each of them is read."""
 

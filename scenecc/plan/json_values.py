@@ -26,6 +26,7 @@ from scenecc.plan.articulation import (
     Link,
     Mimic,
 )
+from scenecc.plan.geometry import heights_fault
 from scenecc.plan.value import Value
 
 if TYPE_CHECKING:
@@ -273,6 +274,13 @@ def check_axes(read: dict[str, Any]) -> Iterator[JsonProblem]:
     """What is wrong with the axes of a drive between two bodies: each has its limits and its drive once."""
     for name in ("limits", "drives"):
         yield from _check_unique(name, "axis", ((index, item.axis) for index, item in enumerate(read.get(name, ()))))
+
+
+def check_heights(read: dict[str, Any]) -> Iterator[JsonProblem]:
+    """What is wrong with the heights of terrain."""
+    fault = heights_fault(read["heights"]) if "heights" in read else None
+    if fault is not None:
+        yield JsonProblem("SC706", fault, ("heights",))
 
 
 def _check_unique(above: str, key: str, names: Iterable[tuple[int, str]]) -> Iterator[JsonProblem]:

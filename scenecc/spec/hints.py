@@ -50,6 +50,8 @@ _LOOK_AT = "write it in the pose: `pose: {p: […], look_at: […]}`"
 
 _HALF_LENGTH = "did you mean `half_length`? it is half of that"
 
+_RADII = "a ring has an `inner_radius` and an `outer_radius`"
+
 _COMMON_TO_VARIANTS = "write it beside `variants`, for all of them"
 
 VARIANTS_HINT = "use `variants` of the entity for differences in structure"
@@ -102,7 +104,9 @@ KEY_SYNONYMS = {
 """Unknown key → what it is called here, where letters alone would not tell."""
 
 MISPLACED_KEY_HINTS: dict[str, tuple[tuple[str, str], ...]] = {
-    **dict.fromkeys(("type", "half_size", "radius", "half_length"), (("body_type", _SHAPE),)),
+    **dict.fromkeys(("type", "half_size", "half_length"), (("body_type", _SHAPE),)),
+    "radius": (("body_type", _SHAPE), ("outer_radius", _RADII)),
+    "thickness": (("outer_radius", _RADII),),
     **dict.fromkeys(("with", "prefix"), (("body_type", _USE_ARGUMENTS),)),
     **dict.fromkeys(("uses", "using", "prefab"), (("body_type", _USE),)),
     "pick": (("body_type", _PICK),),

@@ -1,13 +1,19 @@
-"""Boxes, spheres, capsules, cylinders and planes. Imported when a document has one."""
+"""Boxes, round shapes and planes. Imported when a document has one.
 
-from typing import Literal
+Of a shape with the keys `BoxKeys` there are three models: `BoxShape` collides and is seen, `BoxCollision` only collides
+and `BoxVisual` is only seen. They are made when they are asked for.
+"""
+
+from typing import Any, Literal
 
 from pydantic import Field
 
-from scenecc.spec.base import Finite, Positive, Positive2, Positive3, SpecModel, Vec3
+from scenecc.spec.base import Finite, Maybe, Positive, Positive2, Positive3, SpecModel, Text, Vec3, key
 from scenecc.spec.pose import AxisName
 from scenecc.spec.shapes import CollisionKeys, ShapeBothKeys, VisualKeys
 from scenecc.spec.values import Fixed, Leaf
+
+HeightRow = list[Fixed[Finite]]
 
 
 class BoxKeys(SpecModel):
@@ -17,35 +23,11 @@ class BoxKeys(SpecModel):
     half_size: Leaf[Positive3] = Field(description="Half of the edges along x, y, z [m].")
 
 
-class BoxShape(BoxKeys, ShapeBothKeys):
-    """A box."""
-
-
-class BoxCollision(BoxKeys, CollisionKeys):
-    """A box that only collides."""
-
-
-class BoxVisual(BoxKeys, VisualKeys):
-    """A box that is only seen."""
-
-
 class SphereKeys(SpecModel):
     """A sphere."""
 
     type: Literal["sphere"]
     radius: Leaf[Positive] = Field(description="Radius [m].")
-
-
-class SphereShape(SphereKeys, ShapeBothKeys):
-    """A sphere."""
-
-
-class SphereCollision(SphereKeys, CollisionKeys):
-    """A sphere that only collides."""
-
-
-class SphereVisual(SphereKeys, VisualKeys):
-    """A sphere that is only seen."""
 
 
 class CapsuleKeys(SpecModel):
@@ -57,18 +39,6 @@ class CapsuleKeys(SpecModel):
     axis: Fixed[AxisName] = Field(default="x", description="The axis it lies along.")
 
 
-class CapsuleShape(CapsuleKeys, ShapeBothKeys):
-    """A capsule."""
-
-
-class CapsuleCollision(CapsuleKeys, CollisionKeys):
-    """A capsule that only collides."""
-
-
-class CapsuleVisual(CapsuleKeys, VisualKeys):
-    """A capsule that is only seen."""
-
-
 class CylinderKeys(SpecModel):
     """A cylinder. What collides is a convex mesh."""
 
@@ -78,16 +48,32 @@ class CylinderKeys(SpecModel):
     axis: Fixed[AxisName] = Field(default="x", description="The axis it lies along.")
 
 
-class CylinderShape(CylinderKeys, ShapeBothKeys):
-    """A cylinder."""
+class ConeKeys(SpecModel):
+    """A cone with 32 sides, its tip towards +axis. What collides is a convex mesh."""
+
+    type: Literal["cone"]
+    radius: Leaf[Positive] = Field(description="Radius of the base [m].")
+    half_length: Leaf[Positive] = Field(description="Half of the height; the origin is halfway up [m].")
+    axis: Fixed[AxisName] = Field(default="x", description="The axis it lies along.")
 
 
-class CylinderCollision(CylinderKeys, CollisionKeys):
-    """A cylinder that only collides."""
+class RingKeys(SpecModel):
+    """A ring, or tube, with 32 sides about its axis. What collides are 32 convex meshes."""
+
+    type: Literal["ring"]
+    inner_radius: Leaf[Positive] = Field(description="Radius of the hole, at most 0.999 of `outer_radius` [m].")
+    outer_radius: Leaf[Positive] = Field(description="Radius of the outside [m].")
+    half_length: Leaf[Positive] = Field(description="Half of the length [m].")
+    axis: Fixed[AxisName] = Field(default="x", description="The axis of the hole.")
 
 
-class CylinderVisual(CylinderKeys, VisualKeys):
-    """A cylinder that is only seen."""
+class HeightfieldKeys(SpecModel):
+    """Terrain of triangles over a grid of heights, on bodies that do not fall: one of `file` and `heights`."""
+
+    type: Literal["heightfield"]
+    size: Leaf[Positive3] = Field(description="Extents along x and y, and how high a 1 or white is [m].")
+    file: Maybe[Fixed[Text]] = key("A grey PNG of 8 or 16 bits, its top at +y; black is 0 and white 1.")
+    heights: Maybe[Fixed[list[Fixed[HeightRow]]]] = key("Rows of heights from +y to -y, each from -x to +x.")
 
 
 class PlaneKeys(SpecModel):
@@ -114,21 +100,37 @@ class PlaneCollisionKeys(SpecModel):
     )
 
 
-class PlaneShape(PlaneKeys, PlaneVisualKeys, PlaneCollisionKeys, ShapeBothKeys):
-    """A plane."""
-
-
-class PlaneCollision(PlaneKeys, PlaneCollisionKeys, CollisionKeys):
-    """A plane that only collides."""
-
-
-class PlaneVisual(PlaneKeys, PlaneVisualKeys, VisualKeys):
-    """A plane that is only seen."""
-
-
 class TiledPlaneVisual(VisualKeys):
     """A flat quad facing +z with a repeated texture (ManiSkill's)."""
 
     type: Literal["tiled_plane"]
     half_size: Leaf[Positive2] = Field(description="Along x and y [m].")
     texture_repeat: Leaf[Positive2] = Field(description="How often the texture repeats along x and y.")
+
+
+_ROLES: dict[str, tuple[type[SpecModel], str]] = {
+    "Shape": (ShapeBothKeys, "A {}."),
+    "Collision": (CollisionKeys, "A {} that only collides."),
+    "Visual": (VisualKeys, "A {} that is only seen."),
+}
+"""End of a model's name: the keys of the list that it stands in, and its description."""
+
+_ROLE_KEYS: dict[str, tuple[type[SpecModel], ...]] = {
+    "PlaneShape": (PlaneVisualKeys, PlaneCollisionKeys),
+    "PlaneCollision": (PlaneCollisionKeys,),
+    "PlaneVisual": (PlaneVisualKeys,),
+}
+"""Keys that a shape has in some lists only."""
+
+
+def __getattr__(name: str) -> Any:
+    """The model of a shape in one kind of list, such as `BoxShape`."""
+    noun, role = next(((name.removesuffix(end), end) for end in _ROLES if name.endswith(end)), (name, ""))
+    keys = globals().get(f"{noun}Keys")
+    if not role or keys is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    list_keys, description = _ROLES[role]
+    bases = (keys, *_ROLE_KEYS.get(name, ()), list_keys)
+    made = type(name, bases, {"__module__": __name__, "__doc__": description.format(noun.lower())})
+    globals()[name] = made
+    return made

@@ -86,7 +86,7 @@ class MeshFileKeys(SpecModel):
     )
 
 
-_PRIMITIVES = ("box", "sphere", "capsule", "cylinder", "plane")
+_PRIMITIVES = ("box", "sphere", "capsule", "cylinder", "cone", "ring", "plane", "heightfield")
 _COLLIDING = {"primitive_shapes": _PRIMITIVES, "mesh_shapes": ("convex_mesh", "convex_parts", "triangle_mesh")}
 _VISIBLE = {"primitive_shapes": (*_PRIMITIVES, "tiled_plane"), "mesh_shapes": ("convex_mesh", "mesh")}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import sapien
 from fidelity.compare import assert_same_scene, assert_same_trajectory
 from fidelity.hand import SCENES, Case, box_shape, built, by_hand, component, counts, plan_of
 from plugins.sample_plans import rubbing
+from sapien import physx
 
 from scenecc.backends.sapien.geometry import COLLISION_SHAPES
 from scenecc.plan import (
@@ -19,10 +21,13 @@ from scenecc.plan import (
     Capsule,
     CoacdParams,
     CollisionShape,
+    Cone,
     ConvexMesh,
     ConvexParts,
     Cylinder,
+    Heightfield,
     Plane,
+    Ring,
     Sphere,
     TriangleMesh,
     constant,
@@ -56,6 +61,45 @@ def mesh(kind: Any, geometry: type, method: str, name: str, meshes: Meshes, **ex
     )
 
 
+CIRCLE = [(math.cos(k * math.pi / 16), math.sin(k * math.pi / 16)) for k in range(32)]
+TIP = [(-1, 0, 0), *((-1, y, z) for y, z in CIRCLE), (1, 0, 0)]
+
+
+def tube(hole: float) -> list[list[tuple[float, float, float]]]:
+    """A ring of unit size in 32 parts."""
+    corners = [(-1, hole), (-1, 1), (1, 1), (1, hole)]
+    sides = [(CIRCLE[k - 1], CIRCLE[k]) for k in range(32)]
+    return [[(x, r * y, r * z) for y, z in side for x, r in corners] for side in sides]
+
+
+def convex(vertices: list[tuple[float, float, float]], scale: list[float]) -> Any:
+    return physx.PhysxCollisionShapeConvexMesh(vertices, scale, physx.get_default_material())
+
+
+HILL = ((0.0, 1.0, 0.5), (0.25, 0.75, -1.0))
+
+
+def terrain(size: list[float]) -> Any:
+    """The triangles of `HILL`, seen from above: its first row is at +y."""
+    places = [(x, y, HILL[i][j]) for i, y in enumerate((0.5, -0.5)) for j, x in enumerate((-0.5, 0, 0.5))]
+    vertices = [[number * factor for number, factor in zip(place, size, strict=True)] for place in places]
+    triangles = [[0, 3, 4], [1, 4, 5], [0, 4, 1], [1, 5, 2]]
+    return physx.PhysxCollisionShapeTriangleMesh(vertices, triangles, [1, 1, 1], physx.get_default_material())
+
+
+def attach(builder: Any, shapes: list[Any]) -> None:
+    """Gives the component that a builder makes shapes for which the builder has no method."""
+    make = builder.build_physx_component
+
+    def build(link_parent: Any = None) -> Any:
+        component = make(link_parent)
+        for shape in shapes:
+            component.attach(shape)
+        return component
+
+    builder.build_physx_component = build
+
+
 CASES: dict[str, Make] = {
     "box": lambda _: one(Box(constant(SIZES)), lambda b, _: b.add_box_collision(half_size=SIZES)),
     "box, varying": lambda _: one(
@@ -71,6 +115,19 @@ CASES: dict[str, Make] = {
     "cylinder": lambda _: one(
         Cylinder(constant(0.07), per_scene(SIZES)),
         lambda b, i: b.add_cylinder_collision(radius=0.07, half_length=SIZES[i]),
+    ),
+    "cone": lambda _: Case(
+        BodyStructure("dynamic", (CollisionShape(Cone(constant(0.07), per_scene(SIZES))),)),
+        lambda b, i: attach(b, [convex(TIP, [SIZES[i], 0.07, 0.07])]),
+    ),
+    "ring": lambda _: Case(
+        BodyStructure("dynamic", (CollisionShape(Ring(per_scene(SIZES), constant(0.1), constant(0.04))),)),
+        lambda b, i: attach(b, [convex(part, [0.04, 0.1, 0.1]) for part in tube(SIZES[i] / 0.1)]),
+    ),
+    "heightfield": lambda _: Case(
+        BodyStructure("static", (CollisionShape(Heightfield(per_scene([[1, s, 0.1] for s in SIZES]), HILL)),)),
+        lambda b, i: attach(b, [terrain([1, SIZES[i], 0.1])]),
+        kind="static",
     ),
     "plane": lambda _: one(Plane(), lambda b, _: b.add_plane_collision(), "static"),
     "convex mesh": lambda m: mesh("dynamic", ConvexMesh, "add_convex_collision_from_file", "rock", m),
@@ -188,5 +245,5 @@ def test_coacd_gives_the_parts_that_sapien_gives(
 
 def test_every_collision_geometry_has_a_case() -> None:
     """A new shape without a comparison against SAPIEN fails here."""
-    covered = {Box, Sphere, Capsule, Cylinder, Plane, ConvexMesh, ConvexParts, TriangleMesh}
+    covered = {Box, Sphere, Capsule, Cylinder, Cone, Ring, Heightfield, Plane, ConvexMesh, ConvexParts, TriangleMesh}
     assert covered == set(COLLISION_SHAPES)

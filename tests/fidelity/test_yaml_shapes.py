@@ -85,6 +85,43 @@ CASES: dict[str, tuple[str, Any]] = {
 }
 
 
+CIRCLE = [(math.cos(k * math.pi / 16), math.sin(k * math.pi / 16)) for k in range(32)]
+
+
+@pytest.mark.parametrize(("axis", "turn"), [("", Pose()), (", axis: y", ALONG_Y), (", axis: z", ALONG_Z)])
+def test_cone(axis: str, turn: Any) -> None:
+    def component(c: Any) -> None:
+        vertices = [(-1, 0, 0), *((-1, y, z) for y, z in CIRCLE), (1, 0, 0)]
+        shape = physx.PhysxCollisionShapeConvexMesh(vertices, [0.1, 0.05, 0.05], physx.get_default_material())
+        shape.local_pose = turn
+        c.attach(shape)
+
+    compare(f"collisions: [{{type: cone, radius: 0.05, half_length: 0.1{axis}}}]", lambda b: None, component)
+
+
+def test_ring() -> None:
+    def component(c: Any) -> None:
+        hole = 0.06 / 0.1
+        corners = [(-1, hole), (-1, 1), (1, 1), (1, hole)]
+        for k in range(32):
+            part = [(x, r * y, r * z) for y, z in (CIRCLE[k - 1], CIRCLE[k]) for x, r in corners]
+            c.attach(physx.PhysxCollisionShapeConvexMesh(part, [0.02, 0.1, 0.1], physx.get_default_material()))
+
+    text = "collisions: [{type: ring, inner_radius: 0.06, outer_radius: 0.1, half_length: 0.02}]"
+    compare(text, lambda b: None, component)
+
+
+def test_heightfield() -> None:
+    def component(c: Any) -> None:
+        vertices = [[-1, 2, 0], [1, 2, 0.25], [-1, -2, 0.5], [1, -2, 0]]
+        triangles = [[0, 2, 3], [0, 3, 1]]
+        material = physx.get_default_material()
+        c.attach(physx.PhysxCollisionShapeTriangleMesh(vertices, triangles, [1, 1, 1], material))
+
+    text = "body_type: static\ncollisions: [{type: heightfield, size: [2, 4, 0.5], heights: [[0, 0.5], [1, 0]]}]"
+    compare(text, lambda b: None, component, kind="static")
+
+
 @pytest.mark.parametrize("kind", ["dynamic", "kinematic"])
 @pytest.mark.parametrize("name", CASES)
 def test_shape(name: str, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:

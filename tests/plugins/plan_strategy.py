@@ -23,6 +23,7 @@ from scenecc.plan import (
     Constraint,
     Drive,
     Entity,
+    Heightfield,
     Joint,
     Light,
     Link,
@@ -211,6 +212,8 @@ def _nodes(draw: st.DrawFn, cls: type, scope: _Scope, its: dict[str, Any] | None
         names = draw(st.sampled_from([(), (NamedFile("a.mtl", "0" * 64), NamedFile("maps/b.png", "f" * 64))]))
         return AssetFile(uri, Path("/files") / uri, draw(st.sampled_from([None, "0" * 64])), names)
     made: dict[str, Any] = dict(its or {})
+    if cls is Heightfield:
+        made["heights"] = draw(st.sampled_from([((0.0, 0.5, 0.25), (1.0, -1.0, 0.0)), ((0.0, 1.0), (1e-3, 2.0))]))
     full = scope.full or draw(st.sampled_from([False, False, True]))
     for slot in plan_fields(cls):
         if slot.name in made:

@@ -28,16 +28,19 @@ from scenecc.plan import (
     Capsule,
     CoacdParams,
     CollisionShape,
+    Cone,
     ConvexMesh,
     ConvexParts,
     Cylinder,
     Entity,
     Friction,
     GpuMemory,
+    Heightfield,
     Inertial,
     Mesh,
     Physics,
     Plane,
+    Ring,
     ScenePlan,
     SdfConfig,
     Sphere,
@@ -63,6 +66,9 @@ __all__ = [
 ]
 
 
+RING = Ring(per_scene([0.03, 0.02]), constant(0.05), constant(0.02))
+
+
 def shapes() -> ScenePlan:
     """Every geometry, fallen in a heap."""
     file = files("mug.obj", "bowl.obj", "checker.png", "gem.stl")
@@ -81,9 +87,9 @@ def shapes() -> ScenePlan:
         ),
         visuals=(VisualShape(Box(constant([0.5, 0.5, 0.02])), pose(0, 0, 0.2), material=looks, name="top"),),
     )
+    solids = (box, ball, rod, can, Cone(constant(0.05), per_scene([0.04, 0.05])), RING)
     toys = [
-        BodyStructure("dynamic", (CollisionShape(g, material=red),), (VisualShape(g, material=red),))
-        for g in (box, ball, rod, can)
+        BodyStructure("dynamic", (CollisionShape(g, material=red),), (VisualShape(g, material=red),)) for g in solids
     ]
     seen = BodyStructure(
         "none",
@@ -103,6 +109,8 @@ def shapes() -> ScenePlan:
     )
     gem = BodyStructure("dynamic", (CollisionShape(ConvexMesh(constant(3, INT), constant([2, 2, 1.5]))),))
     bowl = solid(TriangleMesh(constant(1, INT), ONE), body_type="static")
+    field = Heightfield(constant([0.5, 0.4, 0.1]), ((0.0, 0.5, 0.25), (1.0, 0.0, -0.5)))
+    terrain = BodyStructure("static", (CollisionShape(field),), (VisualShape(field, material=red),))
     entities = (
         ground(2),
         entity("table", pose(0, 0, 0), table),
@@ -110,9 +118,12 @@ def shapes() -> ScenePlan:
         entity("ball", pose(0.02, 0, 0.55), toys[1]),
         entity("capsule", pose(0, 0.02, 0.7), toys[2]),
         entity("cylinder", pose(-0.01, 0, 0.85), toys[3]),
+        entity("cone", pose(-0.3, 0.2, 0.6), toys[4]),
+        entity("ring", pose(-0.3, -0.2, 0.6), toys[5]),
         entity("mug", pose(0.2, 0.2, 0.5), mug),
         entity("gem", pose(0.22, 0.2, 0.7), gem),
         entity("bowl", pose(1, 1, 0), bowl),
+        entity("terrain", pose(-1, -1, 0), terrain),
         entity("dropped in the bowl", pose(1, 1.01, 0.3), solid(Sphere(constant(0.02)))),
         entity("sign", pose(0, 0, 1), seen),
     )

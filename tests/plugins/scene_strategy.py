@@ -348,6 +348,22 @@ def _friction(document: dict[str, Any], random: Random) -> None:
             node["static_friction"], node["dynamic_friction"] = max(given), min(given)
 
 
+def _terrain(document: dict[str, Any], random: Random) -> None:
+    """A heightfield has a grid of heights."""
+    for node in nodes(document):
+        if node.get("type") == "heightfield":
+            drop(node, "file")
+            drop(node, "heights")
+            node.update(random.choice([{"file": "assets/terrain.png"}, {"heights": [[0, 0.5, 1], [0.25, 0, 0]]}]))
+
+
+def _rings(document: dict[str, Any], random: Random) -> None:
+    """A ring has a wall."""
+    for node in nodes(document):
+        if "inner_radius" in node:
+            node["inner_radius"] = 0.7 * node["outer_radius"]
+
+
 def _scales(document: dict[str, Any], random: Random) -> None:
     """No scale of 0, and parameters only where something is decomposed."""
     for node in nodes(document):
@@ -390,6 +406,10 @@ def _moving_shapes(document: dict[str, Any], random: Random) -> None:
     plane = any(shape["type"] == "plane" for body in bodies(document) for shape in colliding(body))
     for body in _moving(document):
         for shape in colliding(body):
+            if shape["type"] == "heightfield":
+                shape |= {"type": "box", "half_size": shape.pop("size")}
+                drop(shape, "heights")
+                drop(shape, "file")
             if shape["type"] == "triangle_mesh":
                 shape["sdf"] = True
                 if plane:
@@ -453,6 +473,8 @@ RULES: tuple[Callable[[dict[str, Any], Random], None], ...] = (
     _relations,
     _references,
     _friction,
+    _rings,
+    _terrain,
     _scales,
     _body_types,
     articulation_rules.link_bodies,

@@ -51,7 +51,7 @@ def test_a_valid_scene_has_no_error(scene: dict[str, Any]) -> None:
 def test_every_key_and_choice_of_the_language_is_generated() -> None:
     random, keys, words = Random(0), set(), set()
     written_by = (SceneFile, *ARTICULATIONS)
-    for _ in range(400):
+    for _ in range(1500):
         for key, value in written(SceneFile, document(random)):
             keys.add(key)
             words.update((key, item) for item in (value if isinstance(value, list) else [value]) if _is_word(item))

@@ -32,7 +32,7 @@ from scenecc.backends.sapien.properties import (
     to_scalars,
     to_vectors,
 )
-from scenecc.plan import ConvexParts, MeshGeometry, Plane
+from scenecc.plan import MeshGeometry, Plane
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -113,7 +113,8 @@ def _prepare_collision(
 ) -> PreparedShape:
     material = resources.physical(shape.material, rows)
     try:
-        make = COLLISION_SHAPES[type(shape.geometry)].make(shape.geometry, ShapeContext(rows, material, resources))
+        known = COLLISION_SHAPES[type(shape.geometry)]
+        make = known.make(shape.geometry, ShapeContext(rows, material, resources))
     except EngineFailure as failure:
         failure.origin = failure.origin or shape.origin
         raise
@@ -124,8 +125,7 @@ def _prepare_collision(
         # A fresh plane has the density of every fresh shape; SAPIEN's builder gives it none.
         found.append((SHAPE_PROPERTIES.by_field["density"].set, [0.0]))
     fixed, varying = split_setters(found)
-    many = isinstance(shape.geometry, ConvexParts)
-    return PreparedShape(make, fixed, varying, many, _rows_of_files(shape.geometry, rows), "SC801", shape.origin)
+    return PreparedShape(make, fixed, varying, known.many, _rows_of_files(shape.geometry, rows), "SC801", shape.origin)
 
 
 def _prepare_visual(shape: VisualShape, rows: NDArray[np.intp], resources: Resources) -> PreparedShape:

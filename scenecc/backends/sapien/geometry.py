@@ -19,12 +19,14 @@ from scenecc.backends.sapien.properties import (
     size_column,
     to_vectors,
 )
+from scenecc.geometry.revolution import cached_parts
 from scenecc.plan import (
     Box,
     Capsule,
     ConvexMesh,
     ConvexParts,
     Cylinder,
+    Heightfield,
     Mesh,
     Plane,
     Sphere,
@@ -32,6 +34,7 @@ from scenecc.plan import (
     TriangleMesh,
     VisualPlane,
 )
+from scenecc.plan.geometry import REVOLVED_SOLIDS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -39,7 +42,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.assets import Resources
+    from scenecc.geometry.revolution import Profile
     from scenecc.plan import CollisionGeometry, Value, VisualGeometry
+    from scenecc.plan.geometry import RevolvedSolid
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,12 +77,16 @@ class ShapeType(NamedTuple):
         make: from the geometry to a function from a row to a new shape (`ConvexParts`: to a list of shapes).
         expected: the properties that the shape of an entity's row must have.
         sizes: names of the numbers that `engine` takes, in their order; none of a mesh.
+        many: whether a collision shape of the plan is several of the engine.
+        surface: `vertices`, and `uvs` where they matter, of a row of a render shape whose triangles no file has.
     """
 
     engine: Any
     make: Callable[[Any, ShapeContext], Callable[[int], Any]]
     expected: Callable[[Any, int], Sizes]
     sizes: tuple[str, ...] = ()
+    many: bool = False
+    surface: Callable[[Any, int], dict[str, NDArray[np.float64]]] | None = None
 
 
 def _sized_shape(engine: Any, *sizes: str) -> ShapeType:
@@ -119,6 +128,17 @@ def _triangle_mesh(geometry: TriangleMesh, build: ShapeContext) -> Callable[[int
     return bind_columns(physx.PhysxCollisionShapeTriangleMesh, [file, scale, build.materials(), [geometry.sdf]])
 
 
+def _heightfield(geometry: Heightfield, build: ShapeContext) -> Callable[[int], Any]:
+    found = [geometry.surface(row) for row in _distinct_rows(geometry, build.rows)]
+    columns: list[Column] = [[surface[0] for surface in found], [surface[1] for surface in found]]
+    return bind_columns(physx.PhysxCollisionShapeTriangleMesh, [*columns, [np.ones(3)], build.materials()])
+
+
+def _unscaled(geometry: TiledPlane | RevolvedSolid | Heightfield, row: int) -> Sizes:
+    del geometry, row
+    return {"scale": np.ones(3)}
+
+
 def _mesh_sizes(geometry: TriangleMesh | Mesh, row: int) -> Sizes:
     return {"scale": geometry.scale.row(row)}
 
@@ -128,14 +148,39 @@ def _hull_sizes(geometry: ConvexMesh | ConvexParts, row: int) -> Sizes:
     return {"scale": np.abs(geometry.scale.row(row))}
 
 
+def _revolved_parts(geometry: RevolvedSolid, build: ShapeContext) -> Callable[[int], Any]:
+    found = [geometry.unit_profile(*geometry.sizes(row)) for row in _distinct_rows(geometry, build.rows)]
+    profiles: Column = [profile for profile, _ in found]
+    return bind_columns(make_revolved_parts, [profiles, to_vectors(np.array([s for _, s in found])), build.materials()])
+
+
+def make_revolved_parts(profile: Profile, scale: Any, material: Any) -> list[Any]:
+    """Convex shapes that a profile of unit size makes, scaled."""
+    return [physx.PhysxCollisionShapeConvexMesh(part, scale, material) for part in cached_parts(profile)]
+
+
+def _distinct_rows(geometry: RevolvedSolid | Heightfield, rows: NDArray[np.intp]) -> list[int]:
+    """The rows that are built; one of them where the sizes are the same in every scene."""
+    found: list[int] = rows.tolist()
+    return found if any(value.varies for value in geometry.values) else found[:1]
+
+
+def _revolved_sizes(geometry: RevolvedSolid, row: int) -> Sizes:
+    return {"scale": geometry.unit_profile(*geometry.sizes(row))[1]}
+
+
+_REVOLVED_PARTS = ShapeType(physx.PhysxCollisionShapeConvexMesh, _revolved_parts, _revolved_sizes, many=True)
+
 COLLISION_SHAPES: dict[type[CollisionGeometry], ShapeType] = {
     Box: _sized_shape(physx.PhysxCollisionShapeBox, "half_size"),
     Sphere: _sized_shape(physx.PhysxCollisionShapeSphere, "radius"),
     Capsule: _sized_shape(physx.PhysxCollisionShapeCapsule, "radius", "half_length"),
     Cylinder: _sized_shape(physx.PhysxCollisionShapeCylinder, "radius", "half_length"),
+    **dict.fromkeys(REVOLVED_SOLIDS.values(), _REVOLVED_PARTS),
     Plane: _sized_shape(physx.PhysxCollisionShapePlane),
     ConvexMesh: ShapeType(physx.PhysxCollisionShapeConvexMesh, _convex_mesh, _hull_sizes),
-    ConvexParts: ShapeType(physx.PhysxCollisionShapeConvexMesh, _convex_parts, _hull_sizes),
+    ConvexParts: ShapeType(physx.PhysxCollisionShapeConvexMesh, _convex_parts, _hull_sizes, many=True),
+    Heightfield: ShapeType(physx.PhysxCollisionShapeTriangleMesh, _heightfield, _unscaled),
     TriangleMesh: ShapeType(physx.PhysxCollisionShapeTriangleMesh, _triangle_mesh, _mesh_sizes),
 }
 """Geometry as it collides."""
@@ -185,9 +230,22 @@ def _visual_plane_sizes(geometry: VisualPlane, row: int) -> Sizes:
     return {"scale": np.concatenate([[10.0], geometry.half_size.row(row)])}
 
 
-def _tiled_plane_sizes(geometry: TiledPlane, row: int) -> Sizes:
-    del geometry, row
-    return {"scale": np.ones(3)}
+def _tiled_plane_surface(geometry: TiledPlane, row: int) -> dict[str, NDArray[np.float64]]:
+    (corners,), (uvs,) = tiled_plane_vertices(geometry.half_size.row(row)[None], geometry.texture_repeat.row(row)[None])
+    return {"vertices": corners, "uvs": uvs}
+
+
+def _visual_surface(geometry: RevolvedSolid | Heightfield, look: ShapeContext) -> Callable[[int], Any]:
+    surfaces = [geometry.surface(row) for row in _distinct_rows(geometry, look.rows)]
+    columns: list[Column] = [list(column) for column in zip(*surfaces, strict=True)]
+    return bind_columns(render.RenderShapeTriangleMesh, [*columns, look.materials()])
+
+
+def _surface_vertices(geometry: RevolvedSolid | Heightfield, row: int) -> dict[str, NDArray[np.float64]]:
+    return {"vertices": geometry.surface(row)[0]}
+
+
+_SURFACE = ShapeType(render.RenderShapeTriangleMesh, _visual_surface, _unscaled, surface=_surface_vertices)
 
 
 VISUAL_SHAPES: dict[type[VisualGeometry], ShapeType] = {
@@ -195,9 +253,11 @@ VISUAL_SHAPES: dict[type[VisualGeometry], ShapeType] = {
     Sphere: _sized_shape(render.RenderShapeSphere, "radius"),
     Capsule: _sized_shape(render.RenderShapeCapsule, "radius", "half_length"),
     Cylinder: _sized_shape(render.RenderShapeCylinder, "radius", "half_length"),
+    **dict.fromkeys(REVOLVED_SOLIDS.values(), _SURFACE),
+    Heightfield: _SURFACE,
     VisualPlane: ShapeType(render.RenderShapePlane, _visual_plane, _visual_plane_sizes),
     Mesh: ShapeType(render.RenderShapeTriangleMesh, _visual_mesh, _mesh_sizes),
-    TiledPlane: ShapeType(render.RenderShapeTriangleMesh, _visual_tiled_plane, _tiled_plane_sizes),
+    TiledPlane: ShapeType(render.RenderShapeTriangleMesh, _visual_tiled_plane, _unscaled, surface=_tiled_plane_surface),
 }
 """Geometry as it is seen."""
 
@@ -205,7 +265,7 @@ RENDER_SHAPES: dict[Any, ShapeType] = {
     shape.engine: visual
     for geometry, shape in COLLISION_SHAPES.items()
     for other, visual in VISUAL_SHAPES.items()
-    if geometry is other
+    if geometry is other and shape.sizes
 }
 """SAPIEN's classes of shapes that collide, to what is seen of the same form: those that sizes tell."""
 

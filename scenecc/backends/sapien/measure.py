@@ -13,7 +13,7 @@ from scenecc.backends.sapien.audit.reference import ReferenceMeshes, part_counts
 from scenecc.backends.sapien.engine import physx
 from scenecc.backends.sapien.geometry import COLLISION_SHAPES
 from scenecc.backends.sapien.properties import DRIVE_DEFAULTS, JOINT_PROPERTIES
-from scenecc.plan import ConvexParts, MeshGeometry
+from scenecc.plan import Heightfield, MeshGeometry
 from scenecc.plan.articulation import ArticulationStructure
 from scenecc.plan.geometry import Solid
 from scenecc.plan.schema import type_name
@@ -37,9 +37,11 @@ if TYPE_CHECKING:
 
 
 _GEOMETRIES: Final = {
-    shape.engine: geometry for geometry, shape in COLLISION_SHAPES.items() if geometry is not ConvexParts
+    shape.engine: geometry
+    for geometry, shape in COLLISION_SHAPES.items()
+    if not shape.many and geometry is not Heightfield
 }
-"""SAPIEN's shapes to what they are in a plan; parts are convex meshes."""
+"""SAPIEN's shapes to what they are in a plan; parts are convex meshes, terrain is a triangle mesh."""
 
 _JOINT_NUMBERS: Final = (*JOINT_PROPERTIES.by_field, *DRIVE_DEFAULTS)
 """Of `MeasuredJoint`; SAPIEN's names are the same."""

@@ -13,7 +13,7 @@ from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.meshes.builder import bake_scale
 from scenecc.meshes.surface import encode_png
 from scenecc.plan import CollisionShape, VisualPlane
-from scenecc.plan.geometry import LYING_SOLIDS, Solid
+from scenecc.plan.geometry import LYING_SOLIDS, SOLIDS, Solid
 from scenecc.plan.schema import type_name
 
 if TYPE_CHECKING:
@@ -266,8 +266,7 @@ def write_visuals(
 def _primitive_geom(geometry: VisualGeometry, row: int, *, is_fixed: bool) -> tuple[Pose7, dict[str, Any]] | None:
     """Relative pose and attributes of a visual shape as a primitive geom; None: it needs a mesh."""
     match geometry:
-        case Solid():
-            kind = type_name(type(geometry))
+        case Solid() if (kind := type_name(type(geometry))) in SOLIDS:
             return Z_TO_X if kind in LYING_SOLIDS else IDENTITY_POSE, {"type": kind, "size": geometry.sizes(row)}
         case VisualPlane(half_size=size) if is_fixed:  # MuJoCo allows planes on fixed bodies only
             return Z_TO_X, {"type": "plane", "size": (*size.row(row), _GRID_SPACING)}

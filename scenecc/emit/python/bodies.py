@@ -28,6 +28,7 @@ from scenecc.plan import (
     ConvexMesh,
     ConvexParts,
     Cylinder,
+    Heightfield,
     Mesh,
     Plane,
     Sphere,
@@ -38,6 +39,7 @@ from scenecc.plan import (
     VisualPlane,
     VisualShape,
 )
+from scenecc.plan.geometry import REVOLVED_SOLIDS, RevolvedSolid
 from scenecc.plan.properties import property_fields
 
 if TYPE_CHECKING:
@@ -129,11 +131,40 @@ def _tiled_plane_arguments(geometry: TiledPlane, columns: SceneValues, files: Sc
     }
 
 
+def _revolved_part_arguments(geometry: RevolvedSolid, columns: SceneValues, files: ScriptFiles) -> Arguments:
+    files.use_helper("revolved_shapes")
+    found = [geometry.unit_profile(*geometry.sizes(row)) for row in _rows(geometry)]
+    profiles, scales = (Value(np.array(column)) for column in zip(*found, strict=True))
+    return {"profile": columns.value(profiles, "profile"), "scale": columns.value(scales, "scale")}
+
+
+def _revolved_surface_arguments(geometry: RevolvedSolid, columns: SceneValues, files: ScriptFiles) -> Arguments:
+    files.use_helper("revolved_visual")
+    profiles = Value(np.array([geometry.profile(*geometry.sizes(row)) for row in _rows(geometry)]))
+    return {"profile": columns.value(profiles, "profile")}
+
+
+def _heightfield_call(helper: str) -> ShapeCall:
+    def arguments(geometry: Heightfield, columns: SceneValues, files: ScriptFiles) -> Arguments:
+        files.use_helper(helper)
+        return {"size": columns.value(geometry.size, "size"), "heights": files.heights(geometry.heights)}
+
+    return ShapeCall("", helper, arguments)
+
+
+def _rows(geometry: RevolvedSolid) -> range:
+    return range(max(len(value.data) for value in geometry.values))
+
+
 _HALF_SIZE = _size_arguments("half_size")
 
 _RADIUS = _size_arguments("radius")
 
 _RADIUS_AND_LENGTH = _size_arguments("radius", "half_length")
+
+_REVOLVED_PARTS = ShapeCall("", "revolved_shapes", _revolved_part_arguments)
+
+_REVOLVED_SURFACE = ShapeCall("", "revolved_visual", _revolved_surface_arguments)
 
 _CONVEX = "physx.PhysxCollisionShapeConvexMesh"
 
@@ -142,9 +173,11 @@ COLLISIONS: dict[type[CollisionGeometry], ShapeCall] = {
     Sphere: ShapeCall("add_sphere_collision", "physx.PhysxCollisionShapeSphere", _RADIUS),
     Capsule: ShapeCall("add_capsule_collision", "physx.PhysxCollisionShapeCapsule", _RADIUS_AND_LENGTH),
     Cylinder: ShapeCall("add_cylinder_collision", "physx.PhysxCollisionShapeCylinder", _RADIUS_AND_LENGTH),
+    **dict.fromkeys(REVOLVED_SOLIDS.values(), _REVOLVED_PARTS),
     Plane: ShapeCall("add_plane_collision", "physx.PhysxCollisionShapePlane", _no_arguments),
     ConvexMesh: ShapeCall("add_convex_collision_from_file", _CONVEX, _convex_arguments),
     ConvexParts: ShapeCall("add_multiple_convex_collisions_from_file", f"{_CONVEX}.load_multiple", _convex_arguments),
+    Heightfield: _heightfield_call("heightfield_shape"),
     TriangleMesh: ShapeCall(
         "add_nonconvex_collision_from_file", "physx.PhysxCollisionShapeTriangleMesh", _mesh_arguments
     ),
@@ -155,8 +188,10 @@ VISUALS: dict[type[VisualGeometry], ShapeCall] = {
     Sphere: ShapeCall("add_sphere_visual", "sapien.render.RenderShapeSphere", _RADIUS),
     Capsule: ShapeCall("add_capsule_visual", "sapien.render.RenderShapeCapsule", _RADIUS_AND_LENGTH),
     Cylinder: ShapeCall("add_cylinder_visual", "sapien.render.RenderShapeCylinder", _RADIUS_AND_LENGTH),
+    **dict.fromkeys(REVOLVED_SOLIDS.values(), _REVOLVED_SURFACE),
     VisualPlane: ShapeCall("add_plane_visual", "sapien.render.RenderShapePlane", _visual_plane_arguments),
     Mesh: ShapeCall("add_visual_from_file", "sapien.render.RenderShapeTriangleMesh", _mesh_arguments),
+    Heightfield: _heightfield_call("heightfield_visual"),
     TiledPlane: ShapeCall("", "sapien.render.RenderShapeTriangleMesh", _tiled_plane_arguments),
 }
 
@@ -267,7 +302,8 @@ def needs_components(structure: BodyStructure) -> bool:
         # The builder decides by body type whether to cook a signed distance field, and sets a plane's density to 0.
         or any(isinstance(shape.geometry, TriangleMesh) and shape.geometry.sdf != dynamic for shape in shapes)
         or any(isinstance(shape.geometry, Plane) and shape.density is not None for shape in shapes)
-        or any(shape.front_face is not None or isinstance(shape.geometry, TiledPlane) for shape in structure.visuals)
+        or not all(COLLISIONS[type(shape.geometry)].add for shape in shapes)
+        or any(shape.front_face is not None or not VISUALS[type(shape.geometry)].add for shape in structure.visuals)
     )
 
 
@@ -415,7 +451,7 @@ def _write_collision(shape: CollisionShape, body: BodyScript) -> None:
     arguments |= _material_argument(shape, body) or {"material": call("physx.get_default_material")}
     if isinstance(geometry, TriangleMesh):
         arguments["sdf"] = str(geometry.sdf)
-    if isinstance(geometry, ConvexParts):
+    if isinstance(geometry, ConvexParts | RevolvedSolid):
         source.statement(call(row.make, **arguments), assign="parts")
         with source.block("for shape in parts:"):
             _write_shape(shape, body)

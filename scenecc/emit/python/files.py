@@ -5,12 +5,15 @@ from __future__ import annotations
 import base64
 import zlib
 from dataclasses import fields, is_dataclass
+from inspect import getsource
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
 from scenecc.emit.python.context import number_literal
 from scenecc.emit.python.source import WIDTH, SourceNode, SourceWriter, call, list_of, string
 from scenecc.files import read_checked
+from scenecc.geometry import revolution
+from scenecc.geometry.heightfield import heightfield_surface
 from scenecc.plan import ArticulationStructure, CoacdParams, Value
 from scenecc.plan.schema import ListKind, ObjectKind, Quantity, UnionKind, plan_fields
 
@@ -88,6 +91,32 @@ def packed_file(name: str, lines: list[str]) -> Path:
     return folder / name
 '''
 
+_REVOLVED_SHAPES = '''\
+def revolved_shapes(profile: Any, scale: Any, material: physx.PhysxMaterial) -> list[Any]:
+    """Convex shapes of a profile (x, radius) that is turned about x, and scaled."""
+    make = physx.PhysxCollisionShapeConvexMesh
+    return [make(part, scale, material) for part in revolved_parts(profile)]
+'''
+
+_REVOLVED_VISUAL = '''\
+def revolved_visual(profile: Any, material: sapien.render.RenderMaterial) -> Any:
+    """What is seen of a profile (x, radius) that is turned about x."""
+    return sapien.render.RenderShapeTriangleMesh(*revolved_surface(profile), material)
+'''
+
+_HEIGHTFIELD_SHAPE = '''\
+def heightfield_shape(size: Any, heights: Any, material: physx.PhysxMaterial) -> Any:
+    """Terrain that collides."""
+    vertices, triangles, *_ = heightfield_surface(size, heights)
+    return physx.PhysxCollisionShapeTriangleMesh(vertices, triangles, np.ones(3), material)
+'''
+
+_HEIGHTFIELD_VISUAL = '''\
+def heightfield_visual(size: Any, heights: Any, material: sapien.render.RenderMaterial) -> Any:
+    """What is seen of terrain."""
+    return sapien.render.RenderShapeTriangleMesh(*heightfield_surface(size, heights), material)
+'''
+
 _PACKED_LINE_WIDTH = 80
 """Characters of a packed file on a line."""
 
@@ -124,6 +153,9 @@ class ScriptFiles:
         self._schemes = {uri.partition("://")[0] for uri in others}
         self._uses_here = any("://" not in file.uri and not Path(file.uri).is_absolute() for file in files)
         self._cut = self._mirrored = False
+        self._made: set[str] = set()
+        self._heights: dict[tuple[tuple[float, ...], ...], str] = {}
+        self._identifiers = names
 
     def name(self, index: int) -> str:
         """The constant of a file of the plan."""
@@ -148,6 +180,21 @@ class ScriptFiles:
         self._mirrored = True
         return call("mirrored", file, signs, parts=str(parts))
 
+    def use_helper(self, helper: str) -> None:
+        """Asks for a function that makes a shape: `revolved_shapes`, `revolved_visual`, `heightfield_shape`, …"""
+        self._made.add(helper)
+
+    def heights(self, heights: tuple[tuple[float, ...], ...]) -> str:
+        """The constant of the heights of terrain."""
+        if heights not in self._heights:
+            self._heights[heights] = self._identifiers.take("HEIGHTS")
+        return self._heights[heights]
+
+    @property
+    def computes(self) -> bool:
+        """Whether shapes are made of computed triangles."""
+        return bool(self._made)
+
     def imports(self) -> list[str]:
         """Import statements of the standard library, sorted; known once all bodies are written."""
         wanted = {
@@ -160,6 +207,7 @@ class ScriptFiles:
             "import tempfile": self._written,
             "import zlib": self._packed,
             "from pathlib import Path": bool(self._files),
+            "from typing import Any": self.computes,
         }
         return [text for text, needed in wanted.items() if needed]
 
@@ -184,11 +232,30 @@ class ScriptFiles:
             (_ASSET_FILE, "asset" in self._schemes),
             (_PACKED_FILE, self._packed),
         )
-        made = ((_CONVEX_PARTS, self._cut), (_MIRRORED, self._mirrored))
+        shapes, visual = ("revolved_shapes" in self._made, "revolved_visual" in self._made)
+        terrain, seen = ("heightfield_shape" in self._made, "heightfield_visual" in self._made)
+        made = (
+            (_CONVEX_PARTS, self._cut),
+            (_MIRRORED, self._mirrored),
+            (getsource(revolution.revolved_points), shapes or visual),
+            (getsource(revolution.revolved_parts), shapes),
+            (_REVOLVED_SHAPES, shapes),
+            (getsource(revolution.revolved_surface), visual),
+            (_REVOLVED_VISUAL, visual),
+            (getsource(heightfield_surface), terrain or seen),
+            (_HEIGHTFIELD_SHAPE, terrain),
+            (_HEIGHTFIELD_VISUAL, seen),
+        )
         for text in (text for text, needed in (*helpers, *made) if needed):
             source.line()
             source.line()
             source.lines(text)
+        if self._heights:
+            source.line()
+        for heights, name in self._heights.items():
+            source.line()
+            rows = [list_of([number_literal(height) for height in row]) for row in heights]
+            source.statement(list_of(rows), assign=name)
         if not self._files:
             return
         if any(needed for _, needed in (*helpers, *made)):

@@ -29,7 +29,7 @@ from scenecc.backends.sapien.audit.reference import (
     wrong_mass_code,
 )
 from scenecc.backends.sapien.engine import physx, render
-from scenecc.backends.sapien.geometry import COLLISION_SHAPES, VISUAL_SHAPES, tiled_plane_vertices
+from scenecc.backends.sapien.geometry import COLLISION_SHAPES, VISUAL_SHAPES
 from scenecc.backends.sapien.properties import (
     BODY_PROPERTIES,
     COLLISION_GROUPS,
@@ -38,7 +38,8 @@ from scenecc.backends.sapien.properties import (
     row_value,
     to_poses,
 )
-from scenecc.plan import ConvexMesh, ConvexParts, Mesh, MeshGeometry, Plane, TiledPlane, TriangleMesh, VisualMaterial
+from scenecc.plan import ConvexMesh, ConvexParts, Heightfield, Mesh, MeshGeometry, Plane, TriangleMesh, VisualMaterial
+from scenecc.plan.geometry import RevolvedSolid
 from scenecc.plan.properties import MAX_BODY_OFFSET
 
 if TYPE_CHECKING:
@@ -89,7 +90,7 @@ class ShapeAudit:
                 continue
             for name, size in known.expected(shape.geometry, row).items():
                 self._comparison.hold(name, size, part, place)
-            if isinstance(shape.geometry, MeshGeometry):
+            if isinstance(shape.geometry, MeshGeometry | RevolvedSolid | Heightfield):
                 self._mesh(shape.geometry, part, number, row, place)
             compare_shape_pose(shape.pose, part, row, place, self._comparison, self._defaults)
             self._comparison.expect_but(defaults, own, part, place)
@@ -111,9 +112,18 @@ class ShapeAudit:
         return said
 
     def _mesh(
-        self, geometry: ConvexMesh | ConvexParts | TriangleMesh, part: Any, number: int, row: int, place: BodyLocation
+        self,
+        geometry: ConvexMesh | ConvexParts | TriangleMesh | RevolvedSolid | Heightfield,
+        part: Any,
+        number: int,
+        row: int,
+        place: BodyLocation,
     ) -> None:
         match geometry:
+            case Heightfield():
+                reference = self._meshes.terrain(geometry, row)
+            case RevolvedSolid():
+                reference = self._meshes.revolved_parts(geometry, row)[number]
             case ConvexMesh(file=file, scale=scale):
                 reference = self._meshes.hull(int(file.row(row)), axis_signs(scale, row))
             case ConvexParts(file=file, scale=scale, coacd=coacd):
@@ -185,11 +195,10 @@ class VisualAudit:
             expected["filename"] = self._path(int(shape.geometry.file.row(row)))
         self._compare(expected, found, place)
         compare_shape_pose(shape.pose, found, row, place, self._comparison, self._defaults)
-        if isinstance(shape.geometry, TiledPlane):
-            half_size, repeat = shape.geometry.half_size.row(row), shape.geometry.texture_repeat.row(row)
-            (corners,), (uvs,) = tiled_plane_vertices(half_size[None], repeat[None])
+        if known.surface is not None:
             part = found.parts[0]
-            for name, wanted, actual in (("vertices", corners, part.vertices), ("uvs", uvs, part.get_vertex_uv())):
+            for name, wanted in known.surface(shape.geometry, row).items():
+                actual = part.vertices if name == "vertices" else part.get_vertex_uv()
                 if not is_same(wanted, actual):
                     self._comparison.tell(place, name, wanted.tolist(), actual.tolist())
         if shape.material is not None or not isinstance(shape.geometry, Mesh):
@@ -394,7 +403,7 @@ def _compare_shape_counts(
     # One body's shapes at a time: Python's objects for all of them would have to be made and kept at once.
     shapes: Iterator[Any] = map(_get_collision_shapes, components)
     found = np.fromiter(map(len, shapes), dtype=np.int64, count=len(components))
-    if any(isinstance(shape.geometry, ConvexParts) for shape in part.structure.collisions):
+    if any(COLLISION_SHAPES[type(shape.geometry)].many for shape in part.structure.collisions):
         expected = np.array([sum(part_counts(part.structure, row, meshes)) for row in map(int, part.rows)])
     else:
         expected = np.full(len(found), len(part.structure.collisions))

@@ -16,7 +16,7 @@ import numpy as np
 from scenecc.backends.sapien.assets import UNMIRRORED, AxisSigns, axis_signs, decompose, mirror_mesh
 from scenecc.backends.sapien.audit.comparison import AUDIT_CODE, EngineDifference, format_value, is_same, pose_numbers
 from scenecc.backends.sapien.engine import physx, render, sapien
-from scenecc.backends.sapien.geometry import COLLISION_SHAPES
+from scenecc.backends.sapien.geometry import COLLISION_SHAPES, make_revolved_parts
 from scenecc.backends.sapien.properties import (
     ARTICULATION_PROPERTIES,
     BODY_PROPERTIES,
@@ -30,8 +30,8 @@ from scenecc.backends.sapien.properties import (
     select_rows,
 )
 from scenecc.geometry.float32 import FLOAT32_MAX, round_to_float32
-from scenecc.plan import ConvexMesh, ConvexParts, Cylinder, Plane, TriangleMesh, VisualMaterial
-from scenecc.plan.geometry import Solid
+from scenecc.plan import ConvexMesh, ConvexParts, Cylinder, Heightfield, Plane, TriangleMesh, VisualMaterial
+from scenecc.plan.geometry import RevolvedSolid, Solid
 from scenecc.plan.properties import DEFAULT_DENSITY
 
 if TYPE_CHECKING:
@@ -233,6 +233,16 @@ class ReferenceMeshes:
         key = ("triangles", file, sdf)
         return self._once(key, lambda: make(self._path(file), _UNIT_SCALE, self._material, sdf))
 
+    def revolved_parts(self, geometry: RevolvedSolid, row: int) -> list[Any]:
+        """The convex parts of a solid of revolution, of unit size."""
+        profile, _ = geometry.unit_profile(*geometry.sizes(row))
+        return self._once(("revolved", profile), lambda: make_revolved_parts(profile, _UNIT_SCALE, self._material))
+
+    def terrain(self, geometry: Heightfield, row: int) -> Any:
+        """The triangles of a heightfield."""
+        key = ("terrain", geometry.size.row(row).tobytes(), geometry.heights)
+        return self._once(key, lambda: self.fresh(geometry, row)[0])
+
     def fresh(self, geometry: CollisionGeometry, row: int) -> list[Any]:
         """New shapes of an entity's row, of the engine's own density and without a pose."""
         shape = COLLISION_SHAPES[type(geometry)]
@@ -247,6 +257,12 @@ class ReferenceMeshes:
             case ConvexParts(file=file, scale=scale, coacd=coacd):
                 path = self._parts_path(int(file.row(row)), coacd, axis_signs(scale, row))
                 return shape.engine.load_multiple(path, *sizes, self._material)
+            case Heightfield():
+                vertices, triangles, *_ = geometry.surface(row)
+                return [shape.engine(vertices, triangles, *sizes, self._material)]
+            case RevolvedSolid():
+                profile, scale = geometry.unit_profile(*geometry.sizes(row))
+                return make_revolved_parts(profile, scale, self._material)
             case _:
                 return [shape.engine(*sizes, self._material)]
 
@@ -365,7 +381,7 @@ def shape_volume(geometry: CollisionGeometry, rows: NDArray[np.intp], meshes: Re
             return _scaled_volume(geometry, rows, lambda file: meshes.parts_volume(file, geometry.coacd))
         case TriangleMesh(sdf=True):
             return _scaled_volume(geometry, rows, meshes.triangle_volume)
-        case Plane() | TriangleMesh():
+        case Plane() | TriangleMesh() | Heightfield():
             return np.zeros(1)
 
 
@@ -390,9 +406,14 @@ def _scaled_volume(
 
 def part_counts(structure: BodyStructure, row: int, meshes: ReferenceMeshes) -> list[int]:
     """How many shapes of the engine each shape of the plan is, in an entity's row."""
-    return [
-        len(meshes.parts(int(shape.geometry.file.row(row)), shape.geometry.coacd))
-        if isinstance(shape.geometry, ConvexParts)
-        else 1
-        for shape in structure.collisions
-    ]
+    return [_part_count(shape.geometry, row, meshes) for shape in structure.collisions]
+
+
+def _part_count(geometry: CollisionGeometry, row: int, meshes: ReferenceMeshes) -> int:
+    match geometry:
+        case ConvexParts(file=file, coacd=coacd):
+            return len(meshes.parts(int(file.row(row)), coacd))
+        case RevolvedSolid():
+            return len(meshes.revolved_parts(geometry, row))
+        case _:
+            return 1

@@ -1,0 +1,75 @@
+"""Solids of revolution about x, as triangles that are seen and as convex parts that collide.
+
+A profile is a convex polygon of corners (x, radius) [m], whose outer side runs along +x. Emitted scripts bring the
+functions of this module with them as they are written here, in lines of at most 100 characters.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+Profile = tuple[tuple[float, float], ...]
+
+
+def revolved_points(profile: Any, turn: float = 0.0) -> NDArray[Any]:
+    """The corners of a profile turned about x, (corners, 32, 3) [m].
+
+    `turn`: where the circles begin, in steps from one of their corners to the next.
+    """
+    x, radius = np.array(profile, np.float64).T[:, :, None]
+    angle = (np.arange(32) + turn) * (2 * np.pi / 32)
+    y, z = radius * np.cos(angle), radius * np.sin(angle)
+    return np.stack(np.broadcast_arrays(x, y, z), axis=-1)
+
+
+def revolved_parts(profile: Any) -> list[NDArray[Any]]:
+    """Convex parts of a solid of revolution, each (V, 3) [m]: 1 if it touches x, 32 otherwise."""
+    circles = revolved_points(profile)
+    radii = [radius for _, radius in profile]
+    if min(radii) == 0:
+        corners = zip(circles, radii, strict=True)
+        return [np.concatenate([circle if radius else circle[:1] for circle, radius in corners])]
+    return [np.concatenate([circles[:, side - 1], circles[:, side]]) for side in range(32)]
+
+
+def revolved_surface(profile: Any) -> tuple[NDArray[Any], ...]:
+    """What is seen of a solid of revolution: round about x, an edge at each corner of its profile.
+
+    Returns:
+        Vertices (V, 3) [m], triangles (T, 3) counterclockwise from outside, normals (V, 3), and
+        texture coordinates (V, 2), which are all (0, 0).
+    """
+    vertices: list[NDArray[Any]] = []
+    normals: list[NDArray[Any]] = []
+    triangles: list[NDArray[Any]] = []
+    here = np.arange(32)
+    there = (here + 1) % 32
+    for start, end in zip(profile, (*profile[1:], profile[0]), strict=True):
+        if not start[1] and not end[1]:
+            continue
+        along, away = end[0] - start[0], end[1] - start[1]
+        normal = np.array([-away, along]) / np.hypot(along, away)
+        first = 32 * len(vertices)
+        for (x, radius), half in ((start, -0.5), (end, 0.5)):
+            turn = 0.0 if radius else half  # a tip has the normals of the middles of its triangles
+            vertices.append(revolved_points([(x, radius)], turn)[0])
+            normals.append(revolved_points([normal], turn)[0])
+        if start[1]:
+            triangles.append(first + np.stack([here, there, 32 + here], axis=1))
+        if end[1]:
+            triangles.append(first + np.stack([there, 32 + there, 32 + here], axis=1))
+    points = np.concatenate(vertices)
+    uvs = np.zeros((len(points), 2))
+    return points, np.concatenate(triangles), np.concatenate(normals), uvs
+
+
+@lru_cache(maxsize=64)
+def cached_parts(profile: Profile) -> tuple[NDArray[Any], ...]:
+    """As `revolved_parts`, the same arrays for the same profile; nobody writes into them."""
+    return tuple(revolved_parts(profile))
