@@ -23,7 +23,10 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-SCENE_COPIES = ("bowl.glb", "bowl.obj", "bowl.mtl", "checker.png", "bumps.png", "wear.png", "gem.stl", "mug.obj")
+SCENE_COPIES = (
+    *("bowl.glb", "bowl.obj", "bowl.mtl", "checker.png", "bumps.png", "wear.png", "gem.stl", "mug.obj"),
+    "terrain.png",
+)
 """A scene file reads only below its own folder, so the examples have these beside them."""
 
 PREFAB_COPIES = ("tiles.png",)
@@ -183,10 +186,14 @@ def write_glb(surface: Surface, image: bytes) -> bytes:
     return struct.pack("<III", 0x46546C67, 2, 12 + len(chunks)) + chunks
 
 
-def write_png(pixels: NDArray[np.uint8]) -> bytes:
-    """An RGB image of shape (rows, columns, 3). Stored, not packed: zlib's output differs between its versions."""
-    rows, columns, _ = pixels.shape
-    raw = b"".join(b"\0" + row.tobytes() for row in pixels)
+def write_png(pixels: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
+    """An RGB image, (rows, columns, 3) of 8 bits, or a grey one, (rows, columns) of 16.
+
+    Stored, not packed: zlib's output differs between its versions.
+    """
+    rows, columns = pixels.shape[:2]
+    depth, color = (8, 2) if pixels.ndim == 3 else (16, 0)
+    raw = b"".join(b"\0" + row.astype(row.dtype.newbyteorder(">")).tobytes() for row in pixels)
 
     def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
@@ -197,7 +204,7 @@ def write_png(pixels: NDArray[np.uint8]) -> bytes:
         for i, block in enumerate(stored)
     )
     deflated += struct.pack(">I", zlib.adler32(raw))
-    header = struct.pack(">IIBBBBB", columns, rows, 8, 2, 0, 0, 0)
+    header = struct.pack(">IIBBBBB", columns, rows, depth, color, 0, 0, 0)
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", deflated) + chunk(b"IEND", b"")
 
 
@@ -236,6 +243,18 @@ def tiles(size: int = 128, count: int = 4) -> NDArray[np.uint8]:
     return np.repeat(grey[..., None], 3, axis=2).astype(np.uint8)
 
 
+def terrain(size: int = 65) -> NDArray[np.uint16]:
+    """Heights of gentle hills, from 0 to 65535."""
+    place = np.linspace(-1, 1, size)
+    x, y = np.meshgrid(place, -place)
+    hills = ((-0.5, 0.4, 0.9, 1.0), (0.6, 0.5, 0.6, 0.6), (0.2, -0.5, 0.8, 0.8), (-0.7, -0.6, 0.5, 0.5))
+    # Polynomials, since sines differ between machines in the last bit.
+    heights = sum(
+        h * np.clip(1 - ((x - cx) ** 2 + (y - cy) ** 2) / radius**2, 0, None) ** 2 for cx, cy, radius, h in hills
+    )
+    return np.rint(heights / np.max(heights) * 65535).astype(np.uint16)
+
+
 def make() -> dict[str, bytes]:
     """Every file of the folder, by name."""
     dish, stone, cup = bowl(), gem(), mug()
@@ -252,6 +271,7 @@ def make() -> dict[str, bytes]:
         "bumps.png": write_png(bumps()),
         "wear.png": write_png(wear()),
         "tiles.png": write_png(tiles()),
+        "terrain.png": write_png(terrain()),
         "bowl.obj": write_obj(dish, "bowl", "glaze"),
         "bowl.mtl": b"newmtl glaze\nKd 0.9 0.85 0.78\nKs 0.2 0.2 0.2\nNs 60\nmap_Kd checker.png\n",
         "bowl.glb": write_glb(dish, image),

@@ -240,7 +240,7 @@ def test_two_images_that_gltf_has_in_one_are_sampled_alike_or_told() -> None:
 
 def test_texts_are_written_by_another_function() -> None:
     for target in ("python", "json", "stl"):
-        with pytest.raises(ValueError, match=r"there are glb, mjcf, urdf, usd"):
+        with pytest.raises(ValueError, match=r"the targets are glb, mjcf, urdf, usd"):
             export_scene({"scenecc": 1, "entities": {}}, target)
 
 

@@ -78,7 +78,7 @@ def _reordered(node: Any, orders: dict[str, list[int]]) -> Any:
             changed[slot.name] = Value(places[item.data])
         elif isinstance(slot.kind, ObjectKind | UnionKind):
             changed[slot.name] = _reordered(item, orders)
-        elif isinstance(slot.kind, ListKind):
+        elif isinstance(slot.kind, ListKind) and not isinstance(slot.kind.item, ListKind):
             changed[slot.name] = tuple(_reordered(one, orders) for one in item)
             if slot.name in orders:
                 changed[slot.name] = tuple(changed[slot.name][index] for index in orders[slot.name])
@@ -105,6 +105,8 @@ def _sites(node: Any, path: str, rebuild: Callable[[Any], Any]) -> Iterator[Site
             continue
         if isinstance(node, Mimic) and slot.name == "joint":
             continue
+        if isinstance(slot.kind, ListKind) and isinstance(slot.kind.item, ListKind):
+            continue  # heights of terrain, which are compared as a whole
         if isinstance(slot.kind, ListKind):
             for index, one in enumerate(item):
 
