@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 import sapien
+from fidelity.test_shapes import CIRCLE, attach, convex, tube
 from fidelity.yaml_cases import UP, compare
 from plugins.scene_models import all_keys
 from sapien import Pose, physx
@@ -85,9 +86,6 @@ CASES: dict[str, tuple[str, Any]] = {
 }
 
 
-CIRCLE = [(math.cos(k * math.pi / 16), math.sin(k * math.pi / 16)) for k in range(32)]
-
-
 @pytest.mark.parametrize(("axis", "turn"), [("", Pose()), (", axis: y", ALONG_Y), (", axis: z", ALONG_Z)])
 def test_cone(axis: str, turn: Any) -> None:
     def component(c: Any) -> None:
@@ -100,15 +98,8 @@ def test_cone(axis: str, turn: Any) -> None:
 
 
 def test_ring() -> None:
-    def component(c: Any) -> None:
-        hole = 0.06 / 0.1
-        corners = [(-1, hole), (-1, 1), (1, 1), (1, hole)]
-        for k in range(32):
-            part = [(x, r * y, r * z) for y, z in (CIRCLE[k - 1], CIRCLE[k]) for x, r in corners]
-            c.attach(physx.PhysxCollisionShapeConvexMesh(part, [0.02, 0.1, 0.1], physx.get_default_material()))
-
     text = "collisions: [{type: ring, inner_radius: 0.06, outer_radius: 0.1, half_length: 0.02}]"
-    compare(text, lambda b: None, component)
+    compare(text, lambda b: attach(b, [convex(part, [0.02, 0.1, 0.1]) for part in tube(0.06 / 0.1)]))
 
 
 def test_heightfield() -> None:
