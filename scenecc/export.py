@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Literal
 
 from typing_extensions import TypedDict, Unpack
 
-from scenecc.diagnostics import Location, Sink
+from scenecc.diagnostics import Sink
+from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.frozen import frozen
 from scenecc.emit import EMITTERS, EXPORTS, ExportOptions, emit, export
 from scenecc.errors import SceneError

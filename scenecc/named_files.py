@@ -6,13 +6,14 @@ import posixpath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from scenecc.plan import AssetFile
+from scenecc.plan.body import AssetFile
 from scenecc.source.paths import AssetScope, Refusal, ResolvedFile, resolve_asset_reference, resolve_path
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.expand.expansion import Expansion
     from scenecc.lower.references import FileResolver, RobotReader, RobotRequest
     from scenecc.robots.description import RobotDescription
@@ -32,7 +33,7 @@ def resolver(scope: AssetScope, sink: Sink, expansion: Expansion | None = None) 
         sink: takes what is wrong.
         expansion: knows which document a path is written in; None: all is written in the top one.
     """
-    from scenecc.plan import AssetFile
+    from scenecc.plan.body import AssetFile
 
     top = scope.root or Path.cwd()
 

@@ -12,8 +12,9 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Literal, TypeGuard, Union
 
-from scenecc.diagnostics import Location, Origin, Sink
+from scenecc.diagnostics import Sink
 from scenecc.diagnostics.collector import collector_paused
+from scenecc.diagnostics.diagnostic import Location, Origin
 from scenecc.diagnostics.frozen import frozen
 from scenecc.errors import SceneError
 from scenecc.named_files import named_resolver, resolver
@@ -31,7 +32,8 @@ if TYPE_CHECKING:
     from scenecc.lower import Lowered
     from scenecc.lower.references import RobotReader, RobotRequest
     from scenecc.options import Options
-    from scenecc.plan import AssetFile, ScenePlan
+    from scenecc.plan import ScenePlan
+    from scenecc.plan.body import AssetFile
     from scenecc.robots.description import RobotDescription
     from scenecc.spec.document import SceneFile
 
@@ -377,7 +379,7 @@ def _warn_unknown_content(plan: ScenePlan, checked: ScenePlan, sink: Sink) -> No
 
 def _decode_plan(found: Input, scope: AssetScope, limits: Limits, sink: Sink) -> ScenePlan | None:
     """A plan from its JSON. Its relative paths start at the JSON's own folder."""
-    from scenecc.plan.json_reader import PlanLimits, plan_from_json
+    from scenecc.plan.json_codec import PlanLimits, plan_from_json
 
     find = resolver(scope, sink)
 

@@ -323,7 +323,7 @@ def json_schema() -> dict[str, Any]:
 
 def plan_text(plan: ScenePlan, *, base: Path | None = None) -> str:
     """A compiled plan as JSON, without checking it or its files again. `base`: as for `emit_scene`."""
-    from scenecc.plan.json_writer import plan_to_json
+    from scenecc.plan.json_codec import plan_to_json
 
     return plan_to_json(plan, base=base)
 

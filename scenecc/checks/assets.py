@@ -28,15 +28,17 @@ from scenecc.checks.mesh_data import (
 from scenecc.checks.mesh_obj import fallback_materials, mtl_images
 from scenecc.checks.meshes import MESH_SUFFIXES, VISUAL_ONLY_SUFFIXES, check_mesh_use, read_mesh
 from scenecc.checks.value_queries import indices, rows
-from scenecc.diagnostics import Origin
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.files import open_regular, state_of
-from scenecc.plan import ConvexMesh, ConvexParts, Mesh, MeshGeometry, NamedFile, TriangleMesh
+from scenecc.plan import ConvexMesh, ConvexParts, Mesh, MeshGeometry, TriangleMesh
+from scenecc.plan.body import NamedFile
 from scenecc.plan.rendering import CubeMap, TexturedLight
 
 if TYPE_CHECKING:
     from scenecc.diagnostics import Sink
     from scenecc.files import State
-    from scenecc.plan import AssetFile, ScenePlan, VisualMaterial
+    from scenecc.plan import ScenePlan
+    from scenecc.plan.body import AssetFile, VisualMaterial
     from scenecc.plan.rendering import SkyMap
 
 

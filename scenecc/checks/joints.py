@@ -6,7 +6,7 @@ from math import isfinite, pi
 from typing import TYPE_CHECKING, Literal
 
 from scenecc.checks.value_queries import alternatives, highest, is_deferred, judged_limits, lowest
-from scenecc.diagnostics import Origin
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.messages import cut, suggest_name
 from scenecc.plan import ArticulationStructure, Distance, Drive, Gear
 from scenecc.plan.articulation import MAX_LINKS, why_no_tendon

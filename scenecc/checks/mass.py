@@ -7,15 +7,15 @@ from itertools import chain, islice
 from typing import TYPE_CHECKING, NamedTuple
 
 from scenecc.checks.value_queries import Row, alternatives, alternatives_or_extremes, highest, is_deferred, lowest, rows
-from scenecc.geometry.float32 import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.plan import literal
 from scenecc.plan.geometry import Solid
-from scenecc.plan.properties import DEFAULT_DENSITY, MAX_BODY_OFFSET
+from scenecc.plan.properties import DEFAULT_DENSITY, FLOAT32_MAX, FLOAT32_MIN, MAX_BODY_OFFSET
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from scenecc.diagnostics import At, Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import At, Origin
     from scenecc.plan import BodyStructure, Value
 
 

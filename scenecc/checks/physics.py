@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Protocol
 
 from scenecc.checks.mass import DYNAMIC_TYPES, check_density_mass, check_explicit_mass, check_inertia, check_mass_unique
 from scenecc.checks.value_queries import alternatives_or_extremes, is_deferred, judged_pairs
-from scenecc.diagnostics import Origin
-from scenecc.geometry.float32 import round_to_float32
-from scenecc.plan import BodyStructure, Heightfield, Mesh, PhysicalMaterial, Plane, Ring, TriangleMesh, literal
-from scenecc.plan.body import COLLISION_ID_BITS, groups_collide
-from scenecc.plan.properties import PROPERTIES, property_fields
+from scenecc.diagnostics.diagnostic import Origin
+from scenecc.plan import BodyStructure, Heightfield, Mesh, Plane, Ring, TriangleMesh, literal
+from scenecc.plan.body import COLLISION_ID_BITS, PhysicalMaterial, groups_collide
+from scenecc.plan.properties import PROPERTIES, property_fields, round_to_float32
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence

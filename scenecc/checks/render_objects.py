@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scenecc.checks.value_queries import judged_pairs
-from scenecc.diagnostics import Origin
-from scenecc.geometry.float32 import round_to_float32
+from scenecc.diagnostics.diagnostic import Origin
+from scenecc.plan.properties import round_to_float32
 from scenecc.plan.rendering import RAY_TRACING_SHADERS, AreaLight, SpotLight, TexturedLight, shadow_parameters
 
 if TYPE_CHECKING:

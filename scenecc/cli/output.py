@@ -183,7 +183,7 @@ def of_settings(diagnostics: Iterable[Diagnostic], settings: Container[str]) -> 
     """The same diagnostics, those about `params=` of the API as ones about `--set`. `settings`: its names."""
     from dataclasses import replace
 
-    from scenecc.diagnostics import Location
+    from scenecc.diagnostics.diagnostic import Location
 
     found: list[Diagnostic] = []
     for diagnostic in diagnostics:
@@ -239,7 +239,8 @@ def scene_errors(
 
 def usage_error(code: str, message: str, *, file: str | None = None, hint: str | None = None) -> Diagnostic:
     """A diagnostic about the command line itself."""
-    from scenecc.diagnostics import Diagnostic, Location
+    from scenecc.diagnostics import Diagnostic
+    from scenecc.diagnostics.diagnostic import Location
 
     return Diagnostic(code, "error", message, Location(file), hint=hint)
 

@@ -3,8 +3,21 @@
 Every stage reports here, and this package imports none of them.
 """
 
-from scenecc.diagnostics.diagnostic import Diagnostic, Related, Severity, Sink
-from scenecc.diagnostics.origin import At, Location, Locator, Origin, Path, PathKey, Tracer, dotted, nowhere
+from scenecc.diagnostics.codes import Severity
+from scenecc.diagnostics.diagnostic import (
+    At,
+    Diagnostic,
+    Location,
+    Locator,
+    Origin,
+    Path,
+    PathKey,
+    Related,
+    Sink,
+    Tracer,
+    dotted,
+    nowhere,
+)
 
 __all__ = [
     "At",

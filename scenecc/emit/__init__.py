@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Literal
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.plan.json_writer import plan_to_json
+from scenecc.plan.json_codec import plan_to_json
 
 if TYPE_CHECKING:
     from collections.abc import Callable

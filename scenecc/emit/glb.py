@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.diagnostics import Location
+from scenecc.diagnostics.diagnostic import Location
 from scenecc.emit.output import UniqueNames
 from scenecc.geometry.rotation_arrays import pose_matrix
 from scenecc.meshes.builder import MeshBuilder, build_scene_meshes, clip_to_scene, grid_cell
@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.emit import ExportOptions
     from scenecc.meshes import Image, Surface
     from scenecc.meshes.builder import BodyMeshes, GridCell, SceneMeshes

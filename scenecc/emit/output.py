@@ -13,7 +13,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from scenecc.diagnostics import Location
+from scenecc.diagnostics.diagnostic import Location
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7, normalized, rotate, to_pose
 from scenecc.geometry.rotations import compose as compose_poses
 from scenecc.geometry.rotations import invert as invert_pose
@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.plan import Value
     from scenecc.plan.snapshot import MeasuredJoint, Vec3
 

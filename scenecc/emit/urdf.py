@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, fields
 from math import atan2, hypot
 from typing import TYPE_CHECKING, Final
 
-from scenecc.diagnostics import Location
+from scenecc.diagnostics.diagnostic import Location
 from scenecc.emit.output import (
     MAX_LIMIT,
     UNLIMITED,

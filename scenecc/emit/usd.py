@@ -41,7 +41,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.emit import ExportOptions, Show
     from scenecc.meshes import Image
     from scenecc.meshes.surface import MeshShape, SurfaceMaterial

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics import Location, Origin
+from scenecc.diagnostics.diagnostic import Location, Origin
 from scenecc.diagnostics.messages import cut, nearest, suggest
 from scenecc.expand.documents import count_values, has_failed, is_varying, iterate_texts
 from scenecc.expand.expansion import ExpansionFrame, ExpansionWriter, SourceMark, scoped_name
@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from collections.abc import Set as AbstractSet
 
-    from scenecc.diagnostics import Path, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Path
     from scenecc.expand.documents import SceneDocument
     from scenecc.expand.expansion import ObjectBudget
     from scenecc.expand.module_compiler import CompiledModule

@@ -9,7 +9,7 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics import Origin
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest
 from scenecc.source.paths import AssetScope, Refusal, has_package, resolve_path
@@ -22,8 +22,8 @@ from scenecc.variation.forms import FORM_KEYS, Template
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scenecc.diagnostics import Path as KeyPath
     from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Path as KeyPath
     from scenecc.source import Document, Limits
 
 

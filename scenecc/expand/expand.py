@@ -6,7 +6,8 @@ import re
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics import Location, Origin, Sink
+from scenecc.diagnostics import Sink
+from scenecc.diagnostics.diagnostic import Location, Origin
 from scenecc.diagnostics.messages import cut, show, suggest
 from scenecc.expand.arguments import BoundParams, ParamArgument, bind_params, material_name
 from scenecc.expand.documents import FailedValue, Load, SceneDocument, is_varying, top_document
@@ -22,7 +23,7 @@ from scenecc.expand.module_compiler import CompiledModule, PrefabLibrary, compil
 from scenecc.expand.modules import ModuleLibrary
 from scenecc.expand.params import form_key
 from scenecc.expand.patterns import PatternCompiler, hoist_invariants
-from scenecc.source.plain_data import copy_mapping
+from scenecc.source.document import copy_mapping
 from scenecc.spec.base import NAME_PATTERN, PATTERN_HINTS, PREFIX_PATTERN
 from scenecc.spec.nodes import is_mapping, is_sequence
 from scenecc.spec.references import qualified_name, resolve_scene_idxs
@@ -30,7 +31,7 @@ from scenecc.spec.references import qualified_name, resolve_scene_idxs
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
-    from scenecc.diagnostics import Path
+    from scenecc.diagnostics.diagnostic import Path
     from scenecc.expand.expansion import Expansion
     from scenecc.expand.module_compiler import DocumentChain, NodeTemplate, UnitTemplate
     from scenecc.expand.modules import ModulePart

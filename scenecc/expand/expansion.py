@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from itertools import product
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from scenecc.diagnostics import Origin
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, show
 from scenecc.spec.references import NameScopes
@@ -18,9 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from collections.abc import Set as AbstractSet
 
-    from scenecc.diagnostics import Location, Path, Sink
-    from scenecc.diagnostics.diagnostic import RelatedPlace
-    from scenecc.diagnostics.origin import At
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import At, Location, Path, RelatedPlace
     from scenecc.expand.documents import SceneDocument
     from scenecc.variation.operations import ExpressionError
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics import Origin, Sink
+from scenecc.diagnostics import Sink
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import show
 from scenecc.expand.documents import (

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics import Origin
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.messages import cut
 from scenecc.expand.documents import count_objects, count_values, find_per_scene_lists
 from scenecc.expand.expansion import ExpansionFrame, ObjectBudget
@@ -29,7 +29,8 @@ from scenecc.variation.operations import ExpressionError
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from scenecc.diagnostics import Path, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Path
     from scenecc.expand.documents import SceneDocument
     from scenecc.expand.modules import Module, ModulePart, SectionEntry
 

@@ -6,14 +6,15 @@ import posixpath
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics import Location, Origin
+from scenecc.diagnostics.diagnostic import Location, Origin
 from scenecc.diagnostics.messages import cut
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.spec.nodes import is_mapping, is_sequence
 from scenecc.spec.parse import parse
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics import At, Path, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import At, Path
     from scenecc.expand.documents import Load, SceneDocument
 
 NAMED_SECTIONS = ("params", "draws", "materials", "collision_groups", "frames", "entities")

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics import Origin
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.diagnostics.messages import cut, show, suggest
 from scenecc.expand.documents import iterate_texts
 from scenecc.spec.base import NOTE_PREFIX
@@ -18,7 +18,8 @@ from scenecc.variation.forms import FORM_KEYS, Template
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
-    from scenecc.diagnostics import Path, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Path
     from scenecc.expand.expansion import ExpansionFrame
     from scenecc.expand.modules import ModulePart
     from scenecc.expand.patterns import Pattern, PatternCompiler

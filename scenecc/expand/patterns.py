@@ -30,7 +30,7 @@ from scenecc.variation.operations import SEQUENCES, ExpressionError
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Sequence
 
-    from scenecc.diagnostics import Path
+    from scenecc.diagnostics.diagnostic import Path
     from scenecc.expand.expansion import ExpansionFrame
 
 

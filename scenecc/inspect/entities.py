@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien import SceneBatch
-    from scenecc.plan import Entity, Link, PhysicalMaterial, ScenePlan, Value, VisualMaterial
-    from scenecc.plan.body import BodyStructure, CollisionShape, Mount, VisualShape
+    from scenecc.plan import Entity, Link, ScenePlan, Value
+    from scenecc.plan.body import BodyStructure, CollisionShape, Mount, PhysicalMaterial, VisualMaterial, VisualShape
     from scenecc.plan.snapshot import MeasuredBody, MeasuredEntity
 
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from scenecc.diagnostics.frozen import frozen
 from scenecc.inspect.varying import COLOR_FIELDS, is_file, is_pose, pose_words, varying_words
-from scenecc.plan import Texture, Value
-from scenecc.plan.body import Mount
+from scenecc.plan import Value
+from scenecc.plan.body import Mount, Texture
 from scenecc.plan.display import field_path, format_color, format_item, name_suffix, slice_value_bounds
 from scenecc.plan.geometry import SOLID_SIZES
 from scenecc.plan.properties import PROPERTIES

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from typing_extensions import TypedDict, Unpack
 
-from scenecc.diagnostics import Diagnostic, Location, Sink
+from scenecc.diagnostics import Diagnostic, Sink
+from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut, suggest
 from scenecc.errors import SceneError
@@ -18,7 +19,8 @@ from scenecc.inspect.entities import entity_item, scene_facts, summarize, used_m
 from scenecc.inspect.facts import Fact, Facts, Item, fact, mount_words, some_words
 from scenecc.options import CompileOptions, Options, flag, integer
 from scenecc.pipeline import CompileResult, Source, build_batch, compile_or_raise, list_result_params, select_scenes
-from scenecc.plan import ArticulationStructure, Constraint, Texture, Value
+from scenecc.plan import ArticulationStructure, Constraint, Value
+from scenecc.plan.body import Texture
 from scenecc.plan.rendering import Camera, SkyMap
 from scenecc.plan.schema import type_name
 

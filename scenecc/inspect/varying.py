@@ -6,16 +6,8 @@ import math
 from dataclasses import dataclass, fields, is_dataclass
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from scenecc.plan import (
-    ArticulationStructure,
-    AssetFile,
-    AxisDrive,
-    AxisLimit,
-    PhysicalMaterial,
-    Texture,
-    Value,
-    VisualMaterial,
-)
+from scenecc.plan import ArticulationStructure, AxisDrive, AxisLimit, Value
+from scenecc.plan.body import AssetFile, PhysicalMaterial, Texture, VisualMaterial
 from scenecc.plan.display import (
     SPEC_FIELD_NAMES,
     field_path,

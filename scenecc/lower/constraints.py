@@ -34,10 +34,11 @@ from scenecc.spec.references import WORLD, qualified_name
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.entities import EntityLowerer
     from scenecc.lower.fields import FieldLowerer, SamplingContext
-    from scenecc.lower.mounts import MountLookup
+    from scenecc.lower.rendering import MountLookup
     from scenecc.plan import Entity
     from scenecc.plan.body import Mount
     from scenecc.spec.references import NameScopes

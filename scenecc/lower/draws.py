@@ -19,7 +19,8 @@ from scenecc.variation.operations import DrawError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.fields import SamplingContext
     from scenecc.spec.params import ParamIssue, ParamType
     from scenecc.spec.references import NameScopes

@@ -27,7 +27,8 @@ from scenecc.spec.references import qualified_name, resolve_scene_idxs
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.articulations.articulations import ArticulationLowerer, LoweredArticulation
     from scenecc.lower.fields import FieldLowerer, SamplingContext
     from scenecc.lower.materials import LoweredMaterial, MaterialChoice, MaterialLowerer

@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.frozen import frozen
-from scenecc.plan.properties import ANY
-from scenecc.plan.quantities import QUANTITIES
+from scenecc.plan.properties import ANY, QUANTITIES
 from scenecc.spec.params import Rgba, is_color_text, to_rgba
 from scenecc.variation import forms
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.plan.properties import Bounds, Dtype
 
 

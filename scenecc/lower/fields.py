@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.deferred_checks import PossibleFailure
     from scenecc.lower.draws import VaryingArgument
     from scenecc.lower.field_types import FieldType

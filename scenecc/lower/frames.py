@@ -17,7 +17,8 @@ from scenecc.variation.nodes import NODE_TYPES, Composed, Shared
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.fields import FieldLowerer
     from scenecc.spec.references import NameScopes
     from scenecc.variation.nodes import Node

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.fields import FieldLowerer
     from scenecc.plan import ArticulationStructure
     from scenecc.plan.articulation import Joint

@@ -42,7 +42,8 @@ from scenecc.variation.nodes import NODE_TYPES, FromAxisAngle, FromMatrix, FromR
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from scenecc.diagnostics import Origin, Path, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin, Path
     from scenecc.lower.fields import FieldLowerer
 
 

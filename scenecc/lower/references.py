@@ -14,7 +14,8 @@ from scenecc.diagnostics.messages import show
 from scenecc.lower.deferred_checks import depends_on_scene_only, report_draw_failure
 from scenecc.lower.field_types import FieldType
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
-from scenecc.plan import AssetFile, PhysicalMaterial, Texture, Value, VisualMaterial, literal, per_scene, varying
+from scenecc.plan import Value, literal, per_scene, varying
+from scenecc.plan.body import AssetFile, PhysicalMaterial, Texture, VisualMaterial
 from scenecc.variation.forms import SELECTORS
 from scenecc.variation.nodes import NODES, Computed
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.diagnostics import Origin
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.fields import FieldLowerer
     from scenecc.robots.description import RobotDescription
     from scenecc.variation.nodes import Node

@@ -7,11 +7,11 @@ from operator import is_, is_not
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenecc.diagnostics.messages import cut
-from scenecc.geometry.float32 import FLOAT32_MAX
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import Value, varying
 from scenecc.plan.articulation import JOINT_STATE_FIELDS, VELOCITY_FIELDS, ArticulationStructure
 from scenecc.plan.constraint import Drive
+from scenecc.plan.properties import FLOAT32_MAX
 from scenecc.plan.scene import MAX_COMPOSED_POSES, shared_pose_name
 from scenecc.variation.nodes import NODES, AffineClamp, Composed, Const, Rows, Shared
 

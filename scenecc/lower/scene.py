@@ -15,7 +15,8 @@ from scenecc.lower.fields import SamplingContext
 from scenecc.lower.materials import SAPIEN_DEFAULT, MaterialLowerer
 from scenecc.lower.references import FileResolver, PlanTables
 from scenecc.lower.shapes import ShapeLowerer, assign_group_bits
-from scenecc.plan import Friction, ScenePlan
+from scenecc.plan import ScenePlan
+from scenecc.plan.body import Friction
 from scenecc.plan.scene import GpuMemory, Physics, SdfConfig
 from scenecc.spec.body import BodySpec
 from scenecc.spec.references import SHARED_NAMESPACE, WORLD, NameScopes, count_scene_idxs, qualified_name
@@ -24,13 +25,15 @@ from scenecc.variation.operations import COMPUTE_LIMIT_HINT
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.articulations.articulations import ArticulationLowerer
     from scenecc.lower.frames import FrameGraph
     from scenecc.lower.references import RobotReader, RobotRequest
     from scenecc.lower.rendering import RenderObjects
     from scenecc.lower.shapes import GroupBits
-    from scenecc.plan import AssetFile, Constraint, Entity
+    from scenecc.plan import Constraint, Entity
+    from scenecc.plan.body import AssetFile
     from scenecc.robots.description import RobotDescription
     from scenecc.spec.document import SceneFile
     from scenecc.spec.physics import PhysicsSpec as PhysicsKeys
@@ -321,7 +324,7 @@ def _lower_constraints(
     if not scene.constraints:
         return ()
     from scenecc.lower.constraints import ConstraintLowerer  # noqa: PLC0415 - loaded where there are any
-    from scenecc.lower.mounts import MountLookup  # noqa: PLC0415 - likewise
+    from scenecc.lower.rendering import MountLookup  # noqa: PLC0415 - likewise
 
     mounts = MountLookup(built, entities.frames.unread, names, sampling.sink)
     lowering = ConstraintLowerer(built, entities, mounts, sampling, names, sampling.sink)

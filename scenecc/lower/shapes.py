@@ -21,7 +21,7 @@ from scenecc.lower.materials import (
 )
 from scenecc.lower.references import qualified, scope_of, select_per_scene
 from scenecc.plan import CollisionShape, Mesh, Plane, Value, VisualShape, literal
-from scenecc.plan import VisualMaterial as SeenMaterial
+from scenecc.plan.body import VisualMaterial as SeenMaterial
 from scenecc.plan.body import groups_collide
 from scenecc.plan.geometry import REVOLVED_SOLIDS, SOLIDS, heights_fault
 from scenecc.plan.properties import DEFAULT_DENSITY
@@ -29,11 +29,13 @@ from scenecc.plan.properties import DEFAULT_DENSITY
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.articulations.drafts import ArticulationDraft
     from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.references import PlanTables
-    from scenecc.plan import BodyStructure, VisualMaterial
+    from scenecc.plan import BodyStructure
+    from scenecc.plan.body import VisualMaterial
     from scenecc.spec.physics import CollisionGroup
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from scenecc.diagnostics import dotted
+from scenecc.diagnostics.diagnostic import dotted
 from scenecc.diagnostics.frozen import frozen
 from scenecc.lower.field_types import COMPONENT_TYPES, drawn_shape
 from scenecc.variation.distributions import DISTRIBUTIONS
@@ -27,8 +27,7 @@ from scenecc.variation.nodes import NODE_TYPES, Chosen, Computed, Cycled, Drawn,
 from scenecc.variation.operations import expression_cost, form_cost
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics import Origin
-    from scenecc.diagnostics.origin import PathKey
+    from scenecc.diagnostics.diagnostic import Origin, PathKey
     from scenecc.lower.field_types import FieldType
     from scenecc.lower.fields import FieldLowerer
 

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from scenecc.backends.maniskill.loaded_scene import LoadedScene
-    from scenecc.maniskill.environment import YamlEnv, register_env
+    from scenecc.maniskill.environment import YamlEnv, YamlSceneBuilder, register_env
     from scenecc.maniskill.load import episode_seeds, load_into, sim_config
-    from scenecc.maniskill.scene_builder import YamlSceneBuilder
 
 __all__ = [
     "LoadedScene",
@@ -27,7 +26,7 @@ __all__ = [
 _NAME_MODULES = {
     "LoadedScene": "scenecc.backends.maniskill",
     "YamlEnv": "scenecc.maniskill.environment",
-    "YamlSceneBuilder": "scenecc.maniskill.scene_builder",
+    "YamlSceneBuilder": "scenecc.maniskill.environment",
     "episode_seeds": "scenecc.maniskill.load",
     "load_into": "scenecc.maniskill.load",
     "register_env": "scenecc.maniskill.environment",

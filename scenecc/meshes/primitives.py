@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.geometry.revolution import revolved_surface
+from scenecc.geometry.surfaces import revolved_surface
 from scenecc.meshes.surface import Surface
 from scenecc.plan.geometry import REVOLVED_SOLIDS
 

@@ -8,7 +8,20 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from scenecc.plan.body import BodyStructure, BodyType, CollisionShape, Inertial, Mount, VisualShape
+from scenecc.plan.body import (
+    AssetFile,
+    BodyStructure,
+    BodyType,
+    CollisionShape,
+    Friction,
+    Inertial,
+    Mount,
+    NamedFile,
+    PhysicalMaterial,
+    Texture,
+    VisualMaterial,
+    VisualShape,
+)
 from scenecc.plan.geometry import (
     Box,
     Capsule,
@@ -29,7 +42,6 @@ from scenecc.plan.geometry import (
     VisualGeometry,
     VisualPlane,
 )
-from scenecc.plan.material import AssetFile, Friction, NamedFile, PhysicalMaterial, Texture, VisualMaterial
 from scenecc.plan.scene import Entity, GpuMemory, Physics, ScenePlan, SdfConfig
 from scenecc.plan.value import Value, constant, literal, per_scene, recalled, varying
 

@@ -11,7 +11,7 @@ from scenecc.plan.properties import property_fields
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from scenecc.diagnostics import Origin
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.plan.body import BodyStructure
     from scenecc.plan.value import Value
 

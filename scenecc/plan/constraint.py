@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from scenecc.diagnostics.frozen import frozen
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics import Origin
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.plan.articulation import DriveMode
     from scenecc.plan.body import Mount
     from scenecc.plan.value import Value

@@ -23,9 +23,10 @@ from scenecc.plan.display import (
     name_suffix,
     truncate,
 )
+from scenecc.plan.properties import Quantity
 from scenecc.plan.rendering import Camera, Environment, Light
 from scenecc.plan.scene import Entity, ScenePlan, structure_type
-from scenecc.plan.schema import FieldKind, ListKind, ObjectKind, Quantity, ScalarKind, UnionKind, plan_fields, type_name
+from scenecc.plan.schema import FieldKind, ListKind, ObjectKind, ScalarKind, UnionKind, plan_fields, type_name
 from scenecc.plan.value import Value
 from scenecc.variation.evaluation import to_field_rows
 from scenecc.variation.operations import DrawError
@@ -35,8 +36,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.plan.material import AssetFile, VisualMaterial
-    from scenecc.plan.quantities import TableName
+    from scenecc.plan.body import AssetFile, VisualMaterial
+    from scenecc.plan.properties import TableName
     from scenecc.variation.evaluation import Batch
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from scenecc.diagnostics.origin import dotted
+from scenecc.diagnostics.diagnostic import dotted
 from scenecc.plan.articulation import ArticulationStructure
 from scenecc.plan.body import BodyStructure, CollisionShape, VisualShape
 from scenecc.variation.bounds import ValueBounds
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from scenecc.diagnostics import Origin
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.plan.scene import ScenePlan
     from scenecc.plan.value import Value
 

@@ -16,8 +16,8 @@ from scenecc.diagnostics.frozen import frozen
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from scenecc.geometry.revolution import Profile
     from scenecc.geometry.rotations import Vec3
+    from scenecc.geometry.surfaces import Profile
     from scenecc.plan.value import Value
 
 
@@ -139,7 +139,7 @@ SOLIDS: Final[dict[str, type[Solid]]] = {"box": Box, "sphere": Sphere, "capsule"
 """By what the language, SAPIEN and the formats of other programs call them."""
 
 SIDES: Final = 32
-"""Corners of a circle in `geometry.revolution`, as of SAPIEN's cylinders."""
+"""Corners of a circle in `geometry.surfaces`, as of SAPIEN's cylinders."""
 
 
 class RevolvedSolid(Solid):
@@ -157,7 +157,7 @@ class RevolvedSolid(Solid):
 
     def surface(self, row: int) -> tuple[NDArray[Any], ...]:
         """Vertices, triangles, normals and texture coordinates in a row of its entity: see `revolved_surface`."""
-        from scenecc.geometry.revolution import revolved_surface  # noqa: PLC0415 - loaded where there is one
+        from scenecc.geometry.surfaces import revolved_surface  # noqa: PLC0415 - loaded where there is one
 
         return revolved_surface(self.profile(*self.sizes(row)))
 
@@ -188,7 +188,7 @@ class RevolvedSolid(Solid):
     @classmethod
     @override
     def bounds(cls, rotation: NDArray[Any], *sizes: float) -> tuple[NDArray[Any], NDArray[Any]]:
-        from scenecc.geometry.revolution import revolved_points  # noqa: PLC0415 - loaded where there is one
+        from scenecc.geometry.surfaces import revolved_points  # noqa: PLC0415 - loaded where there is one
 
         points = revolved_points(cls.profile(*sizes)).reshape(-1, 3) @ rotation.T
         return points.min(axis=0), points.max(axis=0)
@@ -326,7 +326,7 @@ class Heightfield:
 
     def surface(self, row: int) -> tuple[NDArray[Any], ...]:
         """Vertices, triangles, normals and texture coordinates in a row of its entity: see `heightfield_surface`."""
-        from scenecc.geometry.heightfield import heightfield_surface  # noqa: PLC0415 - loaded where there is one
+        from scenecc.geometry.surfaces import heightfield_surface  # noqa: PLC0415 - loaded where there is one
 
         return heightfield_surface(self.size.row(row), self.heights)
 

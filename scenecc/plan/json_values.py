@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
-from scenecc.geometry.float32 import FLOAT32_MAX
 from scenecc.geometry.rotations import UNIT_TOLERANCE
 from scenecc.plan.articulation import (
     MAX_LINKS,
@@ -27,6 +26,7 @@ from scenecc.plan.articulation import (
     Mimic,
 )
 from scenecc.plan.geometry import heights_fault
+from scenecc.plan.properties import FLOAT32_MAX
 from scenecc.plan.value import Value
 
 if TYPE_CHECKING:
@@ -34,10 +34,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.plan.body import Mount
-    from scenecc.plan.material import PhysicalMaterial, VisualMaterial
-    from scenecc.plan.properties import Bounds
-    from scenecc.plan.quantities import Quantity
+    from scenecc.plan.body import Mount, PhysicalMaterial, VisualMaterial
+    from scenecc.plan.properties import Bounds, Quantity
     from scenecc.plan.scene import Entity, ScenePlan
     from scenecc.plan.schema import ScalarKind
 

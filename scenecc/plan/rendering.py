@@ -10,10 +10,9 @@ from scenecc.plan.body import BodyStructure
 from scenecc.plan.value import literal, per_scene
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics import Origin
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.plan.articulation import ArticulationStructure
-    from scenecc.plan.body import Mount
-    from scenecc.plan.material import Texture
+    from scenecc.plan.body import Mount, Texture
     from scenecc.plan.scene import Entity, ScenePlan
     from scenecc.plan.value import Value
 

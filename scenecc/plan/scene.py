@@ -11,10 +11,10 @@ from scenecc.diagnostics.frozen import frozen
 from scenecc.plan.body import BodyStructure
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics import Origin
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.plan.articulation import ArticulationStructure
+    from scenecc.plan.body import AssetFile, Friction, PhysicalMaterial, VisualMaterial
     from scenecc.plan.constraint import Constraint
-    from scenecc.plan.material import AssetFile, Friction, PhysicalMaterial, VisualMaterial
     from scenecc.plan.rendering import Camera, Environment, Light
     from scenecc.plan.value import Value
     from scenecc.variation.nodes import Node

@@ -1,7 +1,7 @@
 """The kind of each field of the plan, derived from its dataclasses. The reader and the writer of the JSON and the diff
 share it.
 
-Only what a type hint cannot say is in a table: what each `Value` holds (`scenecc.plan.quantities`), and here the
+Only what a type hint cannot say is in a table: what each `Value` holds (`scenecc.plan.properties`), and here the
 range of each plain number.
 """
 
@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from scenecc import plan as _plan
-from scenecc.diagnostics import Origin
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan import scene as _physics
 from scenecc.plan.properties import (
     ANY,
@@ -23,11 +23,12 @@ from scenecc.plan.properties import (
     NON_NEGATIVE,
     POSITION_ITERATIONS,
     POSITIVE,
+    QUANTITIES,
     UNIT_INTERVAL,
     VELOCITY_ITERATIONS,
     Bounds,
+    Quantity,
 )
-from scenecc.plan.quantities import QUANTITIES, Quantity
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from typing_extensions import TypedDict, Unpack
 
-from scenecc.diagnostics import Diagnostic, Location, Sink
+from scenecc.diagnostics import Diagnostic, Sink
+from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.messages import index_ranges, suggest
 from scenecc.errors import SceneError
 from scenecc.options import CompileOptions, Options, flag, integer

@@ -14,7 +14,7 @@ from scenecc.geometry.rotations import IDENTITY_POSE
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from scenecc.diagnostics import Location
+    from scenecc.diagnostics.diagnostic import Location
     from scenecc.geometry.rotations import Pose7, Vec3
 
 SapienJointType = Literal["fixed", "revolute", "revolute_unwrapped", "prismatic"]

@@ -12,8 +12,8 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenecc.diagnostics import Location, Origin, Sink
 from scenecc.diagnostics.codes import CODES
+from scenecc.diagnostics.diagnostic import Location, Origin
 from scenecc.diagnostics.messages import nearest
 from scenecc.files import open_regular
 from scenecc.robots.description import DescribedFile
@@ -22,6 +22,7 @@ from scenecc.source.paths import AssetScope, Refusal, ResolvedFile, resolve_asse
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
+    from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import RelatedPlace
 
 

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
-    from scenecc.diagnostics import Location, Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Location, Origin
     from scenecc.geometry.rotations import Pose7
     from scenecc.robots.description import DescribedFile
     from scenecc.robots.xml import SourceElement

@@ -14,13 +14,13 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from scenecc.diagnostics.messages import cut, suggest_name
-from scenecc.geometry.float32 import round_to_float32
+from scenecc.plan.properties import round_to_float32
 from scenecc.robots.xml import parse_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from scenecc.diagnostics import Location
+    from scenecc.diagnostics.diagnostic import Location
     from scenecc.robots.mjcf import MjcfReport
     from scenecc.robots.xml import SourceElement
 

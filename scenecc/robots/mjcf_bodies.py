@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenecc.diagnostics.messages import cut
-from scenecc.geometry.float32 import round_to_float32
 from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.plan.properties import round_to_float32
 from scenecc.robots.description import (
     DescribedCollision,
     DescribedJoint,

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenecc.diagnostics.messages import cut, suggest_name
-from scenecc.geometry.float32 import FLOAT32_MIN, round_to_float32
 from scenecc.geometry.rotations import IDENTITY, IDENTITY_POSE
 from scenecc.plan.geometry import LYING_SOLIDS
+from scenecc.plan.properties import FLOAT32_MIN, round_to_float32
 from scenecc.robots.description import (
     DescribedCollision,
     DescribedMaterial,

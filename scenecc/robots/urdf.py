@@ -44,7 +44,8 @@ if TYPE_CHECKING:
     from pathlib import Path
     from typing import Literal
 
-    from scenecc.diagnostics import Location, Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Location, Origin
     from scenecc.geometry.rotations import Pose7
     from scenecc.robots.description import Geometry
     from scenecc.robots.xml import SourceElement

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenecc.geometry.float32 import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan.geometry import SOLIDS
+from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.robots.description import DescribedInertial, DescribedMaterial, Geometry, MeshGeometry, SolidGeometry
 from scenecc.robots.poses import compose_poses, pose_numbers, pose_of_matrix
 from scenecc.robots.xml import read_number, read_numbers, read_text, read_vector3, warn_if_degrees
@@ -18,7 +18,7 @@ from scenecc.robots.xml import read_number, read_numbers, read_text, read_vector
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from scenecc.diagnostics import Location
+    from scenecc.diagnostics.diagnostic import Location
     from scenecc.geometry.rotations import Pose7, Vec3
     from scenecc.robots.files import FileReport, RobotFiles
     from scenecc.robots.xml import SourceElement

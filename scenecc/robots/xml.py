@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING
 from scenecc.diagnostics.collector import collector_paused
 from scenecc.diagnostics.frozen import frozen
 from scenecc.diagnostics.messages import cut
-from scenecc.geometry.float32 import FLOAT32_MAX
+from scenecc.plan.properties import FLOAT32_MAX
 from scenecc.source.text import TextLines
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from scenecc.diagnostics import Location
+    from scenecc.diagnostics.diagnostic import Location
     from scenecc.geometry.rotations import Vec3
     from scenecc.robots.files import FileReport
 

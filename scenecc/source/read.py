@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from scenecc.diagnostics import Location
-from scenecc.diagnostics import Path as KeyPath
 from scenecc.diagnostics.collector import collector_paused
-from scenecc.source.document import Document, find_duplicate_keys
+from scenecc.diagnostics.diagnostic import Location
+from scenecc.diagnostics.diagnostic import Path as KeyPath
+from scenecc.source.document import Document, copy_mapping, find_duplicate_keys
 from scenecc.source.events import (
     RESERVED_CHARACTER,
     RESERVED_IN_KEY_MESSAGE,
@@ -43,7 +43,6 @@ from scenecc.source.events import (
 )
 from scenecc.source.fast_reader import read_fast
 from scenecc.source.limits import Limits
-from scenecc.source.plain_data import copy_mapping
 from scenecc.source.syntax_errors import (
     AnchorTable,
     Container,

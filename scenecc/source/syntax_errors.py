@@ -14,7 +14,8 @@ from scenecc.source.events import describe_type
 from scenecc.source.text import find_control_character, report_character
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics import Location, Path, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Location, Path
     from scenecc.source.events import Event, Mark, NodeEvent
     from scenecc.source.limits import Limits
     from scenecc.source.text import TextLines

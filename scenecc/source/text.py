@@ -8,10 +8,11 @@ import re
 from functools import cached_property
 from typing import IO, TYPE_CHECKING, cast
 
-from scenecc.diagnostics import Location, Sink
+from scenecc.diagnostics.diagnostic import Location
 from scenecc.files import NotAFileError, open_regular
 
 if TYPE_CHECKING:
+    from scenecc.diagnostics import Sink
     from scenecc.source.limits import Limits
 
 

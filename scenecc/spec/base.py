@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, StringConstraints, ValidationError
 from pydantic_core import PydanticCustomError, core_schema
 
-from scenecc.geometry.float32 import FLOAT32_MIN
 from scenecc.plan.properties import (
     ANY,
     COUNT,
+    FLOAT32_MIN,
     INT32_MAX,
     NON_NEGATIVE,
     POSITION_ITERATIONS,
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema, ErrorDetails, InitErrorDetails
 
-    from scenecc.diagnostics import At, PathKey
+    from scenecc.diagnostics.diagnostic import At, PathKey
 
 
 def within(bounds: Bounds, *, allow_inf_nan: bool | None = False) -> Any:

@@ -18,10 +18,9 @@ from scenecc.spec.base import (
     VelocityIterations,
     key,
 )
-from scenecc.spec.material import Color, MaterialRef
 from scenecc.spec.nodes import LIST, NUMBER, WORD, LazyType, union_by_kind
 from scenecc.spec.pose import Pose
-from scenecc.spec.shapes import CollisionSpec, ShapeSpec, VisualSpec
+from scenecc.spec.shapes import CollisionSpec, Color, MaterialRef, ShapeSpec, VisualSpec
 from scenecc.spec.values import Fixed, Leaf
 
 if TYPE_CHECKING:

@@ -12,18 +12,18 @@ from scenecc.spec.values import Fixed
 
 if TYPE_CHECKING:
     from scenecc.spec.constraint import Constraint
-    from scenecc.spec.material import Material
     from scenecc.spec.params import Draw
     from scenecc.spec.physics import CollisionGroup, PhysicsSpec
     from scenecc.spec.pose import FrameSpec
     from scenecc.spec.rendering import CameraSpec, EnvironmentSpec, Light
+    from scenecc.spec.shapes import Material
 else:
     CameraSpec = Annotated[Any, LazyType("scenecc.spec.rendering", "CameraSpec")]
     Constraint = Annotated[Any, LazyType("scenecc.spec.constraint", "Constraint")]
     EnvironmentSpec = Annotated[Any, LazyType("scenecc.spec.rendering", "EnvironmentSpec")]
     Light = Annotated[Any, LazyType("scenecc.spec.rendering", "Light")]
     Draw = Annotated[Any, LazyType("scenecc.spec.params", "Draw")]
-    Material = Annotated[Any, LazyType("scenecc.spec.material", "Material")]
+    Material = Annotated[Any, LazyType("scenecc.spec.shapes", "Material")]
     PhysicsSpec = Annotated[Any, LazyType("scenecc.spec.physics", "PhysicsSpec")]
     CollisionGroup = Annotated[Any, LazyType("scenecc.spec.physics", "CollisionGroup")]
     FrameSpec = Annotated[Any, LazyType("scenecc.spec.pose", "FrameSpec")]

@@ -28,7 +28,7 @@ from scenecc.variation.operations import ExpressionError
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from scenecc.diagnostics import PathKey
+    from scenecc.diagnostics.diagnostic import PathKey
     from scenecc.variation.distributions import Condition, Distribution
 
     Loc = tuple[PathKey, ...]

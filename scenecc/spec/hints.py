@@ -12,7 +12,7 @@ from scenecc.variation.forms import FORM_KEYS
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from scenecc.diagnostics import Path
+    from scenecc.diagnostics.diagnostic import Path
 
 
 _SHAPE = "write shapes in one of the lists `shapes`, `collisions` and `visuals`: `shapes: [{type: box, …}]`"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
-from scenecc.geometry.float32 import FLOAT32_MAX, FLOAT32_MIN
+from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.spec.base import NOTE_SCHEMA
 from scenecc.spec.document import SceneFile
 from scenecc.spec.forms import COMPANIONS

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from pydantic_core import CoreSchema
     from pydantic_core.core_schema import UnionSchema
 
-    from scenecc.diagnostics import Path, PathKey
+    from scenecc.diagnostics.diagnostic import Path, PathKey
 
     Validate = Callable[[Any], Any]
 

@@ -17,7 +17,7 @@ from scenecc.spec.nodes import COMPONENTS, FLAG, NUMBER, WORD, is_mapping, is_se
 from scenecc.spec.values import Leaf
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics import Origin
+    from scenecc.diagnostics.diagnostic import Origin
 
 
 COLOR_TEXT = r"^#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{8})$"

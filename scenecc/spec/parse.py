@@ -16,7 +16,8 @@ from scenecc.spec.nodes import EXPANDED, is_mapping, is_sequence
 from scenecc.spec.values import READ_VALUES
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
 
 
 _MAX_UNCUT_ITEMS = 100

@@ -19,10 +19,10 @@ from scenecc.spec.base import (
     key,
 )
 from scenecc.spec.body import SceneIdxs
-from scenecc.spec.material import Texture
 from scenecc.spec.nodes import COMPONENTS, MAPPING, WORD, LazyType, LazyUnion, union_by_kind
 from scenecc.spec.pose import Pose
 from scenecc.spec.repetition import REPEATABLE, RepeatKeys
+from scenecc.spec.shapes import Texture
 from scenecc.spec.values import Fixed, Leaf
 
 LIGHT_COLOR_TEXT = r"^#[0-9A-Fa-f]{6}$"

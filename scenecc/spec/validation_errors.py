@@ -13,7 +13,7 @@ from pydantic import BaseModel, Tag
 from typing_extensions import TypeAliasType
 
 from scenecc.diagnostics.messages import cut, listed, nearest, show, suggest
-from scenecc.geometry.float32 import FLOAT32_MAX, FLOAT32_MIN
+from scenecc.plan.properties import FLOAT32_MAX, FLOAT32_MIN
 from scenecc.source.events import RESERVED_CHARACTER
 from scenecc.spec.base import CUSTOM_ERROR, NAME_PATTERN, PATTERN_HINTS, VALUE_NAME
 from scenecc.spec.body import BodySpec
@@ -63,7 +63,8 @@ if TYPE_CHECKING:
 
     from pydantic_core import ErrorDetails
 
-    from scenecc.diagnostics import At, Origin, Path, PathKey, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import At, Origin, Path, PathKey
 
 
 def document_path(loc: tuple[PathKey, ...], data: Any) -> Path | None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 from pydantic_core import core_schema
 
-from scenecc.geometry.float32 import FLOAT32_MAX
+from scenecc.plan.properties import FLOAT32_MAX
 from scenecc.spec.base import ErrorCollector
 from scenecc.spec.nodes import (
     COMPONENTS,

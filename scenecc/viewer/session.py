@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from scenecc.diagnostics import Location
+from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.formats import render
 from scenecc.errors import SceneError
 from scenecc.viewer.nodes import Files

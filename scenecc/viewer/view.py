@@ -14,7 +14,8 @@ from urllib.parse import quote
 
 from typing_extensions import Unpack
 
-from scenecc.diagnostics import Location, Sink
+from scenecc.diagnostics import Sink
+from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.frozen import frozen
 from scenecc.errors import SceneError
 from scenecc.options import CompileOptions, Options, integer

@@ -15,20 +15,18 @@ import numpy as np
 from scenecc.backends.sapien import SceneBatch, instantiate
 from scenecc.diagnostics import Sink
 from scenecc.plan import (
-    AssetFile,
     BodyStructure,
     Box,
     CollisionShape,
     Entity,
-    PhysicalMaterial,
     Physics,
     Plane,
     ScenePlan,
     Value,
-    VisualMaterial,
     constant,
     per_scene,
 )
+from scenecc.plan.body import AssetFile, PhysicalMaterial, VisualMaterial
 
 UP = [0.7071068, 0, -0.7071068, 0]
 TURNED = [0.9238795, 0.2209424, 0.2209424, 0.2209424]

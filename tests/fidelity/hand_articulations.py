@@ -23,13 +23,13 @@ from scenecc.plan import (
     Joint,
     Link,
     Mimic,
-    PhysicalMaterial,
     Physics,
     Plane,
     ScenePlan,
     constant,
     per_scene,
 )
+from scenecc.plan.body import PhysicalMaterial
 
 SCENES = 3
 TILTED = [0.9238795, 0, 0.3826834, 0]

@@ -12,7 +12,8 @@ from fidelity.hand import built, counts, flags
 from fidelity.hand_articulations import Case, by_hand, plan_of, pose, with_body, with_joint, with_mimic
 
 from scenecc.backends.sapien.properties import ARTICULATION_PROPERTIES, JOINT_PROPERTIES, LINK_FIELDS, ROOT_PROPERTIES
-from scenecc.plan import Box, Capsule, Sphere, VisualMaterial, VisualShape, constant, per_scene
+from scenecc.plan import Box, Capsule, Sphere, VisualShape, constant, per_scene
+from scenecc.plan.body import VisualMaterial
 
 
 def assert_same(case: Case) -> None:

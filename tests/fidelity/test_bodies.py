@@ -11,7 +11,8 @@ from fidelity.compare import assert_same_scene, assert_same_trajectory
 from fidelity.hand import SCENES, Case, box_shape, built, by_hand, counts, flags, plan_of
 
 from scenecc.backends.sapien.properties import BODY_PROPERTIES
-from scenecc.plan import BodyStructure, Entity, Friction, Inertial, Physics, ScenePlan, constant, per_scene
+from scenecc.plan import BodyStructure, Entity, Inertial, Physics, ScenePlan, constant, per_scene
+from scenecc.plan.body import Friction
 
 SIZES = [0.05, 0.06, 0.07]
 SHAPES = (box_shape(*SIZES), box_shape(0.02, 0.02, 0.2, density=constant(300.0)))

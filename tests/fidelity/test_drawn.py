@@ -12,17 +12,8 @@ from fidelity.hand import built
 from plugins.structures import body_of
 from unit.backends.drawn import heap, value
 
-from scenecc.plan import (
-    BodyStructure,
-    Box,
-    CollisionShape,
-    Entity,
-    PhysicalMaterial,
-    Physics,
-    ScenePlan,
-    constant,
-    per_scene,
-)
+from scenecc.plan import BodyStructure, Box, CollisionShape, Entity, Physics, ScenePlan, constant, per_scene
+from scenecc.plan.body import PhysicalMaterial
 from scenecc.variation.nodes import Chosen, Drawn, Key, Posed
 
 SCENES = 6

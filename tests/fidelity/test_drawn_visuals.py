@@ -13,7 +13,7 @@ from fidelity.compare import assert_same_scene
 from plugins.structures import body_of
 
 from scenecc import SceneBatch, load_scene
-from scenecc.plan import VisualMaterial
+from scenecc.plan.body import VisualMaterial
 
 pytestmark = pytest.mark.render
 

@@ -14,7 +14,7 @@ from plugins.sample_plans import ROOT
 
 from scenecc import SceneError, compile_scene, load_scene
 from scenecc.backends.sapien import geometry
-from scenecc.plan.json_writer import plan_to_json
+from scenecc.plan.json_codec import plan_to_json
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -14,7 +14,7 @@ from fidelity.test_emit_python import run_script
 from scenecc import compile_scene, load_scene
 from scenecc.inspect import summarize
 from scenecc.plan import ScenePlan, Value
-from scenecc.plan.json_writer import plan_to_json
+from scenecc.plan.json_codec import plan_to_json
 
 Form = Callable[[Any, Any], Any]
 MANY = 5

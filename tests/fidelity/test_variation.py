@@ -15,7 +15,6 @@ from sapien import physx
 
 from scenecc import compile_scene
 from scenecc.plan import (
-    AssetFile,
     BodyStructure,
     Box,
     CollisionShape,
@@ -28,6 +27,7 @@ from scenecc.plan import (
     constant,
     per_scene,
 )
+from scenecc.plan.body import AssetFile
 
 B = 6
 HALF = [[0.03 + 0.01 * i, 0.05, 0.04 + 0.005 * i] for i in range(B)]

@@ -12,7 +12,8 @@ from plugins.sample_plans import indices
 
 from scenecc.backends.sapien import assets, instantiate
 from scenecc.diagnostics import Sink
-from scenecc.plan import BodyStructure, Box, Texture, VisualMaterial, VisualShape, constant
+from scenecc.plan import BodyStructure, Box, VisualShape, constant
+from scenecc.plan.body import Texture, VisualMaterial
 
 Level = Literal["full", "fast"]
 

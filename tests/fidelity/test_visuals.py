@@ -23,14 +23,13 @@ from scenecc.plan import (
     Physics,
     ScenePlan,
     Sphere,
-    Texture,
     TiledPlane,
-    VisualMaterial,
     VisualPlane,
     VisualShape,
     constant,
     per_scene,
 )
+from scenecc.plan.body import Texture, VisualMaterial
 
 pytestmark = pytest.mark.render
 

@@ -198,7 +198,8 @@ def test_a_scene_builder_in_a_task(table: Path) -> None:
     from mani_skill.envs.sapien_env import BaseEnv
     from mani_skill.utils.registration import register_env
 
-    from scenecc.maniskill import YamlSceneBuilder, sim_config
+    from scenecc.maniskill import sim_config
+    from scenecc.maniskill.environment import YamlSceneBuilder
 
     name = next(NAMES)
 
@@ -278,7 +279,7 @@ def test_without_maniskill_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -
 
     import scenecc.maniskill
 
-    monkeypatch.delitem(sys.modules, "scenecc.maniskill.scene_builder", raising=False)
+    monkeypatch.delitem(sys.modules, "scenecc.maniskill.environment", raising=False)
     monkeypatch.delitem(sys.modules, "scenecc.backends.maniskill.compat", raising=False)
     monkeypatch.setitem(sys.modules, "torch", None)
     with pytest.raises(ImportError, match=r"scenecc\[maniskill\]"):

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from scenecc.diagnostics import Diagnostic, Locator, Sink, nowhere
+from scenecc.diagnostics import Diagnostic, Sink
+from scenecc.diagnostics.diagnostic import Locator, nowhere
 
 
 class TakingSink(Sink):

@@ -11,11 +11,9 @@ from scenecc.plan import (
     CollisionShape,
     Cylinder,
     Entity,
-    PhysicalMaterial,
     Physics,
     ScenePlan,
     Sphere,
-    Texture,
     Value,
     VisualShape,
     constant,
@@ -23,6 +21,7 @@ from scenecc.plan import (
     per_scene,
     varying,
 )
+from scenecc.plan.body import PhysicalMaterial, Texture
 from scenecc.variation.evaluation import Batch
 from scenecc.variation.forms import Template
 from scenecc.variation.node_bounds import find_bounds

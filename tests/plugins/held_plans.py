@@ -31,13 +31,13 @@ from scenecc.plan import (
     Shadow,
     Sphere,
     SpotLight,
-    Texture,
     TexturedLight,
     Weld,
     constant,
     literal,
     per_scene,
 )
+from scenecc.plan.body import Texture
 
 BOTH = (0, 1)
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from scenecc.checks.assets import check_assets
-from scenecc.diagnostics import Diagnostic, Origin, Sink
+from scenecc.diagnostics import Diagnostic, Sink
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan import (
-    AssetFile,
     BodyStructure,
     CoacdParams,
     CollisionShape,
@@ -26,6 +26,7 @@ from scenecc.plan import (
     VisualShape,
     constant,
 )
+from scenecc.plan.body import AssetFile
 
 TETRA = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
 POINTS = np.array([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]])

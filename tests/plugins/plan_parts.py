@@ -8,23 +8,20 @@ from typing import Any
 import numpy as np
 
 from scenecc.plan import (
-    AssetFile,
     BodyStructure,
     BodyType,
     CollisionGeometry,
     CollisionShape,
     Entity,
-    PhysicalMaterial,
     Plane,
-    Texture,
     Value,
-    VisualMaterial,
     VisualPlane,
     VisualShape,
     constant,
     literal,
     per_scene,
 )
+from scenecc.plan.body import AssetFile, PhysicalMaterial, Texture, VisualMaterial
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -17,7 +17,6 @@ from plugins.recipe_strategy import Shape, nodes
 
 from scenecc.plan import (
     ArticulationStructure,
-    AssetFile,
     BodyStructure,
     Camera,
     Constraint,
@@ -29,19 +28,18 @@ from scenecc.plan import (
     Link,
     Mimic,
     Mount,
-    NamedFile,
     ScenePlan,
     Value,
     recalled,
 )
 from scenecc.plan.articulation import MOVING_JOINT_FIELDS, NON_LINK_FIELDS
-from scenecc.plan.properties import ANY, Bounds
+from scenecc.plan.body import AssetFile, NamedFile
+from scenecc.plan.properties import ANY, Bounds, Quantity
 from scenecc.plan.schema import (
     ChoiceKind,
     FieldKind,
     ListKind,
     ObjectKind,
-    Quantity,
     ScalarKind,
     SceneSelectionKind,
     SharedDrawsKind,

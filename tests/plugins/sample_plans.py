@@ -33,7 +33,6 @@ from scenecc.plan import (
     ConvexParts,
     Cylinder,
     Entity,
-    Friction,
     GpuMemory,
     Heightfield,
     Inertial,
@@ -44,13 +43,13 @@ from scenecc.plan import (
     ScenePlan,
     SdfConfig,
     Sphere,
-    Texture,
     TiledPlane,
     TriangleMesh,
     VisualShape,
     constant,
     per_scene,
 )
+from scenecc.plan.body import Friction, Texture
 
 __all__ = [
     "FLAG",

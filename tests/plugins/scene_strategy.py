@@ -41,14 +41,13 @@ from scenecc.spec.articulation import Mjcf, Tree, TreeJoint, TreeLink, Urdf
 from scenecc.spec.base import NAME_PATTERN, REFERENCE_PATTERN
 from scenecc.spec.body import BodySpec
 from scenecc.spec.document import SceneFile
-from scenecc.spec.material import Physical, TextureMapping
 from scenecc.spec.mesh_shapes import CoacdKeys
 from scenecc.spec.physics import DefaultMaterial, InertialSpec, PhysicsSpec
 from scenecc.spec.pose import AxisAngle, PoseMapping
 from scenecc.spec.primitive_shapes import PlaneKeys
 from scenecc.spec.rendering import CubeMapKeys, EnvironmentSpec
 from scenecc.spec.repetition import RepeatKeys
-from scenecc.spec.shapes import CollisionKeys, MeshFileKeys
+from scenecc.spec.shapes import CollisionKeys, MeshFileKeys, Physical, TextureMapping
 
 FOLDER = GOOD
 """The folder that the files of a document are relative to."""

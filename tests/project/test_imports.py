@@ -13,9 +13,9 @@ HEAVY = ("sapien", "trimesh", "numpy", "coacd", "mani_skill", "jsonschema")
 """None of these is needed to check a scene without meshes: an engine, a mesh library, arrays."""
 
 _SECTIONS = {
-    "plan": "articulation constraint rendering json_reader",
+    "plan": "articulation constraint rendering json_codec",
     "robots": "urdf mjcf",
-    "lower": "articulations constraints mounts rendering resets",
+    "lower": "articulations constraints rendering resets",
     "checks": "joints render_objects",
     "spec": "articulation constraint rendering",
     "expand": "expand",

@@ -12,7 +12,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from scenecc import compile_scene
-from scenecc.diagnostics import Origin, Sink
+from scenecc.diagnostics import Sink
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.expand.documents import scene_loader
 from scenecc.expand.expand import expand
 from scenecc.expand.expansion import Expansion

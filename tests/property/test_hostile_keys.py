@@ -18,8 +18,8 @@ from plugins.scene_nodes import SHAPE_LISTS
 from plugins.scene_strategy import FOLDER, document
 
 from scenecc import validate
-from scenecc.diagnostics import Path as Steps
-from scenecc.diagnostics import dotted
+from scenecc.diagnostics.diagnostic import Path as Steps
+from scenecc.diagnostics.diagnostic import dotted
 from scenecc.spec import nodes
 
 LABELS = sorted(label for label in vars(nodes).values() if isinstance(label, str) and label.startswith("\0"))

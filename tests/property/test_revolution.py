@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 from sapien import physx
 
 from scenecc.backends.sapien.geometry import make_revolved_parts
-from scenecc.geometry.revolution import revolved_surface
+from scenecc.geometry.surfaces import revolved_surface
 from scenecc.plan.geometry import REVOLVED_SOLIDS
 
 SIZES = st.floats(0.02, 5)

@@ -11,7 +11,8 @@ import yaml
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from scenecc.diagnostics import Origin, Path, Sink
+from scenecc.diagnostics import Sink
+from scenecc.diagnostics.diagnostic import Origin, Path
 from scenecc.source import Limits, read_dict, read_text
 from scenecc.source.fast_reader import read_fast
 from scenecc.source.read import read_strict

@@ -18,8 +18,9 @@ from plugins.expectations import GOOD
 import scenecc
 from scenecc import SceneError
 from scenecc.cli.output import Status, status
-from scenecc.diagnostics import Diagnostic, Location
-from scenecc.plan.json_writer import plan_to_json
+from scenecc.diagnostics import Diagnostic
+from scenecc.diagnostics.diagnostic import Location
+from scenecc.plan.json_codec import plan_to_json
 
 
 @pytest.mark.parametrize("name", scenecc.__all__)

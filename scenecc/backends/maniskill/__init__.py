@@ -8,7 +8,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Protocol
 
-from scenecc.diagnostics import Location
+from scenecc.diagnostics.diagnostic import Location
 
 if TYPE_CHECKING:
     from scenecc.backends.maniskill.loaded_scene import LoadedScene

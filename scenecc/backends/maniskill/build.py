@@ -15,16 +15,18 @@ from scenecc.backends.sapien.constraints import ConstraintSet
 from scenecc.backends.sapien.engine import EngineFailure, engine_settings, physx, report_failure
 from scenecc.backends.sapien.preparation import PreparedArticulation, prepare_entities
 from scenecc.backends.sapien.rendering import LightSet
-from scenecc.diagnostics import Location
 from scenecc.diagnostics.collector import collector_paused
+from scenecc.diagnostics.diagnostic import Location
 from scenecc.plan.scene import Physics, process_wide_settings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scenecc.backends.sapien.preparation import PreparedEntity
-    from scenecc.diagnostics import Origin, Sink
-    from scenecc.plan import Friction, ScenePlan
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
+    from scenecc.plan import ScenePlan
+    from scenecc.plan.body import Friction
     from scenecc.plan.scene import GpuMemory
 
 

@@ -16,8 +16,8 @@ from scenecc.backends.sapien.objects import ArticulationObjects, is_dynamic, roo
 from scenecc.backends.sapien.preparation import EntityLookup, PreparedArticulation
 from scenecc.backends.sapien.properties import to_poses
 from scenecc.backends.sapien.reset import ResetSampler
-from scenecc.backends.sapien.selection import check_scene_idxs, check_seeds
 from scenecc.backends.sapien.state import ArticulationState, ArticulationStateWriter
+from scenecc.options import check_scene_idxs, check_seeds
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Mapping, Sequence

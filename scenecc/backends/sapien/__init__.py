@@ -6,9 +6,9 @@ import re
 from importlib import import_module
 from typing import TYPE_CHECKING, Literal
 
-from scenecc.backends.sapien.selection import check_scene_idxs
-from scenecc.diagnostics import Location
+from scenecc.diagnostics.diagnostic import Location
 from scenecc.interrupt import interrupts_wait
+from scenecc.options import check_scene_idxs
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

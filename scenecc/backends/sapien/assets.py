@@ -49,7 +49,8 @@ if TYPE_CHECKING:
 
     from scenecc.backends.sapien.properties import Column
     from scenecc.diagnostics import Sink
-    from scenecc.plan import AssetFile, CoacdParams, ScenePlan, Texture, Value, VisualMaterial
+    from scenecc.plan import CoacdParams, ScenePlan, Value
+    from scenecc.plan.body import AssetFile, Texture, VisualMaterial
 
 
 Signature = tuple[State, ...]

@@ -11,7 +11,6 @@ import numpy as np
 from scenecc.backends.sapien.entity_batch import ArticulationBatch, EntityBatch
 from scenecc.backends.sapien.objects import ArticulationObjects, BodyObjects, is_dynamic, iterate_entities
 from scenecc.backends.sapien.reset import ResetSampler
-from scenecc.backends.sapien.selection import check_scene_idxs, check_seeds
 from scenecc.backends.sapien.state import (
     RemovedArticulation,
     SceneState,
@@ -22,9 +21,10 @@ from scenecc.backends.sapien.state import (
     restore_scene,
     validate_state,
 )
-from scenecc.diagnostics import Location
+from scenecc.diagnostics.diagnostic import Location
 from scenecc.errors import SceneError
 from scenecc.interrupt import interrupts_wait
+from scenecc.options import check_scene_idxs, check_seeds
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.assets import Resources
-    from scenecc.diagnostics import Origin
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.plan import (
         BodyStructure,
         CollisionGeometry,

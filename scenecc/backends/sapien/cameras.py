@@ -12,9 +12,9 @@ import numpy as np
 from scenecc.backends.sapien.engine import EngineFailure, render, sapien, supports_ray_tracing
 from scenecc.backends.sapien.objects import ComponentBatch
 from scenecc.backends.sapien.properties import to_poses
-from scenecc.backends.sapien.selection import check_scene_idxs
 from scenecc.geometry import rotation_arrays
 from scenecc.geometry.rotations import IDENTITY_POSE
+from scenecc.options import check_scene_idxs
 from scenecc.plan import literal
 from scenecc.plan.rendering import (
     FLAT_THICKNESS,

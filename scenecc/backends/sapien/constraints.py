@@ -16,10 +16,10 @@ from scenecc.backends.sapien.engine import physx, sapien
 from scenecc.backends.sapien.objects import ComponentBatch
 from scenecc.backends.sapien.properties import Column, select_rows, to_poses, to_scalars, to_vectors, zip_columns
 from scenecc.backends.sapien.reset import check_finite, part_in_scenes, sample_value
-from scenecc.geometry.float32 import FLOAT32_MAX
 from scenecc.geometry.rotations import IDENTITY_POSE
 from scenecc.plan import Connection, Distance, Drive, Gear, Weld, literal
 from scenecc.plan.constraint import WELD_SWING
+from scenecc.plan.properties import FLOAT32_MAX
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Sequence

@@ -19,13 +19,14 @@ from functools import cache
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Literal
 
-from scenecc.diagnostics import Location
+from scenecc.diagnostics.diagnostic import Location
 from scenecc.plan.scene import CONFIG_KINDS, SCENE_CONFIG_FIELDS, process_wide_settings
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.plan.scene import Physics
 
 

@@ -16,7 +16,7 @@ from scenecc.backends.sapien.objects import (
     spread_poses,
     spread_vectors,
 )
-from scenecc.backends.sapien.selection import check_scene_idxs
+from scenecc.options import check_scene_idxs
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

@@ -19,7 +19,7 @@ from scenecc.backends.sapien.properties import (
     size_column,
     to_vectors,
 )
-from scenecc.geometry.revolution import cached_parts
+from scenecc.geometry.surfaces import cached_parts
 from scenecc.plan import (
     Box,
     Capsule,
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.assets import Resources
-    from scenecc.geometry.revolution import Profile
+    from scenecc.geometry.surfaces import Profile
     from scenecc.plan import CollisionGeometry, Value, VisualGeometry
     from scenecc.plan.geometry import RevolvedSolid
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Final
 from scenecc.diagnostics.formats.style import relative_file, visible
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics.diagnostic import Diagnostic, Severity
+    from scenecc.diagnostics.codes import Severity
+    from scenecc.diagnostics.diagnostic import Diagnostic, Location
     from scenecc.diagnostics.formats.style import Style
-    from scenecc.diagnostics.origin import Location
 
 _COMMANDS: Final[dict[Severity, str]] = {"error": "error", "warning": "warning", "note": "notice"}
 

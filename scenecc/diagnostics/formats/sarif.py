@@ -13,9 +13,8 @@ from scenecc.diagnostics.reference import markdown
 from scenecc.version import VERSION
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics.diagnostic import Diagnostic
+    from scenecc.diagnostics.diagnostic import Diagnostic, Location
     from scenecc.diagnostics.formats.style import Style
-    from scenecc.diagnostics.origin import Location
 
 Json = dict[str, object]
 

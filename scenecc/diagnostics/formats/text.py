@@ -12,9 +12,9 @@ from rich.cells import cell_len
 from scenecc.diagnostics.formats.style import visible
 
 if TYPE_CHECKING:
-    from scenecc.diagnostics.diagnostic import Diagnostic, Severity
+    from scenecc.diagnostics.codes import Severity
+    from scenecc.diagnostics.diagnostic import Diagnostic, Location
     from scenecc.diagnostics.formats.style import Style
-    from scenecc.diagnostics.origin import Location
 
 
 _TAB = 4

@@ -8,7 +8,7 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING
 
-from scenecc.diagnostics import Location
+from scenecc.diagnostics.diagnostic import Location
 from scenecc.emit.python.bodies import BODY_PROPERTIES, RENDER_PROPERTIES
 from scenecc.emit.python.context import MountTargets, ScriptContext, ScriptMaterials, number_literal, present_fields
 from scenecc.emit.python.entities import RepeatedEntity, fold_repeats, write_entity, write_repeated_entity
@@ -17,14 +17,15 @@ from scenecc.emit.python.rendering import write_sections
 from scenecc.emit.python.source import Group, Identifiers, SourceNode, SourceWriter, call, list_of
 from scenecc.plan import ArticulationStructure
 from scenecc.plan.articulation import MAX_LINKS, NON_LINK_FIELDS, VELOCITY_FIELDS, tendon_links
-from scenecc.plan.material import rebase_file
+from scenecc.plan.body import rebase_file
 from scenecc.plan.scene import SCENE_CONFIG_FIELDS, process_wide_settings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.plan import BodyStructure, Mimic, ScenePlan
     from scenecc.plan.scene import Physics
 

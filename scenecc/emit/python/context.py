@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from scenecc.emit.python.source import Group, SourceNode, SourceWriter, call, list_of, string
-from scenecc.plan import Friction, literal
+from scenecc.plan import literal
+from scenecc.plan.body import Friction
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Hashable, Iterable
@@ -24,18 +25,8 @@ if TYPE_CHECKING:
 
     from scenecc.emit.python.files import ScriptFiles
     from scenecc.emit.python.source import Identifiers
-    from scenecc.plan import (
-        ArticulationStructure,
-        BodyStructure,
-        CollisionShape,
-        Entity,
-        ScenePlan,
-        Texture,
-        Value,
-        VisualMaterial,
-        VisualShape,
-    )
-    from scenecc.plan.body import Mount
+    from scenecc.plan import ArticulationStructure, BodyStructure, CollisionShape, Entity, ScenePlan, Value, VisualShape
+    from scenecc.plan.body import Mount, Texture, VisualMaterial
 
 
 IDENTITY_ROW = np.array([0, 0, 0, 1, 0, 0, 0], dtype=np.float64)

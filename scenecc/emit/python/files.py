@@ -12,16 +12,18 @@ from typing import TYPE_CHECKING
 from scenecc.emit.python.context import number_literal
 from scenecc.emit.python.source import WIDTH, SourceNode, SourceWriter, call, list_of, string
 from scenecc.files import read_checked
-from scenecc.geometry import revolution
-from scenecc.geometry.heightfield import heightfield_surface
+from scenecc.geometry import surfaces
+from scenecc.geometry.surfaces import heightfield_surface
 from scenecc.plan import ArticulationStructure, CoacdParams, Value
-from scenecc.plan.schema import ListKind, ObjectKind, Quantity, UnionKind, plan_fields
+from scenecc.plan.properties import Quantity
+from scenecc.plan.schema import ListKind, ObjectKind, UnionKind, plan_fields
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scenecc.emit.python.source import Identifiers
-    from scenecc.plan import AssetFile, ScenePlan
+    from scenecc.plan import ScenePlan
+    from scenecc.plan.body import AssetFile
     from scenecc.plan.schema import FieldKind
 
 _PACKAGE_FILE = '''\
@@ -237,10 +239,10 @@ class ScriptFiles:
         made = (
             (_CONVEX_PARTS, self._cut),
             (_MIRRORED, self._mirrored),
-            (getsource(revolution.revolved_points), shapes or visual),
-            (getsource(revolution.revolved_parts), shapes),
+            (getsource(surfaces.revolved_points), shapes or visual),
+            (getsource(surfaces.revolved_parts), shapes),
             (_REVOLVED_SHAPES, shapes),
-            (getsource(revolution.revolved_surface), visual),
+            (getsource(surfaces.revolved_surface), visual),
             (_REVOLVED_VISUAL, visual),
             (getsource(heightfield_surface), terrain or seen),
             (_HEIGHTFIELD_SHAPE, terrain),

@@ -26,15 +26,16 @@ from scenecc.plan.body import COLLISION_ID_BITS
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.geometry.rotations import Pose7
     from scenecc.lower.articulations.drafts import Alternative, ArticulationDraft, DraftJoint
     from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.materials import MaterialLowerer
     from scenecc.lower.references import PlanTables, RobotReader
     from scenecc.lower.shapes import GroupBits, ShapeLowerer
-    from scenecc.plan import AssetFile, BodyStructure, Value
-    from scenecc.plan.body import BodyType
+    from scenecc.plan import BodyStructure, Value
+    from scenecc.plan.body import AssetFile, BodyType
     from scenecc.robots.description import DescribedRobot, RobotDescription
 
 

@@ -37,7 +37,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.fields import FieldLowerer
     from scenecc.lower.shapes import ShapeDefaults, ShapeLowerer
     from scenecc.plan import Inertial

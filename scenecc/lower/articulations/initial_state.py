@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from scenecc.diagnostics.messages import cut
-from scenecc.geometry.float32 import FLOAT32_MAX
 from scenecc.lower.articulations.links import first_outside, widest
 from scenecc.lower.articulations.robots import names_hint
 from scenecc.lower.deferred_checks import MimicRelation, ResettableValue
@@ -15,7 +14,7 @@ from scenecc.lower.field_types import FieldType, field_type, report_unused_key
 from scenecc.lower.poses import suspect_degrees, warn_large_angle
 from scenecc.lower.variation import VARYING, FieldPlace, FormStep, VariationLowerer, field_place
 from scenecc.plan import literal, per_scene, varying
-from scenecc.plan.properties import Bounds
+from scenecc.plan.properties import FLOAT32_MAX, Bounds
 from scenecc.spec.base import NOTE_PREFIX
 from scenecc.variation import forms
 from scenecc.variation.bounds import ValueBounds, affine_clamp_bounds, component_bounds
@@ -27,7 +26,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.articulations.drafts import DraftJoint, DraftMimic
     from scenecc.lower.fields import FieldLowerer
     from scenecc.plan import Value

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
     from scenecc.lower.articulations.drafts import DraftJoint, DraftLink, Layer
     from scenecc.lower.articulations.robots import OverrideValues
     from scenecc.lower.fields import FieldLowerer

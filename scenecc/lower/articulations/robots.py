@@ -12,17 +12,8 @@ from scenecc.lower.materials import LoweredMaterial, MaterialChoice
 from scenecc.lower.poses import lower_limits
 from scenecc.lower.references import select_per_scene
 from scenecc.lower.shapes import coacd_params
-from scenecc.plan import (
-    AssetFile,
-    CollisionShape,
-    Inertial,
-    PhysicalMaterial,
-    Texture,
-    Value,
-    VisualMaterial,
-    VisualShape,
-    literal,
-)
+from scenecc.plan import CollisionShape, Inertial, Value, VisualShape, literal
+from scenecc.plan.body import AssetFile, PhysicalMaterial, Texture, VisualMaterial
 from scenecc.plan.geometry import SOLIDS, Solid
 from scenecc.plan.properties import DEFAULT_DENSITY
 from scenecc.robots import description as robots
@@ -32,7 +23,8 @@ from scenecc.spec.references import compile_name_pattern
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from scenecc.diagnostics import Location, Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Location, Origin
     from scenecc.geometry.rotations import Pose7
     from scenecc.lower.articulations.drafts import Layer
     from scenecc.lower.field_types import FieldType

@@ -9,8 +9,9 @@ from typing import Any
 import pytest
 from plugins.sample_plans import rubbing
 
-from scenecc.diagnostics import Origin
-from scenecc.plan import AssetFile, BodyStructure, Box, CollisionShape, Entity, Physics, ScenePlan, constant, per_scene
+from scenecc.diagnostics.diagnostic import Origin
+from scenecc.plan import BodyStructure, Box, CollisionShape, Entity, Physics, ScenePlan, constant, per_scene
+from scenecc.plan.body import AssetFile
 
 ROOT = Origin("scene.yaml")
 SCENES = 4

@@ -16,10 +16,10 @@ from unit.backends.test_audit import audited
 
 from scenecc import ArticulationBatch
 from scenecc.backends.sapien import SceneBatch, instantiate
-from scenecc.diagnostics import Diagnostic, Origin, Sink
+from scenecc.diagnostics import Diagnostic, Sink
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan import (
     ArticulationStructure,
-    AssetFile,
     BodyStructure,
     CollisionShape,
     ConvexMesh,
@@ -32,6 +32,7 @@ from scenecc.plan import (
     constant,
     per_scene,
 )
+from scenecc.plan.body import AssetFile
 
 ROOT = Origin("scene.yaml")
 

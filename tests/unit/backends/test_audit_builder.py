@@ -11,7 +11,8 @@ import pytest
 from scenecc.backends.sapien import assets, build, engine, instantiate
 from scenecc.backends.sapien.engine import physx
 from scenecc.diagnostics import Sink
-from scenecc.plan import Friction, Physics, ScenePlan, SdfConfig, constant
+from scenecc.plan import Physics, ScenePlan, SdfConfig, constant
+from scenecc.plan.body import Friction
 
 pytestmark = pytest.mark.parametrize("level", ["fast", "full"])
 Level = Literal["full", "fast"]

@@ -21,7 +21,8 @@ from scenecc.backends.sapien import build, instantiate
 from scenecc.backends.sapien.assets import crashes_ply_reader
 from scenecc.backends.sapien.coacd_worker import encode_ply
 from scenecc.backends.sapien.engine import physx
-from scenecc.diagnostics import Diagnostic, Origin, Sink
+from scenecc.diagnostics import Diagnostic, Sink
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan import (
     BodyStructure,
     Box,
@@ -96,7 +97,7 @@ def test_a_file_that_fails_in_some_scenes_only(text: Path, tmp_path: Path) -> No
     origin = Origin("scene.yaml", ("entities", "body"))
     shape = CollisionShape(ConvexMesh(per_scene([0, 1], np.int64), constant([1, 1, 1])), origin=origin)
     entity = Entity("body", (0, 1), constant([0, 0, 0, 1, 0, 0, 0]), (BodyStructure("dynamic", (shape,)),))
-    from scenecc.plan import AssetFile
+    from scenecc.plan.body import AssetFile
 
     files = (AssetFile("good.obj", good), AssetFile("notes.obj", text))
     plan = ScenePlan("test", 2, (entity,), Physics(), files=files)

@@ -18,7 +18,8 @@ from unit.checks.test_assets import png
 from scenecc.backends.sapien import assets, engine, instantiate
 from scenecc.backends.sapien.engine import EngineFailure, physx, sapien
 from scenecc.diagnostics import Sink
-from scenecc.plan import AssetFile, CollisionShape, ConvexMesh, ConvexParts, ScenePlan, TriangleMesh, constant
+from scenecc.plan import CollisionShape, ConvexMesh, ConvexParts, ScenePlan, TriangleMesh, constant
+from scenecc.plan.body import AssetFile
 
 PlanOf = Callable[..., ScenePlan]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import scenecc
-from scenecc.backends.sapien.selection import check_scene_idxs
+from scenecc.options import check_scene_idxs
 
 BALL: dict[str, Any] = {
     "scenecc": 1,

@@ -14,7 +14,8 @@ from sapien import physx
 from scenecc.backends.sapien import build, instantiate
 from scenecc.backends.sapien.engine import engine_settings
 from scenecc.diagnostics import Sink
-from scenecc.plan import Friction, Physics, ScenePlan, SdfConfig
+from scenecc.plan import Physics, ScenePlan, SdfConfig
+from scenecc.plan.body import Friction
 
 ALL = Physics(
     timestep=0.005,

@@ -34,22 +34,12 @@ from plugins.sample_plans import indices
 from scenecc.checks import assets
 from scenecc.checks.assets import check_assets
 from scenecc.checks.mesh_data import MeshFilePart, connected_parts
-from scenecc.diagnostics import Origin, Sink
+from scenecc.diagnostics import Sink
 from scenecc.diagnostics.codes import CODES
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.files import open_regular
-from scenecc.plan import (
-    AssetFile,
-    BodyStructure,
-    Entity,
-    Physics,
-    ScenePlan,
-    Sphere,
-    Texture,
-    VisualMaterial,
-    VisualShape,
-    constant,
-    per_scene,
-)
+from scenecc.plan import BodyStructure, Entity, Physics, ScenePlan, Sphere, VisualShape, constant, per_scene
+from scenecc.plan.body import AssetFile, Texture, VisualMaterial
 
 USES = ("hull", "triangles", "parts", "decomposed", "seen")
 WHOLE: dict[str, bytes] = {

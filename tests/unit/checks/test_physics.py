@@ -22,7 +22,6 @@ from scenecc.checks.physics import (
     may_collide,
 )
 from scenecc.plan import (
-    AssetFile,
     BodyStructure,
     Box,
     CollisionShape,
@@ -38,7 +37,7 @@ from scenecc.plan import (
     constant,
     per_scene,
 )
-from scenecc.plan.body import groups_collide
+from scenecc.plan.body import AssetFile, groups_collide
 
 IDENTITY = constant([0, 0, 0, 1, 0, 0, 0])
 BALL = CollisionShape(Sphere(constant(0.1)))

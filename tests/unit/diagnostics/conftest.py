@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from scenecc.diagnostics import Diagnostic, Location, Related
+from scenecc.diagnostics import Diagnostic, Related
+from scenecc.diagnostics.diagnostic import Location
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import yaml
 import scenecc
 from scenecc.diagnostics import Sink
 from scenecc.diagnostics.codes import BANDS, CODES, Code
-from scenecc.plan.json_reader import plan_from_json
+from scenecc.plan.json_codec import plan_from_json
 
 PACKAGE = Path(scenecc.__file__).parent
 TABLE = PACKAGE / "diagnostics" / "codes.yaml"

@@ -17,8 +17,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.cells import cell_len
 
-from scenecc.diagnostics import Diagnostic, Location, Related
+from scenecc.diagnostics import Diagnostic, Related
 from scenecc.diagnostics.codes import CODES
+from scenecc.diagnostics.diagnostic import Location
 from scenecc.diagnostics.formats import FORMATS, render, wants_color
 from scenecc.diagnostics.formats.style import relative_file, uri, visible
 from scenecc.diagnostics.formats.text import excerpt

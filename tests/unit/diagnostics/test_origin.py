@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from scenecc.diagnostics import Origin, Sink
+from scenecc.diagnostics import Sink
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.source import make_limits, read_text
 
 CASES = [

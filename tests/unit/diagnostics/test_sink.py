@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from scenecc.diagnostics import At, Location, Origin, Sink, dotted
+from scenecc.diagnostics import Sink
 from scenecc.diagnostics.codes import CODES
+from scenecc.diagnostics.diagnostic import At, Location, Origin, dotted
 
 if TYPE_CHECKING:
     from plugins.diagnostics import TakingSink

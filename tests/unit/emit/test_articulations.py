@@ -16,19 +16,9 @@ from plugins.robot_plans import arm, crawler, linked, robots
 from scenecc.diagnostics import Sink
 from scenecc.emit import emit
 from scenecc.emit.python.articulations import ARTICULATION_PROPERTIES, engine_order
-from scenecc.plan import (
-    ArticulationStructure,
-    AssetFile,
-    Box,
-    CollisionShape,
-    Entity,
-    Joint,
-    Link,
-    Mimic,
-    constant,
-    literal,
-)
+from scenecc.plan import ArticulationStructure, Box, CollisionShape, Entity, Joint, Link, Mimic, constant, literal
 from scenecc.plan.articulation import VELOCITY_FIELDS
+from scenecc.plan.body import AssetFile
 from scenecc.plan.properties import property_fields
 
 ARM = arm(ids=constant([1, 1, 0, 0], np.int64), start=literal(0.3))

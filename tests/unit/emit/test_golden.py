@@ -15,7 +15,7 @@ from plugins.sample_plans import ROOT, SAMPLES
 from scenecc.diagnostics import Sink
 from scenecc.emit import emit
 from scenecc.emit.python.source import WIDTH
-from scenecc.plan.json_reader import plan_from_json
+from scenecc.plan.json_codec import plan_from_json
 
 if TYPE_CHECKING:
     from scenecc.plan import ScenePlan

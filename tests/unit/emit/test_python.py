@@ -25,7 +25,6 @@ from scenecc.emit.python.context import number_literal
 from scenecc.emit.python.files import COACD_DEFAULTS
 from scenecc.emit.python.source import WIDTH, Identifiers, SourceWriter, call, list_of, string
 from scenecc.plan import (
-    AssetFile,
     BodyStructure,
     Box,
     CollisionGeometry,
@@ -42,7 +41,8 @@ from scenecc.plan import (
     constant,
     per_scene,
 )
-from scenecc.plan.json_writer import plan_to_json
+from scenecc.plan.body import AssetFile
+from scenecc.plan.json_codec import plan_to_json
 from scenecc.plan.scene import SDF_CONFIG_NAMES
 
 

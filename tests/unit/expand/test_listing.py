@@ -9,7 +9,8 @@ import pytest
 from plugins.expander import Expander
 
 from scenecc import ParamRow
-from scenecc.diagnostics import Origin, Sink
+from scenecc.diagnostics import Sink
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.expand.documents import edition_here, editions, scene_loader, shipped_file, shipped_names
 from scenecc.expand.listing import list_params, list_prefabs
 from scenecc.source import Limits, read_file

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from scenecc import validate
-from scenecc.diagnostics import Origin
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.variation.forms import Template
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from scenecc.diagnostics import Origin
+from scenecc.diagnostics.diagnostic import Origin
 
 if TYPE_CHECKING:
     from plugins.expander import Expander

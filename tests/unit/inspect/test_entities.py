@@ -19,7 +19,6 @@ from scenecc.backends.sapien import instantiate
 from scenecc.diagnostics import Sink
 from scenecc.inspect import summarize
 from scenecc.plan import (
-    AssetFile,
     AxisDrive,
     AxisLimit,
     Camera,
@@ -38,6 +37,7 @@ from scenecc.plan import (
     per_scene,
     recalled,
 )
+from scenecc.plan.body import AssetFile
 from scenecc.variation.nodes import Drawn, Key
 
 

@@ -7,28 +7,26 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenecc.diagnostics import Origin
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.inspect import VaryingField
 from scenecc.inspect.varying import entity_fields
 from scenecc.plan import (
-    AssetFile,
     BodyStructure,
     Box,
     CollisionShape,
     ConvexMesh,
     Entity,
     Inertial,
-    PhysicalMaterial,
     Physics,
     ScenePlan,
     Sphere,
     Value,
-    VisualMaterial,
     VisualShape,
     constant,
     per_scene,
     varying,
 )
+from scenecc.plan.body import AssetFile, PhysicalMaterial, VisualMaterial
 from scenecc.variation.bounds import ValueBounds
 from scenecc.variation.nodes import Drawn, Key
 

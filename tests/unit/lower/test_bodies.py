@@ -12,7 +12,8 @@ from plugins.structures import body_of
 from unit.lower.scenes import compiled, entity
 
 from scenecc.lower.entities import BODY_FIELDS
-from scenecc.plan import CoacdParams, ConvexParts, VisualMaterial
+from scenecc.plan import CoacdParams, ConvexParts
+from scenecc.plan.body import VisualMaterial
 from scenecc.spec.body import MOTION_AXES, BodySpec
 
 SPHERE: dict[str, Any] = {"type": "sphere", "radius": 0.1}

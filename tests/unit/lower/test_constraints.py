@@ -12,7 +12,7 @@ import yaml
 from scenecc import SceneError, compile_scene, emit_scene, validate
 from scenecc.diagnostics import Sink
 from scenecc.plan import Constraint, Drive, Mount, ScenePlan
-from scenecc.plan.json_reader import plan_from_json
+from scenecc.plan.json_codec import plan_from_json
 
 BALL = [{"type": "sphere", "radius": 0.1}]
 PAIR = """

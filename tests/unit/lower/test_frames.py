@@ -10,7 +10,7 @@ import pytest
 
 from scenecc import compile_scene, load_scene, validate
 from scenecc.plan import ScenePlan
-from scenecc.plan.json_writer import plan_to_json
+from scenecc.plan.json_codec import plan_to_json
 from scenecc.plan.scene import MAX_COMPOSED_POSES, is_shared_pose
 from scenecc.variation.evaluation import Batch
 

@@ -16,7 +16,7 @@ from unit.checks.test_mesh_dae import DAE
 
 from scenecc.meshes import MeshError
 from scenecc.meshes.files import MeshFiles
-from scenecc.plan import AssetFile
+from scenecc.plan.body import AssetFile
 
 MTL = "newmtl glass\nKd 0.2 0.4 0.6\nd 0.5\nKe 0.1 0 0.2\nNs 500\nKs 0.3 0.2 0.1\n"
 

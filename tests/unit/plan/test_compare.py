@@ -20,7 +20,6 @@ from scenecc.plan import (
     CollisionShape,
     Entity,
     Mimic,
-    PhysicalMaterial,
     Physics,
     ScenePlan,
     Sphere,
@@ -31,18 +30,11 @@ from scenecc.plan import (
     per_scene,
     recalled,
 )
+from scenecc.plan.body import PhysicalMaterial
 from scenecc.plan.diff import diff_plans
 from scenecc.plan.display import SPEC_FIELD_NAMES
-from scenecc.plan.schema import (
-    ChoiceKind,
-    ListKind,
-    ObjectKind,
-    Quantity,
-    ScalarKind,
-    UnionKind,
-    VectorKind,
-    plan_fields,
-)
+from scenecc.plan.properties import Quantity
+from scenecc.plan.schema import ChoiceKind, ListKind, ObjectKind, ScalarKind, UnionKind, VectorKind, plan_fields
 from scenecc.variation.nodes import Chosen, Drawn, Key, Posed, Shared, Stacked
 
 if TYPE_CHECKING:

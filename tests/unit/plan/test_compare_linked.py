@@ -11,7 +11,7 @@ from plugins.plan_parts import entity, look, pose, rubbing, solid
 from plugins.robot_plans import arm, linked, robots
 
 from scenecc import Difference
-from scenecc.diagnostics import Origin
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan import (
     ArticulationStructure,
     AxisDrive,

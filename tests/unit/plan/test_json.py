@@ -16,11 +16,12 @@ from plugins.sample_plans import ROOT, SAMPLES, entity, pose, solid
 from plugins.structures import body_of
 
 from scenecc import plan as plan_package
-from scenecc.diagnostics import Origin, Sink
+from scenecc.diagnostics import Sink
 from scenecc.diagnostics.codes import CODES
-from scenecc.plan import AssetFile, Entity, Physics, ScenePlan, Sphere, constant, per_scene
-from scenecc.plan.json_reader import PlanLimits, plan_from_json
-from scenecc.plan.json_writer import plan_to_json
+from scenecc.diagnostics.diagnostic import Origin
+from scenecc.plan import Entity, Physics, ScenePlan, Sphere, constant, per_scene
+from scenecc.plan.body import AssetFile
+from scenecc.plan.json_codec import PlanLimits, plan_from_json, plan_to_json
 from scenecc.plan.schema import ListKind, ObjectKind, UnionKind, plan_fields
 
 BASE = Path("/files")

@@ -11,8 +11,7 @@ import pytest
 
 from scenecc import ScenePlan, compile_scene
 from scenecc.diagnostics import Sink
-from scenecc.plan.json_reader import PlanLimits, plan_from_json
-from scenecc.plan.json_writer import plan_to_json
+from scenecc.plan.json_codec import PlanLimits, plan_from_json, plan_to_json
 
 BALL = {"type": "sphere", "radius": 1}
 

@@ -7,8 +7,8 @@ import dataclasses
 import pytest
 
 from scenecc.plan import BodyStructure, CollisionShape, Joint
-from scenecc.plan.properties import JOINT_PROPERTIES, PROPERTIES, Property, property_fields
-from scenecc.plan.schema import Quantity, plan_fields
+from scenecc.plan.properties import JOINT_PROPERTIES, PROPERTIES, Property, Quantity, property_fields
+from scenecc.plan.schema import plan_fields
 
 
 @pytest.mark.parametrize(

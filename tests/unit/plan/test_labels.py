@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from plugins.sample_plans import solid
 
-from scenecc.diagnostics import Origin
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan import CollisionShape, Sphere, constant
 from scenecc.plan.display import field_path, item_path, shape_path
 

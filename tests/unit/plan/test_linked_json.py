@@ -29,7 +29,6 @@ from scenecc.plan import (
     Mimic,
     Mount,
     Perspective,
-    PhysicalMaterial,
     Physics,
     PointLight,
     ScenePlan,
@@ -38,8 +37,8 @@ from scenecc.plan import (
     literal,
     per_scene,
 )
-from scenecc.plan.json_reader import PlanLimits, plan_from_json
-from scenecc.plan.json_writer import plan_to_json
+from scenecc.plan.body import PhysicalMaterial
+from scenecc.plan.json_codec import PlanLimits, plan_from_json, plan_to_json
 
 INF = float("inf")
 HERE = constant([0, 0, 0, 1, 0, 0, 0])

@@ -11,8 +11,7 @@ from plugins.sample_plans import ROOT, SAMPLES
 
 from scenecc.diagnostics import Sink
 from scenecc.plan import ScenePlan
-from scenecc.plan.json_reader import plan_from_json
-from scenecc.plan.json_writer import plan_to_json
+from scenecc.plan.json_codec import plan_from_json, plan_to_json
 from scenecc.plan.recipes import MAX_RECIPE_DEPTH
 
 KEY = {"section": "entities", "name": "crate", "path": "pose.p"}

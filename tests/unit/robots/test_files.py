@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from scenecc.diagnostics import Location, Sink
+from scenecc.diagnostics import Sink
+from scenecc.diagnostics.diagnostic import Location
 from scenecc.robots.files import FileReport, RobotFiles
 from scenecc.source.paths import AssetScope, Refusal, ResolvedFile, resolve_path
 

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from scenecc.diagnostics import Diagnostic, Origin, Sink
+from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.diagnostics.codes import CODES
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.robots.description import MeshGeometry
 from scenecc.robots.mjcf import read_mjcf
 from scenecc.source.paths import AssetScope, ResolvedFile

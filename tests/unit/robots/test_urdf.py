@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from scenecc.diagnostics import Diagnostic, Origin, Sink
+from scenecc.diagnostics import Diagnostic, Sink
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan.articulation import MAX_LINKS
 from scenecc.robots.description import DescribedMaterial, DescribedRobot, MeshGeometry, RobotDescription
 from scenecc.robots.urdf import MAX_SHAPES, read_urdf

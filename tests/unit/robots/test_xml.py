@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenecc.diagnostics import Origin, Sink
+from scenecc.diagnostics import Sink
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.robots.files import FileReport, read_robot_bytes
 from scenecc.robots.xml import SourceElement, XmlBounds, parse_xml
 

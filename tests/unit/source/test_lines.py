@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenecc.diagnostics import Location
+from scenecc.diagnostics.diagnostic import Location
 from scenecc.source.text import TextLines
 
 TEXTS = st.text(st.sampled_from("ab \n\r\tü\U0001f600\x0b\u2028"), max_size=300)

@@ -7,7 +7,7 @@ import time
 import pytest
 from plugins.diagnostics import TakingSink
 
-from scenecc.diagnostics import At, Location, Origin, Path
+from scenecc.diagnostics.diagnostic import At, Location, Origin, Path
 from scenecc.source import Document, Limits, read_dict, read_text
 
 TEXT = """\

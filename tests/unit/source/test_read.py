@@ -12,7 +12,7 @@ import pytest
 from plugins.diagnostics import TakingSink
 
 from scenecc import compile_scene, validate
-from scenecc.diagnostics import Origin
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.source import Document, Limits, read_file, read_text
 from scenecc.source.text import read_from_stream
 

@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 from plugins.diagnostics import TakingSink
 
-from scenecc.diagnostics import Origin, Sink
+from scenecc.diagnostics import Sink
+from scenecc.diagnostics.diagnostic import Origin
 from scenecc.spec.document import SceneFile
 from scenecc.spec.parse import parse
 from scenecc.variation.forms import (

@@ -8,8 +8,8 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 
 from scenecc.lower.field_types import read_color
-from scenecc.spec.material import ColorText
 from scenecc.spec.params import ParamType, is_color
+from scenecc.spec.shapes import ColorText
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,8 @@ import viser
 
 import scenecc
 from scenecc import PageAddress, ViewOptions
-from scenecc.diagnostics import Diagnostic, Location
+from scenecc.diagnostics import Diagnostic
+from scenecc.diagnostics.diagnostic import Location
 from scenecc.options import Options
 from scenecc.viewer.page import close_server, open_server
 from scenecc.viewer.panel import AS_WRITTEN

@@ -38,7 +38,8 @@ from scenecc.backends.sapien.properties import (
     row_value,
     to_poses,
 )
-from scenecc.plan import ConvexMesh, ConvexParts, Heightfield, Mesh, MeshGeometry, Plane, TriangleMesh, VisualMaterial
+from scenecc.plan import ConvexMesh, ConvexParts, Heightfield, Mesh, MeshGeometry, Plane, TriangleMesh
+from scenecc.plan.body import VisualMaterial
 from scenecc.plan.geometry import RevolvedSolid
 from scenecc.plan.properties import MAX_BODY_OFFSET
 
@@ -48,7 +49,8 @@ if TYPE_CHECKING:
     from scenecc.backends.sapien.audit.comparison import ExpectedProperties
     from scenecc.backends.sapien.audit.reference import ReferenceMeshes
     from scenecc.backends.sapien.preparation import PreparedActor, PreparedEntity, StructureRows
-    from scenecc.plan import BodyStructure, CollisionShape, Inertial, ScenePlan, Texture, Value, VisualShape
+    from scenecc.plan import BodyStructure, CollisionShape, Inertial, ScenePlan, Value, VisualShape
+    from scenecc.plan.body import Texture
 
 
 class ShapeAudit:

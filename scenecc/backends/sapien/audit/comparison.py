@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from scenecc.backends.sapien.engine import sapien
-from scenecc.diagnostics import Location
+from scenecc.diagnostics.diagnostic import Location
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator, Sequence
@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.preparation import PreparedEntity
-    from scenecc.diagnostics import Origin, Sink
+    from scenecc.diagnostics import Sink
+    from scenecc.diagnostics.diagnostic import Origin
 
 
 AUDIT_CODE = "SC802"

@@ -29,10 +29,10 @@ from scenecc.backends.sapien.properties import (
     row_value,
     select_rows,
 )
-from scenecc.geometry.float32 import FLOAT32_MAX, round_to_float32
-from scenecc.plan import ConvexMesh, ConvexParts, Cylinder, Heightfield, Plane, TriangleMesh, VisualMaterial
+from scenecc.plan import ConvexMesh, ConvexParts, Cylinder, Heightfield, Plane, TriangleMesh
+from scenecc.plan.body import VisualMaterial
 from scenecc.plan.geometry import RevolvedSolid, Solid
-from scenecc.plan.properties import DEFAULT_DENSITY
+from scenecc.plan.properties import DEFAULT_DENSITY, FLOAT32_MAX, round_to_float32
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Iterator
@@ -40,15 +40,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scenecc.backends.sapien.audit.comparison import ExpectedProperties
-    from scenecc.plan import (
-        BodyStructure,
-        CoacdParams,
-        CollisionGeometry,
-        CollisionShape,
-        Friction,
-        MeshGeometry,
-        ScenePlan,
-    )
+    from scenecc.plan import BodyStructure, CoacdParams, CollisionGeometry, CollisionShape, MeshGeometry, ScenePlan
+    from scenecc.plan.body import Friction
     from scenecc.plan.scene import Physics
 
 
