@@ -77,7 +77,7 @@ class Options:
             _by_name(params, "params"),
             _by_name(draws, "draws"),
             search_path(_folders(asset_roots)),
-            allow_outside_assets,
+            flag(allow_outside_assets, "allow_outside_assets"),
             make_limits(_by_name(limits, "limits")),
         )
 

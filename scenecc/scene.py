@@ -17,7 +17,7 @@ from typing_extensions import Unpack
 
 from scenecc.diagnostics import Diagnostic, Sink
 from scenecc.errors import SceneError
-from scenecc.options import CompileOptions, Options, check_keywords, indices
+from scenecc.options import CompileOptions, Options, check_keywords, flag, indices
 from scenecc.pipeline import (
     Audit,
     Backend,
@@ -151,6 +151,7 @@ def load_scene(
         options["num_scenes"] = scene.num_envs
     scene_idxs = None if scene_idxs is None else indices(scene_idxs, "scene_idxs")
     asked = Options.of_call(load_scene, options)
+    render = None if render is None else flag(render, "render")
     plan = compile_or_raise(source, asked, sink).plan
     if scene is not None:
         return _into(scene, plan, sink)
@@ -265,6 +266,7 @@ def compare_scenes(a: Source, b: Source, **options: Unpack[CompileOptions]) -> l
     Raises:
         SceneError: one of them, or each, is at fault.
     """
+    check_keywords(compare_scenes, options)
     return open_scene(a, **options).diff(open_scene(b, **options)).differences
 
 
@@ -345,6 +347,7 @@ def emit_scene(source: Source, target: str, *, base: Path | None = None, **optio
     from scenecc.export import check_target
 
     check_target(target, EMITTERS)
+    check_keywords(emit_scene, options)
     return open_scene(source, **options).emit(target, base=base).text
 
 

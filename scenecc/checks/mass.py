@@ -12,7 +12,7 @@ from scenecc.plan.geometry import Solid
 from scenecc.plan.properties import DEFAULT_DENSITY, FLOAT32_MAX, FLOAT32_MIN, MAX_BODY_OFFSET
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Sequence
 
     from scenecc.diagnostics import Sink
     from scenecc.diagnostics.diagnostic import At, Origin
@@ -48,24 +48,31 @@ def check_density_mass(body: BodyStructure, name: str, origin: Origin, sink: Sin
     if body.body_type not in _TYPES_WITH_MASS or body.inertial is not None or not body.collisions:
         return
     values = [_DEFAULT_DENSITY_VALUE if shape.density is None else shape.density for shape in body.collisions]
+    holes: set[int] = set()
     for shape in body.collisions:
         if isinstance(shape.geometry, Solid):
+            holes.update(len(values) + shape.geometry.__slots__.index(size) for size in shape.geometry.HOLES)
             values += shape.geometry.values
     if is_deferred(values, drawn=drawn):
         if not drawn:
-            _warn_mass_may_fail(body, name, _corners(values), origin, sink)
+            _warn_mass_may_fail(body, name, _corners(values, holes), origin, sink)
         return
     found = rows(values)
-    for row in _corners(values) if found is None else found:
+    for row in _corners(values, holes) if found is None else found:
         fault = _density_mass_fault(body, name, row, origin)
         if fault is not None:
             _report(fault, sink)
             return
 
 
-def _corners(values: Sequence[Value]) -> list[tuple[Row, ...]]:
-    """All values at their minimum, and all at their maximum."""
-    return [tuple(map(lowest, values)), tuple(map(highest, values))]
+def _corners(values: Sequence[Value], holes: Collection[int] = ()) -> list[tuple[Row, ...]]:
+    """The values of the least and of the greatest mass: all at their minimum or maximum, sizes of holes the other way.
+
+    `holes`: numbers of the values that are sizes of holes.
+    """
+    light = tuple((highest if number in holes else lowest)(value) for number, value in enumerate(values))
+    heavy = tuple((lowest if number in holes else highest)(value) for number, value in enumerate(values))
+    return [light, heavy]
 
 
 def _warn_mass_may_fail(
@@ -100,6 +107,8 @@ def _density_mass_fault(body: BodyStructure, name: str, row: tuple[Row, ...], or
         # What a mesh weighs is known once the engine has read it; the other shapes alone may weigh too much.
         solid = shape.geometry if isinstance(shape.geometry, Solid) else None
         volume = 0 if solid is None else solid.volume(*chain.from_iterable(islice(sizes, len(solid.__slots__))))
+        if solid is not None and solid.HOLES and volume <= 0:
+            return None  # a hole as wide as its body, which no row may have: it is reported by itself
         if density:
             dense = True
             complete = complete and solid is not None
@@ -107,7 +116,7 @@ def _density_mass_fault(body: BodyStructure, name: str, row: tuple[Row, ...], or
     light = complete and body.body_type in DYNAMIC_TYPES
     if not dense:
         return _zero_density_fault(body, name, origin) if light else None
-    hint = "mend the sizes or the densities: lengths are in metres"
+    hint = "correct the sizes or the densities: lengths are in metres"
     if weight > FLOAT32_MAX:
         message = f"`{name}` weighs {weight:.3g} kg by its densities, more than single precision holds"
         return _MassFault("SC512", message, origin, hint)
@@ -115,7 +124,7 @@ def _density_mass_fault(body: BodyStructure, name: str, row: tuple[Row, ...], or
         message = f"`{name}` is so large that single precision does not hold its inertia"
         return _MassFault("SC512", message, origin, hint)
     if light and weight < MIN_MASS:
-        hint = "mend the sizes or the densities (lengths are in metres), or give `inertial`"
+        hint = "correct the sizes or the densities (lengths are in metres), or give `inertial`"
         message = f"`{name}` weighs {weight:.3g} kg by its densities, and SAPIEN would make a milligram of it"
         return _MassFault("SC511", message, origin, hint)
     return None

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from scenecc.checks.mass import DYNAMIC_TYPES, check_density_mass, check_explicit_mass, check_inertia, check_mass_unique
-from scenecc.checks.value_queries import alternatives_or_extremes, is_deferred, judged_pairs
+from scenecc.checks.value_queries import alternatives_or_extremes, highest, is_deferred, judged_pairs, lowest
 from scenecc.diagnostics.diagnostic import Origin
 from scenecc.plan import BodyStructure, Heightfield, Mesh, Plane, Ring, TriangleMesh, literal
 from scenecc.plan.body import COLLISION_ID_BITS, PhysicalMaterial, groups_collide
@@ -397,7 +397,36 @@ def check_rings(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, d
             sink.report("SC528", f"{message} has no wall that can be built", place, hint=hint)
 
 
-NUMBER_RULES: tuple[NumberRule, ...] = (check_density_mass, check_explicit_mass, check_inertia, check_rings)
+MIN_TERRAIN, MAX_TERRAIN = 1e-6, 1e6
+"""Least extent of terrain, below which PhysX drops its triangles, and how far it may reach, as a mesh may [m]."""
+
+
+def check_terrain(body: BodyStructure, name: str, origin: Origin, sink: Sink, *, drawn: bool) -> None:
+    """Terrain must not reach farther than a mesh may, and PhysX must keep its triangles."""
+    told: list[Origin] = []  # what collides and is seen is one shape in the file
+    for shape in (*body.collisions, *body.visuals):
+        terrain, place = shape.geometry, (shape.origin or origin).child("size")
+        if not isinstance(terrain, Heightfield) or place in told or is_deferred([terrain.size], drawn=drawn):
+            continue
+        x, y, z = highest(terrain.size)
+        reach = max(x / 2, y / 2, z * max(abs(height) for row in terrain.heights for height in row))
+        if reach > MAX_TERRAIN:
+            told.append(place)
+            message = f"the terrain of `{name}` reaches {reach:.3g} m, and {MAX_TERRAIN:.0e} m is the most"
+            sink.report("SC529", message, place, hint="a height is multiplied by the third number of `size`")
+        elif min(lowest(terrain.size)[:2]) < MIN_TERRAIN:
+            told.append(place)
+            message = f"the terrain of `{name}` is smaller than {MIN_TERRAIN:.0e} m along x or y"
+            sink.report("SC529", message, place, hint="lengths are in metres")
+
+
+NUMBER_RULES: tuple[NumberRule, ...] = (
+    check_density_mass,
+    check_explicit_mass,
+    check_inertia,
+    check_rings,
+    check_terrain,
+)
 """Rules about numbers that may differ from scene to scene."""
 
 _ROBOT_FILE_RULES: tuple[NumberRule, ...] = (check_density_mass, check_explicit_mass)

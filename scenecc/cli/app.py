@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import importlib.machinery
 import io
 import os
 import signal
@@ -37,7 +38,7 @@ def main() -> None:
     """Runs the command line of this process. Raises SystemExit at its end: 0, 1, 2 or 3."""
     # No plugin observes pydantic's models here, and searching all installed packages for one takes time.
     if os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__") == "__all__":
-        sys.modules.setdefault("importlib.metadata", _LazyMetadata("importlib.metadata"))
+        _LazyMetadata.install()
     # A closed pipe (`scenecc validate . | head`) ends this process as it ends any other.
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     # Started without them (`>&-`), there is nobody to tell, and that is no fault.
@@ -71,6 +72,15 @@ class _LazyMetadata(ModuleType):
     Pydantic imports `entry_points` from it to find plugins, even where they are disabled. The module itself takes ten
     milliseconds to load, since it imports `email`, `zipfile` and `socket`.
     """
+
+    @classmethod
+    def install(cls) -> None:
+        """Puts it in place, as the import system would, unless the module itself is loaded."""
+        name = "importlib.metadata"
+        if name not in sys.modules:
+            module = sys.modules[name] = cls(name)
+            module.__spec__ = importlib.machinery.PathFinder.find_spec(name, importlib.__path__)
+            setattr(importlib, "metadata", module)  # noqa: B010 - type checkers do not know it there
 
     def entry_points(self, **selection: Any) -> Any:
         return self._loaded().entry_points(**selection)

@@ -61,8 +61,10 @@ def _name(one: Difference) -> str:
 
 
 def _values(one: Difference) -> str:
-    both = [plain(text) for text in (one.a, one.b) if text is not None]
-    return " → ".join(both)
+    """What the two have; of a field that only one of them sets, `unset` for the other."""
+    if one.kind == "changed":
+        return " → ".join("unset" if text is None else plain(text) for text in (one.a, one.b))
+    return " → ".join(plain(text) for text in (one.a, one.b) if text is not None)
 
 
 @takes_compile_options

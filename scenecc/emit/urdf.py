@@ -98,7 +98,9 @@ def _write_collision_geometry(robot: UrdfRobot, shape: MeasuredShape, geometry: 
         _write_primitive(geometry, shape.kind, shape.sizes)
         return
     if shape.kind == "triangle_mesh":
-        words = "a triangle mesh may be read as its convex hull, as SAPIEN's own loader does"
+        words = (
+            f"a {type_name(type(shape.shape.geometry))} is a triangle mesh, which other readers may take as its hull"
+        )
         robot.unsupported.change(robot.name, words, shape.shape.origin)
     _write_mesh(robot, geometry, f"{robot.name}_collision", format_obj(mesh.vertices, mesh.triangles))
 
@@ -216,12 +218,17 @@ def _joint_names(measured: MeasuredEntity) -> dict[int, str]:
     return {number: name or names.new(f"{measured.bodies[number].name}_joint") for number, name in joints.items()}
 
 
+_NO_OFFSET: Final = 1e-6
+"""An offset below this is the engine's rounding of a pose [m]."""
+
+
 def _link_offset(robot: UrdfRobot, body: MeasuredBody) -> Pose7:
     """URDF puts the frame of a link with a revolute joint on the joint's axis."""
     joint = body.joint
-    if joint is None or joint.type in {"fixed", "prismatic"} or joint.pose_in_child[:3] == IDENTITY_POSE[:3]:
+    if joint is None or joint.type in {"fixed", "prismatic"} or max(map(abs, joint.pose_in_child[:3])) < _NO_OFFSET:
         return IDENTITY_POSE
-    robot.unsupported.change(robot.name, f"the frame of the link `{body.name}` is at its joint", joint.joint.origin)
+    words = f"the frame of the link `{body.name}` is moved onto the axis of its joint"
+    robot.unsupported.change(robot.name, words, joint.joint.origin)
     return (*joint.pose_in_child[:3], *IDENTITY_POSE[3:])
 
 

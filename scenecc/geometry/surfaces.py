@@ -50,8 +50,8 @@ def revolved_surface(profile: Any) -> tuple[NDArray[Any], ...]:
     for start, end in zip(profile, (*profile[1:], profile[0]), strict=True):
         if not start[1] and not end[1]:
             continue
-        along, away = end[0] - start[0], end[1] - start[1]
-        normal = np.array([-away, along]) / np.hypot(along, away)
+        along, inward = end[0] - start[0], start[1] - end[1]
+        normal = np.array([inward, along]) / np.hypot(along, inward)
         first = 32 * len(vertices)
         for (x, radius), half in ((start, -0.5), (end, 0.5)):
             turn = 0.0 if radius else half  # a tip has the normals of the middles of its triangles

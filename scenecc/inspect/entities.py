@@ -111,7 +111,7 @@ _TURNING: Final = {
 
 _SLIDING: Final = {name: unit.replace("rad", "m") for name, unit in _TURNING.items()}
 
-SIZE_FIELDS: Final = SOLID_SIZES | {"scale", "file", "pick", "p", "q"}
+SIZE_FIELDS: Final = SOLID_SIZES | {"size", "heights", "scale", "file", "pick", "p", "q"}
 """Fields that change the size and the mass of a body."""
 
 _MASSES: Final = SIZE_FIELDS | {"density", "mass"}

@@ -17,6 +17,7 @@ from scenecc.errors import SceneError
 from scenecc.files import open_regular
 from scenecc.inspect.entities import entity_item, scene_facts, summarize, used_materials
 from scenecc.inspect.facts import Fact, Facts, Item, fact, mount_words, some_words
+from scenecc.named_files import DICT
 from scenecc.options import CompileOptions, Options, flag, integer
 from scenecc.pipeline import CompileResult, Source, build_batch, compile_or_raise, list_result_params, select_scenes
 from scenecc.plan import ArticulationStructure, Constraint, Value
@@ -192,9 +193,14 @@ def file_items(
         if not role:
             # What nothing of the plan has is part of what names it: a material file, a texture, an SRDF.
             owner = used.get(next((by_uri[name] for name in by if name in by_uri), path), ("other", ()))[0]
-            role = "texture" if path.suffix.lower() in _IMAGES else owner
+            role = owner if path.suffix.lower() not in _IMAGES else "heights" if _by_scenes(by) else "texture"
         found.append(_item(uri, path, role, by, names))
     return tuple(found)
+
+
+def _by_scenes(names: Sequence[str]) -> bool:
+    """Whether only scene files name a file, as they do the heights of terrain, which the plan holds itself."""
+    return bool(names) and all(name == DICT or name.lower().endswith((".yaml", ".yml")) for name in names)
 
 
 def _uses(plan: ScenePlan) -> dict[int, tuple[str, tuple[str, ...]]]:

@@ -21,6 +21,7 @@ from scenecc.variation.nodes import NODES, Computed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from numpy.typing import NDArray
 
@@ -316,6 +317,8 @@ class PlanTables:
     Attributes:
         file_origins: for each file, the first place that names it.
         material_origins: for each physical material, the first place that asks for it.
+        heights: those of each picture that was read for terrain.
+        height_count: heights of all terrain so far, each counted as often as it is used.
     """
 
     def __init__(self, resolve: FileResolver) -> None:
@@ -326,6 +329,8 @@ class PlanTables:
         self.material_origins: dict[int, Origin] = {}
         self._resolve = resolve
         self._sizes: dict[tuple[float, ...] | float, Value] = {}
+        self.heights: dict[Path, tuple[tuple[float, ...], ...]] = {}
+        self.height_count = 0
 
     def resolve(self, uri: str, origin: Origin) -> AssetFile | None:
         """A file that is read now and that the plan does not name; None where it was reported."""

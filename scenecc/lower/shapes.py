@@ -217,14 +217,17 @@ def _of_file(make: Callable[..., Any], scale: FieldType, *others: Callable[[Any]
 MAX_HEIGHTS = 262_144
 """Of a heightfield: 512 × 512."""
 
+MAX_TOTAL_HEIGHTS = 16 * MAX_HEIGHTS
+"""Of all heightfields of a document, each counted as often as it is used."""
+
 _MAX_PNG_BYTES = 4 * MAX_HEIGHTS
 
 
 def _heightfield(shape: Any, tables: PlanTables, fields: FieldLowerer, origin: Origin) -> plan.Heightfield | None:
     """Terrain; None where its heights were reported."""
     if (shape.file is None) == (shape.heights is None):
-        code, message = ("SC102", "lacks its heights") if shape.file is None else ("SC111", "has its heights twice")
-        fields.sink.report(code, f"a heightfield {message}", origin, hint="say one of `file` and `heights`")
+        code, message = ("SC102", "needs heights") if shape.file is None else ("SC111", "has both `file` and `heights`")
+        fields.sink.report(code, f"a heightfield {message}", origin, hint="give one of `file` and `heights`")
         return None
     if shape.file is None:
         heights, place = _height_rows(shape.heights), origin.child("heights")
@@ -232,11 +235,15 @@ def _heightfield(shape: Any, tables: PlanTables, fields: FieldLowerer, origin: O
         heights, place = _file_heights(shape.file, tables, origin.child("file"), fields.sink), origin.child("file")
     if heights is None:
         return None
-    fault = heights_fault(heights) or (
-        None if len(heights) * len(heights[0]) <= MAX_HEIGHTS else f"there are more than {MAX_HEIGHTS}"
-    )
+    count = len(heights) * len(heights[0]) if heights else 0
+    tables.height_count += count
+    fault = heights_fault(heights)
+    if fault is None and count > MAX_HEIGHTS:
+        fault = f"there are more than {MAX_HEIGHTS} heights"
+    if fault is None and tables.height_count > MAX_TOTAL_HEIGHTS:
+        fault = f"all terrain of the scene has more than {MAX_TOTAL_HEIGHTS} heights"
     if fault is not None:
-        fields.sink.report("SC529", f"these heights make no terrain: {fault}", place)
+        fields.sink.report("SC529", f"invalid heightfield: {fault}", place)
         return None
     return plan.Heightfield(_size(shape, "size", _TERRAIN_SIZE, tables, fields, origin), heights)
 
@@ -252,16 +259,19 @@ def _file_heights(uri: str, tables: PlanTables, origin: Origin, sink: Sink) -> t
     found = tables.resolve(uri, origin)
     if found is None:
         return None
+    if found.path in tables.heights:
+        return tables.heights[found.path]
     try:
         with open_regular(found.path) as file:
             data = file.read(_MAX_PNG_BYTES + 1)
         if len(data) > _MAX_PNG_BYTES:
             raise ValueError(f"it has more than {_MAX_PNG_BYTES} bytes")  # noqa: TRY301 - told as what the reader tells
-        return read_grey_png(data, MAX_HEIGHTS)
+        heights = tables.heights[found.path] = read_grey_png(data, MAX_HEIGHTS)
+        return heights  # noqa: TRY300 - what may raise stands above
     except OSError as error:
         sink.report("SC407", f"{uri} may not be read: {error.strerror}", origin)
     except ValueError as error:
-        sink.report("SC529", f"{uri} gives no heights: {error}", origin)
+        sink.report("SC529", f"cannot read heights from {uri}: {error}", origin)
     return None
 
 

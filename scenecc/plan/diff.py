@@ -270,6 +270,8 @@ class FieldComparison:
             yield from self._values(kind, x, y, path)
         elif isinstance(kind, ListKind) and isinstance(kind.item, ObjectKind) and kind.item.cls in _ITEM_KEYS:
             yield from self._named(kind.item.cls, x, y, path)
+        elif isinstance(kind, ListKind) and isinstance(kind.item, ListKind):
+            yield from _rows_of_numbers(x, y, path)
         elif isinstance(kind, ListKind):
             yield from self._lists(kind.item, x, y, path)
         elif isinstance(kind, ObjectKind | UnionKind) and x.__class__ is y.__class__:
@@ -462,6 +464,22 @@ def _material_values(material: Any, row: int) -> dict[str, Any]:
             held[f"{slot.name}.file"] = int(item.file.row(row))
             held |= {f"{slot.name}.{key}": value for key, value in item.sampling().items()}
     return held
+
+
+def _rows_of_numbers(
+    x: tuple[tuple[float, ...], ...], y: tuple[tuple[float, ...], ...], path: str
+) -> Iterator[FieldDifference]:
+    """Heights of terrain, as one difference."""
+    if x == y:
+        return
+    first, second = np.array(x), np.array(y)
+    if first.shape != second.shape:
+        a, b = (f"{len(rows)} × {len(rows[0])} numbers" for rows in (x, y))
+    else:
+        count = int((first != second).sum())
+        b = f"{count} of {first.size} numbers differ, by at most {np.abs(first - second).max():.3g}"
+        a = f"{len(x)} × {len(x[0])} numbers"
+    yield FieldDifference("changed", path, a, b)
 
 
 Section = Literal["plan", "physics", "entities", "constraints", "environment", "lights", "cameras"]

@@ -48,9 +48,14 @@ class Primitive:
 
 
 class Solid(Primitive):
-    """A primitive that collides."""
+    """A primitive that collides.
+
+    `HOLES`: names of the sizes with which its volume falls.
+    """
 
     __slots__ = ()
+
+    HOLES: ClassVar[tuple[str, ...]] = ()
 
     @classmethod
     def volume(cls, *sizes: Any) -> Any:
@@ -212,6 +217,8 @@ class Cone(RevolvedSolid):
 class Ring(RevolvedSolid):
     """`inner_radius` of the hole, `outer_radius` and `half_length`: (·,) [m]."""
 
+    HOLES: ClassVar[tuple[str, ...]] = ("inner_radius",)
+
     inner_radius: Value
     outer_radius: Value
     half_length: Value
@@ -360,4 +367,4 @@ def heights_fault(heights: tuple[tuple[float, ...], ...]) -> str | None:
     if len(heights) < 2 or len(heights[0]) < 2:
         return "a grid has two rows and two columns at least"
     odd = next((number for number, row in enumerate(heights) if len(row) != len(heights[0])), None)
-    return None if odd is None else f"row 0 has {len(heights[0])}, and row {odd} has {len(heights[odd])}"
+    return None if odd is None else f"row 0 has {len(heights[0])} heights, and row {odd} has {len(heights[odd])}"

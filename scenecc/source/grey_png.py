@@ -8,7 +8,7 @@ from typing import Final
 
 _SIGNATURE: Final = b"\x89PNG\r\n\x1a\n"
 
-_ADVICE: Final = "save it as a PNG of 16 bits, grey, neither transparent nor interlaced"
+_ADVICE: Final = "save it as a grey PNG of 16 bits without alpha and interlacing"
 
 
 def read_grey_png(data: bytes, max_pixels: int) -> tuple[tuple[float, ...], ...]:
@@ -46,7 +46,7 @@ def read_grey_png(data: bytes, max_pixels: int) -> tuple[tuple[float, ...], ...]
 def _read_chunks(data: bytes, max_pixels: int) -> tuple[int, int, int, bytes]:
     """Columns, rows, bits a pixel and the packed pixels."""
     if not data.startswith(_SIGNATURE):
-        raise ValueError(f"it is no PNG: {_ADVICE}")
+        raise ValueError(f"it is no PNG; {_ADVICE}")
     at, header, packed = len(_SIGNATURE), b"", list[bytes]()
     while True:
         length, kind = struct.unpack_from(">I4s", data, at)
@@ -54,13 +54,17 @@ def _read_chunks(data: bytes, max_pixels: int) -> tuple[int, int, int, bytes]:
         (stated,) = struct.unpack_from(">I", data, at + 8 + length)
         if zlib.crc32(kind + body) != stated:
             raise ValueError(f"the chunk {kind!r} is damaged")
-        if not header and kind != b"IHDR":
-            raise ValueError("its first chunk is not IHDR")
+        if (kind == b"IHDR") == bool(header):
+            raise ValueError("IHDR is not its first chunk alone")
+        if kind == b"tRNS":
+            raise ValueError(f"some of its pixels are transparent; {_ADVICE}")
         if kind == b"IHDR":
             header = body
             columns, rows, depth, *others = struct.unpack(">IIBBBBB", body)
             if depth not in {8, 16} or any(others):
-                raise ValueError(f"it is not grey, of 8 or 16 bits: {_ADVICE}")
+                raise ValueError(f"it is not grey with 8 or 16 bits; {_ADVICE}")
+            if not columns or not rows:
+                raise ValueError("it has no pixels")
             if columns * rows > max_pixels:
                 raise ValueError(f"it has {columns} × {rows} pixels, and a heightfield at most {max_pixels}")
         elif kind == b"IDAT":

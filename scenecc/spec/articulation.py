@@ -218,7 +218,7 @@ class ArticulationKeys(EntityKeys, RepeatKeys):
     )
     gravity: Maybe[Leaf[bool]] = key("false: gravity does not act on its links.", default=True)
     material: Maybe[MaterialRef] = key("For its links.")
-    density: Maybe[Leaf[NonNegative]] = key("For its links [kg/m³].", default=DEFAULT_DENSITY)
+    density: Maybe[Leaf[NonNegative]] = key("Density of its links [kg/m³].", default=DEFAULT_DENSITY)
     patch_radius: Maybe[Leaf[NonNegative]] = key("For its links [m].", default=0)
     min_patch_radius: Maybe[Leaf[NonNegative]] = key("For its links [m].", default=0)
     collision_group: Maybe[Fixed[Name]] = key("A name from `collision_groups`, for its links.")
@@ -231,7 +231,7 @@ class ArticulationKeys(EntityKeys, RepeatKeys):
     solver_position_iterations: Maybe[Leaf[Iterations]] = key("1 to 255.", default=10)
     solver_velocity_iterations: Maybe[Leaf[VelocityIterations]] = key("0 to 255.", default=1)
     sleep_threshold: Maybe[Leaf[NonNegative]] = key("Energy per mass below which it sleeps [m²/s²].", default=0.005)
-    visibility: Maybe[Leaf[Unit]] = key("Of its links, 0 to 1.", default=1)
+    visibility: Maybe[Leaf[Unit]] = key("Visibility of its links, 0 to 1.", default=1)
     links: dict[Pattern, LinkKeys] = Field(
         default_factory=_empty_dict, description="Pattern of names → properties of the matching links."
     )

@@ -66,8 +66,8 @@ class GearConstraint(ConstraintKeys):
     """Ties the turning of two bodies about the x axes of its frames: `sapien.physx.PhysxGearComponent`."""
 
     type: Literal["gear"]
-    ratio: Leaf[Finite] = Field(description="Turns of the parent per turn of the child; not 0.")
-    enable_hinges: Maybe[Fixed[bool]] = key("Whether SAPIEN's own hinges are part of it.", default=False)
+    ratio: Leaf[Finite] = Field(description="The child makes −`ratio` turns per turn of the parent; not 0.")
+    enable_hinges: Maybe[Fixed[bool]] = key("Whether it also adds SAPIEN's hinges.", default=False)
 
 
 class SpringKeys(SpecModel):

@@ -31,7 +31,7 @@ _LIST_FORMS: dict[str, Any] = {
             {
                 "type": "object",
                 "minProperties": 1,
-                "properties": {"default": {"description": "Of all other scenes."}},
+                "properties": {"default": {"description": "The value in all other scenes."}},
                 "patternProperties": {"^[0-9]+$": {}, **NOTE_SCHEMA},
                 "additionalProperties": False,
             },
@@ -119,11 +119,11 @@ DEFINITIONS: dict[str, Any] = {
                 "type": "object",
                 "properties": {
                     "type": {
-                        "description": "What it takes; left out: as the default is.",
+                        "description": "Type of the value. Left out: that of the default.",
                         "enum": ["number", "integer", "string", "boolean", "vector", "color", "file", "material",
                                  "choice", "list"],
                     },
-                    "default": {"description": "Its value where none is given; left out: one must be."},
+                    "default": {"description": "Value where none is given. Left out: a value is required."},
                     "min": {"description": "The least number or components.", "type": ["number", "array"]},
                     "max": {"description": "The greatest number or components.", "type": ["number", "array"]},
                     "description": {"description": "For people.", "type": "string"},

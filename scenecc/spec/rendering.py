@@ -76,7 +76,7 @@ class ShadowKeys(SpecModel):
     shadow_map_size: Maybe[Leaf[_MapSize]] = key("Size of the shadow map [px].", default=2048)
 
 
-class ConeKeys(SpecModel):
+class LightConeKeys(SpecModel):
     """The cone of a light."""
 
     inner_fov: Maybe[Leaf[OpeningAngle]] = key("Angle of the cone of full brightness [rad]; this or `inner_fov_deg`.")
@@ -105,7 +105,7 @@ class PointLightSpec(LightKeys, PositionKeys, ShadowKeys):
     type: Literal["point"]
 
 
-class SpotLightSpec(LightKeys, DirectionKeys, ShadowKeys, ConeKeys):
+class SpotLightSpec(LightKeys, DirectionKeys, ShadowKeys, LightConeKeys):
     """A cone of light: `Scene.add_spot_light`."""
 
     type: Literal["spot"]
@@ -119,7 +119,7 @@ class AreaLightSpec(LightKeys):
     half_height: Leaf[Positive] = Field(description="Along z of its pose [m].")
 
 
-class TexturedLightSpec(LightKeys, DirectionKeys, ShadowKeys, ConeKeys):
+class TexturedLightSpec(LightKeys, DirectionKeys, ShadowKeys, LightConeKeys):
     """A cone of light that throws a picture: `sapien.render.RenderTexturedLightComponent`."""
 
     type: Literal["textured"]

@@ -54,7 +54,11 @@ def test_a_scene_is_the_same_as_itself_and_as_one_written_otherwise(run, scenes:
             "  pole:",
             ["- entities.post: kinematic in every scene", "+ entities.pole: kinematic in every scene"],
         ),
-        ("num_scenes: 2\n", "num_scenes: 2\nphysics: {timestep: 0.005}\n", ["~ physics", "~     timestep: 0.005"]),
+        (
+            "num_scenes: 2\n",
+            "num_scenes: 2\nphysics: {timestep: 0.005}\n",
+            ["~ physics", "~     timestep: unset → 0.005"],
+        ),
         ("num_scenes: 2\n", "num_scenes: 2\nseed: 3\n", ["~ seed: 0 → 3"]),
     ],
 )

@@ -201,9 +201,20 @@ def test_methods_take_no_compile_options(file: Path, option: str) -> None:
 def test_an_unknown_keyword_of_a_function_names_a_public_function(
     file: Path, name: str, arguments: tuple[str, ...], wrong: str, near: str
 ) -> None:
-    public = {"emit_scene": "open_scene"}.get(name, name)
-    with pytest.raises(TypeError, match=rf"^{public}\(\) has no argument `{wrong}`; did you mean `{near}`\?"):
+    with pytest.raises(TypeError, match=rf"^{name}\(\) has no argument `{wrong}`; did you mean `{near}`\?"):
         getattr(scenecc, name)(file, *arguments, **{wrong: 1})
+
+
+@pytest.mark.parametrize("wrong", ["no", 1, None])
+def test_flags_are_true_or_false(file: Path, wrong: Any) -> None:
+    uses = (
+        lambda: scenecc.validate(file, allow_outside_assets=wrong),
+        lambda: scenecc.export_scene(file, "glb", grid=wrong),
+        lambda: scenecc.export_scene(file, "usd", binary=wrong),
+    )
+    for use in uses:
+        with pytest.raises(TypeError, match="must be True or False"):
+            use()
 
 
 @pytest.mark.parametrize("target", ["", "JSON", ["json"], None])

@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from scenecc.emit.output import Z_TO_X, UniqueNames, XmlElement, compose_poses, format_obj, optional_fields
 from scenecc.geometry.rotations import IDENTITY_POSE, Pose7
 from scenecc.meshes.builder import bake_scale
@@ -192,6 +194,10 @@ _UNSUPPORTED_SHAPE_FIELDS = optional_fields(CollisionShape, "pose", "material", 
 def write_collisions(model: MjcfModel, name: str, body: MeasuredBody, element: XmlElement) -> None:
     """Writes one massless geom per collision shape of the engine."""
     for shape in body.shapes:
+        if shape.mesh is not None and _is_flat(shape.mesh):
+            words = "a flat mesh that collides: MuJoCo needs a hull with a volume"
+            model.unsupported.leave_out(name, words, shape.shape.origin)
+            continue
         pose, attributes = _collision_geom(model, name, shape)
         bits, mask, _, _ = map(_to_int32, shape.groups)
         element.add(
@@ -207,6 +213,13 @@ def write_collisions(model: MjcfModel, name: str, body: MeasuredBody, element: X
         _report_shape(model, name, shape)
 
 
+def _is_flat(mesh: MeasuredMesh) -> bool:
+    """Whether the vertices of a mesh lie in one plane."""
+    vertices = np.asarray(mesh.vertices, np.float64)
+    extents = np.linalg.svd(vertices - vertices.mean(axis=0), compute_uv=False)
+    return bool(extents[-1] <= 1e-7 * extents[0])
+
+
 def _collision_geom(model: MjcfModel, name: str, shape: MeasuredShape) -> tuple[Pose7, dict[str, Any]]:
     """Pose and geometry attributes of a geom."""
     upright = compose_poses(shape.pose, Z_TO_X)
@@ -215,7 +228,7 @@ def _collision_geom(model: MjcfModel, name: str, shape: MeasuredShape) -> tuple[
     if shape.mesh is None:
         return upright if shape.kind in LYING_SOLIDS else shape.pose, {"type": shape.kind, "size": shape.sizes}
     if shape.kind == "triangle_mesh":
-        words = "a triangle mesh collides as its convex hull, as all meshes in MuJoCo"
+        words = f"a {type_name(type(shape.shape.geometry))} collides as its convex hull, as all meshes in MuJoCo"
         model.unsupported.change(name, words, shape.shape.origin)
     return shape.pose, {"type": "mesh", "mesh": cooked_mesh_asset(model, name, shape.mesh)}
 

@@ -1,0 +1,85 @@
+"""Terrain and rings: what may not be built is found before anything is."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+import scenecc
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def chunk(kind: bytes, data: bytes) -> bytes:
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+def picture(columns: int, rows: int) -> bytes:
+    """A black grey PNG of 8 bits."""
+    header = struct.pack(">IIBBBBB", columns, rows, 8, 0, 0, 0, 0)
+    packed = zlib.compress((b"\0" + bytes(columns)) * rows)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", packed) + chunk(b"IEND", b"")
+
+
+def terrain(count: int = 1, **keys: Any) -> dict[str, Any]:
+    shape = {"type": "heightfield", "size": [4, 4, 1], **keys}
+    entity = {"repeat": {"i": {"count": count}}, "name": "hill${i}", "body_type": "static", "shapes": [shape]}
+    return {"scenecc": 1, "entities": {"hill": entity}}
+
+
+def told(scene: dict[str, Any], **options: Any) -> list[str]:
+    return [f"{d.code} {d.message}" for d in scenecc.validate(scene, **options)]
+
+
+@pytest.mark.parametrize(
+    ("size", "heights", "words"),
+    [
+        ([4, 4, 1e38], [[0, 0], [0, 1e38]], "reaches 1e+76 m"),
+        ([4, 4, {"uniform": [1, 1e7]}], [[0, 0], [0, 1]], "reaches 1e+07 m"),
+        ([1e-20, 1, 1], [[0, 0], [0, 1]], "is smaller than"),
+        ([1, 1, 1], [[0, 0], [0]], "row 0 has 2 heights, and row 1 has 1"),
+    ],
+)
+def test_terrain_that_the_engine_does_not_hold_is_refused(size: Any, heights: Any, words: str) -> None:
+    (found,) = told(terrain(size=size, heights=heights))
+    assert found.startswith("SC529")
+    assert words in found
+
+
+def test_terrain_of_one_picture_counts_as_often_as_it_is_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "hill.png").write_bytes(picture(512, 512))
+    assert told(terrain(16, file="hill.png")) == []
+    found = told(terrain(17, file="hill.png"))
+    assert len(found) == 1
+    assert "all terrain of the scene has more than 4194304 heights" in found[0]
+
+
+@pytest.mark.parametrize("columns", [0, 513])
+def test_a_picture_without_pixels_or_with_too_many_is_refused_by_its_header(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, columns: int
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "hill.png").write_bytes(picture(columns, 600))
+    (found,) = told(terrain(file="hill.png"))
+    assert "it has no pixels" in found or "pixels, and a heightfield at most" in found
+
+
+def test_the_lightest_ring_has_the_widest_hole() -> None:
+    radii = {"outer_radius": {"uniform": [0.001, 0.002]}, "inner_radius": {"uniform": [0.0005, 0.000998]}}
+    shape = {"type": "ring", **radii, "half_length": 0.0005}
+    found = told({"scenecc": 1, "num_scenes": 256, "entities": {"washer": {"shapes": [shape]}}})
+    assert [line[:5] for line in found] == ["SC511"]
+
+
+def test_flat_terrain_is_left_out_of_mjcf_with_a_warning() -> None:
+    mujoco = pytest.importorskip("mujoco")
+    emitted = scenecc.open_scene(terrain(heights=[[0, 0], [0, 0]])).emit("mjcf")
+    assert any("flat mesh" in d.message for d in emitted.diagnostics)
+    name, *others = emitted.files
+    model = mujoco.MjModel.from_xml_string(emitted.files[name].decode(), {one: emitted.files[one] for one in others})
+    assert model.ngeom == 1
